@@ -22,7 +22,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, YAML, Difference, Side
 from rosorin_compile.compare.precision import printed_precision
 from rosorin_compile.compare.sentences import several
@@ -31,12 +30,9 @@ from rosorin_compile.formats.compiled import Compiled, Reading
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.mesh_files import opened_by
 from rosorin_compile.language.arguments import Argument, declared_arguments, takes_no_arguments
-from rosorin_compile.language.explain import Answer, Explanation, NamedValue
-from rosorin_compile.language.explain import explain as explain_names
-from rosorin_compile.language.explain_text import lines
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.output import OutputError, read_set, write_artifacts
-from rosorin_compile.output.committed import Committed, compare_committed, load_all
+from rosorin_compile.output.golden_check import Committed, compare_committed, load_all
 from rosorin_compile.request import EXECUTED, FilePath, Packages, Request, Values
 from rosorin_compile.rules.check import plugin_checks
 from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, RequestError, UnknownName, error, has_errors
@@ -46,7 +42,8 @@ from rosorin_compile.source.project import Description, all_here
 from rosorin_compile.source.rule_registry import OF_PLUGINS, Rule, find
 
 if TYPE_CHECKING:
-    from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
+    from rosorin_compile.language.explain import Answer, Explanation, NamedValue
+    from rosorin_compile.mujoco.collisions import CollisionMatrix
 
 
 @dataclass(frozen=True)
@@ -100,6 +97,8 @@ class Explained:
 
     def __str__(self) -> str:
         """Return the text that ``rosorin-compile explain`` prints."""
+        from rosorin_compile.language.explain_text import lines
+
         return "\n".join(line for answer in self.answers for line in lines(answer))
 
 
@@ -290,6 +289,8 @@ def diff(
         >>> rosorin_compile.diff("rosorin", "nothing.urdf").diagnostics[0].message
         'cannot read nothing.urdf: No such file or directory'
     """
+    from rosorin_compile.compare.diff import compare_robots
+
     diagnostics: list[Diagnostic] = []
     if isinstance(tolerance, bool) or not (isinstance(tolerance, (int, float)) and 0 <= tolerance < float("inf")):
         message = f"the tolerance is a number from zero upwards, not {tolerance!s:.60}"
@@ -354,6 +355,8 @@ def explain(
         >>> number.name, number.value, number.unit, number.origin.where.file, number.origin.where.line
         ('z', 0.106748, 'm', 'descriptions/rosorin/lidar_and_imu.yaml', 25)
     """
+    from rosorin_compile.language.explain import explain as explain_names
+
     request = Request.of(robot, arguments, packages)
     found = request.understand(foreign=False)
     if found.lowered is None or found.robot is None:
@@ -450,7 +453,7 @@ def collisions(
         force: Compute the pairs again, even if the file is up to date.
 
     """
-    from rosorin_compile.mujoco.collisions.matrix import compute_matrix
+    from rosorin_compile.mujoco.collisions import compute_matrix
     from rosorin_compile.ros.srdf.planning import planning_of
 
     request = Request.of(robot, arguments, packages, trust=trust)

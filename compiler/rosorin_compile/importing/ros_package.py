@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from rosorin_compile.output.ros_packages import package_of
+from rosorin_compile.output.package_folder import package_of
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.files import is_file, is_folder, read_text, resolve
 from rosorin_compile.source.project import Description

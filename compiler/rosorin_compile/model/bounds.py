@@ -162,13 +162,11 @@ class Way(NamedTuple):
     leaves: float
 
 
-def through(shape: Shape, place: Transform, origin: Vector, direction: Vector) -> Way | None:
-    """Return the part of a line inside a solid whose link is at ``place``, or None where it passes by.
+def through(geometry: Geometry, at: Vector, along: Vector) -> Way | None:
+    """Return the part of a line inside a solid, in whose axes it is given, or None where it passes by.
 
-    ``direction`` is a unit vector. Lines pass by meshes and height maps.
+    ``at`` is a point of the line (m), ``along`` a unit vector. Lines pass by meshes and height maps.
     """
-    back = place.then(shape.origin().transform()).inverse()
-    at, along, geometry = back.apply(origin), back.rotate(direction), shape.geometry
     parts: list[tuple[float, float]] = []
     if isinstance(geometry, Box):
         slabs = [_slab(*line) for line in zip(at, along, geometry.size, strict=True)]

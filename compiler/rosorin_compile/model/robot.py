@@ -21,7 +21,7 @@ from .simulation import AT_ORIGIN, GazeboSensor, Root, Simulated, Values
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rosorin_compile.ros.moveit import Moveit
+    from rosorin_compile.ros.sections.moveit import Moveit
     from rosorin_compile.ros.sections.control.hardware import Block
 
     from .drive import Drive, Driving
@@ -302,8 +302,16 @@ class Robot:
         return tuple(found)
 
     def moves_between(self, first: str, second: str) -> bool:
-        ways = ({joint.name for joint in self.chain(name)} for name in (first, second))
-        return any(not self.joint[name].is_fixed for name in set.symmetric_difference(*ways))
+        """Return True if two links can move against each other."""
+        return self._rigid_tops.get(first, first) != self._rigid_tops.get(second, second)
+
+    @cached_property
+    def _rigid_tops(self) -> Mapping[str, str]:
+        tops: dict[str, str] = {}  # the highest link that each link is fixed to
+        for link in self._down:
+            joint = self.joint_to.get(link.name)
+            tops[link.name] = tops[joint.parent] if joint is not None and joint.is_fixed else link.name
+        return tops
 
     def fixed_neighbours(self, link: str) -> Iterator[tuple[str, Transform]]:
         """Yield the links joined to a link by one fixed joint, and their poses in it; children before the parent."""

@@ -154,10 +154,12 @@ def _ends(view: Data, places: Mapping[str, Transform], solids: list[_Solid]) -> 
         one._replace(shape=piece) for one in solids if _is_near(one, eye.xyz) for piece in one.shape.solids(MERGED)
     ]
     near = [piece for piece in pieces if _is_near(piece, eye.xyz)]
+    to_shapes = [(solid, solid.place.then(solid.shape.origin().transform()).inverse()) for solid in near]
+    starts = [(solid, to_shape, to_shape.apply(eye.xyz)) for solid, to_shape in to_shapes]
     for direction in map(eye.rotate, _directions(view)):
         hits = []
-        for solid in near:
-            way = through(solid.shape, solid.place, eye.xyz, direction)
+        for solid, to_shape, start in starts:
+            way = through(solid.shape.geometry, start, to_shape.rotate(direction))
             if way is not None and way.leaves > ON_A_FACE and way.enters <= AT_ONCE:
                 hits.append((way.leaves if way.enters < -ON_A_FACE else way.enters, solid))
         yield min(hits, key=lambda hit: hit[0], default=None)

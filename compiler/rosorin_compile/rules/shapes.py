@@ -200,7 +200,9 @@ def contained_links(case: Case) -> Iterator[Diagnostic]:
         return
     places = robot.poses_in_root({})
     ends = {link.name: points for link in robot.links if (points := _points(link, places[link.name]))}
-    order = sorted((points[0][0], name) for name, points in ends.items())
+    firsts = [*zip(*(points[0] for points in ends.values()), strict=True)] or [(0.0,)]
+    axis = max(range(len(firsts)), key=lambda axis: max(firsts[axis]) - min(firsts[axis]))  # the robot is longest in it
+    order = sorted((points[0][axis], name) for name, points in ends.items())
     fixed = [(joint.parent, joint.child) for joint in robot.joints if joint.is_fixed]
     rigid = pieces([*zip(robot.link, robot.link, strict=True), *fixed])
     group = {name: index for index, names in enumerate(rigid) for name in names}
@@ -211,7 +213,7 @@ def contained_links(case: Case) -> Iterator[Diagnostic]:
             ball = ball_of(shape)
             if ball is None:
                 continue
-            middle = places[outer.name].apply(ball.middle)[0]
+            middle, to_outer = places[outer.name].apply(ball.middle)[axis], places[outer.name].inverse()
             first = bisect_left(order, (middle - ball.radius, ""))
             inside = [
                 name
@@ -219,7 +221,7 @@ def contained_links(case: Case) -> Iterator[Diagnostic]:
                 if group[name] != group[outer.name]
                 and frozenset((group[name], group[outer.name])) not in near
                 and frozenset((name, outer.name)) not in apart
-                and holds(shape, places[outer.name].inverse(), ends[name])
+                and holds(shape, to_outer, ends[name])
             ]
             for name in inside if len(inside) < ENVELOPE else ():
                 path = case.joint(robot.joint_to[name]) if name in robot.joint_to else case.link(name)
@@ -253,9 +255,9 @@ def _points(link: Link, place: Transform) -> list[Vector]:
 
 def holds(shape: Shape, step: Transform, points: Sequence[Vector]) -> bool:
     """Return True if points of another frame, at ``step``, are all inside a box, a sphere or a cylinder."""
-    geometry, back = shape.geometry, shape.pose.transform().inverse()
+    geometry, to_shape = shape.geometry, shape.pose.transform().inverse().then(step)
     for point in points:
-        x, y, z = back.apply(step.apply(point))
+        x, y, z = to_shape.apply(point)
         depth = -math.inf  # of the point; below zero outside
         if isinstance(geometry, Box):
             (a, b, c), (d, e, f) = geometry.lower, geometry.upper

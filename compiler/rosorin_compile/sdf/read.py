@@ -19,10 +19,10 @@ from rosorin_compile.formats.urdf.read import plain
 from rosorin_compile.formats.urdf.reading import NAME
 from rosorin_compile.model import Robot, Transform
 from rosorin_compile.rules.urdf_elements import sdf_elements
-from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, Source, has_errors
+from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, has_errors
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.wording import count_of, first_of, mask_controls, phrase, quote
-from rosorin_compile.source.xml.markup import Element, MarkupError, correction, name_of, parse
+from rosorin_compile.source.xml.markup import Element, MarkupError, correction, name_of, parse_artifact
 
 from .content import OF_LINK, OF_MODEL, SOLIDS, WORLD, keep, wrap
 from .models import FRAME, LINK, Node, Scope, SdfReading, relative_to
@@ -47,10 +47,10 @@ def read_sdf(opened: Opened) -> Imported:
     if sections is None or top is None or has_errors(diagnostics):
         return imported
     source = {"status": "imported", "note": f"from {mask_controls(opened.path.name)}"}
-    tree: Map | None = as_tree({"robot": sections.pop("robot"), "source": source, **sections}, document.root.span)
-    problems: list[Diagnostic] = []
-    if tree is not None and opened.options.checked:
-        tree, problems = accept(tree, opened.options.lenient)
+    made: Map = as_tree({"robot": sections.pop("robot"), "source": source, **sections}, document.root.span)
+    if not opened.options.checked:
+        return imported._replace(tree=made)
+    tree, problems = accept(made, opened.options.lenient)
     if tree is None:
         return imported._replace(diagnostics=[*diagnostics, *problems])
     version = ".".join(map(str, top.version))
@@ -66,10 +66,8 @@ def read_sdf(opened: Opened) -> Imported:
 
 def read(text: str) -> Robot:
     """Return the robot that an SDF of ours contains. Raises ValueError if it is damaged."""
+    document = parse_artifact(text, "sdf")
     try:
-        document = parse(Source("the SDF", text))
-        if document.root.tag != "sdf":
-            raise ValueError(f"the root element is {document.root.tag}, not sdf")
         imported = read_sdf(Opened(Path("robot.sdf"), ReadOptions(checked=False), document))
     except MarkupError as problem:
         raise ValueError(problem.diagnostic.message) from None

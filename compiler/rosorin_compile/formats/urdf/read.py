@@ -17,12 +17,12 @@ from typing import Any
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Publisher, Robot, Transform
 from rosorin_compile.model.link import NO_SOURCE
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Source, Span, Suggestion, has_errors
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Span, Suggestion, has_errors
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.wording import and_more, mask_controls, phrase
-from rosorin_compile.source.xml.markup import Document, Element, MarkupError, name_of, parse
+from rosorin_compile.source.xml.markup import Document, Element, name_of, parse_artifact
 
 from ..imported import Imported, ReadOptions, comments_of
 from ..reading import accept, lower_artifact
@@ -98,14 +98,9 @@ def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple
 
 def read(text: str) -> Robot:
     """Return the robot that a URDF of ours contains. Raises ValueError if it is damaged."""
-    try:
-        document = parse(Source("the URDF", text))
-        if document.root.tag != "robot":
-            raise ValueError(f"the root element is {document.root.tag}, not robot")
-        reader = _Reader(ReadOptions(), spelling=False)
-        tree = reader.robot(document.root, Path("robot.urdf"), springs=False)  # <gazebo> elements have them
-    except MarkupError as problem:
-        raise ValueError(problem.diagnostic.message) from None
+    reader = _Reader(ReadOptions(), spelling=False)
+    # <gazebo> elements have the springs.
+    tree = reader.robot(parse_artifact(text, "robot").root, Path("robot.urdf"), springs=False)
     return plain(lower_artifact(tree, reader.diagnostics))
 
 

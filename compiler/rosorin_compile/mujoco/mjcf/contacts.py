@@ -36,7 +36,18 @@ from rosorin_compile.model.shape import MERGED, Capsule, Cylinder, Ellipsoid, He
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 
-from .bodies import HFIELD, Mask, Masks, body_name, form_of, half_sizes, has_volume, solids, weld_groups
+from .bodies import (
+    COLLISION,
+    HFIELD,
+    Mask,
+    Masks,
+    body_name,
+    form_of,
+    half_sizes,
+    has_volume,
+    numbered_solids,
+    weld_groups,
+)
 from .omissions import is_written, position_range
 
 # Faces that lie on each other touch, whatever the rounding of their poses (m).
@@ -270,8 +281,8 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
 
 
 def _geoms(link: Link, form: str) -> list[Geom]:
-    shapes = (solid for shape in link.collision for solid in solids(shape, form))
-    every = ((number, solid_of(shape)) for number, shape in enumerate(shapes, start=1) if has_volume(shape.geometry))
+    shapes = numbered_solids(link, COLLISION, form)
+    every = ((number, solid_of(shape)) for number, shape in shapes if has_volume(shape.geometry))
     return [Geom(link.name, number, solid) for number, solid in every if solid is not None]
 
 
@@ -352,6 +363,8 @@ def refused_by_mjx(robot: Robot, output: Output) -> Iterator[tuple[tuple[str, st
             kind = _kind(robot, shape, form)
             if kind:
                 looks.setdefault((link.name, kind, masks.mask_of(link.name, shape)), number)
+    kinds_here = {kind for _, kind, _ in looks}
+    wanted = {kinds for kinds in CANNOT if kinds <= kinds_here}
     paired = {frozenset((geom.link, _kind(robot, geom.solid.shape, form)) for geom in pair) for pair in touching.pairs}
     excluded = set(map(frozenset, touching.excluded))
     top_of = {name: top for top, names in weld_groups(robot).items() for name in names}
@@ -359,6 +372,8 @@ def refused_by_mjx(robot: Robot, output: Output) -> Iterator[tuple[tuple[str, st
     world = "" if robot.has_free_base(output) else robot.root  # the top of what is welded to the world
     found: set[frozenset[str]] = set()
     for first, second in combinations(looks, 2):
+        if found == wanted:
+            return
         (one, kind, mask), (other, other_kind, other_mask) = first, second
         kinds = frozenset((kind, other_kind))
         if one == other or kinds not in CANNOT or kinds in found or not mask.meets(other_mask):
@@ -378,7 +393,7 @@ def _kind(robot: Robot, shape: Shape, form: str) -> str:
     if not has_volume(geometry) or (isinstance(geometry, Mesh) and not is_written(robot, geometry)):
         return ""
     if isinstance(geometry, HeightMap):
-        return HFIELD if form == HFIELD else "box" if solids(shape, form) else ""
+        return HFIELD if form == HFIELD else "box" if shape.solids(form) else ""
     return type(geometry).__name__.lower()
 
 

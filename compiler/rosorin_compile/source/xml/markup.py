@@ -122,17 +122,14 @@ class Remark(NamedTuple):
 class Element:
     """An element between the offsets ``start`` and ``end`` of the text; its start tag ends at ``opened``."""
 
-    __slots__ = ("attributes", "content", "document", "end", "opened", "parent", "start", "tag")
+    __slots__ = ("attributes", "children", "content", "document", "end", "opened", "parent", "start", "tag")
 
     def __init__(self, document: Document, tag: str, parent: Element | None, start: int) -> None:
         self.document, self.tag, self.parent = document, tag, parent
         self.start = self.opened = self.end = start
         self.attributes: dict[str, Attribute] = {}
         self.content: list[Element | Remark] = []
-
-    @property
-    def children(self) -> list[Element]:
-        return [item for item in self.content if isinstance(item, Element)]
+        self.children: list[Element] = []
 
     @property
     def texts(self) -> list[Remark]:
@@ -172,7 +169,10 @@ class Element:
 
 
 class Document:
-    """A text read as XML: its root, and the remarks around it; ``origin`` returns places in files it was made of."""
+    """A text read as XML: its root, and the remarks around it.
+
+    ``origin`` returns places in files it was made of; ``whole`` is the place of everything in an artifact.
+    """
 
     def __init__(self, source: Source) -> None:
         self.source = source
@@ -181,9 +181,12 @@ class Document:
         self.after: list[Remark] = []
         self.root = Element(self, "", None, 0)
         self.origin: Callable[[int, int], Span] | None = None
+        self.whole: Span | None = None
 
     def span(self, start: int, length: int = 1) -> Span:
         """Return the place of the characters from an offset on; it ends with the line at the latest."""
+        if self.whole is not None:
+            return self.whole
         if self.origin is not None:
             return self.origin(start, length)
         line = bisect_right(self._starts, start)
@@ -194,7 +197,7 @@ class Document:
 
     def words(self, raw: str, text: str, start: int, whole: Span) -> list[Word]:
         """Return the words of a text that begins at an offset as ``raw``; those of references are at ``whole``."""
-        if "&" in raw or "<" in raw:  # references, CDATA
+        if self.whole is not None or "&" in raw or "<" in raw:  # references, CDATA
             return [Word(word, whole) for word in text.split()]
         return [Word(found[0], self.span(start + found.start(), len(found[0]))) for found in _WORD.finditer(raw)]
 
@@ -248,6 +251,18 @@ def parse(source: Source) -> Document:
     return reader.document
 
 
+def parse_artifact(text: str, tag: str) -> Document:
+    """Return an artifact of ours, which needs no places. Raises ValueError if it is damaged or has another root."""
+    try:
+        document = parse(Source("", text))
+    except MarkupError as problem:
+        raise ValueError(problem.diagnostic.message) from None
+    if document.root.tag != tag:
+        raise ValueError(f"the root element is {document.root.tag}, not {tag}")
+    document.whole = document.source.span()
+    return document
+
+
 class _Reader:
     """Builds a document from the events of expat."""
 
@@ -291,6 +306,7 @@ class _Reader:
         made.opened = self.text.index(">", position) + 1
         if self.open:
             self.open.content.append(made)
+            self.open.children.append(made)
         else:
             self.document.root = made
         self.open = made

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import zip_longest
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
@@ -30,9 +31,21 @@ from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.tree import exists
 from rosorin_compile.source.wording import count_of, first_of, phrase
 
-from ..mjcf.engine import reason
-from ..rest_pose import leader_of
-from .scenarios import FIXED, FREE, Driven, PoseTrial, Swept, Swung, World, quiet, run_scenarios, undriven_joints
+from .mjcf.engine import reason
+from .rest_pose import leader_of
+from .scenarios import (
+    FIXED,
+    FREE,
+    Driven,
+    PoseTrial,
+    Result,
+    Swept,
+    Swung,
+    World,
+    quiet,
+    run_scenarios,
+    undriven_joints,
+)
 
 _TIPPED = 0.2  # rad
 _SHOWN = 3  # names
@@ -154,12 +167,19 @@ def simulate(
             return refuse(reason(mujoco, problem)[0] or "MuJoCo gives no reason")
         scenarios = run_scenarios(world, seconds)
     timestep, speed = float(world.model.opt.timestep), world.steps / world.cpu if world.cpu else 0.0
-    units, files = {joint.name: joint.unit for joint in case.robot.joints if joint.moves}, understood.expanded.files
     result = Simulated(
-        case.robot.name, mujoco.__version__, base, timestep, used, units, own_servos=world.own, inputs=files
+        case.robot.name,
+        mujoco.__version__,
+        base,
+        timestep,
+        limits=used,
+        units={joint.name: joint.unit for joint in world.joints},
+        own_servos=world.own,
+        undriven=undriven_joints(world),
+        timing=Timing(speed, speed * timestep) if timing else None,
+        inputs=understood.expanded.files,
+        **scenarios,
     )
-    result = replace(result, undriven=undriven_joints(world))
-    result = replace(result, timing=Timing(speed, speed * timestep) if timing else None, **scenarios)
     return replace(result, diagnostics=tuple(arrange(apply_acceptances(case, _judge(case, result), "simulation"))))
 
 
@@ -167,17 +187,18 @@ def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
     """Yield what is beyond the limits, at the lines of the description."""
     limits, robot = {name: limit.value for name, limit in result.limits.items()}, case.robot
 
-    def broken(where: str, stop: str, path: TreePath) -> Diagnostic:
-        return replace(case.problem("simulation-breaks", f"{where}, {stop}", path, key=True), of=())
+    def broken(where: str, trial: Result, path: TreePath) -> Diagnostic:
+        return replace(case.problem("simulation-breaks", f"{where}, {trial.broken}", path, key=True), of=())
+
+    def touching(pair: tuple[str, str] | None) -> str:
+        return f': link "{pair[0]}" touches link "{pair[1]}"' if pair else ""
 
     for held in result.poses:
-        named: TreePath = ("poses", held.pose)
-        is_named = exists(case.tree, named)
-        path: TreePath = named if is_named else ("robot",)
+        is_named = exists(case.tree, ("poses", held.pose))
+        path: TreePath = ("poses", held.pose) if is_named else ("robot",)
         where = f'in pose "{held.pose}"' if is_named else "at rest"
         if held.broken:
-            yield broken(f"simulated {where}", held.broken, path)
-            continue
+            yield broken(f"simulated {where}", held, path)
         for name, off in sorted(held.errors.items(), key=lambda item: -item[1]):
             if off <= limits["hold"]:
                 continue
@@ -186,7 +207,7 @@ def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
             movers = [root, *(one for one in robot.joints if one.mimic and one.mimic.joint == root.name)]
             moved = set().union(*(robot.subtree(one.child) for one in movers))
             touch = next((one for one in held.touches if len(moved.intersection(one)) == 1), None)
-            message = f'{where}, joint "{name}" ends {off:.3g} {joint.unit} from its target{_touching(touch)}'
+            message = f'{where}, joint "{name}" ends {off:.3g} {joint.unit} from its target{touching(touch)}'
             severity, place = NOTE if touch else "", path if is_named else case.joint(joint)
             found = case.problem("pose-not-held", message, place, severity=severity, key=True)
             yield replace(found, of=(name, joint.child))
@@ -201,16 +222,15 @@ def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
     if result.own_servos and result.drive:
         message = f"no actuator turns {first_of(result.own_servos, _SHOWN)}: simulate drove with its own servos"
         yield replace(case.problem("drive-without-actuator", message, ("drive",), key=True), of=result.own_servos)
-    if result.undriven:
-        message = f"no actuator drives {first_of(result.undriven, _SHOWN)}: nothing moves it here"
-        place = case.joint(robot.joint[result.undriven[0]])
-        yield replace(
-            case.problem("joint-without-actuator", message, place, key=True, severity=NOTE), of=result.undriven
+    if idle := result.undriven:
+        message = f"no actuator drives {first_of(idle, _SHOWN)}: nothing moves it here"
+        found = case.problem(
+            "joint-without-actuator", message, case.joint(robot.joint[idle[0]]), severity=NOTE, key=True
         )
+        yield replace(found, of=idle)
     for driven in result.drive:
         if driven.broken:
-            yield broken(f"driving {driven.command}", driven.broken, ("drive",))
-            continue
+            yield broken(f"driving {driven.command}", driven, ("drive",))
         drive, on_floor, measured = robot.drive, result.poses[0].stands_on, _twist(driven.measured)
         checks = {
             f"{measured} where {_twist(driven.commanded)} is commanded ({driven.off:.0%} off)": ("drive", driven.off),
@@ -230,32 +250,27 @@ def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
     for swept in result.ranges:
         joint = robot.joint[swept.joint]
         if swept.broken:
-            yield broken(f'joint "{joint.name}" moved over its range', swept.broken, case.joint(joint))
+            yield broken(f'joint "{joint.name}" moved over its range', swept, case.joint(joint))
             continue
         for end, side in zip(swept.ends, ("lower", "upper"), strict=True):
             if end.error > limits["reach"]:
                 limit = f"its {side} limit of " if joint.limit and joint.type != "continuous" else ""
                 message = (
                     f'moved to {limit}{round(end.target, 4):.6g} {joint.unit}, joint "{joint.name}" ends'
-                    f" {end.error:.3g} {joint.unit} before it{_touching(end.touches[0] if end.touches else None)}"
+                    f" {end.error:.3g} {joint.unit} before it{touching(end.touches[0] if end.touches else None)}"
                 )
                 if end.touches and end.first_touch:
                     message += f", from {round(end.touch_position, 2):.6g} {joint.unit} on"
                 place, severity = case.joint(joint, *(("limit", side) if limit else ())), NOTE if end.touches else ""
                 yield case.problem("limit-not-reached", message, place, severity=severity)
-    swung = result.energy
-    if swung is not None and swung.broken:
-        yield broken("swinging without damping", swung.broken, ("robot",))
-    elif swung is not None and swung.change > limits["energy"]:
+    if (swung := result.energy) and swung.broken:
+        yield broken("swinging without damping", swung, ("robot",))
+    elif swung and swung.change > limits["energy"]:
         message = (
             f"without damping, friction and actuators the energy of the robot changes by {swung.change:.0%} within"
             f' half a second; joint "{swung.lightest}" moves the least inertia'
         )
         yield case.problem("energy-not-kept", message, ("robot",), key=True)
-
-
-def _touching(pair: tuple[str, str] | None) -> str:
-    return f': link "{pair[0]}" touches link "{pair[1]}"' if pair else ""
 
 
 def _twist(twist: Sequence[float]) -> str:
@@ -268,35 +283,35 @@ def _twist(twist: Sequence[float]) -> str:
 def tables(result: Simulated) -> str:
     """Return the results of the scenarios as tables with aligned columns."""
 
-    def row(name: str, trial: Any, *cells: str) -> tuple[str, ...]:
+    def row(name: str, trial: Result, *cells: str) -> Sequence[str]:
         return (name, f"broke {trial.broken.partition(':')[0]}") if trial.broken else (name, *cells)
 
-    is_free = result.base == FREE
-    on_floor = ("drift", "stands on") if is_free else ()
-    poses: list[tuple[str, ...]] = [("pose", "largest error", "joint", "touches", *on_floor)]
+    poses: list[Sequence[str]] = [
+        ("pose", "largest error", "touches", *(("drift", "stands on") if result.base == FREE else ()))
+    ]
     for held in result.poses:
-        error = (f"{held.worst[1]:.4f} {result.units[held.worst[0]]}", held.worst[0]) if held.worst else ("-", "-")
-        touches = phrase([" - ".join(pair) for pair in held.touches], 2) or "-"
-        floor = (f"{1000 * held.drift:.1f} mm", phrase(held.stands_on, 2) or "-") if is_free else ()
-        poses.append(row(held.pose, held, *error, touches, *floor))
-    drive: list[tuple[str, ...]] = [("command", "commanded", "measured", "off", "cross", "ripple")]
+        joint, error = max(held.errors.items(), key=lambda item: item[1], default=("", 0.0))
+        touches = phrase([" - ".join(pair) for pair in held.touches], 2)
+        floor = (f"{1000 * held.drift:.1f} mm", phrase(held.stands_on, 2)) if result.base == FREE else ()
+        worst = f"{error:.4f} {result.units[joint]} ({joint})" if joint else ""
+        poses.append(row(held.pose, held, worst, touches, *floor))
+    drive: list[Sequence[str]] = [("command", "commanded", "measured", "off", "cross", "ripple")]
     for driven in result.drive:
-        parts = zip(driven.commanded, driven.measured, ("m/s", "m/s", "rad/s"), strict=True)
-        texts = [(f"{part:.3f} {unit}", f"{value:.3f} {unit}") for part, value, unit in parts if part]
         errors = (f"{driven.off:.1%}", f"{driven.cross:.3f}", f"{1000 * driven.ripple:.2f} mm")
-        drive.append(row(driven.command, driven, *map(", ".join, zip(*texts, strict=True)), *errors))
-    ranges: list[tuple[str, ...]] = [("joint", "lower", "error", "upper", "error", "touches")]
+        drive.append(row(driven.command, driven, _twist(driven.commanded), _twist(driven.measured), *errors))
+    ranges: list[Sequence[str]] = [("joint", "lower", "error", "upper", "error", "touches")]
     for swept in result.ranges:
         unit = result.units[swept.joint]
         ends = [text for end in swept.ends for text in (f"{end.target:.3f}", f"{end.error:.4f}")]
-        touched = [end for end in swept.ends if end.first_touch]
-        where = [f"{' - '.join(end.first_touch or ())} from {end.touch_position:.2f} {unit}" for end in touched]
-        ranges.append(row(f"{swept.joint} ({unit})", swept, *ends, ", ".join(where) or "-"))
+        touched = [(" - ".join(end.first_touch), end.touch_position) for end in swept.ends if end.first_touch]
+        where = ", ".join(f"{pair} from {position:.2f} {unit}" for pair, position in touched)
+        ranges.append(row(f"{swept.joint} ({unit})", swept, *ends, where))
     blocks = []
     for rows in (poses, drive, ranges):
-        widths = [max(len(cells[i]) for cells in rows if i < len(cells)) for i in range(len(rows[0]))]
-        lines = ("  ".join(cell.ljust(width) for cell, width in zip(cells, widths, strict=False)) for cells in rows)
-        blocks += ["\n".join(line.rstrip() for line in lines)] if len(rows) > 1 else []
+        cells = [[cell or "-" for cell in one] for one in rows]
+        widths = [max(map(len, column)) for column in zip_longest(*cells, fillvalue="")]
+        lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in cells]
+        blocks += ["\n".join(lines)] if len(lines) > 1 else []
     if swung := result.energy:
         change = f"{swung.change:.1%}" if swung.change >= 0.0005 else "less than 0.1%"
         _, change = row("", swung, f"it changes by {change} in half a second")

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.compare.artifacts import Pair, pair_of, with_new_names
 from rosorin_compile.compare.changes import Change, find_changes
-from rosorin_compile.compare.precision import POSE_NOISE, printed_precision
+from rosorin_compile.compare.precision import NOISE, POSE_NOISE, Precision, printed_precision
 from rosorin_compile.compare.walk import Address, Leaves, compare_leaves, leaves
 from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.model import Mesh, Robot
@@ -33,7 +33,7 @@ CHANGED, MISSING, EXTRA, NOT_TEXT = "changed", "missing", "extra", "not-text"
 MAX_LINES, MAX_WIDTH = 40, 160  # of a diff
 _MAX_CHANGES = 100
 _MAX_COMPARED = 20_000  # lines; comparing more line by line takes too long
-_CUT = 60  # letters of a value
+_MAX_VALUE = 60  # letters
 _LARGEST_PICTURE = 200_000  # letters of a text that is not for people; the lines of a larger one are not compared
 _REMARKS = {
     MISSING: "missing; rosorin-compile all writes it",
@@ -53,11 +53,6 @@ class TextDifference(NamedTuple):
     remark: str = ""
     lines: tuple[str, ...] = ()
     shown: bool = True
-
-    @property
-    def is_text(self) -> bool:
-        """Whether the committed file is text."""
-        return self.kind != NOT_TEXT
 
 
 def _unified(file: str, old: str, new: str) -> tuple[str, ...]:
@@ -90,20 +85,19 @@ def _first_difference(old: str, new: str) -> str:
         names = names or re.findall(r"\b[a-zA-Z_][\w.-]*", " ".join(same))
         while before and after and before[-1] == after[-1]:
             del before[-1], after[-1]
-        values = (printable(" ".join(words))[:_CUT] or "nothing" for words in (before, after))
+        values = (printable(" ".join(words))[:_MAX_VALUE] or "nothing" for words in (before, after))
         return f"{' '.join([f'line {number}', *names[-1:]])}: {' -> '.join(values)}"
     return "white space"
 
 
 class Comparison(NamedTuple):
-    """How committed artifacts differ from compiled ones: by meaning, and file by file; ``same`` if nothing differs.
+    """How committed artifacts differ from compiled ones: by meaning, and file by file.
 
     ``pairs`` are the artifacts that differ and can be read, as they were and as they are.
     """
 
     changes: tuple[Change, ...]
     texts: tuple[TextDifference, ...]
-    same: bool
     pairs: tuple[Pair, ...] = ()
 
 
@@ -149,7 +143,7 @@ def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str,
         is_large = not format.shown and max(len(old), len(new)) > _LARGEST_PICTURE
         lines = () if is_large else _unified(artifact.file, old, new)
         texts.append(TextDifference(artifact.file, CHANGED, remark, lines, format.shown))
-    return Comparison(changes, tuple(sorted(texts)), not texts, tuple(pairs))
+    return Comparison(changes, tuple(sorted(texts)), tuple(pairs))
 
 
 def lines(comparison: Comparison, full: bool = False) -> list[str]:
@@ -183,11 +177,6 @@ class Committed(NamedTuple):
     folder: Path
     edited: tuple[Artifact, ...] = ()
 
-    @property
-    def same(self) -> bool:
-        """Whether no file differs."""
-        return self.comparison.same and not self.meshes
-
     def differing(self) -> tuple[str, ...]:
         """Return the names of the files that are not as compiled."""
         return (*(text.file for text in self.comparison.texts), *(name for name, _ in self.meshes))
@@ -220,8 +209,8 @@ def compare_committed(
     for name in (name for name, data in meshes.items() if data != committed.get(name)):
         what = "another file than the mesh is" if name in committed else "missing"
         changed.append((name, f"{what}; rosorin-compile all writes it"))
-    found = _edited(present, committed) if comparison.changes else ()
-    return Committed(comparison, committed, tuple(changed), load_all(present, folder, load), folder, found)
+    edited = _edited(present, committed) if comparison.changes else ()
+    return Committed(comparison, committed, tuple(changed), load_all(present, folder, load), folder, edited)
 
 
 def _edited(artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> tuple[Artifact, ...]:
@@ -229,44 +218,29 @@ def _edited(artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> tu
 
     Had the description changed, that one would have changed, too.
     """
-    readable = [one for one in artifacts if FORMATS[one.backend].read is not None]
-    texts = {one.output: committed[one.file].decode("utf-8", "replace") for one in readable}
-    current = [(one.text, _leaves(one, one.text)) for one in readable if texts[one.output] == one.text]
+
+    def content(artifact: Artifact, text: str) -> tuple[Leaves, Precision]:
+        read = FORMATS[artifact.backend].read
+        with suppress(ValueError, TypeError, OverflowError):
+            return leaves(read(text)) if read is not None else {}, printed_precision(text)
+        return {}, printed_precision(text)
+
+    def differing(one: tuple[Leaves, Precision], other: tuple[Leaves, Precision], tolerance: float) -> set[Address]:
+        return {found.address for found in compare_leaves(one[0], other[0], (one[1], other[1]), tolerance)}
+
+    texts = {one.output: committed[one.file].decode("utf-8", "replace") for one in artifacts}
+    current = [content(one, one.text) for one in artifacts if texts[one.output] == one.text]
     edited = []
-    for artifact in (one for one in readable if texts[one.output] != one.text):
-        sides = [(text, _leaves(artifact, text)) for text in (texts[artifact.output], artifact.text)]
-        (old_text, old), (new_text, new) = sides
-        changed = [
-            one.address for one in compare_leaves(old, new, (printed_precision(old_text), printed_precision(new_text)))
-        ]
-        for text, other in current:
-            shared = [a for a in changed if all(a.quantity in leaves.get(a[:2], {}) for leaves in (old, other))]
-            before, after = (_differing(shared, side, (text, other)) for side in sides)
-            if before - after:
+    for artifact in (one for one in artifacts if texts[one.output] != one.text):
+        old, new = content(artifact, texts[artifact.output]), content(artifact, artifact.text)
+        changed = differing(old, new, NOISE)
+        for other in current:
+            sides = [found for found, _ in (old, new, other)]
+            shared = {a for a in changed if all(a.quantity in side.get(a[:2], {}) for side in sides)}
+            if shared & (differing(old, other, POSE_NOISE) - differing(new, other, POSE_NOISE)):
                 edited.append(artifact)
                 break
     return tuple(edited)
-
-
-def _differing(addresses: Sequence[Address], one: tuple[str, Leaves], other: tuple[str, Leaves]) -> set[Address]:
-    """Return those of the addresses at which two artifacts differ, each a text and its leaves."""
-    parts: list[Leaves] = []
-    for _, there in (one, other):
-        part: Leaves = {}
-        for kind, name, quantity in addresses:
-            if quantity in there.get((kind, name), {}):
-                part.setdefault((kind, name), {})[quantity] = there[kind, name][quantity]
-        parts.append(part)
-    digits = printed_precision(one[0]), printed_precision(other[0])
-    return {leaf.address for leaf in compare_leaves(parts[0], parts[1], digits, POSE_NOISE)}
-
-
-def _leaves(artifact: Artifact, text: str) -> Leaves:
-    read = FORMATS[artifact.backend].read
-    try:
-        return leaves(read(text)) if read is not None else {}
-    except (ValueError, TypeError, OverflowError):
-        return {}
 
 
 def load_all(artifacts: Sequence[Artifact], folder: Path, load: Callable[[], Case | None]) -> list[Diagnostic]:

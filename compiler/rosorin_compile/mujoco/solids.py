@@ -21,7 +21,7 @@ from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.progress import Progress
 
-from ..mjcf.bodies import half_sizes, weld_groups
+from .mjcf.bodies import half_sizes, weld_groups
 
 Floats = Any  # an array of numpy, which is imported where it is used
 Meshes = Mapping[Mesh, Any]  # readable meshes as ``trimesh.Trimesh`` in metres

@@ -20,9 +20,9 @@ from rosorin_compile.source.diagnostics import Diagnostic, RequestError, count_o
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.yaml_text import Scalar
 
-from ..physics.checking import require
-from ..physics.scene import Bodies, Meshes, Pair, read_meshes
-from ..rest_pose import leader_of, range_of
+from .physics import require
+from .rest_pose import leader_of, range_of
+from .solids import Bodies, Meshes, Pair, read_meshes
 
 FILE = "collisions.yaml"
 FAR = 0.02  # m: links that stay farther apart than this are reported so, without the distance

@@ -9,12 +9,11 @@ from __future__ import annotations
 import copy
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from importlib import import_module
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -22,8 +21,8 @@ from rosorin_compile.model import Joint, Robot, Twist
 from rosorin_compile.model.drive import Drive
 from rosorin_compile.source.progress import Progress
 
-from ..mjcf.bodies import body_name
-from ..rest_pose import HOME, home_of, leader_of, range_of
+from .mjcf.bodies import body_name
+from .rest_pose import HOME, home_of, leader_of, range_of
 
 POSITION, VELOCITY, FORCE = "position", "velocity", "force"
 FIXED, FREE = "fixed", "free"
@@ -103,8 +102,7 @@ class World:
         self.model = spec.compile() if self.own else self.model
         self.floor = floor.id if base == FREE else -1
         self.data = mujoco.MjData(self.model)
-        numbers = {mujoco.mj_name2id(self.model, mujoco.mjtObj.mjOBJ_BODY, body_name(robot, n)): n for n in robot.link}
-        self.link_of: dict[int, str] = {number: name for number, name in numbers.items() if number >= 0}
+        self.link_of: dict[int, str] = {self.model.body(body_name(robot, name)).id: name for name in robot.link}
         self.actuators = self._actuators()
         self.servos = {(one.joint, one.kind): one for one in reversed(self.actuators)}  # the first of several
         self.chunk = max(1, round(_SAMPLE / self.model.opt.timestep))
@@ -178,8 +176,7 @@ class World:
 
     def turn(self, joint: str, speed: float, seconds: float) -> None:
         """Set the speed (rad/s) of a wheel for some seconds: a position servo is moved on."""
-        servo = self.servos.get((joint, VELOCITY))
-        if servo is not None:
+        if servo := self.servos.get((joint, VELOCITY)):
             self.data.ctrl[servo.number] = servo.control(speed * servo.gear)
         elif joint in self.targets:
             self.hold(joint, self.targets[joint] + speed * seconds)
@@ -235,9 +232,9 @@ class World:
 
 @dataclass
 class Result:
-    """The result of a scenario."""
+    """The result of a scenario; ``broken`` is when and why the simulation diverged, and nothing is measured then."""
 
-    broken: str = field(default="", kw_only=True)  # when and why the simulation diverged
+    broken: str = field(default="", kw_only=True)
 
 
 @dataclass
@@ -253,11 +250,6 @@ class PoseTrial(Result):
     ripple: float = 0.0  # how much its height changes (m)
     touches: list[tuple[str, str]] = field(default_factory=list)  # links that touch each other
     stands_on: list[str] = field(default_factory=list)  # links that touch the floor
-
-    @property
-    def worst(self) -> tuple[str, float] | None:
-        """The joint that is farthest from its target, and how far (rad or m)."""
-        return max(self.errors.items(), key=lambda item: item[1], default=None)
 
 
 @dataclass
@@ -300,24 +292,23 @@ class Swung(Result):
 
 def run_scenarios(world: World, seconds: float) -> dict[str, Any]:
     """Run all scenarios and return the results by kind; each pose is held for ``seconds``."""
-    robot, poses, joints, commands = world.robot, poses_of(world.robot), swept_joints(world), list[tuple[str, Twist]]()
+    robot, poses, commands = world.robot, poses_of(world.robot), list[tuple[str, Twist]]()
     if robot.drive is not None and world.base == FREE:
         commands = [("forward", Twist(vx=0.3)), ("sideways", Twist(vy=0.3)), ("turn", Twist(wz=1.0))]
         if robot.driving.steering:
             commands[1:] = [("curve", Twist(vx=0.3, wz=0.3))]
         elif not robot.driving.slides:
             del commands[1]
-    home, total, results = poses[0][1], len(poses) + len(commands) + len(joints) + 1, dict[str, list[Any]]()
-    scenarios: list[tuple[str, Callable[..., Any], Sequence[Any]]] = [
-        *(("poses", hold, (*pose, seconds)) for pose in poses),
-        *(("drive", drive, (home, *command)) for command in commands),
-        *(("ranges", sweep, (home, *joint)) for joint in joints),
-        *([("energy", swing, (home,))] if world.joints else []),
-    ]
-    for number, (kind, scenario, arguments) in enumerate(scenarios):
-        Progress.step("simulating", number, total)
-        results.setdefault(kind, []).append(scenario(world, *arguments))
-    (energy,) = results.pop("energy", [None])
+    home = poses[0][1]
+    runs: list[tuple[str, Callable[[], Result]]] = [("poses", partial(hold, world, *pose, seconds)) for pose in poses]
+    runs += [("drive", partial(drive, world, home, *command)) for command in commands]
+    runs += [("ranges", partial(sweep, world, home, *joint)) for joint in swept_joints(world)]
+    runs += [("energy", partial(swing, world, home))] if world.joints else []
+    results: dict[str, list[Any]] = {"poses": [], "drive": [], "ranges": [], "energy": []}
+    for number, (kind, run) in enumerate(runs):
+        Progress.step("simulating", number, len(runs))
+        results[kind].append(run())
+    (energy,) = results.pop("energy") or [None]
     return {"energy": energy, **{kind: tuple(several) for kind, several in results.items()}}
 
 
@@ -329,28 +320,28 @@ def poses_of(robot: Robot) -> list[tuple[str, Mapping[str, float]]]:
 
 def hold(world: World, pose: str, positions: Mapping[str, float], seconds: float) -> PoseTrial:
     """Leave the robot to its actuators in a pose for some seconds."""
+    import numpy as np
+
     root, robot = world.robot.root, world.robot
     world.reset(positions)
     actuated = set(world.targets) - set(world.own)
     held = [joint for joint in world.joints if actuated.intersection((joint.name, leader_of(robot, joint).name))]
-    targets = {joint.name: robot.position(joint, positions) for joint in held}
+    targets = [robot.position(joint, positions) for joint in held]
     turn_before, place_before = world.place(root)
-    errors, heights = list[list[float]](), list[float]()
-    for _ in world.run(seconds):
-        errors.append([world.position(joint.name) - targets[joint.name] for joint in held])
-        heights.append(float(world.place(root)[1][2]))
+    samples = [[*(world.position(j.name) for j in held), world.place(root)[1][2]] for _ in world.run(seconds)]
     result = PoseTrial(pose, positions, broken=world.broken)
-    if not world.broken:
-        last = max(1, round(_LAST / world.sample))
-        means = (abs(sum(several) / len(several)) for several in zip(*errors[-last:], strict=True))
-        result.errors = {joint.name: mean for joint, mean in zip(held, means, strict=True)}
-        result.touches, result.stands_on = world.contacts()
-        if world.base == FREE:
-            turn, place = world.place(root)
-            result.drift = math.hypot(*(place - place_before)[:2])
-            result.turned = abs(math.remainder(_yaw(turn) - _yaw(turn_before), math.tau))
-            result.leans = math.acos(max(-1.0, min(1.0, float(turn_before[2] @ turn[2]))))
-            result.ripple = max(heights[-last:]) - min(heights[-last:])
+    if world.broken:
+        return result
+    last = np.array(samples[-max(1, round(_LAST / world.sample)) :])
+    errors = np.abs(last[:, :-1].mean(axis=0) - targets).tolist()
+    result.errors = {joint.name: error for joint, error in zip(held, errors, strict=True)}
+    result.touches, result.stands_on = world.contacts()
+    if world.base == FREE:
+        turn, place = world.place(root)
+        result.drift = math.hypot(*(place - place_before)[:2])
+        result.turned = abs(math.remainder(_yaw(turn) - _yaw(turn_before), math.tau))
+        result.leans = math.acos(max(-1.0, min(1.0, float(turn_before[2] @ turn[2]))))
+        result.ripple = float(np.ptp(last[:, -1]))
     return result
 
 
@@ -360,6 +351,8 @@ def _yaw(turn: Any) -> float:
 
 def drive(world: World, positions: Mapping[str, float], command: str, twist: Twist) -> Driven:
     """Drive a command from a pose: half a second to get to speed, a second to settle, and one that counts."""
+    import numpy as np
+
     driving, scale = world.robot.driving, 1.0
     for name, speed in driving.speeds(twist).items():  # as fast as the wheels can
         servo, limit = world.servos.get((name, VELOCITY)), world.robot.joint[name].limit
@@ -373,10 +366,9 @@ def drive(world: World, positions: Mapping[str, float], command: str, twist: Twi
     world.reset({**positions, **angles})
 
     def state(time: float) -> tuple[float, ...]:
-        """Return the time, and x, y, yaw and height of the centre of the drive."""
+        """Return the time, and x, y, height and yaw of the centre of the drive."""
         turn, place = world.place(driving.frame)
-        x, y, height = map(float, place + turn @ centre)
-        return time, x, y, _yaw(turn), height
+        return (time, *(place + turn @ centre), _yaw(turn))
 
     def command_wheels(now: float) -> None:
         for name, speed in speeds.items():
@@ -386,24 +378,20 @@ def drive(world: World, positions: Mapping[str, float], command: str, twist: Twi
 
     states = [state(0.0), *map(state, world.run(_RAMP + _DRIVING, command_wheels))]
     result = Driven(command, twist, broken=world.broken)
-    if not world.broken:
-        count = max(1, round(_DRIVING / 2 / world.sample))
-        last = [_velocity(*pair) for pair in pairwise(states)][-count:]
-        result.measured = Twist(*(sum(parts) / len(last) for parts in zip(*last, strict=True)))
-        parts = list(zip(result.measured, twist, strict=True))
-        result.off = max(abs(part - aim) / abs(aim) for part, aim in parts if aim)
-        result.cross = max((abs(part) for part, aim in parts if not aim), default=0.0)
-        heights = [state[-1] for state in states[-count:]]
-        result.ripple = max(heights) - min(heights)
+    if world.broken:
+        return result
+    count = max(1, round(_DRIVING / 2 / world.sample))
+    last = np.array(states[-count - 1 :])
+    seconds, x, y, _, turned = np.diff(last, axis=0).T
+    turned = np.mod(turned + math.pi, math.tau) - math.pi
+    cosine, sine = np.cos(last[:-1, 4] + turned / 2), np.sin(last[:-1, 4] + turned / 2)
+    velocities = (cosine * x + sine * y, cosine * y - sine * x, turned)
+    result.measured = Twist(*(float((part / seconds).mean()) for part in velocities))
+    parts = list(zip(result.measured, twist, strict=True))
+    result.off = max(abs(part - aim) / abs(aim) for part, aim in parts if aim)
+    result.cross = max((abs(part) for part, aim in parts if not aim), default=0.0)
+    result.ripple = float(np.ptp(last[1:, 3]))
     return result
-
-
-def _velocity(before: Sequence[float], after: Sequence[float]) -> Twist:
-    """Return the velocity in the axes of the base between two states of time (s), x, y (m) and yaw (rad)."""
-    seconds, turned = after[0] - before[0], math.remainder(after[3] - before[3], math.tau)
-    x, y, middle = after[1] - before[1], after[2] - before[2], before[3] + turned / 2
-    cosine, sine = math.cos(middle), math.sin(middle)
-    return Twist((cosine * x + sine * y) / seconds, (cosine * y - sine * x) / seconds, turned / seconds)
 
 
 def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
@@ -435,30 +423,30 @@ def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tupl
     velocity = joint.limit.known_value("velocity") if joint.limit else None
     speed = min(_SLIDE_SPEED if joint.type == "prismatic" else _SWEEP_SPEED, velocity / 2 if velocity else math.inf)
     world.reset(positions)
-    result, at_start, here = Swept(joint.name), set(world.contacts()[0]), world.position(joint.name)
-
-    def move(start: float, end: float, seconds: float, now: float) -> None:
-        target = start + (end - start) * min(1.0, now / seconds)
-        if (joint.name, POSITION) in world.servos:
-            world.hold(joint.name, target)
-        else:
-            world.turn(joint.name, (target - world.position(joint.name)) / _CATCH_UP, world.sample)
-
+    result, at_start, start = Swept(joint.name), set(world.contacts()[0]), world.position(joint.name)
     for end in ends:
-        seconds = min(_LONGEST, max(_SHORTEST, abs(end - here) / speed))
-        errors, first, first_position, before = list[float](), None, 0.0, at_start | set(world.contacts()[0])
-        for _ in world.run(seconds + _AT_END, partial(move, here, end, seconds)):
+        seconds = min(_LONGEST, max(_SHORTEST, abs(end - start) / speed))
+
+        def move(now: float, start: float = start, end: float = end, seconds: float = seconds) -> None:
+            target = start + (end - start) * min(1.0, now / seconds)
+            if (joint.name, POSITION) in world.servos:
+                world.hold(joint.name, target)
+            else:
+                world.turn(joint.name, (target - world.position(joint.name)) / _CATCH_UP, world.sample)
+
+        first: tuple[tuple[str, str] | None, float] = (None, 0.0)
+        errors, before = list[float](), at_start | set(world.contacts()[0])
+        for _ in world.run(seconds + _AT_END, move):
             now, touches = world.position(joint.name), world.contacts()[0]
             errors.append(abs(now - end))
             fresh = [pair for pair in touches if pair not in before]
-            if fresh and first is None:
-                first, first_position = fresh[0], now
+            first = (fresh[0], now) if fresh and first[0] is None else first
         if world.broken:
             result.broken = world.broken
             break
         last, left = errors[-max(1, round(_LAST / world.sample / 2)) :], [p for p in touches if p not in at_start]
-        result.ends.append(End(end, sum(last) / len(last), left, first, first_position))
-        here = end
+        result.ends.append(End(end, sum(last) / len(last), left, *first))
+        start = end
     return result
 
 

@@ -25,8 +25,8 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, DiagnosticError, Related, Source, Span, error
 
-from ..ports import facts
-from .tables import Kind, as_yaml, convert, kinds
+from .node_kinds import Kind, as_yaml, convert, kinds
+from .ports import facts
 
 PARAMETERS = "ros__parameters"
 _DEEPEST = 42  # mappings and lists in each other
@@ -90,13 +90,20 @@ class NoParameters(DiagnosticError, ValueError):
 
 def read_sections(source: Source) -> tuple[list[Section], list[Diagnostic]]:
     """Return the sections of a parameter file in its order, and warnings. Raises NoParameters."""
-    reader = _Reader(source)
+    reader, loader = _Reader(source), getattr(yaml, "CLoader", yaml.Loader)
     try:
-        reader.read()
+        reader.check_events(yaml.parse(source.text, loader))
+        tops = [top for top in yaml.compose_all(source.text, loader) if top is not None]
     except yaml.YAMLError as problem:
         from rosorin_compile.source.yaml_mistakes import explain_mistake
 
         raise NoParameters(replace(explain_mistake(source, problem), rule="parameters-syntax")) from None
+    for top in tops:
+        if not isinstance(top, yaml.MappingNode):
+            raise reader.fail("this is no parameter file: its top is no mapping", top)
+        reader.names("", top, None)
+    if not reader.sections and tops:
+        reader.warn(f"no node has parameters here: there is no {PARAMETERS}", source.span(), _HELP)
     return list(reader.sections.values()), reader.diagnostics
 
 
@@ -112,101 +119,70 @@ def read_file(path: Path) -> tuple[list[Section], list[Diagnostic]]:
     return read_sections(source)
 
 
-class _Item(NamedTuple):
-    """A value of YAML: its first event, and what is in it; in a mapping, keys and values by turns."""
-
-    event: Any
-    inside: list[_Item]
-
-    @property
-    def pairs(self) -> Iterator[tuple[_Item, _Item]]:
-        return zip(self.inside[::2], self.inside[1::2], strict=True)
-
-    @property
-    def is_map(self) -> bool:
-        return isinstance(self.event, yaml.MappingStartEvent)
-
-    @property
-    def is_list(self) -> bool:
-        return isinstance(self.event, yaml.SequenceStartEvent)
-
-
 class _Reader:
-    """Reads the events of a YAML parser, which knows aliases and the style of texts."""
+    """Reads the nodes of YAML as rcl does."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
         self.sections: dict[str, Section] = {}
         self.diagnostics: list[Diagnostic] = []
-        loader = getattr(yaml, "CLoader", yaml.Loader)
-        self.events: Iterator[Any] = iter(loader(source.text).get_event, None)
+        self.texts: set[int] = set()  # where values with the tag !!str begin
 
-    def read(self) -> None:
-        """Read the document of the file; one of comments alone is right."""
-        tops = [self.item(event, 0) for event in self.events if isinstance(event, yaml.NodeEvent)]
-        for top in tops:
-            if not top.is_map:
-                raise self.fail("this is no parameter file: its top is no mapping", top)
-            self.names("", top, None)
-        if not self.sections and tops:
-            self.warn(f"no node has parameters here: there is no {PARAMETERS}", self.source.span(), _HELP)
+    def check_events(self, events: Iterable[Any]) -> None:
+        """Check what the nodes of YAML do not tell, and that they are not nested too deep to be made."""
+        depth = 0
+        for event in events:
+            if isinstance(event, yaml.AliasEvent):
+                raise self.fail("ROS 2 takes no aliases in a parameter file", event, "write the value here")
+            if isinstance(event, yaml.ScalarEvent) and event.tag == "tag:yaml.org,2002:str":
+                self.texts.add(event.start_mark.index)  # type: ignore[union-attr]
+            depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+            if depth > _DEEPEST:
+                raise self.fail("nested deeper than 40 levels", event, "flatten the file")
 
-    def item(self, event: Any, depth: int) -> _Item:
-        made = _Item(event, [])
-        if depth > _DEEPEST:
-            raise self.fail("nested deeper than 40 levels", made, "flatten the file")
-        if isinstance(event, yaml.CollectionStartEvent):
-            while not isinstance(inner := next(self.events), yaml.CollectionEndEvent):
-                made.inside.append(self.item(inner, depth + 1))
-        return made
-
-    def names(self, above: str, mapping: _Item, named: Span | None) -> bool:
+    def names(self, above: str, mapping: Any, named: Span | None) -> bool:
         """Read a mapping of namespaces and nodes, and return True if it has parameters.
 
         ``named`` is the place of the last name.
         """
         is_node = has_parameters = False
-        for key, value in mapping.pairs:
+        for key, value in mapping.value:
             name = self.text(key)
             if not name:
                 raise self.fail("a node has no name: ROS 2 refuses the whole file", key, "name it")
-            if not value.is_map:
+            if not isinstance(value, yaml.MappingNode):
                 if name == PARAMETERS:
                     raise self.fail(f"{PARAMETERS} is a mapping of keys to values", value)
                 raise self.fail(f'"{name}" has a value, but is not below a {PARAMETERS}', key)
-            if name == PARAMETERS:
-                if named is None:
-                    raise self.fail(f"{PARAMETERS} is at the top level: no node is named", key)
-                if is_node:
-                    raise self.fail(f"{PARAMETERS} is repeated for one node, which ROS 2 refuses", key, "make it one")
-                self.check_name(above, named)
-                section = self.sections.setdefault(above, Section(above, named))
-                self.parameters(section, "", value)
-                is_node = True
-                has_parameters |= bool(section.parameters)
+            if name != PARAMETERS:
+                between = "" if above.endswith("/") or (name.startswith("/") and not above) else "/"
+                if self.names(f"{above}{between}{name}", value, self.span(key)):
+                    has_parameters = True
+                    if is_node:
+                        what = f'"{name}" follows the {PARAMETERS} of "{above.strip("/")}", which ROS 2 refuses'
+                        raise self.fail(what, key, f"write it as a node of its own: {above.strip('/')}/{name}")
                 continue
-            between = "" if above.endswith("/") or (name.startswith("/") and not above) else "/"
-            if self.names(f"{above}{between}{name}", value, self.span(key)):
-                has_parameters = True
-                if is_node:
-                    what = f'"{name}" follows the {PARAMETERS} of "{above.strip("/")}", which ROS 2 refuses'
-                    raise self.fail(what, key, f"write it as a node of its own: {above.strip('/')}/{name}")
+            if named is None:
+                raise self.fail(f"{PARAMETERS} is at the top level: no node is named", key)
+            if is_node:
+                raise self.fail(f"{PARAMETERS} is repeated for one node, which ROS 2 refuses", key, "make it one")
+            words = above.removeprefix("/").split("/")  # rmw_validate_node_name
+            wrong = [word for word in words if not _WORD.fullmatch(word) and not _SUBSTITUTED.search(word)]
+            if wrong:
+                what = f'"{wrong[0] or above}" is no name of a node or a namespace: ROS 2 refuses the whole file'
+                help = "letters, digits and _ alone, a digit not first"
+                help = help if wrong[0] else "write / between two names, and at most one before the first"
+                raise NoParameters(error("parameters-syntax", what, named, help))
+            section = self.sections.setdefault(above, Section(above, named))
+            self.parameters(section, "", value)
+            is_node = True
+            has_parameters |= bool(section.parameters)
         return has_parameters
 
-    def check_name(self, full: str, named: Span) -> None:
-        """Raise NoParameters for a name that no node may have (rmw_validate_node_name)."""
-        words = full.removeprefix("/").split("/")
-        wrong = [word for word in words if not _WORD.fullmatch(word) and not _SUBSTITUTED.search(word)]
-        if wrong:
-            what = f'"{wrong[0] or full}" is no name of a node or a namespace: ROS 2 refuses the whole file'
-            help = "letters, digits and _ alone, a digit not first"
-            help = help if wrong[0] else "write / between two names, and at most one before the first"
-            raise NoParameters(error("parameters-syntax", what, named, help))
-
-    def parameters(self, section: Section, above: str, mapping: _Item) -> str:
+    def parameters(self, section: Section, above: str, mapping: Any) -> str:
         """Read parameters, and return the name of the last one if it is empty: ROS 2 miscounts the levels after it."""
         empty = ""
-        for key, value in mapping.pairs:
+        for key, value in mapping.value:
             text = self.text(key)
             if not text:
                 raise self.fail("a parameter has no name: ROS 2 refuses the whole file", key, "name it")
@@ -214,48 +190,39 @@ class _Reader:
                 message = f'"{text}" follows "{empty}", which is empty: ROS 2 refuses or misreads the file'
                 raise self.fail(message, key, "leave the empty one out")
             name = f"{above}{text}"
-            if value.is_map:
-                empty = self.parameters(section, f"{name}.", value) if value.inside else name
-            elif value.is_list and any(item.is_map for item in value.inside):
-                self.mapping_in_list(section, name, key, value)
+            maps = [one for one in value.value if isinstance(one, yaml.MappingNode)] if _is_list(value) else []
+            if isinstance(value, yaml.MappingNode):
+                empty = self.parameters(section, f"{name}.", value) if value.value else name
+            elif maps and len(value.value) == 1 and all(_is_list(inner) for _, inner in maps[0].value):
+                # gpio_controllers has such parameters: a: [{b: [x]}] is a.b: [x].
+                self.parameters(section, f"{name}.", maps[0])
+            elif maps:
+                message = f'"{name}" has a mapping in a list: ROS 2 reads it otherwise than it looks'
+                self.warn(message, self.span(key), "write a mapping without the list")
             else:
-                self.put(
-                    section, name, self.values(name, value) if value.is_list else self.scalar(value)[0], key, value
-                )
+                self.put(section, name, key, value)
         return empty
 
-    def mapping_in_list(self, section: Section, name: str, key: _Item, value: _Item) -> None:
-        """Read the only mapping of a list, in which all values are lists, as if it were no list.
-
-        gpio_controllers has such parameters: ``a: [{b: [x]}]`` is ``a.b: [x]``.
-        """
-        mapping = value.inside[0]
-        if len(value.inside) == 1 and all(inner.is_list for _, inner in mapping.pairs):
-            self.parameters(section, f"{name}.", mapping)
-        else:
-            message = f'"{name}" has a mapping in a list: ROS 2 reads it otherwise than it looks'
-            self.warn(message, self.span(key), "write a mapping without the list")
-
-    def put(self, section: Section, name: str, value: Any, key: _Item, start: _Item) -> None:
+    def put(self, section: Section, name: str, key: Any, value: Any) -> None:
         """Add a parameter to those of a section."""
-        made = Parameter(value, self.span(key), self.span(start))
-        before = section.parameters.get(name)
-        if before is not None:
+        read = self.values(name, value) if _is_list(value) else self.scalar(value)[0]
+        made = Parameter(read, self.span(key), self.span(value))
+        if before := section.parameters.get(name):
             message = f'"{name}" is repeated for {section.name}; the last one counts'
             related = (Related("first set here", before.key),)
             self.diagnostics.append(Diagnostic("parameters-twice", WARNING, message, made.key, related, "remove one"))
-        if value == []:
+        if made.value == []:
             message = f'"{name}" is an empty list, and ROS 2 does not know of what: nodes in C++ do not start '
             message += '("No parameter value set")'
             self.warn(message, made.span, "leave it out, if the node has a list by default")
         section.parameters[name] = made
 
-    def values(self, name: str, items: _Item) -> list[Any]:
+    def values(self, name: str, items: Any) -> list[Any]:
         """Return the values of a list, which have one type or no node starts."""
         values: list[Any] = []
         first = ""
-        for item in items.inside:
-            if item.is_list:
+        for item in items.value:
+            if _is_list(item):
                 message, help = f'"{name}" holds a list in a list, which ROS 2 refuses', "write one text in quotes"
                 raise self.fail(message, item, f'{help}: "[[x, y], ...]"')
             value, kind = self.scalar(item)
@@ -269,16 +236,13 @@ class _Reader:
             values.append(value)
         return values
 
-    def scalar(self, item: _Item) -> tuple[Any, str]:
+    def scalar(self, node: Any) -> tuple[Any, str]:
         """Return a value and its type."""
-        event = item.event
-        if isinstance(event, yaml.AliasEvent):
-            raise self.fail("ROS 2 takes no aliases in a parameter file", item, "write the value here")
-        text = event.value
-        if event.style in ("'", '"') or event.tag == "tag:yaml.org,2002:str":
+        text = node.value
+        if node.style in ("'", '"') or node.start_mark.index in self.texts:
             return text, "string"
         if not text:
-            raise self.fail("this key has no value: ROS 2 refuses the whole file", item, 'write "" for an empty text')
+            raise self.fail("this key has no value: ROS 2 refuses the whole file", node, 'write "" for an empty text')
         if text in _TRUE or text in _FALSE:
             return text in _TRUE, "bool"
         if _INT.match(text):
@@ -292,22 +256,28 @@ class _Reader:
             return float(text.replace(".", "")), "double"
         return text, "string"
 
-    def text(self, item: _Item) -> str:
+    def text(self, node: Any) -> str:
         """Return a key."""
-        if not isinstance(item.event, yaml.ScalarEvent):
-            raise self.fail("a key is plain text", item)
-        return str(item.event.value)
+        if not isinstance(node, yaml.ScalarNode):
+            raise self.fail("a key is plain text", node)
+        return str(node.value)
 
-    def span(self, item: _Item) -> Span:
-        start, end = item.event.start_mark, item.event.end_mark
-        length = end.column - start.column if end.line == start.line else 1
-        return Span(self.source, start.line + 1, start.column + 1, max(1, length))
+    def span(self, node: Any) -> Span:
+        """Return the place of a node or an event."""
+        start, end = node.start_mark, node.end_mark
+        is_word = end.line == start.line and not isinstance(node, yaml.CollectionNode)
+        length = max(1, end.column - start.column) if is_word else 1
+        return Span(self.source, start.line + 1, start.column + 1, length)
 
-    def fail(self, message: str, item: _Item, help: str = _HELP) -> NoParameters:
-        return NoParameters(error("parameters-syntax", message, self.span(item), help))
+    def fail(self, message: str, node: Any, help: str = _HELP) -> NoParameters:
+        return NoParameters(error("parameters-syntax", message, self.span(node), help))
 
     def warn(self, message: str, span: Span, help: str) -> None:
         self.diagnostics.append(Diagnostic("parameters-syntax", WARNING, message, span, help=help))
+
+
+def _is_list(node: Any) -> bool:
+    return isinstance(node, yaml.SequenceNode)
 
 
 @dataclass(frozen=True)
@@ -333,7 +303,7 @@ def nodes_of(text: str) -> dict[str, dict[str, Any]]:
 class Node(NamedTuple):
     """A node with its parameters, by full name with dots; / parts ``name``.
 
-    ``kind`` is what is known of it, or the name of that in the tables; None if its types are unknown.
+    ``kind`` is its kind, or the name of that in the tables; None if its types are unknown.
     """
 
     name: str
@@ -342,7 +312,7 @@ class Node(NamedTuple):
 
 
 def distro_of(output: Output) -> str:
-    """Return the distribution that an output is for, as it says it."""
+    """Return the distribution that an output is for."""
     return str(output.options.get("distribution", JAZZY))
 
 
@@ -351,7 +321,12 @@ def text(robot: Robot, output: Output, templates: Templates, head: Sequence[str]
     tree: dict[str, Any] = {}
     for name, parameters in parameters_of(output, nodes).node.items():
         for key, value in parameters.items():
-            _put(tree, [*name.split("/"), PARAMETERS, *key.split(".")], value)
+            *above, last = f"{name}/{PARAMETERS}".split("/") + key.split(".")
+            place: Any = tree
+            for word in above:
+                place = place.setdefault(word, {}) if isinstance(place, dict) else None
+            if place is not None:
+                place[last] = value
     values = {"robot": robot, "distribution": distro_of(output).capitalize(), "head": head, "rows": list(_rows(tree))}
     return templates.own("ros/parameters.yaml.jinja", values)
 
@@ -372,34 +347,22 @@ def parameters_of(output: Output, nodes: Iterable[Node]) -> Parameters:
     return Parameters(found)
 
 
-def _put(tree: dict[str, Any], path: Sequence[str], value: Any) -> None:
-    *above, last = path
-    for word in above:
-        tree = tree.setdefault(word, {})
-        if not isinstance(tree, dict):
-            return
-    tree[last] = value
-
-
 def _rows(tree: Mapping[str, Any], depth: int = 0) -> Iterator[str]:
     for key, value in tree.items():
         if isinstance(value, dict):
-            yield f"{'  ' * depth}{_text(key)}:"
+            yield f"{'  ' * depth}{_scalar(key)}:"
             yield from _rows(value, depth + 1)
         else:
-            yield f"{'  ' * depth}{_text(key)}: {_scalar(value)}"
+            yield f"{'  ' * depth}{_scalar(key)}: {_scalar(value)}"
 
 
 def _scalar(value: Any) -> str:
     if isinstance(value, (list, tuple)):
         return f"[{', '.join(map(_scalar, value))}]"
-    return _text(value) if isinstance(value, str) else as_yaml(value)
-
-
-def _text(value: str) -> str:
-    if _PLAIN.fullmatch(value) and value.lower() not in _WORDS:
-        return value
-    return json.dumps(value, ensure_ascii=False)
+    if not isinstance(value, str):
+        return as_yaml(value)
+    is_plain = _PLAIN.fullmatch(value) and value.lower() not in _WORDS
+    return value if is_plain else json.dumps(value, ensure_ascii=False)
 
 
 def parameter_file(name: str, **more: Any) -> Format:

@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 from rosorin_compile.formats.imported import Imported, Outputs
 from rosorin_compile.language.schema import fragment_at
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.tree import Map, Path, Seq
+from rosorin_compile.source.tree import Map, Path
 
 from .layout import Expression, Verbatim, angle_of, escape, layout, number, place_comments, within_part
 
@@ -68,7 +68,7 @@ def write(imported: Imported, wanted: Outputs, schema: str = "", split: bool | N
     }
 
 
-def lines_of(tree: Map) -> int:
+def lines_of(tree: Mapping[str, Any]) -> int:
     """Return how many lines some sections of a description take."""
     made = _Document(tree)
     return layout({key: made.value(value, (key,)) for key, value in tree.items()}).count("\n")
@@ -77,7 +77,7 @@ def lines_of(tree: Map) -> int:
 class _Document:
     """Turns a tree into the values of a document."""
 
-    def __init__(self, tree: Map, packages: Mapping[str, FilePath] = {}) -> None:
+    def __init__(self, tree: Mapping[str, Any], packages: Mapping[str, FilePath] = {}) -> None:
         self.tree, self.packages = tree, packages
 
     def build(self, wanted: Outputs) -> dict[str, Any]:
@@ -89,13 +89,13 @@ class _Document:
 
     def value(self, value: Any, path: Path, _: object = None) -> Any:
         """Return one value as ``layout`` takes it, without defaults, with the keys of mappings in their order."""
-        if isinstance(value, Seq):
+        if isinstance(value, (list, tuple)):
             return [self.value(item, (*path, index)) for index, item in enumerate(value)]
         if isinstance(value, str):
             return value if isinstance(value, Verbatim) else _in_packages(value, self.packages)
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             return number(value, angle_of(self.tree, path))
-        if not isinstance(value, Map):
+        if not isinstance(value, Mapping):
             return value
         own = within_part(path)
         made = {

@@ -18,7 +18,7 @@ from rosorin_compile.formats.imported import Comment
 from rosorin_compile.language.schema import fragment_at
 from rosorin_compile.source.diagnostics import printable
 from rosorin_compile.source.numbers import exact
-from rosorin_compile.source.tree import Map, Path
+from rosorin_compile.source.tree import Path
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.yaml_text import Scalar
 
@@ -212,7 +212,7 @@ def in_degrees(value: float, unit: str) -> str:
     return ""
 
 
-def angle_of(tree: Map, path: Path) -> str:
+def angle_of(tree: Mapping[str, Any], path: Path) -> str:
     """Return the unit in degrees of the value at a path of a description, empty if it is no angle."""
     body = tree["parts"][path[1]] if path[0] == "parts" and len(path) > 2 else tree
     path = within_part(path)

@@ -180,17 +180,18 @@ def entry(one: GazeboSensor, robot: Robot, gazebo: str) -> dict[str, Any]:
     if arguments := _arguments(one, kind, gazebo):
         made["with"] = arguments
     stamp, optical = one.stamp, ""
-    if kind in IMAGES:
-        below, waiting = list[str](), [] if "optical" in frame else [frame]
-        while waiting:  # the image frame is fixed to the camera
-            link = waiting.pop(0)
-            fixed = [joint.child for joint in robot.joints if joint.parent == link and joint.is_fixed]
-            below += [name for name in fixed if "optical" in name]
-            waiting += fixed
+    if kind in IMAGES:  # the image frame is fixed to the camera
+        near = [frame, *(joint.child for joint in robot.joints if joint.parent == frame and joint.is_fixed)]
+        fixed = [joint.child for joint in robot.joints if joint.parent in near and joint.is_fixed]
+        below = [name for name in fixed if "optical" in name and "optical" not in frame]
         optical = stamp if stamp in below else below[0] if below and not stamp else ""
         made["optical"] = {"frame": optical} if optical else False
-    elif kind in LIDAR_TYPES and not _in_mujoco(one, arguments):
-        made["mjcf"] = []
+    elif kind in LIDAR_TYPES:
+        axes = {"fov": one.inner("lidar", "scan", "horizontal"), "vertical_fov": one.inner("lidar", "scan", "vertical")}
+        ends = [(axis["min_angle"], axis["max_angle"]) for word, axis in axes.items() if word in arguments]
+        count = int(arguments.get("rays", 1)) * int(arguments.get("layers", 1))
+        if count > MAX_RAYS or any(abs(low + high) > _NEAR for low, high in ends):
+            made["mjcf"] = []  # MuJoCo's rays are symmetric
     if stamp in robot.link and stamp not in (frame, optical):
         made["stamps"] = [stamp]
     return made
@@ -235,8 +236,8 @@ def _arguments(one: GazeboSensor, kind: str, gazebo: str) -> dict[str, Any]:
 
 def _noise(word: str, noise: Mapping[str, Any]) -> dict[str, Any]:
     kind, stddev = noise.get("type", (noise.get("attributes") or {}).get("type")), noise.get("stddev")
-    is_plain = kind == "gaussian" and isinstance(stddev, float) and stddev > 0 and not noise.get("mean")
-    return {word: stddev} if is_plain else {}
+    is_gaussian = kind == "gaussian" and isinstance(stddev, float) and stddev > 0 and not noise.get("mean")
+    return {word: stddev} if is_gaussian else {}
 
 
 def _field_of_view(word: str, axis: Mapping[str, Any], rays: int) -> dict[str, Any]:
@@ -248,20 +249,6 @@ def _field_of_view(word: str, axis: Mapping[str, Any], rays: int) -> dict[str, A
     if (rays and abs(span + span / max(rays - 1, 1) - math.tau) < _NEAR) or span >= math.tau - _NEAR:
         return {}
     return {word: 2 * high if abs(low + high) <= NOISE else span} if 0 < span <= _WIDEST[word] else {}
-
-
-def _in_mujoco(one: GazeboSensor, arguments: Mapping[str, Any]) -> bool:
-    """Return True if MuJoCo can simulate a lidar: its rays are symmetric, and not too many."""
-    for name, word in (("horizontal", "fov"), ("vertical", "vertical_fov")):
-        axis = one.inner("lidar", "scan", name)
-        low, high = axis.get("min_angle", 0.0), axis.get("max_angle", 0.0)
-        if not isinstance(low, float) or not isinstance(high, float):
-            return False
-        full = math.tau - 2 * _NEAR - math.tau / arguments.get("rays", 1)
-        is_circle = word == "fov" and word not in arguments and high - low >= full
-        if not is_circle and abs(low + high) > _NEAR:
-            return False
-    return int(arguments.get("rays", 1)) * int(arguments.get("layers", 1)) <= MAX_RAYS
 
 
 def without_collisions(texts: Sequence[str]) -> list[str]:

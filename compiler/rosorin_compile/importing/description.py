@@ -42,7 +42,10 @@ def write(imported: Imported, wanted: Outputs, schema: str = "", split: bool | N
     whether it is several files; without it a long one is. The result is the same for the same tree, whatever the
     machine.
     """
-    document, root = _Document(imported.whole, imported.packages).build(wanted), Description.ROOT_FILE
+    made, root = _Document(imported.whole, imported.packages), Description.ROOT_FILE
+    body = {key: made.value(value, (key,)) for key, value in imported.whole.items() if value}
+    body["outputs"] = {name: _written(entry) for name, entry in wanted.entries.items()}
+    document: dict[str, Any] = sorted_sections({"rosorin_compile": Verbatim("1"), **body})
 
     def text(file: str, content: dict[str, Any]) -> str:
         remarks = place_comments(imported.comments, content, file == root)
@@ -79,13 +82,6 @@ class _Document:
 
     def __init__(self, tree: Mapping[str, Any], packages: Mapping[str, FilePath] = {}) -> None:
         self.tree, self.packages = tree, packages
-
-    def build(self, wanted: Outputs) -> dict[str, Any]:
-        """Return the document of the whole description."""
-        body = {key: self.value(value, (key,)) for key, value in self.tree.items() if value}
-        document: dict[str, Any] = {"rosorin_compile": Verbatim("1"), **body}
-        document["outputs"] = {name: _written(entry) for name, entry in wanted.entries.items()}
-        return sorted_sections(document)
 
     def value(self, value: Any, path: Path, _: object = None) -> Any:
         """Return one value as ``layout`` takes it, without defaults, with the keys of mappings in their order."""

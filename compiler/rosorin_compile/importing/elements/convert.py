@@ -119,39 +119,34 @@ class _Conversion:
 
     def control(self, found: Mapping[str, Candidate]) -> tuple[dict[str, Any], str]:
         """Return the entries of hardware blocks that mean the same, and the distribution that most of them are for."""
-        best: tuple[dict[str, Any], str, dict[str, str]] = ({}, "jazzy", {})
-        for distribution in ("jazzy", "humble") if found else ():
-            humble = distribution == "humble"
+        made = []
+        for distribution in ("jazzy", "humble"):
+            humble, options = distribution == "humble", {"control": distribution}
             entries = {name: block(one.element, self.robot, humble) for name, one in found.items()}
-            options = {"control": distribution}
             reasons = self.remove_refused(entries, CONTROL, options)
             reasons |= self.remove_different(found, entries, CONTROL, options, followers_of(self.robot, humble))
-            if len(entries) > len(best[0]) or not humble:
-                best = entries, distribution, reasons
-        self.kept |= {found[name].called: reason for name, reason in best[2].items()}
-        return best[0], best[1]
+            made.append((entries, distribution, reasons))
+        entries, distribution, reasons = max(made, key=lambda one: len(one[0]))
+        self.kept |= {found[name].called: reason for name, reason in reasons.items()}
+        return entries, distribution
 
     def sensors(self, found: Mapping[str, Candidate]) -> tuple[dict[str, Any], str]:
         """Return the entries of sensors that mean the same, and the Gazebo that most of them are for."""
-        parsed: dict[str, GazeboSensor] = {}
+        gazebo = gazebo_of([one.element for one in found.values()])
+        sensors: dict[str, GazeboSensor] = {}
         entries: dict[str, Any] = {}
         reasons: dict[str, str] = {}
         for name, one in found.items():
             try:
-                parsed[name] = read_sensor(one.element, one.reference)
-            except CannotConvert as problem:
-                reasons[name] = str(problem)
-        gazebo = gazebo_of(list(parsed.values())) if parsed else ""
-        for name, sensor in parsed.items():
-            try:
-                entries[name] = entry(sensor, self.robot, gazebo)
+                sensors[name] = read_sensor(one.element, one.reference)
+                entries[name] = entry(sensors[name], self.robot, gazebo)
             except CannotConvert as problem:
                 reasons[name] = str(problem)
         options = {"gazebo": gazebo}
         reasons |= self.remove_refused(entries, SENSORS, options)
         robot = self.with_sections({SENSORS: entries})[0] if entries else None
         for made in robot.sensors if robot is not None else ():
-            if made.name in entries and (changes := overlay(parsed[made.name], made, gazebo)):
+            if made.name in entries and (changes := overlay(sensors[made.name], made, gazebo)):
                 entries[made.name]["gazebo"] = changes
         reasons |= self.remove_refused(entries, SENSORS, options)
         reasons |= self.remove_different(found, entries, SENSORS, options)
@@ -201,10 +196,8 @@ class _Conversion:
                     [ElementTree.tostring(alone, "unicode"), *texts.get(one.called, [])]
                 )
                 if changes := element_differences([before], after, followers):
-                    added = [text for text in changes if text.endswith("is new") and "<sensor" not in text]
-                    added = [text for text in added if "<ros2_control" not in text]
                     missing = "nothing is written: its link has no mass that Gazebo keeps it for"
-                    wrong[name] = f"written back, it differs: {added[0] if added else changes[0]}" if after else missing
+                    wrong[name] = f"written back, it differs: {changes[0]}" if after else missing
             if not wrong:
                 break
             reasons |= wrong

@@ -79,16 +79,12 @@ class GazeboSensor(NamedTuple):
         return values
 
     @property
-    def plugins(self) -> list[dict[str, Any]]:
-        """The elements in its plug-ins."""
-        plugins = self.elements.get("plugin") or []
-        return [item for item in (plugins if isinstance(plugins, list) else [plugins]) if isinstance(item, dict)]
-
-    @property
     def stamp(self) -> str:
         """The frame that messages carry, as the element of Gazebo or a plug-in names it."""
+        plugins = self.elements.get("plugin") or []
+        plugins = plugins if isinstance(plugins, list) else [plugins]
         named = [self.elements.get(name) for name in _FRAMES]
-        named += [plugin.get(name) for plugin in self.plugins for name in _FRAME_NAMES]
+        named += [one.get(name) for one in plugins if isinstance(one, dict) for name in _FRAME_NAMES]
         return next((name.lstrip("/") for name in named if isinstance(name, str)), "")
 
 
@@ -139,16 +135,16 @@ def _scalar(text: str) -> Any:
     return number if "_" not in word and math.isfinite(number) else word
 
 
-def gazebo_of(found: Sequence[GazeboSensor]) -> str:
-    """Return which Gazebo most of some sensors are for: harmonic, fortress or classic."""
+def gazebo_of(elements: Sequence[Element]) -> str:
+    """Return which Gazebo most of some <sensor> elements are for: harmonic, fortress or classic."""
     votes = {"harmonic": 0, "fortress": 0, "classic": 0}
-    for one in found:
-        files = [str((item.get("attributes") or {}).get("filename", "")) for item in one.plugins]
-        if "ignition_frame_id" in one.elements:
+    for one in elements:
+        kind, files = one.get("type", "").strip(), [plugin.get("filename", "") for plugin in one.findall("plugin")]
+        if one.find("ignition_frame_id") is not None:
             votes["fortress"] += 1
-        elif "gz_frame_id" in one.elements or one.type in _MODERN:
+        elif one.find("gz_frame_id") is not None or kind in _MODERN:
             votes["harmonic"] += 1
-        elif one.type in _CLASSIC or any(re.match(r"lib.*(gazebo|hector).*\.so$", file) for file in files):
+        elif kind in _CLASSIC or any(re.match(r"lib.*(gazebo|hector).*\.so$", file) for file in files):
             votes["classic"] += 1
     return max(votes, key=lambda name: votes[name])
 

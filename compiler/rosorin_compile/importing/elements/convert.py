@@ -28,7 +28,6 @@ from rosorin_compile.source.tree import Map, Path, Seq, Text
 from rosorin_compile.source.xml.elements import indent_lines, tree_of
 from rosorin_compile.source.xml.markup import COMMENT, Remark, parse
 
-from .drives import read_drive
 from .hardware import block
 from .sensors import CannotConvert, GazeboSensor, entry, gazebo_of, overlay, read_sensor, without_collisions
 
@@ -78,7 +77,7 @@ def with_sections(imported: Imported) -> Converted:
     if tree is None or imported.format not in _FORMATS or not isinstance(texts, Seq):
         return Converted(imported)
     found, robot = _candidates(texts), imported.robot
-    if robot is None or not (found or any("<plugin" in text for text in texts)):
+    if robot is None or not found:
         return Converted(imported)
     return _Conversion(imported, tree, texts, robot).convert(found)
 
@@ -101,20 +100,17 @@ class _Conversion:
                 self.kept[one.called] = "two have this name" if one.name else "it has no name"
         control, distribution = self.control(unique[CONTROL])
         sensors, gazebo = self.sensors(unique[SENSORS])
-        drive, plugin = self.drive()
         taken = [unique[section][name] for section, some in ((CONTROL, control), (SENSORS, sensors)) for name in some]
-        if not taken and not drive:
+        if not taken:
             return Converted(self.imported, None, {}, self.kept)
-        sections: dict[str, Any] = {CONTROL: control, SENSORS: sensors, **({"drive": drive} if drive else {})}
-        sections[ELEMENTS], comments = self.without(taken)
+        elements, comments = self.without(taken)
         options = ({"control": distribution} if control else {}) | ({"gazebo": gazebo} if sensors else {})
-        if options:
-            outputs: dict[str, Any] = {**(self.tree.get("outputs") or {}), "urdf": dict(options)}
-            if self.imported.format == "sdf" and sensors:
-                outputs["sdf"] = {**(outputs.get("sdf") or {}), "gazebo": gazebo}
-            sections["outputs"] = outputs
+        outputs: dict[str, Any] = {**(self.tree.get("outputs") or {}), "urdf": options}
+        if self.imported.format == "sdf" and sensors:
+            outputs["sdf"] = {**(outputs.get("sdf") or {}), "gazebo": gazebo}
+        sections = {CONTROL: control, SENSORS: sensors, ELEMENTS: elements, "outputs": outputs}
         imported = self.imported._replace(tree=_put(self.tree, sections), comments=comments)
-        names = {"hardware block": list(control), "sensor": list(sensors), "drive": [plugin] if drive else []}
+        names = {"hardware block": list(control), "sensor": list(sensors)}
         return Converted(imported, self.tree, {key: value for key, value in names.items() if value}, self.kept)
 
     def control(self, found: Mapping[str, Candidate]) -> tuple[dict[str, Any], str]:
@@ -152,14 +148,6 @@ class _Conversion:
         reasons |= self.remove_different(found, entries, SENSORS, options)
         self.kept |= {found[name].called: reason for name, reason in reasons.items()}
         return entries, gazebo
-
-    def drive(self) -> tuple[Mapping[str, Any], str]:
-        """Return the drive of a plug-in, unless a rule refuses it, and the name of the plug-in."""
-        found = read_drive((element for _, element in _trees(self.texts)), self.robot)
-        if reason := found.reason or (self.with_sections({"drive": found.entry})[1] if found.entry else ""):
-            self.kept[f'the drive of "{found.plugin}"'] = reason
-            return {}, ""
-        return found.entry, found.plugin
 
     def remove_refused(self, entries: dict[str, Any], section: str, options: Mapping[str, Any]) -> dict[str, str]:
         """Remove the entries that a rule refuses, alone or together, and return the reasons by name."""

@@ -6,10 +6,8 @@ Only numbers and names are taken; no mesh and no text of the package is copied.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.model import Box
@@ -18,7 +16,8 @@ from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Suggestion, phr
 from rosorin_compile.source.files import is_file, is_folder, read_bytes
 from rosorin_compile.source.progress import Progress
 
-from ..layout import layout, number
+from ..description import _written
+from ..layout import layout
 from .height_map import make_height_map, summary
 from .height_map_file import height_map_yaml
 from .shapes import enclosing_box
@@ -122,7 +121,7 @@ def choice_of(path: Path) -> list[Diagnostic]:
     """Return a note about the variables by which a robot file chooses, if it does."""
     choice = _choice(read_bytes(path, _MAX_BYTES).decode("utf-8", "replace"))
     help = "set the environment variable, or give the argument as NAME:=VALUE"
-    return [Diagnostic("factory-robot", NOTE, f"{path} {choice}", None, (), help)] if choice else []
+    return [Diagnostic("factory-robot", NOTE, f"{path} {choice}", help=help)] if choice else []
 
 
 def take_numbers(
@@ -158,30 +157,19 @@ def take_numbers(
             source.diagnostics.append(problem.diagnostic)
     # Joints have all their numbers, with the accepted violations of rules about them.
     joints = {
-        name: {key: _plain(value) for key, value in joint.items() if key in _KEYS}
+        name: {key: _written(value) for key, value in joint.items() if key in _KEYS}
         for name, joint in (source.tree.get("joints") or {}).items()
     }
     accepted = [one for one in source.tree.get("accept") or () if not one["rule"].startswith(_NOT_TAKEN)]
     origin = {"status": "factory", "note": f"description package {package}"}
     taken.texts["joints"] = layout(
-        {"source": origin, "joints": joints, **({"accept": _plain(accepted)} if accepted else {})}
+        {"source": origin, "joints": joints, **({"accept": _written(accepted)} if accepted else {})}
     )
     links = {
-        link: {"collision": [{"box": {"min": _plain(box.lower), "max": _plain(box.upper)}}]} if box else {}
+        link: {"collision": [{"box": {"min": _written(box.lower), "max": _written(box.upper)}}]} if box else {}
         for link in source.robot.link
         if (box := boxes.get(link)) or not (taken.summary and link == frame)
     }
     origin = {"status": "calculated", "note": f"boxes around the meshes of the package {package}"}
     taken.texts["boxes"] = layout({"source": origin, "links": links})
     return taken
-
-
-def _plain(value: Any) -> Any:
-    """Return a value of a tree as ``layout`` takes it."""
-    if isinstance(value, Mapping):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
-    if isinstance(value, (int, float)) and not isinstance(value, bool):
-        return number(value)
-    return value if isinstance(value, bool) else str(value)

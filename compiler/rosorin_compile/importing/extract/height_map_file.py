@@ -89,14 +89,12 @@ class MapEntry:
     def complete(self, grid: GridOptions) -> GridOptions:
         """Return options with the grid and the step of this map as defaults. Raises ExtractProblem."""
         old = self.numbers
-        if old is not None:
-            size = grid.size or (len(old.heights) * old.cell, len(old.heights[0]) * old.cell)
-            cell, origin, step = grid.cell or old.cell, grid.origin or old.origin, grid.step or old.step
-            return replace(grid, cell=cell, origin=origin, size=None if grid.cells else size, step=step)
-        if None in (grid.cell, grid.origin) or (grid.cells is None and grid.size is None):
-            message = f"the grid of the height map of {self.link} is not written in numbers"
-            raise ExtractProblem.new("extract-into", message, "give --cell, --origin and --cells")
-        return grid
+        if old is None:
+            message = f"the height map of {self.link} is not written in numbers"
+            raise ExtractProblem.new("extract-into", message, _HELP)
+        size = grid.size or (len(old.heights) * old.cell, len(old.heights[0]) * old.cell)
+        cell, origin, step = grid.cell or old.cell, grid.origin or old.origin, grid.step or old.step
+        return replace(grid, cell=cell, origin=origin, size=None if grid.cells else size, step=step)
 
 
 def find_map(path: Path, link: str | None) -> MapEntry:

@@ -255,7 +255,7 @@ def test_mujoco_finds_the_meshes_of_an_mjcf_from_then_on(
     assert said.err == ""
     assert "its URDF is URDF 1.2, for the capsules; ROS up to Jazzy does not read it" in said.out
     made = Path(output[1] if output else "descriptions/arm")
-    assert "\n  # URDF 1.2, for the capsules; ROS" in (made / "robot.yaml").read_text("utf-8")
+    assert "\n# URDF 1.2, for the capsules; ROS" in (made / "robot.yaml").read_text("utf-8")
     assert run("all", str(made)) == 0
     model = mujoco.MjModel.from_xml_path(str(here / "outputs" / made.name / "arm.xml"))
     assert model.nmesh == 1

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import shlex
 import stat
@@ -11,7 +10,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
 from rosorin_compile.formats import FORMATS
@@ -19,10 +17,9 @@ from rosorin_compile.formats.format import Format
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import join, read_robot
 from rosorin_compile.model.joint import MOVING_TYPES
-from rosorin_compile.output import OutputError, WriteResult, open_package_folder, write_set
+from rosorin_compile.output import OutputError, write_set
 from rosorin_compile.request import FilePath, Packages, Values, Warn, read_options
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, count_of, error, has_errors
-from rosorin_compile.source.files import is_file, read_bytes
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map, Seq
@@ -32,7 +29,7 @@ from .description import write
 from .elements import Converted, report_elements, with_sections
 from .mesh_names import rename_files
 from .reimport import ENDING, Merged, import_again, is_record, record_of, recorded, remove
-from .ros_package import Package, comparing_test, inside, lines_to_add, package_at
+from .ros_package import Package, Written, package_at, write_into
 from .round_trip import RoundTrip, check_round_trip, schema_beside
 from .xacro.translate import Target, translate
 
@@ -148,8 +145,6 @@ class _Import:
     force: bool
     keep_edits: bool
     package: Package | None = None
-    name_in_package: str = ""
-    test_is_edited: bool = False
     diagnostics: list[Diagnostic] = field(default_factory=list)
 
     def check_options(self) -> None:
@@ -162,8 +157,7 @@ class _Import:
                 raise RequestError(f"--into names the place, and what is there stays: leave {word} out")
             if self.source is Description.ON_STDIN:
                 raise RequestError("--into compares the description with a file: name it, not -")
-            self.package = package_at(self.into)
-            self.name_in_package = inside(self.source, self.package)
+            self.package = package_at(self.into, self.source)
             own = {self.package.name: self.package.folder}
             self.reading = replace(self.reading, packages={**own, **self.reading.packages})
         if self.name is not None and not (_NAME.fullmatch(self.name) and self.name.isprintable()):
@@ -174,7 +168,7 @@ class _Import:
 
     def _command_line(self) -> list[str]:
         """Return the words of the command line that determine what is written; the next import needs the same."""
-        words = [self.name_in_package or self.source.name]
+        words = [self.package.source if self.package else self.source.name]
         words += [f"{name}:={value}" for name, value in self.reading.arguments.items()]
         values = {"--name": self.name, "--meshes": self.meshes, "--drives": self.drives}
         words += [word for name, value in values.items() if value is not None for word in (name, value)]
@@ -222,40 +216,21 @@ class _Import:
         else:
             merged = import_again(folder, record, files, words, self.keep_edits)
         self.diagnostics += arrange(merged.diagnostics)
-        written = None if merged.refused else self._write(folder, merged)
+        written = None if merged.refused else self._write(folder, merged, record is None)
         if written is None:
             return self._end(result)
-        names = tuple(name for name in written.written if not is_record(name))
+        names = tuple(name for name in written.files if not is_record(name))
         if record is not None:
             with suppress(OSError):  # nothing includes them any more
                 remove(folder, merged)
             changed = [*names, *(f"{name} (removed)" for name in merged.removed if not is_record(name))]
             first = f"{folder}: written: {', '.join(changed)}" if changed else f"{folder}: unchanged"
             report = [first, *merged.lines]
-        elif others := [name for name in written.kept if not is_record(name)]:
-            report.append(f"left alone in {folder}, not written by this import: {', '.join(others)}")
-        return self._end(replace(result, written=names, report=tuple(report)), files if record is None else {})
+        made = replace(result, written=names, report=tuple(report), to_do=written.to_do)
+        return self._end(replace(made, next_steps=written.next_steps))
 
-    def _end(self, result: ImportResult, new: Mapping[str, str] = MappingProxyType({})) -> ImportResult:
-        """Return the result with what to do next; ``new`` are the files of a new description."""
-        if result.report and self.package is not None:
-            description = f"{Description.FOLDER}/{Path(result.folder).name}"
-            test, _ = self._test(self.package, result.folder)
-            source = self.name_in_package
-            to_do = tuple(lines_to_add(self.package, description, test, new) if new else ())
-            command = f"rosorin-compile print {description}/{Description.ROOT_FILE} urdf"
-            steps = [f"to expand the description instead of {Path(source).name} in launch files: {command}"]
-            compares = "was edited and may compare something else" if self.test_is_edited else "compares both"
-            steps.append(f"{source} stays; {test} {compares}: colcon test, or pytest")
-            result = replace(result, to_do=to_do, next_steps=tuple(steps))
-        elif result.report and not has_errors(self.diagnostics):
-            result = replace(result, next_steps=(f"next: rosorin-compile all {shlex.quote(result.folder)}",))
+    def _end(self, result: ImportResult) -> ImportResult:
         return replace(result, diagnostics=tuple(self.diagnostics))
-
-    def _test(self, package: Package, folder: str | Path) -> tuple[str, str]:
-        """Return the name and the text of the test of a package."""
-        description = f"{Description.FOLDER}/{Path(folder).name}"
-        return comparing_test(package, self.name_in_package, description, self.reading.arguments)
 
     def _read(self) -> Imported:
         """Read the source and its companions. Raises RequestError."""
@@ -301,33 +276,22 @@ class _Import:
         self.diagnostics += arrange([*trip.diagnostics, *untold])
         return trip
 
-    def _write(self, folder: Path, merged: Merged) -> WriteResult | None:
-        """Write the files of a description, with ``--into`` and its test; edited files are kept under another name."""
+    def _write(self, folder: Path, merged: Merged, is_new: bool) -> Written | None:
+        """Write the files of a description; an edited file that is replaced is kept under another name."""
 
         def judge(name: str, old: bytes, _: bytes) -> Literal["replace", "keep"]:
             return "replace" if is_record(name) or old == merged.before.get(name, "").encode() else "keep"
 
         try:
-            if self.package is None:
-                written = write_set(folder, merged.files, judge=judge)
-                self.diagnostics += arrange(written.diagnostics(folder))
-                return written
-            test, text = self._test(self.package, folder)
-            path, prefix = self.package.folder / test, f"{Description.FOLDER}/{folder.name}/"
-            with open_package_folder(self.package.folder) as target:
-                self.test_is_edited = os.path.lexists(path) and not (
-                    is_file(path) and read_bytes(path) == text.encode()
-                )
-                # The records are the manifest of the description, and that of robot.yaml is the last.
-                last = f"{Description.ROOT_FILE}{ENDING}"
-                names = sorted(merged.files, key=lambda name: (is_record(name), name == last, name))
-                data = {} if self.test_is_edited else {test: text.encode()}
-                data |= {prefix + name: merged.files[name].encode() for name in names}
-                made = target.write(data, manifest=False)
-            return WriteResult(tuple(name.removeprefix(prefix) for name in made if name.startswith(prefix)), (), (), ())
+            if self.package is not None:
+                return write_into(self.package, folder.name, merged.files, self.reading.arguments, is_new)
+            made = write_set(folder, merged.files, judge=judge)
         except OutputError as problem:
             self.diagnostics.append(problem.diagnostic)
             return None
+        self.diagnostics += arrange(made.diagnostics(folder))
+        steps = () if has_errors(self.diagnostics) else (f"next: rosorin-compile all {shlex.quote(str(folder))}",)
+        return Written(made.written, (), steps)
 
 
 def _check_file(path: Path) -> None:

@@ -7,7 +7,8 @@ comes out differently and what the language cannot express is kept as it was, wi
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence, Set
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 from xml.etree import ElementTree
@@ -241,25 +242,19 @@ class _Conversion:
         return left, [*comments, *inner]
 
 
-def _trees(texts: Seq) -> Iterator[tuple[int, Tree]]:
-    """Yield the elements of each text that is XML, with its index."""
-    for index, text in enumerate(texts):
-        try:
-            yield from ((index, element) for element in tree_of(f"<all>{text}</all>"))
-        except ValueError:
-            continue
-
-
 def _candidates(texts: Seq) -> list[Candidate]:
-    """Return the hardware blocks and the sensors in elements."""
+    """Return the hardware blocks and the sensors in the elements of each text that is XML."""
     found = []
-    for index, element in _trees(texts):
-        if element.tag == "ros2_control":
-            found.append(Candidate(CONTROL, element.get("name", "").strip(), index, 0, element))
-        elif element.tag == "gazebo" and set(element.attrib) <= {"reference"}:
-            reference = element.get("reference", "").strip()
-            for number, child in enumerate(child for child in element if child.tag == "sensor"):
-                found.append(Candidate(SENSORS, child.get("name", "").strip(), index, number, child, reference))
+    for index, text in enumerate(texts):
+        with suppress(ValueError):
+            for element in tree_of(f"<all>{text}</all>"):
+                if element.tag == "ros2_control":
+                    found.append(Candidate(CONTROL, element.get("name", "").strip(), index, 0, element))
+                elif element.tag == "gazebo" and set(element.attrib) <= {"reference"}:
+                    reference = element.get("reference", "").strip()
+                    for number, child in enumerate(child for child in element if child.tag == "sensor"):
+                        name = child.get("name", "").strip()
+                        found.append(Candidate(SENSORS, name, index, number, child, reference))
     return found
 
 

@@ -28,7 +28,7 @@ from rosorin_compile.source.wording import mask_controls
 from ..layout import layout, number
 from .height_map_file import find_map, height_map_yaml, replace_map
 from .sources import GridOptions as GridOptions
-from .sources import Part, RobotSource, SourceProblem, are_meshes, check_digits, mesh_parts
+from .sources import RobotSource, SourceProblem, are_meshes, check_digits, mesh_parts
 
 if TYPE_CHECKING:
     from .shapes import Fit
@@ -139,36 +139,44 @@ def extract_boxes(
             if not parts:
                 message = f"{sources[0]} has no link with a mesh that can be read"
                 raise ExtractProblem.new("mesh-empty", message, "see above, or --from")
-        fitted: list[tuple[Part, dict[str, Fit]]] = []
+        values, entries, rows = {}, {}, [("part", "shape", "volume", "overhang", "overlap")]
         for index, part in enumerate(parts):
             Progress.step("fitting", index, len(parts))
-            fitted.append((part, fit_shapes(part.triangles, digits, stack, axis)))
-        text = _first_line(sources, reading.arguments, "boxes") + _boxes_yaml(fitted, shape)
+            fits = fit_shapes(part.triangles, digits, stack, axis)
+            smallest = min(fits, key=lambda kind: fits[kind].volume)
+            fit = fits[smallest if shape == "smallest" else shape]
+            words = {"box": "axis-aligned box", "stack": f"stack of {len(fit.pieces)} boxes"}
+            what = f"{words.get(fit.kind, fit.kind.replace('_', ' '))} around {', '.join(part.meshes)}"
+            entries[part.name] = {
+                "collision": [shape_entry(piece) for piece in fit.pieces],
+                "source": {"status": "calculated", "note": what},
+            }
+            values[part.name] = {
+                "meshes": list(part.meshes),
+                "triangles": len(part.triangles),
+                "closed": fit.overhang is not None,
+                "smallest": smallest,
+                "shapes": {kind: _fit_values(fit) for kind, fit in fits.items()},
+            }
+            for kind, fit in fits.items():
+                name = f"stack of {len(fit.pieces)}" if kind == "stack" else kind.replace("_", " ")
+                overhang = "open mesh"
+                if fit.overhang is not None:
+                    overhang = f"{_volume(fit.overhang)} ({100 * fit.overhang / fit.volume:.0f}%)"
+                overlap = math.floor(fit.overlap * 1000) / 10  # 100% means all of it, not nearly all
+                rows.append((part.name, name, _volume(fit.volume), overhang, f"{overlap:g}%"))
+        text = _first_line(sources, reading.arguments, "boxes") + layout({"links": entries})
         if output is not None:
             save(Path(output), text, force)
     except ExtractProblem as problem:
         return ExtractedBoxes(diagnostics=(*diagnostics, *_diagnostics(problem)))
-    rows = [("part", "shape", "volume", "overhang", "overlap")]
-    for part, fits in fitted:
-        for kind, fit in fits.items():
-            name = f"stack of {len(fit.pieces)}" if kind == "stack" else kind.replace("_", " ")
-            overhang = "open mesh"
-            if fit.overhang is not None:
-                overhang = f"{_volume(fit.overhang)} ({100 * fit.overhang / fit.volume:.0f}%)"
-            overlap = math.floor(fit.overlap * 1000) / 10  # 100% means all of it, not nearly all
-            rows.append((part.name, name, _volume(fit.volume), overhang, f"{overlap:g}%"))
     width = max(len(name) for name, *_ in rows)
     table = (f"{row[0]:<{width}}  {row[1]:<12}  {row[2]:>10}  {row[3]:>16}  {row[4]:>7}" for row in rows)
-    values = {part.name: _boxes_values(part, fits) for part, fits in fitted}
     return ExtractedBoxes(values, text, tuple(table), tuple(arrange(diagnostics)))
 
 
 def _volume(value: float) -> str:
     return f"{value * 1e6:.1f} cm3" if value < 0.01 else f"{value * 1e3:.1f} l"
-
-
-def _smallest(fits: Mapping[str, Fit]) -> str:
-    return min(fits, key=lambda kind: fits[kind].volume)
 
 
 def _sizes(shape: Shape) -> dict[str, dict[str, Any]]:
@@ -181,41 +189,10 @@ def _sizes(shape: Shape) -> dict[str, dict[str, Any]]:
     return {kind: {"radius": geometry.radius, "length": geometry.length}}
 
 
-def _boxes_values(part: Part, fits: Mapping[str, Fit]) -> dict[str, Any]:
-    """Return all shapes around a part and their fit: metres, cubic metres, radians."""
-
-    def entry(shape: Shape) -> dict[str, Any]:
-        return {**_sizes(shape), "xyz": list(map(float, shape.pose.xyz)), "rpy": list(map(float, shape.pose.rpy))}
-
-    return {
-        "meshes": list(part.meshes),
-        "triangles": len(part.triangles),
-        "closed": all(fit.overhang is not None for fit in fits.values()),
-        "smallest": _smallest(fits),
-        "shapes": {
-            kind: {
-                "shapes": list(map(entry, fit.pieces)),
-                "volume": fit.volume,
-                "overhang_volume": fit.overhang,
-                "overlap": fit.overlap,
-            }
-            for kind, fit in fits.items()
-        },
-    }
-
-
-def _boxes_yaml(parts: Sequence[tuple[Part, Mapping[str, Fit]]], kind: str) -> str:
-    """Return a section ``links`` with a shape of one kind, or the smallest, for each part."""
-    links = {}
-    for part, fits in parts:
-        fit = fits[_smallest(fits) if kind == "smallest" else kind]
-        shape = {"box": "axis-aligned box", "stack": f"stack of {len(fit.pieces)} boxes"}.get(fit.kind)
-        note = f"{shape or fit.kind.replace('_', ' ')} around {', '.join(part.meshes)}"
-        links[part.name] = {
-            "collision": [shape_entry(piece) for piece in fit.pieces],
-            "source": {"status": "calculated", "note": note},
-        }
-    return layout({"links": links})
+def _fit_values(fit: Fit) -> dict[str, Any]:
+    """Return shapes and their fit: metres, cubic metres, radians."""
+    shapes = [{**_sizes(one), "xyz": list(one.pose.xyz), "rpy": list(one.pose.rpy)} for one in fit.pieces]
+    return {"shapes": shapes, "volume": fit.volume, "overhang_volume": fit.overhang, "overlap": fit.overlap}
 
 
 def shape_entry(shape: Shape) -> dict[str, Any]:
@@ -324,7 +301,8 @@ def extract_height_map(
         if existing is not None and into_file is not None:
             text, report = replace_map(existing, height_map, status, note), [summary(height_map)]
             is_new = text != existing.source.text
-            report.append(f"{into_file}:{existing.line}: height map of {frame} {'replaced' if is_new else 'unchanged'}")
+            place = f"{into_file}:{existing.entry.key_spans['height_map'].line}"
+            report.append(f"{place}: height map of {frame} {'replaced' if is_new else 'unchanged'}")
             if is_new:
                 _replace(into_file, text)
         else:

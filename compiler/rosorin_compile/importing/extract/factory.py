@@ -55,36 +55,11 @@ def find_robot_file(package: Path, requested: str | None) -> Path:
     """
     if not is_folder(package):
         raise NotThere.new("factory-robot", f"{package} is not a folder", "name the folder of a description package")
-    candidates, choices = _candidates(package)
-    if requested is not None:
-        path = next((path for path in (package / requested, Path(requested)) if is_file(path)), None)
-        if path is None:
-            suggestion = Suggestion(requested, [str(path.relative_to(package)) for path in candidates])
-            raise NotThere.new("factory-robot", f'{package} has no file "{requested}"', suggestion)
-        return path
-    if len(candidates) == 1:
-        return candidates[0]
-    if not candidates:
-        raise ExtractProblem.new("factory-robot", f"{package} has no file of a robot", "name one with --robot FILE")
-    names = ", ".join(str(path.relative_to(package)) for path in candidates[:20])
-    message, help = f"{package} has {len(candidates)} files of robots: {names}", "select one with --robot FILE"
-    if choices:
-        entry = next(iter(choices)).relative_to(package)
-        message += "".join(f"; {path.relative_to(package)} {text}" for path, text in choices.items())
-        help = f"use the file that chooses: --robot {entry}; or select one with --robot FILE"
-    raise ExtractProblem.new("factory-robot", message, help)
-
-
-def _candidates(package: Path) -> tuple[list[Path], dict[Path, str]]:
-    """Return the robot files of a package, and for files that choose between includes, how they choose."""
     published = FORMATS.published_format()
     formats = [one for one in FORMATS.values() if published.name in (one.name, one.becomes)]
     endings = {ending for one in formats for ending in one.endings}
-    texts = {
-        path: read_bytes(path, _MAX_BYTES).decode("utf-8", "replace")
-        for path in sorted(package.glob("**/*"))
-        if path.suffix.lower() in endings and is_file(path)
-    }
+    paths = [path for path in sorted(package.glob("**/*")) if path.suffix.lower() in endings and is_file(path)]
+    texts = {path: read_bytes(path, _MAX_BYTES).decode("utf-8", "replace") for path in paths}
     included: set[Path] = set()
     for path, text in texts.items():
         for address in _INCLUDES.findall(text):
@@ -94,7 +69,24 @@ def _candidates(package: Path) -> tuple[list[Path], dict[Path, str]]:
             included |= {other for other in texts if other != path and pattern.fullmatch(other.name)}
     candidates = [path for path, text in texts.items() if _ROBOT.search(text) and path not in included]
     choices = {path: choice for path in texts if path not in included and (choice := _choice(texts[path]))}
-    return (sorted({*candidates, *choices}) if len(candidates) != 1 else candidates), choices
+    if len(candidates) != 1:
+        candidates = sorted({*candidates, *choices})
+    names = [str(path.relative_to(package)) for path in candidates]
+    if requested is not None:
+        for path in (package / requested, Path(requested)):
+            if is_file(path):
+                return path
+        raise NotThere.new("factory-robot", f'{package} has no file "{requested}"', Suggestion(requested, names))
+    if len(candidates) == 1:
+        return candidates[0]
+    if not candidates:
+        raise ExtractProblem.new("factory-robot", f"{package} has no file of a robot", "name one with --robot FILE")
+    message = f"{package} has {len(names)} files of robots: {', '.join(names[:20])}"
+    help = "select one with --robot FILE"
+    if choices:
+        message += "".join(f"; {path.relative_to(package)} {text}" for path, text in choices.items())
+        help = f"use the file that chooses: --robot {next(iter(choices)).relative_to(package)}; or {help}"
+    raise ExtractProblem.new("factory-robot", message, help)
 
 
 def _choice(text: str) -> str:

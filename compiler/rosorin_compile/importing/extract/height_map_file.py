@@ -70,11 +70,6 @@ class MapEntry:
     entry: Map
 
     @property
-    def line(self) -> int:
-        """The line of the key ``height_map``."""
-        return self.entry.key_spans["height_map"].line
-
-    @property
     def numbers(self) -> HeightMap | None:
         """The grid, heights and step of the map, or None if they are not written in numbers."""
         values: Map = self.entry["height_map"]
@@ -138,7 +133,8 @@ def replace_map(entry: MapEntry, new: HeightMap, status: str, note: str) -> str:
     heights = [f"{indent}  - {_row(heights)}" for heights in new.heights]
     edits = [_edit(lines, old.key_spans["heights"], "heights:", heights)]
     edits += [_edit(lines, old.key_spans[key], f"{key}: {text}") for key, text in texts.items() if key in old]
-    edits.append((entry.line, entry.line, [f"{indent}{key}: {text}" for key, text in texts.items() if key not in old]))
+    top = spans["height_map"].line
+    edits.append((top, top, [f"{indent}{key}: {text}" for key, text in texts.items() if key not in old]))
     if "source" in spans:
         edits.append(_edit(lines, spans["source"], _source_line(status, note)))
     else:

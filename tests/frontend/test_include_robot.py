@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.language.expand.included_robots import with_prefix
 from rosorin_compile.source.diagnostics import ERROR, Source
 from rosorin_compile.source.load import parse_yaml

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.formats.imported import file_name as safe
-from rosorin_compile.formats.reading import outputs_of, read_robot
+from rosorin_compile.formats.compilation import compile_robot
+from rosorin_compile.formats.imported_robot import file_name as safe
+from rosorin_compile.formats.robot_files import outputs_of, read_robot
 from rosorin_compile.importing.description import write
 from rosorin_compile.importing.layout import ROTATING
 from rosorin_compile.importing.round_trip import check_round_trip

@@ -14,7 +14,7 @@ from itertools import pairwise
 from pathlib import Path as FilePath
 from typing import Any, TypeVar
 
-from rosorin_compile.formats.imported import Imported, Outputs
+from rosorin_compile.formats.imported_robot import Imported, Outputs
 from rosorin_compile.language.schema import fragment_at
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map, Path

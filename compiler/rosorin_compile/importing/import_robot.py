@@ -14,8 +14,8 @@ from typing import Annotated, Any, Literal
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Format
-from rosorin_compile.formats.imported import Imported, ReadOptions
-from rosorin_compile.formats.reading import join, read_robot
+from rosorin_compile.formats.imported_robot import Imported, ReadOptions
+from rosorin_compile.formats.robot_files import join, read_robot
 from rosorin_compile.model.joint import MOVING_TYPES
 from rosorin_compile.output import OutputError, write_set
 from rosorin_compile.request import FilePath, Packages, Values, Warn, read_options

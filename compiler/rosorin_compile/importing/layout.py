@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
-from rosorin_compile.formats.imported import Comment
+from rosorin_compile.formats.imported_robot import Comment
 from rosorin_compile.language.schema import fragment_at
 from rosorin_compile.source.diagnostics import printable
 from rosorin_compile.source.numbers import exact

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from rosorin_compile.formats.imported import Imported
+from rosorin_compile.formats.imported_robot import Imported
 from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.language.expand.included_robots import map_files, move_files, relative_files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, first_of

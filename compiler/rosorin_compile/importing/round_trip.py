@@ -14,10 +14,10 @@ from rosorin_compile.compare.describe import Describer
 from rosorin_compile.compare.precision import NOISE, Precision
 from rosorin_compile.compare.walk import compare_leaves, leaves
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.compiled import Compiled, compile_robot
-from rosorin_compile.formats.gazebo_elements import element_differences, followers_of
-from rosorin_compile.formats.imported import Imported, Outputs, Proof
-from rosorin_compile.formats.reading import outputs_of
+from rosorin_compile.formats.compilation import Compiled, compile_robot
+from rosorin_compile.formats.gazebo import element_differences, followers_of
+from rosorin_compile.formats.imported_robot import Imported, Outputs, Proof
+from rosorin_compile.formats.robot_files import outputs_of
 from rosorin_compile.model import Robot
 from rosorin_compile.request import Request
 from rosorin_compile.source import files

@@ -9,9 +9,9 @@ import pytest
 
 from rosorin_compile import read
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.formats.imported import Imported, ReadOptions
-from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.compilation import compile_robot
+from rosorin_compile.formats.imported_robot import Imported, ReadOptions
+from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.diagnostics import text as report
 from rosorin_compile.source.messages import arrange

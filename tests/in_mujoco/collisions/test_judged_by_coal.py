@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.mujoco.collisions import FAR, TOUCH, Search
 from rosorin_compile.mujoco.solids import read_meshes

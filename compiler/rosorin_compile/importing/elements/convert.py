@@ -14,12 +14,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from xml.etree import ElementTree
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.gazebo_elements import element_differences, followers_of
-from rosorin_compile.formats.imported import Comment, Imported, as_tree
-from rosorin_compile.formats.reading import violations
-from rosorin_compile.language.expand.expansion import Expansion
+from rosorin_compile.formats.gazebo import element_differences, followers_of
+from rosorin_compile.formats.imported_robot import Comment, Imported, as_tree
+from rosorin_compile.formats.robot_files import violations
 from rosorin_compile.language.expand.parts import apply_types
-from rosorin_compile.language.expand.scope import Scope
+from rosorin_compile.language.expand.scope import Expansion, Scope
 from rosorin_compile.language.lower import lower
 from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Output, Robot

@@ -14,7 +14,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.compare.precision import NOISE, same_number
-from rosorin_compile.formats.gazebo_elements import SDF_DEFAULTS, SDF_FLAGS, SDF_TRUTH
+from rosorin_compile.formats.gazebo import SDF_DEFAULTS, SDF_FLAGS, SDF_TRUTH
 from rosorin_compile.model import Robot, Sensor
 
 from .hardware import plain

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.imported import BEFORE, INSIDE, Comment, Imported
+from rosorin_compile.formats.imported_robot import BEFORE, INSIDE, Comment, Imported
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.tree import Path
 

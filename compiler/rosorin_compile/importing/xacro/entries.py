@@ -14,7 +14,7 @@ from xml.sax.saxutils import escape
 
 from rosorin_compile.formats.urdf.read import NUMBERS as ATTRIBUTES
 from rosorin_compile.formats.urdf.read import SHAPES
-from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS
+from rosorin_compile.formats.xml_reader import ANGLES, LENGTHS
 
 from ..description import in_order
 from ..layout import Expression, Verbatim

@@ -20,7 +20,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.formats.imported import Imported, ReadOptions
+from rosorin_compile.formats.imported_robot import Imported, ReadOptions
 from rosorin_compile.formats.urdf.read import read_urdf
 from rosorin_compile.source import diagnostics as report
 from rosorin_compile.source import system

@@ -19,9 +19,9 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.formats.imported import Imported, Outputs, ReadOptions
-from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.compilation import compile_robot
+from rosorin_compile.formats.imported_robot import Imported, Outputs, ReadOptions
+from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.language.expand.included_robots import move_files
 from rosorin_compile.source.diagnostics import Diagnostic, count_of, has_errors, phrase
 from rosorin_compile.source.files import exists, read_text

@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS
+from rosorin_compile.formats.xml_reader import ANGLES, LENGTHS
 from rosorin_compile.source.numbers import exact
 
 from ..layout import Expression, Verbatim, in_degrees

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.formats.urdf.reading import ANGLES
+from rosorin_compile.formats.xml_reader import ANGLES
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.xml.markup import COMMENT
 

@@ -9,7 +9,7 @@ from typing import Annotated
 
 from rosorin_compile.compare.changes import Change
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.compiled import Compiled
+from rosorin_compile.formats.compilation import Compiled
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 from rosorin_compile.output import MANIFEST, OutputError, digest, open_package_folder, read_manifest

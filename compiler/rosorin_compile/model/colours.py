@@ -8,7 +8,8 @@ from colorsys import hls_to_rgb, rgb_to_hls
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from .cached import of_robot
+from rosorin_compile.source.cache import of_robot
+
 from .link import Link
 from .shape import Material, Rgba
 

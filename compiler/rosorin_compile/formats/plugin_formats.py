@@ -21,7 +21,7 @@ from rosorin_compile.source.rule_registry import OF_PLUGINS, Rule, find
 from rosorin_compile.source.xml.markup import MarkupError
 
 from .format import Asked, Format, Refusal
-from .imported import Imported, convert_result
+from .imported_robot import Imported, convert_result
 from .templating import TemplateProblem
 
 

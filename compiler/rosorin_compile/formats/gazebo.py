@@ -1,7 +1,9 @@
-"""Elements for Gazebo and ros2_control: sensors and drives as text, and elements of a URDF compared by meaning.
+"""Elements for Gazebo: sensors and drives as text, the blocks of a URDF, and elements of a URDF compared by meaning.
 
-White space, comments, the order of different names and defaults of SDF mean nothing, but within a plug-in. Gazebo joins
-all ``<gazebo>`` of a link or a joint (``gazebosim/sdformat@sdf14:src/parser_urdf.cc``).
+Gazebo turns a URDF to SDF with libsdformat. That drops every link without mass, merges what fixed joints hold together
+into one link (a sensor moves along, its reference stays good), names collisions after the link that they end up in, and
+joins all ``<gazebo>`` of a link or a joint (``gazebosim/sdformat@sdf14:src/parser_urdf.cc``; run with libsdformat 12).
+White space, comments, the order of different names and defaults of SDF mean nothing, but within a plug-in.
 """
 
 from __future__ import annotations
@@ -13,10 +15,11 @@ from xml.etree import ElementTree
 
 from markupsafe import escape
 
-from rosorin_compile.model import Pose
+from rosorin_compile.model import Pose, Sensor
+from rosorin_compile.model.geometry import IDENTITY, pose_of
 from rosorin_compile.model.simulation import CLASSIC, MOTOR, POSITION, VELOCITY, GazeboSensor, SdfElement
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source
-from rosorin_compile.source.numbers import NumberFormat
+from rosorin_compile.source.numbers import NumberFormat, number_format, vector
 from rosorin_compile.source.wording import plural, quote
 from rosorin_compile.source.xml.elements import canonical, tree_of
 from rosorin_compile.source.xml.markup import MarkupError, parse
@@ -28,6 +31,8 @@ if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
     from rosorin_compile.model import Output, Robot
+
+    from .urdf.write import Content
 
 DISTRIBUTIONS = GazeboSensor.FRAME_ELEMENTS
 
@@ -155,6 +160,169 @@ def drive_blocks(
     help = "drive the joint by position, velocity or motor, or by ros2_control"
     return blocks, [Diagnostic(rule, WARNING, message, help=help)] if without else []
 
+
+# Blocks of a URDF: <gazebo reference="LINK"> with sensors, springs and friction.
+
+_KEEPING = ("preserveFixedJoint", "disableFixedJointLumping")
+
+
+def gazebo_blocks(content: Content) -> tuple[list[str], list[Diagnostic]]:
+    """Return the <gazebo> blocks of an output, and what this Gazebo ignores."""
+    robot, number = content.robot, number_format(content.output.options)
+    name, mounting = distribution(content.output.options["gazebo"]), _Mounting(content)
+    blocks: list[str] = []
+    unseen: dict[tuple[str, str], list[str]] = {}  # the names of sensors that Gazebo drops, by why and what to do
+    for sensor, one in [(each, one) for each in robot.sensors for one in each.gazebo]:
+        link, pose, collisions, reason = mounting.place(sensor, one)
+        if reason[0]:
+            names = unseen.setdefault(reason, [])
+            names += [] if sensor.name in names else [sensor.name]
+            continue
+        lines = [f"  <gazebo{attributes(reference=link)}>"]
+        if one.at_joint and robot.joint[one.link].is_fixed and one.link not in mounting.kept:
+            lines.append("    <preserveFixedJoint>true</preserveFixedJoint>")
+        numbers = f"{vector(pose.xyz, number)} {vector(pose.rpy, number)}"
+        place = "" if pose == IDENTITY else f"<pose>{numbers}</pose>"
+        written = one.in_classic() if name == CLASSIC else one
+        lines += sensor_lines(written, DISTRIBUTIONS[name], number, "    ", place, collisions)
+        blocks.append("\n".join([*lines, "  </gazebo>"]))
+    lost = []
+    for (why, way), names in unseen.items():
+        message = f"Gazebo does not see {plural('sensor', len(names))} {quote(names, 3)}: {why}"
+        lost.append(
+            Diagnostic("gazebo-cannot-see", WARNING, message, help=f"{way}; or leave the sensor out: gazebo: []")
+        )
+    physics, lost_physics = _physics(content)
+    return [*blocks, *physics], [*lost, *lost_physics]
+
+
+def _blocks_in(elements: Iterable[str]) -> Iterator[Element]:
+    for text in elements:
+        if "<gazebo" in text:
+            yield from tree_of(f"<all>{text}</all>").iter("gazebo")
+
+
+def _physics(content: Content) -> tuple[list[str], list[Diagnostic]]:
+    """Return the blocks for springs of joints and friction of links; Gazebo reads one coefficient a link."""
+    robot, number = content.robot, number_format(content.output.options)
+    own = {(block.get("reference", ""), inner.tag) for block in _blocks_in(robot.urdf_elements) for inner in block}
+    values: dict[str, dict[str, float]] = {}
+    lost, mixed, balls = list[tuple[str, str]](), list[str](), list[str]()
+    for link in robot.links:
+        shapes = content.collisions(link.name) if link.name in content.carried else ()
+        coefficients = {shape.contact.sliding_friction if shape.contact else None for shape in shapes}
+        known = [one for one in coefficients if one is not None]
+        if known and not {(link.name, "mu1"), (link.name, "mu2")} & own:
+            values[link.name] = {"mu1": min(known), "mu2": min(known)}
+            mixed += [link.name] if len(coefficients) > 1 else []
+    for joint in content.joints if "dynamics" in content.elements else ():
+        spring = joint.dynamics
+        if spring is not None and spring.stiffness and not joint.moves:
+            balls.append(joint.name)
+        elif spring is not None and spring.stiffness and (joint.name, "springStiffness") not in own:
+            values[joint.name] = {"springReference": spring.spring_reference, "springStiffness": spring.stiffness}
+    blocks = []
+    for name, numbers in values.items():
+        lines = [f"    <{tag}>{number(value)}</{tag}>" for tag, value in numbers.items()]
+        blocks.append("\n".join([f"  <gazebo{attributes(reference=name)}>", *lines, "  </gazebo>"]))
+    if balls:
+        message = f"Gazebo reads no springs of joints that move in several directions: {quote(balls, 3)}"
+        lost.append((message, "make each of them several joints, one for each axis"))
+    if mixed:
+        message = f"shapes of {quote(mixed, 3)} differ in friction, and Gazebo reads one a link from a URDF: the least"
+        lost.append((message, "give each shape a link of its own, or use the SDF"))
+    return blocks, [Diagnostic("urdf-cannot-say", WARNING, message, help=help) for message, help in lost]
+
+
+class _Mounting:
+    """Finds the links of a URDF that sensors are in: Gazebo makes one link of what fixed joints hold together."""
+
+    def __init__(self, content: Content) -> None:
+        self.content, self.above = content, {joint.child: joint for joint in content.joints}
+        robot = content.robot
+        elements = robot.urdf_elements if "urdf_elements" in content.elements else ()
+        blocks = _blocks_in(text for text in elements if any(word in text for word in _KEEPING))
+        kept = [one for one in blocks if any(one.findtext(word, "").strip() in ("true", "1") for word in _KEEPING)]
+        self.kept = {one.get("reference", "") for one in kept}  # joints that are not merged
+        # Fixed joints that sensors measure at are not merged, where both ends have mass: that comes before all else.
+        joints = {joint.name for joint in content.joints}
+        at_joints = {one.link for sensor in robot.sensors for one in sensor.gazebo if one.at_joint} & joints
+        self.measured: set[str] = set()
+        for name in sorted(at_joints):
+            self._merge({*self.kept, name})
+            self.measured |= set() if self._dropped_with(robot.joint[name].child) else {name}
+        self._merge(self.kept | self.measured)
+
+    def _merge(self, kept: set[str]) -> None:
+        joints = self.content.joints
+        self.merging = {joint.child for joint in joints if joint.is_fixed and joint.name not in kept}
+        self.below: dict[str, list[str]] = {}
+        for joint in sorted(joints, key=lambda joint: joint.name):  # urdfdom has them by name
+            if joint.child in self.merging:
+                self.below.setdefault(joint.parent, []).append(joint.child)
+
+    def _top(self, link: str) -> str:
+        while link in self.merging:
+            link = self.above[link].parent
+        return link
+
+    def _pieces(self, top: str) -> Iterator[str]:
+        """Yield the links that one of Gazebo is made of, in the order of their collisions in it."""
+        yield top
+        for child in self.below.get(top, ()):
+            yield from self._pieces(child)
+
+    def _dropped_with(self, link: str) -> str:
+        """Return the link without mass that Gazebo drops with all below it, this link among them; empty if none."""
+        masses, link = self.content.masses, self._top(link)
+        while any(piece in masses and masses[piece].mass > 0 for piece in self._pieces(link)):
+            if link not in self.above:
+                return ""
+            link = self.above[link].parent  # also one that is merged: what moves on it is dropped if it has no mass
+        return link
+
+    def _collisions(self, link: str) -> list[str]:
+        """Return what Gazebo calls the collisions of a link, which are numbered in the link that it becomes."""
+        top = self._top(link)
+        shapes = [(piece, shape) for piece in self._pieces(top) for shape in self.content.collisions(piece)]
+        found = []
+        for index, (piece, base) in enumerate((piece, shape.name or piece) for piece, shape in shapes):
+            # It takes every name that begins like the link for one of the link's own.
+            name = base if base.startswith(top) else f"{top}_fixed_joint_lump__{base}"
+            found += [f"{name}_collision{f'_{index}' if index else ''}"] if piece == link else []
+        return found
+
+    def place(self, sensor: Sensor, one: GazeboSensor) -> tuple[str, Pose, list[str], tuple[str, str]]:
+        """Return the link and pose of a sensor, the collisions that it feels, and why Gazebo drops it with a remedy."""
+        carried, link, pose, names = self.content.carried, one.link, IDENTITY, list[str]()
+        if one.at_joint:
+            lost = "" if one.link in self.measured else sensor.frame
+        else:
+            frame, pose = (one.feels, IDENTITY) if one.feels else (one.link, one.pose)
+            link, transform = frame, pose.transform()
+            while link not in carried:
+                above = self.content.robot.joint_to.get(link)
+                if above is None or not above.is_fixed:
+                    link = ""
+                    break
+                transform = above.origin.transform().then(transform)
+                link, pose = above.parent, pose_of(transform)
+            lost = frame if not link or (one.feels and link != frame) else self._dropped_with(link)
+            names = self._collisions(link) if one.feels and not lost else []
+        reason = ("", "")
+        if lost and lost not in carried:
+            reason = f'the URDF has no link "{lost}"', "let robot_state_publisher publish it"
+        elif lost and "inertial" not in self.content.elements:
+            reason = "it drops links without mass, and no link of this URDF has one", "add inertial to elements"
+        elif lost:
+            way = "give it an inertial, or what is fixed to it"
+            reason = f'it drops link "{lost}", which has no mass in this URDF', way
+        elif one.feels and not names:
+            reason = f'link "{link}" has no shape in this URDF that could feel', "give it a collision"
+        return link, pose, names, reason
+
+
+# Elements of a URDF compared by meaning.
 
 _OF_NOISE = ("mean", "stddev", "bias_mean", "bias_stddev")
 _MEASURED = {"rate": "angular_velocity", "accel": "linear_acceleration"}

@@ -16,9 +16,19 @@ from rosorin_compile.model.geometry import pose_of
 from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.progress import Progress
 
-from .bodies import Bodies, Gap, Line, axis_shift, axis_turn, gap, has_axis, motion_of, positions_of, same_motion
+from .bodies import (
+    Bodies,
+    Gap,
+    Pairing,
+    axis_shift,
+    axis_turn,
+    gap,
+    has_axis,
+    motion_of,
+    positions_of,
+    same_motion,
+)
 from .difference import FRAME, JOINT, Item, Report
-from .pairing import Pairing
 from .precision import Placed
 from .sentences import axis_change, describe_move, far, near_angles, number, row, several, text_of, value_change
 
@@ -76,7 +86,13 @@ class _Frames:
         self.clusters[top] = [first, *(cluster for cluster in clusters if cluster is not first)]
         for cluster in clusters:
             if cluster is not first and cluster not in in_place:
-                self._moved_cluster(cluster, first[0])
+                # Seen from its parent, or from the frame that its body is compared in.
+                above, head = self.a.robot.joint_to.get(cluster[0]), cluster[0]
+                parent = above.parent if above is not None else ""
+                is_fixed = all(parent in side.top and side.top[parent] == side.top[head] for side in (self.a, self.b))
+                source = parent if is_fixed else first[0]
+                places = self.a.relative(source, head), self.b.relative(source, head)
+                self._moved(FRAME, head, head, (source, source), places, cluster[1:])
 
     def _clusters(self, names: Sequence[str]) -> list[list[str]]:
         """Return the clusters of a body; that of the root, or the largest one, comes first."""
@@ -124,7 +140,10 @@ class _Frames:
         known = {*self.flipped, joint.name}
         if not joint.moves or self._in_place(clusters, top, self.flipped) or not self._in_place(clusters, top, known):
             return
-        follows = self.flipped[joint.name] = _limits_follow(joint, twin)
+        one, other = (j.limit if j.limit is not None and j.type != "continuous" else Limit() for j in (joint, twin))
+        ends = [(one.lower, other.upper), (one.upper, other.lower)]
+        follows = all(a is b if a is None or b is None else abs(a + b) < _LEAST for a, b in ends)
+        self.flipped[joint.name] = follows
         limits = "its limits follow" if follows else "its limits do not follow"
         text = f"{axis_change(joint.name, joint.axis, twin.axis, math.pi)}; {limits}"
         self.items.append(Item(JOINT, joint.name, "coordinate", text, row(joint.axis), row(twin.axis), when="always"))
@@ -143,10 +162,17 @@ class _Frames:
             self._moved(JOINT, joint.name, target, (source, source), places)
         if not has_axis(joint) or not has_axis(twin):
             return
-        lines = self.a.line(joint, target), self.b.line(twin, target)
-        item = _axis_item(joint, twin, target, lines, self.pairing.tolerance)
-        if item is not None:
-            self.items.append(self._with_effect(item, joint, twin, source) if source and same_kind else item)
+        old, new = self.a.line(joint, target), self.b.line(twin, target)
+        angle, distance = (measure(old, new, self.pairing.tolerance) for measure in (axis_turn, axis_shift))
+        if angle:
+            text = axis_change(joint.name, joint.axis, twin.axis, angle)
+            item = Item(JOINT, joint.name, "axis", text, row(old.direction), row(new.direction))
+        elif joint.type != "prismatic" and distance:
+            text = f"{joint.name} axis moved {amount(distance, 'm')} in {target}"
+            item = Item(JOINT, joint.name, "axis", text, row(old.point), row(new.point))
+        else:
+            return
+        self.items.append(self._with_effect(item, joint, twin, source) if source and same_kind else item)
 
     def _above_in_both(self, joint: Joint, target: str) -> str:
         """Return the nearest link above a joint that B has above the same frame, too; empty if there is none."""
@@ -161,7 +187,14 @@ class _Frames:
 
     def _with_effect(self, item: Item, joint: Joint, twin: Joint, source: str) -> Item:
         """Return a change of an axis with how far it moves what is below the joint, and where that is largest."""
-        below = [name for name in self.pairing.shared if self._below(joint, name, source)]
+        below = [
+            name
+            for name in self.pairing.shared
+            if all(
+                joint.name in {one.name for one in side.joints_between(side.top[source], side.top[name]) or []}
+                for side in (self.a, self.b)
+            )
+        ]
         worst, at, frame, angle = 0.0, 0.0, "", 0.0
         robots = self.a.without_followers, self.b.without_followers
         for position in positions_of(joint, twin):
@@ -175,20 +208,6 @@ class _Frames:
         text = f"{item.text}: {frame} off by up to {far(worst, angle)} at {joint.name} = {number(at)}"
         text += f", only when {joint.name} is away from 0"
         return replace(item, text=text, distance=worst, angle=angle, when="away from 0", at={joint.name: at})
-
-    def _below(self, joint: Joint, name: str, source: str) -> bool:
-        ways = [side.joints_between(side.top[source], side.top[name]) or [] for side in (self.a, self.b)]
-        return all(joint.name in {one.name for one in way} for way in ways)
-
-    def _moved_cluster(self, cluster: list[str], origin: str) -> None:
-        """Add what became of a cluster, seen from its parent, or from the frame that its body is compared in."""
-        head = cluster[0]
-        joint = self.a.robot.joint_to.get(head)
-        parent = joint.parent if joint is not None else ""
-        is_fixed = all(parent in side.top and side.top[parent] == side.top[head] for side in (self.a, self.b))
-        source = parent if is_fixed else origin
-        places = self.a.relative(source, head), self.b.relative(source, head)
-        self._moved(FRAME, head, head, (source, source), places, cluster[1:])
 
     def _moved(
         self,
@@ -211,24 +230,6 @@ class _Frames:
         text = describe_move(frame, sources, near, (distance, angle), others, least)
         values = text_of(old), text_of(new)
         self.items.append(Item(kind, name, "origin", text, *values, "", distance, angle, "always"))
-
-
-def _axis_item(joint: Joint, twin: Joint, frame: str, lines: tuple[Line, Line], tolerance: float) -> Item | None:
-    """Return how the axis of a joint changed, seen from a frame that it moves; None if it did not."""
-    angle, distance = axis_turn(*lines, tolerance), axis_shift(*lines, tolerance)
-    if angle:
-        text = axis_change(joint.name, joint.axis, twin.axis, angle)
-        return Item(JOINT, joint.name, "axis", text, row(lines[0].direction), row(lines[1].direction))
-    if joint.type != "prismatic" and distance:
-        text = f"{joint.name} axis moved {amount(distance, 'm')} in {frame}"
-        return Item(JOINT, joint.name, "axis", text, row(lines[0].point), row(lines[1].point))
-    return None
-
-
-def _limits_follow(joint: Joint, twin: Joint) -> bool:
-    one, other = (j.limit if j.limit is not None and j.type != "continuous" else Limit() for j in (joint, twin))
-    ends = [(one.lower, other.upper), (one.upper, other.lower)]
-    return all(a is b if a is None or b is None else abs(a + b) < _LEAST for a, b in ends)
 
 
 def _elsewhere(pairing: Pairing) -> Iterator[Item]:

@@ -1,23 +1,92 @@
-"""Dropped entries: names that an ``if`` or a loop without rounds has removed are reported as that, once."""
+"""Names that the files define for expansion: unused ones, letters that look alike, and names that an ``if`` removes."""
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from contextlib import suppress
 from dataclasses import replace
+from itertools import chain, islice
+from pathlib import Path
 from typing import Any
 
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Related
+from rosorin_compile.source import files
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Related, Span
 from rosorin_compile.source.messages import arrange
-from rosorin_compile.source.tree import Map
-from rosorin_compile.source.wording import and_more
+from rosorin_compile.source.project import ENDINGS
+from rosorin_compile.source.tree import Map, value_at
+from rosorin_compile.source.wording import and_more, difference, hidden_letter, in_words, look
 
 from ..expression import pieces
-from ..symbols import SymbolTable
-from .expansion import Disabled, Failed
-from .scope import Scope
+from ..symbols import WORD, Symbol, SymbolTable
+from .scope import Disabled, Failed, Scope
+
+_MAX_FILES = 500
+_CHECKED = ("argument", "value", "part", "sensor type", "publisher", "mode")
+_EXPRESSIONS = ("argument", "value", "parameter")
+
+
+def check_letters(symbols: SymbolTable, scope: Scope) -> None:
+    """Report invisible letters in names that expansion resolves; warn of names that look alike."""
+    first: dict[tuple[str, ...], Symbol] = {}
+    for one in symbols.definitions():
+        if one.place is None:
+            continue
+        ignore_case = one.kind in ("part", "sensor type")  # in a formula r and R are two names
+        if letter := hidden_letter(one.name):
+            message = f'{one.kind} "{one.name}" has an invisible letter: {in_words(letter)}'
+            scope.report("invisible-letter", message, one.place, "type the name again, without this letter")
+            continue
+        similar = first.setdefault((one.kind, one.owner, look(one.name, ignore_case)), one)
+        if similar.name != one.name and similar.place:
+            other = f'{one.kind} "{similar.name}" in {difference(one.name, similar.name)} alone'
+            related = (Related("the other one", similar.place.span), *one.place.stack())
+            message, help = f'{one.kind} "{one.name}" differs from {other}', "give one of them another name"
+            warning = Diagnostic("names-look-alike", WARNING, message, one.place.span, related, help)
+            scope.expansion.diagnostics.append(warning)
+
+
+def unused_names(symbols: SymbolTable, read: Iterable[Path]) -> list[Diagnostic]:
+    """Return a warning for each name that is defined and never used; ``read`` are the files of the description."""
+    tree, uses = symbols.tree, list(symbols.references(_CHECKED))
+    used = {(one.kind, one.name, one.owner) for one in uses if (one.kind, *one.path[:2]) != ("part", "parts", one.name)}
+    hidden = {one.kind for one in uses if "$" in one.name}
+    outputs = tree.get("outputs")
+    if isinstance(outputs, Map):  # a template may print all of them, and options name modes
+        templates = any(isinstance(entry, Map) and "template" in entry for entry in outputs.values())
+        hidden |= {"publisher", "mode"} if templates else set()
+        used |= {("mode", word, "") for word in WORD.findall(str(outputs))}
+    shared: dict[str, bool] = {}
+    warnings = []
+    for one in symbols.definitions():
+        kind = "value" if one.kind in _EXPRESSIONS else one.kind
+        if kind not in _CHECKED or kind in hidden or "$" in one.name or (kind, one.name, one.owner) in used:
+            continue
+        place, entry = one.place or tree.locate(one.path, key=True), value_at(tree, one.path)
+        if one.kind == "publisher" and (isinstance(entry, str) or (entry or {}).get("stamps")):
+            continue
+        what = f'{one.kind} "{one.name}"'
+        message = f"{one.owner} never uses its {what}" if one.owner else f"nothing uses the {what}"
+        file = place.span.source.path
+        if file not in shared:
+            shared[file] = file != tree.span.source.path and _is_shared(place.span, read)
+        if not shared[file]:
+            warnings.append(Diagnostic("unused", WARNING, message, place.span, place.stack(), "use it, or remove it"))
+    return warnings
+
+
+def _is_shared(span: Span, read: Iterable[Path]) -> bool:
+    """Return True if another file near the file of a place names it."""
+    own, file = {files.resolve(path) for path in read}, files.resolve(span.source.path)
+    siblings = chain(file.parent.glob("*"), file.parent.parent.glob("*/*"))
+    nearby = [path for path in islice(siblings, _MAX_FILES) if path.suffix in ENDINGS]
+    try:
+        texts = (files.read_text(path, errors="replace") for path in nearby if files.resolve(path) not in own)
+        return any(file.name in text for text in texts)
+    except OSError:
+        return False
+
 
 _QUOTED = re.compile(r'"([^"]+)"')
 MAX_ROUNDS = 100
@@ -60,14 +129,10 @@ class _Dropped:
     def explain(self, group: list[Diagnostic]) -> Diagnostic:
         """Return the first of the diagnostics that this causes, with the others."""
         first, *others = group
-        item, key, is_empty = self.entry.item, self.entry.key, self.entry.is_empty
-        span, condition, why = item.value_spans["for" if is_empty else "if"], item.get("if"), "its loop has no rounds"
-        help = "leave out on the same condition what names it"
-        if not is_empty:
-            only = list(pieces(str(condition)))
-            text = "its if" if isinstance(condition, bool) else only[0].text.strip() if len(only) == 1 else condition
-            why = f"{text} is false"
-            help += f', if: "{condition}"' if isinstance(condition, str) else ""
+        item, key = self.entry.item, self.entry.key
+        span, why = item.value_spans["for" if self.entry.is_empty else "if"], "its loop has no rounds"
+        if not self.entry.is_empty:
+            why = f"its condition is false: {item['if']}" if isinstance(item["if"], str) else "its condition is false"
         with suppress(Failed):
             key = key if self.wild or "$" not in key else self.scope.name(key, item.span, self.scope.via)
         what = f'"{key}"' if key else "an item of a list"
@@ -76,6 +141,7 @@ class _Dropped:
         related += [Related(f"also missed: {one.message}", one.span) for one in others[:MAX_SHOWN]]
         if len(others) > MAX_SHOWN:
             related.append(Related(f"also missed:{and_more(len(others) - MAX_SHOWN)}", None))
+        help = "leave out on the same condition what names it"
         return replace(first, message=message, help=help, related=(*related, *first.related))
 
 

@@ -26,7 +26,7 @@ from rosorin_compile.source.xml.markup import Document, MarkupError, parse, read
 
 from . import FORMATS, Format, Opened, plugged_diagnostics
 from .format import Placed
-from .imported import Imported, Outputs, ReadOptions, as_tree, convert_result
+from .imported_robot import Imported, Outputs, ReadOptions, as_tree, convert_result
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Robot

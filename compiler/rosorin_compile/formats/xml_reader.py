@@ -1,6 +1,6 @@
 """Read XML elements that describe a robot: attributes, numbers, misspelt words, and the mistakes in them.
 
-``Reading`` is shared by the readers of URDF, SDF and SRDF.
+``XmlReader`` is shared by the readers of URDF, SDF and SRDF.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from rosorin_compile.source.wording import and_more, count_of, plural, quote
 from rosorin_compile.source.xml.elements import canonical, kept_text, tree_of
 from rosorin_compile.source.xml.markup import Element, Word, correction, name_of
 
-from ..format import Placed, cannot_carry
-from ..imported import ReadOptions
+from .format import Placed, cannot_carry
+from .imported_robot import ReadOptions
 
 ANGLES, LENGTHS, PLAIN = "rad", "m", ""
 UNITS = {ANGLES: (ANGLE, FULL_TURN), LENGTHS: (LENGTH, FAR)}  # the dimension, and the largest number without its unit
@@ -45,7 +45,7 @@ class _Size(NamedTuple):
     span: Span
 
 
-class Reading:
+class XmlReader:
     """One reading of a file: collects diagnostics and which entry an element became."""
 
     attributes: Collection[str] = ()  # all attributes of the format
@@ -254,7 +254,7 @@ def lacks(element: Element, names: Sequence[str]) -> str:
     return f"{name_of(element)} lacks the {plural('attribute', len(names))} {quote(names)}"
 
 
-def numbers(element: Element, name: str, count: int, unit: str, reading: Reading) -> Seq | None:
+def numbers(element: Element, name: str, count: int, unit: str, reading: XmlReader) -> Seq | None:
     """Return the numbers of an attribute as a list, or None if it is missing or after an error."""
     attribute = element.attributes.get(name)
     if attribute is None:

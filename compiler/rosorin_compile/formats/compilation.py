@@ -32,8 +32,8 @@ from rosorin_compile.source.wording import count_of
 
 from . import FORMATS, Artifact, plugged_diagnostics
 from .format import notes as unsupported_notes
-from .imported import Imported, ReadOptions, as_tree
-from .reading import outputs_of, read_robot
+from .imported_robot import Imported, ReadOptions, as_tree
+from .robot_files import outputs_of, read_robot
 from .templating import TemplateProblem, Templates
 
 if TYPE_CHECKING:
@@ -187,7 +187,7 @@ def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
     found = apply(tree, diagnostics, rules.acceptable())
     diagnostics = found.diagnostics
     if scope and scope.expansion.disabled and any(one.severity != NOTE for one in diagnostics):
-        from rosorin_compile.language.expand.dropped_entries import explain_missing_names
+        from rosorin_compile.language.expand.defined_names import explain_missing_names
 
         diagnostics = explain_missing_names(scope, tree, diagnostics)
     return Understood(expanded, lowered, arrange(diagnostics), found.used)

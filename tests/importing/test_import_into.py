@@ -1,7 +1,6 @@
 """import --into: a description beside the xacro of a package, a test of both, and the lines to change."""
 
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -93,17 +92,6 @@ def test_a_package_gets_a_description_and_a_test_and_keeps_the_rest(
     assert "instead of cart.urdf in launch files: rosorin-compile print descriptions/cart/robot.yaml urdf" in told
 
 
-def test_a_package_that_is_the_folder_one_stands_in_is_named(
-    package: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(package / "urdf")
-    assert run("cart.urdf", "--into", "..") == 0
-    assert "../descriptions/cart: 2 links" in capsys.readouterr().out
-    monkeypatch.chdir(package)
-    assert run("urdf/cart.urdf", "--into", ".") == 0
-    assert "descriptions/cart: unchanged\n" in capsys.readouterr().out
-
-
 def test_the_test_that_is_written_passes(package: Path) -> None:
     assert into(package) == 0
     tried(package)
@@ -122,17 +110,6 @@ def test_the_test_holds_both_until_the_source_is_gone(package: Path) -> None:
     assert "is gone: remove this test, and what names it in CMakeLists.txt and package.xml" in " ".join(
         tried(package).split()
     )
-
-
-@pytest.mark.slow
-def test_a_test_without_the_program_fails_and_says_how_to_get_it(
-    package: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    assert into(package) == 0
-    monkeypatch.setattr(sys.modules[__name__], "BIN", Path("/nowhere"))
-    monkeypatch.setenv("PATH", "/usr/bin:/bin")
-    if shutil.which("rosorin-compile") is None:
-        assert "pip installs a clone of it, or a wheel" in tried(package, fails=True)
 
 
 def test_a_second_time_nothing_changes_and_lines_that_are_there_are_not_told(
@@ -267,13 +244,6 @@ def test_what_is_no_package_is_refused(package: Path, capsys: pytest.CaptureFixt
     assert run(urdf, "--into", other) == 2
     assert f"it is in package cart_description: --into {package}" in wrong(capsys)
     assert not (other / "descriptions").exists()
-
-
-def test_a_broken_source_changes_nothing(package: Path) -> None:
-    (package / "urdf" / "cart.urdf").write_text(URDF.replace('type="fixed"', 'type="fixd"'))
-    before = files(package)
-    assert into(package) == 1
-    assert files(package) == before
 
 
 def test_nothing_is_written_through_a_link(package: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -89,14 +89,6 @@ def test_stack_follows_steps() -> None:
     ]
 
 
-def test_stack_of_a_ramp_is_cut_exactly() -> None:
-    ramp = trimesh.convex.convex_hull(
-        [(0, y, 0) for y in (0, 1)] + [(4, y, 0) for y in (0, 1)] + [(4, y, 2) for y in (0, 1)]
-    ).triangles
-    tops = [piece.geometry.upper[2] for piece in fit_shapes(ramp * 0.1, 5, 4, "x")["stack"].pieces]
-    assert tops == [0.05, 0.1, 0.15, 0.2]
-
-
 @settings(max_examples=100, deadline=None)
 @given(st.lists(st.tuples(st.floats(-1, 1), st.floats(-1, 1)), min_size=1, max_size=12).map(np.array))
 def test_smallest_circle(points: np.ndarray) -> None:
@@ -107,14 +99,6 @@ def test_smallest_circle(points: np.ndarray) -> None:
     for angle in np.linspace(0, 2 * np.pi, 60):
         moved = np.array(centre) + 1e-3 * np.array([math.cos(angle), math.sin(angle)])
         assert np.hypot(*(points - moved).T).max() >= radius - 1e-9
-
-
-@pytest.mark.parametrize("thickness", [1e-9, 1e-6, 1e-4])
-def test_plate_between_two_lines_is_measured_all_the_same(thickness: float) -> None:
-    plate = box((0, 0, 0), (thickness, 0.1, 0.1))
-    found = fit_shapes(plate, 5, 2)["box"]
-    assert found.overlap == 1
-    assert found.volume == pytest.approx(max(thickness, 1e-5) * 0.01)
 
 
 @pytest.mark.parametrize("tiny", [5e-324, 1e-310, 1e-160, 1e-100, 1e-20, 1e-12])

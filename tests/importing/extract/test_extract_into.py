@@ -3,12 +3,10 @@
 import difflib
 import json
 import shutil
-import tempfile
 from pathlib import Path
 
 import pytest
 import trimesh
-from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
@@ -81,15 +79,6 @@ def test_twice_changes_nothing(rosorin: Path, capsys: Said) -> None:
     assert (path.read_bytes(), path.stat().st_mtime_ns) == (text, status.st_mtime_ns)
 
 
-def test_another_cell_keeps_the_area(rosorin: Path, capsys: Said) -> None:
-    assert rosorin.is_dir()
-    assert main([*COMMAND, "--cell", "5mm"]) == 0
-    assert capsys.readouterr().out.startswith("60 x 46 cells of 5 mm from x -0.14266, y -0.106; ")
-    text = Path(CHASSIS).read_text()
-    assert "          cell: 5 mm\n" in text
-    assert "          step: 10 mm        # boxes" in text
-
-
 def test_mesh_in_the_wrong_place_writes_nothing(rosorin: Path, capsys: Said) -> None:
     before = (rosorin / CHASSIS).read_bytes()
     assert main([*COMMAND[:4], "--xyz", "0,0,-1", "--into", CHASSIS]) == 1
@@ -151,17 +140,6 @@ HEIGHTS = st.integers(1, 4).flatmap(
 )
 
 
-@settings(max_examples=40, deadline=None)
-@given(st.sampled_from([BLOCK, SOURCE_FIRST, SOURCE_BLOCK]), HEIGHTS, st.text(max_size=20))
-def test_any_heights_and_any_note(text: str, rows: list[list[float]], note: str) -> None:
-    made = HeightMap((1e-7, -0.1 - 0.2), 0.1, tuple(map(tuple, rows)), 0.1, "m")
-    with tempfile.TemporaryDirectory() as folder:
-        new = replace_in(Path(folder), text, made, note)
-    entry = next(e for e in parse_yaml(Source("n", new))["links"]["body"]["collision"] if "height_map" in e)
-    assert entry["height_map"]["heights"] == rows
-    assert entry["source"]["note"] == note
-
-
 ALIAS = """\
 rows: &rows [[1]]
 links:
@@ -200,8 +178,3 @@ def test_file_that_is_no_yaml_says_where(rosorin: Path, capsys: Said) -> None:
     assert "descriptions/rosorin/chassis.yaml:1:8: error[yaml-syntax]" in capsys.readouterr().err
     assert main([*COMMAND[:-1], "nowhere.yaml"]) == 1
     assert "error[file-unreadable]: cannot read nowhere.yaml: No such file or directory" in capsys.readouterr().err
-
-
-def test_grid_in_expressions_has_to_be_given(tmp_path: Path) -> None:
-    text = SOURCE_FIRST.replace("cell: 1", 'cell: "${c}"')
-    assert "cell: 250 mm" in replace_in(tmp_path, text)

@@ -1,7 +1,4 @@
-"""The graph of a robot: the nodes that its package starts, the topics between them, and the ends that are open.
-
-Nodes have the ports of ``ports``; which topics these are follows from the parameters that the package carries.
-"""
+"""The graph of a robot: the nodes that its package starts, the topics between them, and the ends that are open."""
 
 from __future__ import annotations
 

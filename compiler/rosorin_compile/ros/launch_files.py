@@ -79,10 +79,7 @@ class Remap:
 
 @dataclass(frozen=True)
 class LaunchNode:
-    """A node that a launch file starts; without a name, a remap of all nodes.
-
-    What only a run of the launch file knows is None: all arguments or one of them, or the remaps.
-    """
+    """A node that a launch file starts, or, without a name, a remap of all nodes; None is known only at a run."""
 
     name: str
     executable: str
@@ -313,10 +310,7 @@ def static_nodes(source: Source) -> list[LaunchNode]:
 
 
 def parse_arguments(arguments: Sequence[str | None] | None) -> StaticTransform | None:
-    """Return the transform of the arguments of static_transform_publisher, or None if one is unknown or refused.
-
-    It reads them as ``ros2/geometry2@{humble,jazzy}`` does.
-    """
+    """Return the transform of static_transform_publisher (``ros2/geometry2``), or None if it is unknown or refused."""
     words = [word for word in arguments or () if word is not None]
     if arguments is None or len(words) < len(arguments):
         return None

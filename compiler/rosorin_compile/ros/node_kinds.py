@@ -158,10 +158,7 @@ def kinds(distribution: str) -> Mapping[str, Kind]:
 
 @cache
 def controller(plugin: str, distribution: str) -> Kind | None:
-    """Return what is known of a type of controllers, or None.
-
-    A distribution that does not have it gets what others know.
-    """
+    """Return a type of controllers, as other distributions know it if one does not have it, or None."""
     table = facts("ros2_controllers")
     entry = table["controllers"].get(plugin, {})
     if "keys" not in entry:
@@ -292,10 +289,7 @@ def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
 
 
 class Finding(NamedTuple):
-    """Something wrong with a parameter; ``key`` is empty for the node as a whole, ``at_key``: the name of it.
-
-    ``unknown`` is a name that does not exist, ``known`` are those that do.
-    """
+    """A problem of a parameter, of its name with ``at_key``, or of the node; ``known`` replace an ``unknown`` value."""
 
     rule: str
     message: str

@@ -1,7 +1,4 @@
-"""The parameters of a filter of robot_localization that a description knows.
-
-The edges say whether it publishes, and what: with odom -> base its world is the odometry, with map -> odom the map.
-"""
+"""The parameters of a filter of robot_localization; the edges say whether it publishes odom -> base or map -> odom."""
 
 from __future__ import annotations
 

@@ -71,10 +71,7 @@ class _Source:
 
 @dataclass(frozen=True)
 class _Size:
-    """The parameters of a costmap about the footprint, and the heights (m) between which something is an obstacle.
-
-    ``remark`` is a comment about the footprint.
-    """
+    """The parameters of a costmap about the footprint, the heights (m) of obstacles, and a comment on the footprint."""
 
     parameters: Mapping[str, Any]
     heights: tuple[float, float]

@@ -153,10 +153,7 @@ def launch_files(carried: Carried | None) -> Iterator[PackageFile]:
 
 @dataclass(frozen=True)
 class PassedArgument:
-    """An argument of the description, and the launch argument for it.
-
-    ``own`` is the default in the description, or None: an argument with that value is not passed.
-    """
+    """An argument of the description with the launch argument for it; the default ``own``, or None, is not passed."""
 
     name: str
     argument: LaunchArgument

@@ -1,7 +1,6 @@
 """The SRDF of a robot: what it is meant to contain, its text, and what such a text contains.
 
-It speaks of the links and joints of one URDF. Rules of the readers: ``ros-planning/srdfdom`` and
-``moveit/moveit2@{humble,jazzy}:moveit_core/robot_model``.
+Rules of the readers: ``ros-planning/srdfdom``, ``moveit/moveit2@{humble,jazzy}:moveit_core/robot_model``.
 """
 
 from __future__ import annotations

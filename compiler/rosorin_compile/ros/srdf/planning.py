@@ -1,12 +1,10 @@
-"""What an SRDF speaks of: the links and joints of one URDF, the joints that a group has there, the root in the world.
+"""The links and joints of the URDF of an SRDF, the joints of each group there, and the root in the world.
 
 As MoveIt reads it (``moveit/moveit2@{humble,jazzy}:moveit_core/robot_model``): a chain goes from its tip up to its
-base, or over the link where the ways of both meet; a link stands for the joint that leads to it; a group has the joints
-of the groups in it.
+base, or over the link where the ways of both meet; a link stands for the joint that leads to it.
 
-Digests say whether the collision matrix was computed of this robot. Numbers go into them to nine decimals (1 nm, 1e-9
-of a turn), so that the last digit of a sine, which is not the same on every machine, does not make a matrix stale.
-Joints that carry no shape are not in them: a new frame of a sensor touches nothing.
+Digests say whether the collision matrix was computed of this robot. Numbers go into them to nine decimals, so that the
+last digit of a sine, which differs between machines, does not make a matrix stale. Joints without shapes do not count.
 """
 
 from __future__ import annotations

@@ -267,33 +267,13 @@ NODE_PYTHON = "Node(executable='static_transform_publisher', arguments="
         f"\n\n\n{NODE_PYTHON}'--x,0.1,--frame-id,base_link,--child-frame-id,laser'.split(','))",
         f"def tf(text): return {NODE_PYTHON}text.split())\n\n\n"
         "tf('--x 0.1 --frame-id base_link --child-frame-id laser')",
+        f"\n\n\n{NODE_PYTHON}['--x', '0.1', '--frame-id', ['base_', 'link'], '--child-frame-id', ['las', 'er']])",
     ],
 )
 def test_plain_values_are_read(text: str) -> None:
     (call,) = calls("a.launch.py", text)
     assert call.arguments == READ
     assert call.span.line >= 4
-
-
-DECLARED = "DeclareLaunchArgument('prefix', default_value='base_')"
-PREFIXED = f"{NODE_PYTHON}['--x', '0.1', '--frame-id', [prefix, 'link'], '--child-frame-id', ['las', 'er']])"
-
-
-@pytest.mark.parametrize(
-    ("text", "arguments"),
-    [
-        (f"{DECLARED}\nprefix = LaunchConfiguration('prefix')\n{PREFIXED}", READ),
-        (f"def f():\n    prefix = LaunchConfiguration('prefix')\n    return [{DECLARED}, {PREFIXED}]", READ),
-        (f"{DECLARED}\n{PREFIXED.replace('[prefix', '[LaunchConfiguration(' + repr('prefix') + ')')}", READ),
-        (f"prefix = LaunchConfiguration('prefix')\n{PREFIXED}", None),
-        (f"DeclareLaunchArgument('prefix')\nprefix = LaunchConfiguration('prefix')\n{PREFIXED}", None),
-        (f"{DECLARED}\n{DECLARED}\nprefix = LaunchConfiguration('prefix')\n{PREFIXED}", None),
-        (f"{DECLARED}\nprefix = LaunchConfiguration(name)\n{PREFIXED}", None),
-        (f"{DECLARED}\nprefix = LaunchConfiguration(7)\n{PREFIXED}", None),
-    ],
-)
-def test_an_argument_in_pieces_has_the_default_of_the_launch_argument(text: str, arguments: object) -> None:
-    assert words_of("a.launch.py", text) == [arguments]
 
 
 @pytest.mark.parametrize(
@@ -307,6 +287,7 @@ def test_an_argument_in_pieces_has_the_default_of_the_launch_argument(text: str,
         f"def tf(x):\n    x = offset(x)\n    return {NODE_PYTHON}['--x', x] + {ENDS})\ntf('0.1')",
         f"x = '0'\nfor x in '12':\n    {NODE_PYTHON}['--x', x] + {ENDS})",
         f"{NODE_PYTHON}POSES['laser'])",
+        f"{NODE_PYTHON}['--x', LaunchConfiguration('x')] + {ENDS})",
         f"P = {{}}\n{NODE_PYTHON}P['laser'])",
         f"{NODE_PYTHON}'a b'.split(' ', 1))",
         f"{NODE_PYTHON}'a b'.split(sep))",

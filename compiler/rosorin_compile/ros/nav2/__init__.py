@@ -106,34 +106,28 @@ def _basics(robot: Robot, output: Output) -> tuple[_Basics | None, list[Problem]
     if frames is None:
         return None, wrong
     base = str(output.options.get("base_frame", frames.moved))
-    wrong += _problems(robot, output, frames, base)
-    return _Basics(frames, base, poses.get(str(pose), {})), wrong
-
-
-def _problems(robot: Robot, output: Output, frames: Frames, base: str) -> Iterator[Problem]:
-    """Yield what is wrong with the base frame, with who publishes map -> odom, and with who takes velocities."""
     if base not in robot.link:
         suggestion = Suggestion(base, robot.frames)
-        yield Problem("nav2-base", f'there is no frame "{base}" on the robot', ("base_frame",), suggestion)
+        wrong.append(Problem("nav2-base", f'there is no frame "{base}" on the robot', ("base_frame",), suggestion))
     elif robot.moves_between(base, frames.moved):
         message = f'"{base}" moves against "{frames.moved}", which the odometry moves'
-        yield Problem("nav2-base", message, ("base_frame",), "name a frame that is fixed to it")
-    leads = [
-        (one, lead) for one in robot.publishers if kind_of(one) in (AMCL, SLAM) for lead in frames.transforms_of(one)
-    ]
-    wrong = [(one, lead) for one, lead in leads if (lead.parent, lead.child) != (frames.map, frames.odom)]
-    for publisher, lead in wrong:
+        wrong.append(Problem("nav2-base", message, ("base_frame",), "name a frame that is fixed to it"))
+    locating = [one for one in robot.publishers if kind_of(one) in (AMCL, SLAM)]
+    owned = [(one, lead) for one in locating for lead in frames.transforms_of(one)]
+    others = [(one, lead) for one, lead in owned if (lead.parent, lead.child) != (frames.map, frames.odom)]
+    for publisher, lead in others:
         step = f"{frames.map or 'map'} -> {frames.odom if frames.map else 'odom'}"
         message = f'"{publisher.name}" is to publish {lead}, and it publishes {step} alone'
-        yield Problem("navigation-owner", message, lead.path, absolute=True)
-    if not frames.map and not wrong:
+        wrong.append(Problem("navigation-owner", message, lead.path, absolute=True))
+    if not frames.map and not others:
         message = f"no publisher is described for map -> {frames.odom}: what needs the frame of a map is left out"
-        yield Problem("navigation-no-map", message, severity=WARNING, key=True)
+        wrong.append(Problem("navigation-no-map", message, severity=WARNING, key=True))
     for driver in drivers(robot) if distro_of(output) == HUMBLE else ():
         if driver.stamped:
             message = f'controller "{driver.name}" takes TwistStamped, and Nav2 of {HUMBLE.capitalize()} sends Twist'
-            path = ("controllers", driver.name)
-            yield Problem("nav2-command", message, path, severity=WARNING, absolute=True, key=True)
+            place = ("controllers", driver.name)
+            wrong.append(Problem("nav2-command", message, place, severity=WARNING, absolute=True, key=True))
+    return _Basics(frames, base, poses.get(str(pose), {})), wrong
 
 
 def _sources(robot: Robot, output: Output) -> list[_Source]:

@@ -57,12 +57,17 @@ _CUT = "..."  # the end of a text that is shortened in lists
 
 
 class LaunchArgument(NamedTuple):
-    """A launch argument; ``default`` is None if it is required, ``choices`` are empty for any value."""
+    """A launch argument; ``default`` is None if it is required, ``choices`` are empty for any value.
+
+    ``passed_as`` is the argument of the description that gets its value, unless that is ``own``, the default there.
+    """
 
     name: str
     default: str | None
     help: str
     choices: tuple[str, ...] = ()
+    passed_as: str = ""
+    own: str | None = None
 
 
 class PackageFile(NamedTuple):
@@ -99,7 +104,7 @@ def launch_values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
     if carried is None:
         passed_on = [one for one in ARGUMENTS if one.name in (*COMMON, "use_sim_time")]
     else:
-        more += [one.argument for one in carried.passed]
+        more += carried.passed
         passed_on = [*(one for one in ARGUMENTS if one.name in COMMON), *more]
     joints = robot.published_by(ROBOT_STATE_PUBLISHER)
 
@@ -152,15 +157,6 @@ def launch_files(carried: Carried | None) -> Iterator[PackageFile]:
 
 
 @dataclass(frozen=True)
-class PassedArgument:
-    """An argument of the description with the launch argument for it; the default ``own``, or None, is not passed."""
-
-    name: str
-    argument: LaunchArgument
-    own: str | None
-
-
-@dataclass(frozen=True)
 class Carried:
     """A description in a package: its main file, all its files by place, and its arguments.
 
@@ -169,7 +165,7 @@ class Carried:
 
     description: str
     files: Mapping[str, bytes]
-    passed: tuple[PassedArgument, ...]
+    passed: tuple[LaunchArgument, ...]
     urdf: str
     statics: str
     packages: tuple[str, ...]
@@ -177,7 +173,7 @@ class Carried:
     @property
     def required(self) -> bool:
         """Return True if a launch must set an argument."""
-        return any(one.argument.default is None for one in self.passed)
+        return any(one.default is None for one in self.passed)
 
 
 def carry(compiled: Compiled, request: Request, options: Options) -> tuple[Carried | None, list[Diagnostic]]:
@@ -254,7 +250,7 @@ def _mention(name: str, files: Iterable[Path]) -> Span | None:
     return None
 
 
-def _passed(one: Argument, launch_name: str, values: Mapping[str, Any]) -> PassedArgument:
+def _passed(one: Argument, launch_name: str, values: Mapping[str, Any]) -> LaunchArgument:
     own = default = None if one.required else _unquoted(one.default)
     if one.name in values and not one.required:
         value = values[one.name]
@@ -267,7 +263,7 @@ def _passed(one: Argument, launch_name: str, values: Mapping[str, Any]) -> Passe
     help = one.help or f"the argument {one.name} of the description"
     if one.help and launch_name != one.name:
         help += f" ({one.name} of the description)"
-    return PassedArgument(one.name, LaunchArgument(launch_name, default, help, tuple(choices)), own)
+    return LaunchArgument(launch_name, default, help, tuple(choices), one.name, own)
 
 
 def _unquoted(written: str) -> str:

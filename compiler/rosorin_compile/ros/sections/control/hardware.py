@@ -205,9 +205,9 @@ def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
         return
     first = next((one for one in case.robot.outputs if one.backend == output.backend and hardware_distro(one)), None)
     if first is not None and first.name == output.name:
+        owners: dict[tuple[str, str, str], Block] = {}
         for block in case.robot.control:
-            yield from _block(case, block)
-        yield from _shared(case)
+            yield from _block(case, block, owners)
     if not case.robot.is_tree:  # the cause of the rest, and no output knows its links
         return
     carried = {joint.name for joint in joints_of(case.robot, output)}
@@ -215,8 +215,17 @@ def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
         for one in block.joints:
             if one.name in case.robot.joint:  # else there is a rule of its own
                 yield from _check_joint(case, block, one, output, one.name in carried)
-        if hardware_distro(output) == HUMBLE:
-            yield from _unread(case, block)
+        if hardware_distro(output) != HUMBLE:
+            continue
+        unread: list[Path] = [(key,) for field, key in _LATER.items() if getattr(block, field) not in (None, "")]
+        for section, one in block.components():
+            for key, _, interface in _interfaces(one) if section != "gpio" else ():
+                values = {"data_type": interface.data_type, "size": interface.size}
+                words = [word for word, value in values.items() if value not in (None, "")]
+                unread += [(section, one.name, key, interface.name, word) for word in words]
+        for path in unread:
+            message = f"Humble does not read {path[-1]}{' here' if path[1:] else ''}"
+            yield _problem(case, block, "control-ignored", message, path, key=True)
 
 
 def _problem(case: Case, block: Block, rule: str, message: str, path: Path, help: Help = "", **more: Any) -> Diagnostic:
@@ -230,8 +239,8 @@ def _interfaces(one: Component) -> Iterator[tuple[str, int, Interface]]:
         yield from ((key, index, interface) for index, interface in enumerate(interfaces))
 
 
-def _block(case: Case, block: Block) -> Iterator[Diagnostic]:
-    """Yield what is wrong with a block, whatever output has it."""
+def _block(case: Case, block: Block, owners: dict[tuple[str, str, str], Block]) -> Iterator[Diagnostic]:
+    """Yield what is wrong with a block, whatever output has it; ``owners`` are the first blocks with an interface."""
     problem = partial(_problem, case, block)
     if block.type == ACTUATOR and len(block.joints) != 1:
         message = f"an actuator has one joint, not {count_of(len(block.joints), 'joint')}"
@@ -250,6 +259,15 @@ def _block(case: Case, block: Block) -> Iterator[Diagnostic]:
         yield from _words(case, block, section, one, of)
         if section == "joints" and one.name in case.robot.joint:
             yield from _numbers(case, block, case.robot.joint[one.name], one)
+        elif section == "joints":
+            continue  # which has a rule of its own
+        for key, names in (("command", one.commands), ("state", one.states)):
+            firsts = {name: owners.setdefault((key, one.name, name), block) for name in names}
+            if taken := [name for name, first in firsts.items() if first is not block]:
+                first = firsts[taken[0]]
+                message = f'"{one.name}" has the {key} {quote(taken)}, which hardware block "{first.name}" has, too'
+                there = case.related("first defined here", ("control", first.name, section, one.name), key=True)
+                yield problem("control-interface", message, path, related=[there], key=True)
 
 
 def _params(case: Case, block: Block, params: Words, of: str, path: Path) -> Iterator[Diagnostic]:
@@ -303,25 +321,6 @@ def _numbers(case: Case, block: Block, joint: Joint, one: Component) -> Iterator
             yield _problem(case, block, "control-limit", message, (*path, "min"))
 
 
-def _shared(case: Case) -> Iterator[Diagnostic]:
-    """Yield the interfaces that two blocks have: the resource manager takes each once."""
-    owners: dict[tuple[str, str, str], Block] = {}
-    for block in case.robot.control:
-        for section, one in block.components():
-            if section == "joints" and one.name not in case.robot.joint:
-                continue  # which has a rule of its own
-            for key, names in (("command", one.commands), ("state", one.states)):
-                firsts = {name: owners.setdefault((key, one.name, name), block) for name in names}
-                taken = [name for name, first in firsts.items() if first is not block]
-                if taken:
-                    first = firsts[taken[0]]
-                    message = f'"{one.name}" has the {key} {quote(taken)}, which hardware block "{first.name}" has, too'
-                    there = ("control", first.name, section, one.name)
-                    related = [case.related("first defined here", there, key=True)]
-                    path = (section, one.name)
-                    yield _problem(case, block, "control-interface", message, path, related=related, key=True)
-
-
 def _check_joint(case: Case, block: Block, one: Component, output: Output, is_carried: bool) -> Iterator[Diagnostic]:
     """Yield what is wrong with a joint of a block in one URDF; ``is_carried`` says if the URDF has the joint."""
     humble, joint, path = hardware_distro(output) == HUMBLE, case.robot.joint[one.name], ("joints", one.name)
@@ -349,16 +348,3 @@ def _check_joint(case: Case, block: Block, one: Component, output: Output, is_ca
         yield problem(f"{name}, which is not in the block", path)
     if humble and joint.mimic.offset:
         yield problem(f"{name} with an offset, which the mock hardware of Humble ignores", path, severity=WARNING)
-
-
-def _unread(case: Case, block: Block) -> Iterator[Diagnostic]:
-    """Yield the keys that Humble does not read."""
-    unread: list[Path] = [(key,) for field, key in _LATER.items() if getattr(block, field) not in (None, "")]
-    for section, one in block.components():
-        for key, _, interface in _interfaces(one) if section != "gpio" else ():
-            values = {"data_type": interface.data_type, "size": interface.size}
-            words = [word for word, value in values.items() if value not in (None, "")]
-            unread += [(section, one.name, key, interface.name, word) for word in words]
-    for path in unread:
-        message = f"Humble does not read {path[-1]}{' here' if path[1:] else ''}"
-        yield _problem(case, block, "control-ignored", message, path, key=True)

@@ -277,11 +277,6 @@ class Parameters:
     node: Mapping[str, Mapping[str, Any]]
 
 
-def read(text: str) -> Parameters:
-    """Return what a parameter file that we wrote contains. Raises ValueError for a damaged text."""
-    return Parameters(nodes_of(text))
-
-
 def nodes_of(text: str) -> dict[str, dict[str, Any]]:
     """Return the parameters of a file by node and full name. Raises ValueError for a damaged text."""
     sections, _ = read_sections(Source("", text))
@@ -356,7 +351,7 @@ def parameter_file(name: str, **more: Any) -> Format:
         name=name,
         article="a",
         options={"distribution": {"enum": DISTRIBUTIONS, "description": about}, **facts("ros2_options")[name]},
-        read=read,
+        read=lambda text: Parameters(nodes_of(text)),
         names_robot=False,
         syntax=nodes_of,
         folder="config",

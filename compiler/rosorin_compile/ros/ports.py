@@ -147,11 +147,6 @@ def interfaces_of(plugin: str) -> dict[str, Any]:
     return dict(facts("ros2_ports")["controllers"]["interfaces"].get(plugin, {}))
 
 
-def drive_plugins() -> list[str]:
-    """Return the types of controllers that drive a base."""
-    return [name for name, about in facts("ros2_ports")["controllers"]["interfaces"].items() if "drive" in about]
-
-
 def full_topic(topic: str, namespace: str, node: str) -> str:
     """Return the full name of a topic as a node in a namespace has it.
 

@@ -39,14 +39,12 @@ _LAYERS = {"local_costmap": "voxel_layer", "global_costmap": "obstacle_layer"}  
 _HEADROOM = 0.1  # m
 _PADDING = 0.01  # m, Nav2's own
 _CORNERS_OF_CIRCLE = 16  # of what Nav2 makes of a radius, on the circle
-_CIRCLE = "circle"
 _PLANAR = "lidar_2d"
 _SEEING = (_PLANAR, "lidar_3d", "depth_camera")  # the types of sensors that see obstacles
 _SOURCE = "scan"  # the observation source of nav2_bringup/params/nav2_params.yaml
 _MONITORED = {"LaserScan": "scan", "PointCloud2": "pointcloud"}  # types of sources of the collision_monitor
 _CLEARANCE = 0.05  # m, of points of depth where the output gives none: they see the floor
 _MOTION = {True: "nav2_amcl::OmniMotionModel", False: "nav2_amcl::DifferentialMotionModel"}
-_FILTERED = "odometry/filtered"  # of robot_localization
 
 
 @dataclass(frozen=True)
@@ -166,7 +164,7 @@ def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None,
     except ValueError as problem:
         return None, [report(rule, f"{problem}: {left}", help="correct the size of its shapes", severity=WARNING)]
     found = []
-    circle = options.get("outline") == _CIRCLE
+    circle = options.get("outline") == "circle"
     if outline.inscribed <= 0 and not circle:
         message = f'the base frame "{made.base}" is not within the footprint, which Nav2 takes for granted'
         found.append(report(rule, message, help="name a frame in the middle: base_frame", severity=WARNING))
@@ -235,7 +233,11 @@ def view(robot: Robot, output: Output) -> Parameters:
 
 
 def _nodes(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> Iterator[Node]:
-    distribution, frames, facts_of = distribution_of_ports(distro_of(output)), made.frames, _facts()
+    distribution, frames, facts_of = (
+        distribution_of_ports(distro_of(output)),
+        made.frames,
+        facts("ros2_nodes")["navigation"],
+    )
     known = {"map": frames.map, "odom": frames.odom, "base": made.base}
     found: dict[str, dict[str, Any]] = {}
     for row in facts_of["frames"]:
@@ -255,7 +257,7 @@ def _nodes(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> I
                 for driver in driving
                 if any(edge.publisher.name == lead.publisher.name for edge in edges_of(robot, driver.one.controller))
             ]
-            topics[([_FILTERED] if kind_of(lead.publisher) == FILTER else of_drive or [""])[0]] = None
+            topics[(["odometry/filtered"] if kind_of(lead.publisher) == FILTER else of_drive or [""])[0]] = None
     odometry = next(iter(topics)) if len(topics) == 1 else ""
     for port in ports(distribution, role=ODOMETRY, direction=IN, group="nav2") if odometry else ():
         found.setdefault(port.node, {})[port.parameter] = odometry
@@ -282,10 +284,6 @@ def _nodes(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> I
         yield Node(SLAM, SLAM, seen_by_slam(robot, output, frames) | silent)
 
 
-def _facts() -> Any:
-    return facts("ros2_nodes")["navigation"]
-
-
 def _costmap(robot: Robot, output: Output, name: str, size: _Size | None) -> dict[str, Any]:
     """Return the footprint, the heights and the sources of obstacles of a costmap."""
     layer = (output.options.get("layers") or {}).get(name, _LAYERS[name])
@@ -297,7 +295,7 @@ def _costmap(robot: Robot, output: Output, name: str, size: _Size | None) -> dic
         own = f"{layer}.{source.name}"
         values |= {f"{own}.topic": source.topic, f"{own}.data_type": source.type}
         values[f"{own}.sensor_frame"] = source.sensor.optical_frame or source.sensor.frame
-        values |= {f"{own}.{key}": value for key, value in _facts()["source"].items()}
+        values |= {f"{own}.{key}": value for key, value in facts("ros2_nodes")["navigation"]["source"].items()}
         values |= size.band(own, source.clearance) if size is not None else {}
     return values
 

@@ -33,6 +33,7 @@ _ONE_AXIS = ("revolute", "continuous", "prismatic")  # MoveIt limits each axis o
 _STAND_IN = 1.0  # rad/s^2 or m/s^2: the default of MoveIt's time parameterization until Iron (moveit2#1794)
 _FIRST = "joint_state_broadcaster/JointStateBroadcaster"
 _OF_GAZEBO = ("gz_ros2_control", "ign_ros2_control", "gazebo_ros2_control")
+_MOVEIT_PACKAGES = ("configs_utils", "kinematics", "planners_ompl", "ros_move_group", "simple_controller_manager")
 
 
 class _Start(NamedTuple):
@@ -55,10 +56,7 @@ _STARTS = {
         "moveit.launch.py",
         "MoveIt's move_group",
         "add `srdf: {}` under outputs",
-        (
-            *("moveit_configs_utils", "moveit_kinematics", "moveit_planners_ompl", "moveit_ros_move_group"),
-            "moveit_simple_controller_manager",
-        ),
+        tuple(f"moveit_{name}" for name in _MOVEIT_PACKAGES),
     ),
     NAV2: _Start(
         "navigation.launch.py",

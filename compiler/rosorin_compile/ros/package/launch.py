@@ -43,17 +43,13 @@ if TYPE_CHECKING:
     from rosorin_compile.language.arguments import Argument
     from rosorin_compile.request import Request
 
-# Packages of the nodes that show a robot on a screen, or replace its driver; a robot does not need them.
-SCREEN = ("joint_state_publisher", "joint_state_publisher_gui", "rviz2")
 PREFIX = "$(var frame_prefix)"
 LAUNCH = "description.launch"
 # What the XML and the YAML form include; all forms include the second if the description is compiled at launch.
 PUBLISHER, STATICS = "robot_state_publisher.launch.py", "static_frames.launch.py"
 # The launch configuration with the path of the description and its arguments, as words of a command line.
 WORDS = "rosorin_compile_words"
-_STATICS_OUTPUT = "static_tf_json"
 _RULE = "package-not-carried"
-_CUT = "..."  # the end of a text that is shortened in lists
 
 
 class LaunchArgument(NamedTuple):
@@ -137,7 +133,7 @@ def launch_values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
         "plain": plain,
         "in_args": in_args,
         "prefix": PREFIX,
-        "screen": SCREEN,
+        "screen": ("joint_state_publisher", "joint_state_publisher_gui", "rviz2"),
         "carried": carried,
         "words": WORDS,
     }
@@ -213,7 +209,7 @@ def carry(compiled: Compiled, request: Request, options: Options) -> tuple[Carri
         files={place: read_bytes(file) for file, place in places.items()},
         passed=tuple(_passed(one, names[one.name], values) for one in arguments),
         urdf=main.output,
-        statics=next((one.output for one in compiled.artifacts if one.backend == _STATICS_OUTPUT), _STATICS_OUTPUT),
+        statics=next((one.output for one in compiled.artifacts if one.backend == "static_tf_json"), "static_tf_json"),
         packages=tuple(sorted(name for name in read if is_legal(name) and name != options.name)),
     ), []
 
@@ -258,7 +254,7 @@ def _passed(one: Argument, launch_name: str, values: Mapping[str, Any]) -> Launc
     choices = [_unquoted(text) for text in one.allowed]
     if default is not None and choices and default not in choices:
         choices.append(default)
-    if any(text.endswith(_CUT) for text in choices):
+    if any(text.endswith("...") for text in choices):  # which are shortened
         choices = []
     help = one.help or f"the argument {one.name} of the description"
     if one.help and launch_name != one.name:

@@ -26,7 +26,6 @@ from .planning import Planning, planning_of, sort_pair, stale_text
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-    from rosorin_compile.source.tree import Map
     from rosorin_compile.source.xml.markup import Document
 
 Entries = Mapping[str, Mapping[str, Any]]
@@ -221,10 +220,6 @@ def _is_other(document: Document) -> bool:
     return document.root.tag == "robot" and bool(tags & _OWN) and not tags & {"link", "joint"}
 
 
-def _asked(tree: Map, _: str, name: str) -> Asked | None:
-    return Asked({"file": f"{name}.srdf"}) if "moveit" in tree else None
-
-
 _OWN = {"group", "group_state", "end_effector", "virtual_joint", "disable_collisions", "passive_joint"}
 
 _FINGERPRINT = Unsupported("tells whether the matrix is of this robot", quiet=True)
@@ -253,7 +248,7 @@ FORMAT = Format(
     read=read,
     join=reading.join,
     is_other=_is_other,
-    asked=_asked,
+    asked=lambda tree, _, name: Asked({"file": f"{name}.srdf"}) if "moveit" in tree else None,
     measures=True,
     syntax=xml_syntax,
     folder="srdf",

@@ -28,9 +28,7 @@ from rosorin_compile.source.diagnostics import count_of, first_of
 from rosorin_compile.source.files import read_bytes
 
 URDF = "urdf"
-ODOM, WORLD = "odom", "world"
 _DECIMALS = 9
-_SHOWN = 20  # pairs in a message
 _FORM = 1  # of the search: another one makes every matrix stale
 
 
@@ -215,7 +213,7 @@ class Planning:
         is_free = any(output.options.get("base") == "free" for output in self.robot.outputs)
         floats = is_free or edge is not None or any(pose.base is not None for pose in self.robot.poses)
         base = PLANAR if self.robot.drive is not None else FLOATING if floats else FIXED
-        parent = edge.parent if edge is not None else ODOM if base == PLANAR else WORLD
+        parent = edge.parent if edge is not None else "odom" if base == PLANAR else "world"
         return VirtualJoint(said.type or base, said.parent or parent, said.name)
 
     def joint_properties(self) -> dict[str, dict[str, str]]:
@@ -268,7 +266,7 @@ def sort_pair(pair: Pair) -> Pair:
 
 def stale_text(pairs: list[Pair]) -> str:
     """Return the pairs whose result may be wrong, in a sentence."""
-    names = first_of([f"{one} and {other}" for one, other in pairs], _SHOWN)
+    names = first_of([f"{one} and {other}" for one, other in pairs], 20)
     return f"{count_of(len(pairs), 'pair')} may collide now, though the SRDF still disables the check of {names}"
 
 

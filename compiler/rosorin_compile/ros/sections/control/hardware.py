@@ -257,10 +257,22 @@ def _block(case: Case, block: Block, owners: dict[tuple[str, str, str], Block]) 
                 message = f'{of} has a parameter "{name}", which comes from the mimic of the joint'
                 yield problem("control-param", message, (*path, "params", name), key=True)
         yield from _words(case, block, section, one, of)
-        if section == "joints" and one.name in case.robot.joint:
-            yield from _numbers(case, block, case.robot.joint[one.name], one)
-        elif section == "joints":
+        if section == "joints" and one.name not in case.robot.joint:
             continue  # which has a rule of its own
+        is_sliding = section == "joints" and case.robot.joint[one.name].type == "prismatic"
+        for key, _, interface in _interfaces(one) if section == "joints" else ():
+            wanted, name = _UNITS.get(interface.name, ("", ""))[is_sliding], f'{interface.name} of joint "{one.name}"'
+            unit = parse_unit(wanted) if wanted else None
+            for word in ("min", "max", "initial"):
+                value = value_at(case.tree, ("control", block.name, *path, key, interface.name, word))
+                if unit is not None and isinstance(value, Quantity) and value.dimension != unit[1]:
+                    message = f"the {name} is {describe(unit[1])}, but {value.text or number(value)} is "
+                    place = (*path, key, interface.name, word)
+                    yield problem("wrong-unit", message + describe(value.dimension), place, f"write it in {wanted}")
+            low, high = interface.min, interface.max
+            if low is not None and high is not None and low > high:
+                message = f"the {name} goes from {number(low)} to {number(high)}"
+                yield problem("control-limit", message, (*path, key, interface.name, "min"))
         for key, names in (("command", one.commands), ("state", one.states)):
             firsts = {name: owners.setdefault((key, one.name, name), block) for name in names}
             if taken := [name for name, first in firsts.items() if first is not block]:
@@ -301,24 +313,6 @@ def _words(case: Case, block: Block, section: str, one: Component, of: str) -> I
             message = f'{of} has the {key} "{word}", which no controller asks for'
             yield problem(message, place, suggest(near), severity=severity, key=place[-1] == word)
         yield from _params(case, block, interface.params, f'the {key} "{word}" of {of}', place)
-
-
-def _numbers(case: Case, block: Block, joint: Joint, one: Component) -> Iterator[Diagnostic]:
-    """Yield wrong units of the numbers of interfaces, and limits in the wrong order."""
-    for section, _, interface in _interfaces(one):
-        path: Path = ("joints", one.name, section, interface.name)
-        wanted = _UNITS.get(interface.name, ("", ""))[joint.type == "prismatic"]
-        unit = parse_unit(wanted) if wanted else None
-        for key in ("min", "max", "initial"):
-            value = value_at(case.tree, ("control", block.name, *path, key))
-            if unit is not None and isinstance(value, Quantity) and value.dimension != unit[1]:
-                message = f'the {interface.name} of joint "{joint.name}" is {describe(unit[1])}, but '
-                message += f"{value.text or number(value)} is {describe(value.dimension)}"
-                yield _problem(case, block, "wrong-unit", message, (*path, key), f"write it in {wanted}")
-        low, high = interface.min, interface.max
-        if low is not None and high is not None and low > high:
-            message = f'the {interface.name} of joint "{one.name}" goes from {number(low)} to {number(high)}'
-            yield _problem(case, block, "control-limit", message, (*path, "min"))
 
 
 def _check_joint(case: Case, block: Block, one: Component, output: Output, is_carried: bool) -> Iterator[Diagnostic]:

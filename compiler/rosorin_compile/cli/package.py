@@ -10,13 +10,10 @@ from rosorin_compile.source.project import Description
 
 from . import command as cli
 from .console import FINE, PROBLEMS
-from .markdown import blocks
 from .run import Run, for_each
 
 _AT_LAUNCH = "compile the description at launch, with its arguments as launch arguments"
-_STARTS = "add a launch file that starts {} with the parameters of the robot"
-_STARTED = {"control": "the controller_manager and the controllers", "moveit": "MoveIt"}
-_STARTED["nav2"] = "Nav2 and robot_localization"
+_STARTED = {"control": "controller_manager and controllers", "moveit": "MoveIt", "nav2": "Nav2 and robot_localization"}
 _PLACES = "path of an output in FOLDER, such as urdf=urdf/robot.urdf, or none to skip it"
 
 
@@ -31,7 +28,10 @@ _PLACES = "path of an output in FOLDER, such as urdf=urdf/robot.urdf, or none to
 @cli.option("--url URL", help="website of the package")
 @cli.option("--compile-at-launch/--no-compile-at-launch", default=None, help=_AT_LAUNCH)
 @cli.combine(
-    *(cli.option(f"--{name}/--no-{name}", default=None, help=_STARTS.format(it)) for name, it in _STARTED.items())
+    *(
+        cli.option(f"--{one}/--no-{one}", default=None, help=f"add a launch file for {it}")
+        for one, it in _STARTED.items()
+    )
 )
 @cli.robot_options
 def run_package(options: cli.Options) -> int:
@@ -69,18 +69,12 @@ def run_deploy(options: cli.Options) -> int:
     if not result.robot:
         run.nothing_written(description, result.diagnostics)
         return PROBLEMS
-    if console.for_people:
-        for line in result.changes:
-            print(line)
-    elif result.changes:
-        console.show([Diagnostic("deploy-changes", NOTE, "\n".join(result.changes))])
+    if result.changes:
+        changes = "\n".join(result.changes)
+        print(changes) if console.for_people else console.show([Diagnostic("deploy-changes", NOTE, changes)])
     same, total = sum(copy.same for copy in result.copies), len(result.copies)
     done = "written" if result.written else "would be written"
-    if same < total or not result.written:
-        console.say(f"{result.robot}: {total - same} of {total} files in {result.folder} {done}")
-    else:
-        every = f"all {same} files" if same > 1 else "the one file" if same else "no file"
-        console.say(f"{result.robot}: {every} as compiled")
+    console.say(f"{result.robot}: {total - same} of {total} files in {result.folder} {done}")
     run.give(result)
     return PROBLEMS if failed or (options.dry_run and same < total) else FINE
 
@@ -104,9 +98,8 @@ def run_check_deployed(options: cli.Options) -> int:
         if result.differing:
             help = "run rosorin-compile deploy to write them again"
             compared, others = result.describe()
-            tables = blocks(compared.changes, compared.texts, others)
             found = error("deployed-differs", "\n".join(result.lines), None, help)
-            run.console.differ("not as deployed", result.lines, found, lambda: tables)
+            run.console.differ("not as deployed", result.lines, found, compared, others)
         failed = run.show(result)
         if not result.robot:
             run.nothing_written(description, result.diagnostics)

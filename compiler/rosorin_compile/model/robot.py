@@ -7,13 +7,12 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, reduce
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
+from rosorin_compile.source.cache import of_robot
 from rosorin_compile.source.diagnostics import UnknownName
 
-from .cached import of_robot
 from .geometry import Pose, Transform
 from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Joint, Publisher
-from .link import NO_SOURCE, Inertial, Link, Source
-from .mass import together
+from .link import NO_SOURCE, Inertial, Link, Source, together
 from .sections import Sections
 from .shape import Material, Rgba, Shape
 from .simulation import AT_ORIGIN, GazeboSensor, Root, Simulated, Values

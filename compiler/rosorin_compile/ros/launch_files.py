@@ -26,7 +26,7 @@ from rosorin_compile.model import (
     Transform,
 )
 from rosorin_compile.output import is_generated
-from rosorin_compile.output.ros_packages import is_launch_file
+from rosorin_compile.output.package_folder import is_launch_file
 from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source, Span
 from rosorin_compile.source.files import read_bytes

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.formats.mesh_files import Places
-from rosorin_compile.mujoco.collisions.matrix import FAR, TOUCH, Search
-from rosorin_compile.mujoco.physics.scene import read_meshes
+from rosorin_compile.mujoco.collisions import FAR, TOUCH, Search
+from rosorin_compile.mujoco.solids import read_meshes
 from rosorin_compile.request import Request
 from rosorin_compile.ros.srdf.planning import planning_of
 from rosorin_compile.source.project import Description

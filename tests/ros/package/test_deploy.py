@@ -8,7 +8,7 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.output import MANIFEST
-from rosorin_compile.output.ros_packages import files_below, missing, undeclared_packages
+from rosorin_compile.output.package_folder import files_below, missing, undeclared_packages
 from support.launch import run
 from support.packages import LAUNCH, TEXTS, check, contents, deploy, package_of_people
 from support.paths import ROSORIN
@@ -45,7 +45,7 @@ def test_the_artifacts_go_where_they_belong(base: Path, capsys: pytest.CaptureFi
     assert publisher.parameters["robot_description"] == TEXTS["rosorin.urdf"]
     assert [node.name for node in statics] == ["tf_base_laser", "tf_base_imu"]
     assert deploy(base) == deploy(base, "-n") == 0
-    assert capsys.readouterr().out.startswith("rosorin: all 9 files as compiled\n")
+    assert capsys.readouterr().out.startswith(f"rosorin: 0 of 9 files in {base} written\n")
     assert contents(base) == after
 
 

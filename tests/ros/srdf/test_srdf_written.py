@@ -6,9 +6,9 @@ from typing import Any
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.formats.imported import Imported, ReadOptions
-from rosorin_compile.formats.reading import join, read_robot
+from rosorin_compile.formats.compilation import compile_robot
+from rosorin_compile.formats.imported_robot import Imported, ReadOptions
+from rosorin_compile.formats.robot_files import join, read_robot
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Robot
 from rosorin_compile.ros.sections.moveit import Moveit

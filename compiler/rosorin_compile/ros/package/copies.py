@@ -23,7 +23,7 @@ from rosorin_compile.formats.mesh_files import references, urdf_file_name
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 from rosorin_compile.output import digest, is_generated, kept_name
-from rosorin_compile.output.committed import Comparison, compare, shorten
+from rosorin_compile.output.golden_check import NOT_TEXT, Comparison, compare, shorten
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error, first_of, printable
 from rosorin_compile.source.files import is_file, read_bytes
 
@@ -187,7 +187,7 @@ def difference(robot: Robot, artifact: Artifact, old: bytes) -> Comparison | Non
     texts = []
     for one in comparison.texts:
         lines = tuple(line.replace("--- committed/", "--- deployed/", 1) for line in one.lines)
-        remark = one.remark.replace("the committed file", "the file") if one.is_text else "no UTF-8 text"
+        remark = one.remark.replace("the committed file", "the file") if one.kind != NOT_TEXT else "no UTF-8 text"
         texts.append(one._replace(remark=remark, lines=lines))
     return comparison._replace(texts=tuple(texts))
 

@@ -9,12 +9,12 @@ from typing import Annotated
 
 from rosorin_compile.compare.changes import Change
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.compiled import Compiled
+from rosorin_compile.formats.compilation import Compiled
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 from rosorin_compile.output import MANIFEST, OutputError, digest, open_package_folder, read_manifest
-from rosorin_compile.output.committed import Comparison
-from rosorin_compile.output.ros_packages import files_below, missing, package_of, undeclared_packages
+from rosorin_compile.output.golden_check import Comparison
+from rosorin_compile.output.package_folder import files_below, missing, package_of, undeclared_packages
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError, has_errors
@@ -233,7 +233,7 @@ class CheckedCopies:
                 changes[change[:4]] = known._replace(artifacts=(*known.artifacts, place))
         texts = tuple(text._replace(file=place) for place, one in found for text in one.texts)
         others = [(place, _NOT_AS_WRITTEN) for place, one in self.unlike if one is None]
-        return Comparison(tuple(changes.values()), texts, same=False), others
+        return Comparison(tuple(changes.values()), texts), others
 
 
 def check_deployed(

@@ -39,7 +39,7 @@ from .copies import file_names
 from .options import Options, is_legal
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.compiled import Compiled
+    from rosorin_compile.formats.compilation import Compiled
     from rosorin_compile.language.arguments import Argument
     from rosorin_compile.request import Request
 

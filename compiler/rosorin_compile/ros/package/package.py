@@ -29,7 +29,7 @@ from .launch import Carried, PackageFile, carry, launch_files, launch_values
 from .options import NO_LICENSE, NO_MAIL, NOBODY, STAMP, Options, file_name, options_of
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.compiled import Compiled
+    from rosorin_compile.formats.compilation import Compiled
 
 
 _BUILT_BY = {"ament_cmake": ("CMakeLists.txt",), "ament_python": ("setup.py", "setup.cfg")}

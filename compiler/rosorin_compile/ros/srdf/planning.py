@@ -20,10 +20,10 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.formats.urdf.write import joints_of, links_of, solids
 from rosorin_compile.model import DisabledCollision, Joint, Mesh, Output, Robot, Shape, Transform
-from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.drive import SLIDING
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.ros.sections.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint
+from rosorin_compile.source.cache import of_robot
 from rosorin_compile.source.diagnostics import count_of, first_of
 from rosorin_compile.source.files import read_bytes
 

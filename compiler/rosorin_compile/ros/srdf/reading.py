@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from rosorin_compile.formats.format import Opened, Placed
-from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS, PLAIN, Reading, numbers
+from rosorin_compile.formats.xml_reader import ANGLES, LENGTHS, PLAIN, XmlReader, numbers
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import DisabledCollision, Output, Robot, Transform
 from rosorin_compile.ros.sections.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint
@@ -83,7 +83,7 @@ class _Joining:
 
     def __init__(self, opened: Opened, robot: Robot) -> None:
         self.robot = robot
-        self.reading = Reading(opened.options)
+        self.reading = XmlReader(opened.options)
         self.planning = Planning(robot, Output(URDF, URDF, ""))
         self.virtual: VirtualJoint | None = None
         self.virtual_entry: Any = False

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from rosorin_compile.language.records import Problem, entries_of, record_of
+from rosorin_compile.language.lower import Problem, entries_of, record_of
 from rosorin_compile.model.sections import Section
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, first_of

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from rosorin_compile.language.records import Problem, record_of, vector_of
+from rosorin_compile.language.lower import Problem, record_of, vector_of
 from rosorin_compile.model import DisabledCollision, Vector
 from rosorin_compile.model.link import NO_SOURCE, Source
 from rosorin_compile.model.sections import Section

@@ -71,9 +71,8 @@ def _content(robot: Robot, output: Output) -> tuple[Node | None, Lead | None, li
         kind = key.rstrip("0123456789")
         uses = one.get("uses") or usual(robot, kind, frames.moved)
         values |= {key: topic(robot, key, one), f"{key}_config": [state in uses for state in STATES]}
-        values |= {
-            f"{key}_{word}": one[word] for word in facts("ros2_nodes")["filter_inputs"][kind]["keys"] if word in one
-        }
+        about = facts("ros2_nodes")["filter_inputs"][kind]
+        values |= {f"{key}_{word}": one[word] for word in about["keys"] if word in one}
     return Node(name, "ekf", values), lead, wrong
 
 

@@ -233,11 +233,8 @@ def view(robot: Robot, output: Output) -> Parameters:
 
 
 def _nodes(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> Iterator[Node]:
-    distribution, frames, facts_of = (
-        distribution_of_ports(distro_of(output)),
-        made.frames,
-        facts("ros2_nodes")["navigation"],
-    )
+    distribution, frames = distribution_of_ports(distro_of(output)), made.frames
+    facts_of = facts("ros2_nodes")["navigation"]
     known = {"map": frames.map, "odom": frames.odom, "base": made.base}
     found: dict[str, dict[str, Any]] = {}
     for row in facts_of["frames"]:

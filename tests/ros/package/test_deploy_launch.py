@@ -33,32 +33,7 @@ RIGHT = (
 )
 WORDS = RIGHT.split()
 
-DIRECT = """\
-from launch import LaunchDescription
-from launch_ros.actions import Node
-
-def generate_launch_description():
-    return LaunchDescription([
-        Node(package='tf2_ros', executable='static_transform_publisher', name='n', arguments=ARGUMENTS),
-    ])
-"""
-HELPER = """\
-import math
-from launch_ros.actions import Node
-X = '0.048156'
-
-def mounted(node, place, angles, on, child='laser'):
-    turned = ['--roll', angles[0], '--pitch', angles[1], '--yaw', angles[2]]
-    return Node(package='tf2_ros', executable='static_transform_publisher', name=node, arguments=[
-        '--x', place[0], '--y', place[1], '--z', place[2]] + turned + ['--frame-id', on, '--child-frame-id', child])
-
-def generate_launch_description():
-    zero = '0'
-    return [
-        mounted('tf_base_laser', [X, '0.0000756', '0.106748'], [zero, '0', YAW], 'base_link'),
-        mounted('other', (X, '0', '0'), ('0', '0', '0'), on='base_link', child='x'),
-    ]
-"""
+DIRECT, HELPER = CASES["direct"], CASES["helper"]
 
 
 def calls(name: str, text: str) -> list[LaunchNode]:
@@ -169,24 +144,7 @@ def test_what_we_print_is_as_described(data: st.DataObject) -> None:
     assert list(check_node(robot, call)) == []
 
 
-PIECES = st.sampled_from(
-    [
-        *HELPER.split("\n"),
-        "x = [",
-        "]",
-        "(",
-        "static_tf(",
-        "    ",
-        "\n",
-        "f'{",
-        "}'",
-        "\0",
-        "*",
-        "9" * 40,
-        "x = x",
-        "lambda: ",
-    ]
-)
+PIECES = st.sampled_from([*HELPER.split("\n"), *CASES["pieces"]])
 
 
 @settings(max_examples=200, deadline=None)

@@ -130,30 +130,9 @@ def test_what_no_output_is_for_is_not_started(
     assert not (tmp_path / "a1").exists()
 
 
-NAV2 = """
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
-from launch.substitutions import LaunchConfiguration
-from launch_ros.actions import Node
-
-
-def generate_launch_description():
-    names = ("slam", "map", "use_sim_time", "params_file")
-    given = [LaunchConfiguration(name) for name in names]
-    arguments = [DeclareLaunchArgument(name, description=name) for name in names]
-    return LaunchDescription([*arguments, Node(package="nav2_bringup", executable="all", arguments=given)])
-"""
-TUNED = """\
-local_costmap:
-  local_costmap:
-    ros__parameters: {robot_base_frame: base_link, robot_radius: 0.22, update_frequency: 5.0}
-controller_server: {ros__parameters: {controller_frequency: 20.0}}
-"""
-
-
 def nav2_bringup(folder: Path) -> Path:
     bringup = folder / "nav2_bringup"
-    for file, text in (("launch/bringup_launch.py", NAV2), ("params/nav2_params.yaml", TUNED)):
+    for file, text in yaml.safe_load(data_text("nav2_bringup_arguments.yaml")).items():
         (bringup / file).parent.mkdir(parents=True, exist_ok=True)
         (bringup / file).write_text(text, "utf-8")
     return bringup

@@ -105,10 +105,8 @@ def _is_flat(points: list[Vector]) -> bool:
     rest = [minus(point, points[0]) for point in points]
     axis = max(rest, key=norm)
     normal = max((cross(axis, point) for point in rest), key=norm)
-    smallest = FLAT * norm(axis)
-    return norm(normal) <= smallest * norm(axis) or all(
-        abs(dot(normal, point)) <= smallest * norm(normal) for point in rest
-    )
+    least = FLAT * norm(axis)
+    return norm(normal) <= least * norm(axis) or all(abs(dot(normal, one)) <= least * norm(normal) for one in rest)
 
 
 def _copies(found: Found, outputs: Path) -> tuple[dict[str, bytes], bool]:

@@ -1,7 +1,6 @@
 """Rules of the import of MJCF that hold for every input: numbers, rotations, and chains of joints of every kind."""
 
 import math
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -83,11 +82,7 @@ def body(draw: st.DrawFn, depth: int = 0) -> str:
 
 def here(path: Path) -> Answer:
     """Ask MuJoCo in this process: a child process for each of many models would take minutes."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        spec = mujoco.MjSpec.from_file(str(path))
-        engine._name_all(spec)
-        return Answer(engine._facts(mujoco, spec, spec.compile()))
+    return Answer(engine.read(mujoco, path, path.parent))
 
 
 @settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))

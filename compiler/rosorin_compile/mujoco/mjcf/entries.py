@@ -228,7 +228,7 @@ def add_contacts(reading: Reading) -> None:
         elif element not in reading.reported:
             reading.reported.add(element)
             what = "a contact with the world that is excluded: the scene is no part of the robot"
-            reading.ignore(what, element.span)
+            reading.note("import-ignored", what, element.span)
     found += [
         (names, element, _FILTERED) for names, element in _filtered(reading, {frozenset(one[0]) for one in found})
     ]

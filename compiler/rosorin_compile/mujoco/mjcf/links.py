@@ -137,16 +137,16 @@ def add_marks(reading: Reading) -> None:
     """Add the sites, cameras and lights of every link; those of the world are its scene, unless that is a link."""
     for kind in _MARKS:
         for index, thing in enumerate(reading.facts[kind]):
+            element = reading.places.place_of(kind, index)
             if thing["bodyid"] in reading.link_of:
-                _add_mark(reading, kind, index, thing)
+                _add_mark(reading, kind, index, thing, element)
             else:
-                reading.skip_scene(kind[:-1], reading.places.place_of(kind, index).span)
+                reading.skip_scene(kind[:-1], element.span)
 
 
-def _add_mark(reading: Reading, kind: str, index: int, thing: Mapping[str, Any]) -> None:
+def _add_mark(reading: Reading, kind: str, index: int, thing: Mapping[str, Any], element: Element) -> None:
     """Add a site, a camera or a light to its link; one that the language cannot express is kept as it is."""
-    tag, form = _MARKS[kind]
-    link, element, node = reading.link_of[thing["bodyid"]], reading.places.place_of(kind, index), thing["element"]
+    (tag, form), link, node = _MARKS[kind], reading.link_of[thing["bodyid"]], thing["element"]
     place, name = convert.transform(thing["pos"], thing.get("quat")), thing["name"]
     more = {key: text for key, text in node["attributes"].items() if key not in _POSED}
     is_at_origin = convert.tidy_vector(place.xyz) == _ORIGIN and convert.is_unturned(place)
@@ -174,24 +174,34 @@ def _add_mark(reading: Reading, kind: str, index: int, thing: Mapping[str, Any])
 
 def add_joints(reading: Reading, drives: Drives) -> None:
     """Add what joins every body to the one that it is in, and report stand-ins and bodies that are too light."""
+    light = []
     for index, body in enumerate(reading.facts["bodies"]):
         if index == 0 or body["parentid"] not in reading.link_of:
             continue
         held = [(at, reading.facts["joints"][at]) for at in reading.joints_in.get(index, ())]
+        light += [index] if len(held) > 1 and 0 < min(body["inertia"]) < LEAST * _UNFELT else []
         ends = reading.link_of[body["parentid"]], reading.link_of[index]
         place, element = convert.transform(body["pos"], body["quat"]), reading.places.body(index)
         if held and held[0][1]["type"] != FREE:
             _add_chain(reading, index, place, held, drives)
-        else:
-            own = reading.places.place_of("joints", held[0][0]) if held else element
-            name = held[0][1]["name"] if held and held[0][1]["name"] else f"{ends[1]}_joint"
-            kind = "floating" if held else "fixed"
-            joint = reading.add_joint(reading.unique("joint", name), kind, *ends, own)
-            convert.put_pose(joint, place, element)
-            if held:
-                rest = _put_dynamics(joint, held[0][1]["element"]["attributes"], own)
-                reading.put_words(joint, rest, "joint", own, f'the joint "{name}"')
-    _report_joints(reading)
+            continue
+        own = reading.places.place_of("joints", held[0][0]) if held else element
+        name = held[0][1]["name"] if held and held[0][1]["name"] else f"{ends[1]}_joint"
+        joint = reading.add_joint(reading.unique("joint", name), "floating" if held else "fixed", *ends, own)
+        convert.put_pose(joint, place, element)
+        if held:
+            rest = _put_dynamics(joint, held[0][1]["element"]["attributes"], own)
+            reading.put_words(joint, rest, "joint", own, f'the joint "{name}"')
+    for word in ("range", "effort", "velocity"):
+        if entries := reading.stand_ins.get(word):
+            names = list(dict.fromkeys(name for name, _, _ in entries))
+            numbers = phrase(list(dict.fromkeys(f"{value:g}" for _, value, _ in entries)))
+            message = f"no {word} limit in the MJCF, stand-in {numbers} used for {first_of(names, 3)}"
+            reading.note("import-stand-in", message, entries[0][2], "put in what the robot really has")
+    if light:
+        message = f"{first_of([reading.link_of[index] for index in light], 3)}: next to no inertia, and several joints;"
+        message += f" the links between them need {LEAST:g} kg*m^2 in MuJoCo: such small parts move a little otherwise"
+        reading.change(message, reading.places.body(light[0]).span)
 
 
 def add_root(reading: Reading) -> None:
@@ -298,25 +308,6 @@ def _put_details(reading: Reading, which: int, entry: Map, element: Element, ref
     elif joint["limited"]:
         rest["range"] = f"0 {joint['range'][1]!r}"
     reading.put_words(entry, rest, "joint", element, f'the joint "{name}"')
-
-
-def _report_joints(reading: Reading) -> None:
-    """Report the limits that are stand-ins, and where the mass that links between joints need can be felt."""
-    for word in ("range", "effort", "velocity"):
-        entries = reading.stand_ins.get(word, [])
-        if not entries:
-            continue
-        names = list(dict.fromkeys(name for name, _, _ in entries))
-        numbers = phrase(list(dict.fromkeys(f"{value:g}" for _, value, _ in entries)))
-        message = f"no {word} limit in the MJCF, stand-in {numbers} used for {first_of(names, 3)}"
-        reading.note("import-stand-in", message, entries[0][2], "put in what the robot really has")
-    bodies = enumerate(reading.facts["bodies"])
-    several = [(index, body) for index, body in bodies if len(reading.joints_in.get(index, ())) > 1]
-    light = [index for index, body in several if 0 < min(body["inertia"]) < LEAST * _UNFELT]
-    if light:
-        message = f"{first_of([reading.link_of[index] for index in light], 3)}: next to no inertia, and several joints;"
-        message += f" the links between them need {LEAST:g} kg*m^2 in MuJoCo: such small parts move a little otherwise"
-        reading.change(message, reading.places.body(light[0]).span)
 
 
 def _put_dynamics(entry: Map, attributes: Mapping[str, str], element: Element) -> dict[str, str]:

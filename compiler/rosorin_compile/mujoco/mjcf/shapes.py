@@ -60,7 +60,14 @@ def add_shapes(reading: Reading) -> None:
             if purpose == "visual":
                 looks.put(geom, shape, element)
             else:
-                _put_contact(reading, geom, shape, element)
+                contact, attributes = Map(element.span), geom["element"]["attributes"]
+                for word in ("contype", "conaffinity"):
+                    if geom[word] != 1:
+                        convert.put(contact, word, geom[word])
+                own = {key: attributes[key] for key in _OF_CONTACT if key in attributes}
+                reading.put_words(contact, own, "contact", element, "a geom")
+                if contact:
+                    convert.put(shape, "contact", contact)
             _put_more(reading, looks, geom, shape, element, found, purpose)
             held.setdefault((reading.link_of[geom["bodyid"]], purpose), Seq(element.span)).put(shape, element.span)
     for (link, purpose), shapes in held.items():
@@ -115,17 +122,6 @@ def _colour(thing: Thing) -> list[float]:
     return [convert.tidy(round(value, 7)) for value in thing["rgba"]]
 
 
-def _put_contact(reading: Reading, geom: Thing, shape: Map, element: Element) -> None:
-    entry, attributes = Map(element.span), geom["element"]["attributes"]
-    for word in ("contype", "conaffinity"):
-        if geom[word] != 1:
-            convert.put(entry, word, geom[word])
-    own = {key: attributes[key] for key in _OF_CONTACT if key in attributes}
-    reading.put_words(entry, own, "contact", element, "a geom")
-    if entry:
-        convert.put(shape, "contact", entry)
-
-
 def whole_geom(reading: Reading, geom: Thing) -> convert.Node:
     """Return a geom as an element that is kept as it is, without mass, in the frame of its file."""
     node, place = geom["element"], convert.transform(geom["pos"], geom["quat"])
@@ -142,11 +138,8 @@ def keep_asset(reading: Reading, kind: str, name: str, span: Span) -> None:
     if not node["attributes"] or (kind, name) in reading.of_scene:
         return
     reading.of_scene.add((kind, name))
-    files = {
-        word: reading.markup.place_of(posixpath.normpath(text))
-        for word, text in node["attributes"].items()
-        if word.startswith("file")
-    }
+    named = {word: text for word, text in node["attributes"].items() if word.startswith("file")}
+    files = {word: reading.markup.place_of(posixpath.normpath(text)) for word, text in named.items()}
     reading.keep_in_section("asset", {**node, "attributes": node["attributes"] | files}, f"asset: {kind}", span)
 
 
@@ -187,9 +180,8 @@ def _shape(reading: Reading, geom: Thing, element: Element) -> Map:
         convert.put(sizes, "file", reading.markup.place_of(_mesh_file(mesh)))
         scale = convert.tidy_vector(mesh["scale"])
         if scale != (1, 1, 1):
-            convert.put(
-                sizes, "scale", convert.numbers(scale, reading.markup.find("asset", mesh["name"]) or element, "scale")
-            )
+            asset = reading.markup.find("asset", mesh["name"]) or element
+            convert.put(sizes, "scale", convert.numbers(scale, asset, "scale"))
         if mesh["taken"]:
             convert.put(sizes, "inertia", mesh["taken"])
         attributes, more = _asset(reading, "mesh", mesh["name"])["attributes"], Map(element.span)
@@ -197,7 +189,12 @@ def _shape(reading: Reading, geom: Thing, element: Element) -> Map:
         convert.put_words(more, {key: attributes[key] for key in words if key in attributes}, "mjcf_mesh", element)
         if more:
             convert.put(sizes, "mjcf", more)
-        place = place.then(_frame_of_file(mesh))
+        # MuJoCo takes ``refpos`` from the vertices of the file, turns them by ``refquat``, scales them, and then moves
+        # them to the axes ``pos`` and ``quat``. Here they are scaled first: see ``_mesh_file``.
+        reference = convert.transform(mesh["reference"]["pos"], mesh["reference"]["quat"]).inverse()
+        x, y, z = (a * b for a, b in zip(mesh["scale"], reference.xyz, strict=True))
+        of_file = Transform(reference.rows, (x, y, z))
+        place = place.then(convert.transform(mesh["pos"], mesh["quat"]).inverse().then(of_file))
     elif kind == _BOX:
         convert.put(sizes, "size", convert.numbers([convert.tidy(2 * half) for half in size], element))
     elif kind == _ELLIPSOID:
@@ -211,18 +208,6 @@ def _shape(reading: Reading, geom: Thing, element: Element) -> Map:
         convert.put(entry, "name", convert.legal(geom["name"]))
     convert.put_pose(entry, place, element)
     return entry
-
-
-def _frame_of_file(mesh: Thing) -> Transform:
-    """Return where the scaled mesh of the file is in the frame of its geom, which MuJoCo moves to the mesh's own axes.
-
-    MuJoCo takes ``refpos`` from the vertices of the file, turns them by ``refquat``, scales them, and then moves them
-    to the axes ``pos`` and ``quat``. Here they are scaled first; ``_mesh_file`` refuses what that would change.
-    """
-    own = convert.transform(mesh["pos"], mesh["quat"])
-    reference = convert.transform(mesh["reference"]["pos"], mesh["reference"]["quat"]).inverse()
-    x, y, z = (a * b for a, b in zip(mesh["scale"], reference.xyz, strict=True))
-    return own.inverse().then(Transform(reference.rows, (x, y, z)))
 
 
 def _mesh_file(mesh: Thing) -> str:
@@ -270,11 +255,11 @@ class Looks:
             _asset(self.reading, "texture", texture)["attributes"],
             self.reading.markup.find("asset", texture),
         )
-        is_plain = image.keys() <= _PLAIN_IMAGE and image.get("type") == "2d" and bool(material["texture"])
         is_plain = (
-            is_plain and not (written and written.get("colorspace")) and bool(texture_path(image.get("file", "")))
+            image.keys() <= _PLAIN_IMAGE and image.get("type") == "2d" and not (written and written.get("colorspace"))
         )
-        known = ("name", "rgba", "texture") if is_plain else ("name", "rgba")
+        is_image = is_plain and material["texture"] and texture_path(image.get("file", ""))
+        known = ("name", "rgba", "texture") if is_image else ("name", "rgba")
         return {key: text for key, text in attributes.items() if key not in known}
 
     def material(self, index: int) -> str:
@@ -326,9 +311,8 @@ def _add_unused(reading: Reading) -> None:
     shaped = {geom["dataid"] for geom in geoms if geom["type"] in (_MESH, _SDF)}
     for index, mesh in enumerate(reading.facts["meshes"]):
         if index not in shaped:
-            keep_asset(
-                reading, "mesh", mesh["name"], (markup.find("asset", mesh["name"]) or markup.first("asset")).span
-            )
+            element = markup.find("asset", mesh["name"]) or markup.first("asset")
+            keep_asset(reading, "mesh", mesh["name"], element.span)
     for index, geom in enumerate(geoms):
         if geom["bodyid"] not in reading.link_of or is_scene(geom):
             reading.skip_scene("geom", reading.places.place_of("geoms", index).span)

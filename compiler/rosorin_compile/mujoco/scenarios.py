@@ -42,10 +42,10 @@ _SHORTEST, _LONGEST, _AT_END = 0.25, 4.0, 0.4  # s from one end to the other, an
 
 @dataclass(frozen=True)
 class Actuator:
-    """An actuator of the model and the joint that it drives (empty: something else).
+    """An actuator of the model, and the joint that it drives (empty: something else).
 
-    Its force is ``gain`` * control + bias (MuJoCo): it is a servo for the position or velocity that the bias depends on
-    with ``stiffness``. ``targets`` are the lowest and the highest target for the joint, or None if any is possible.
+    Its force is ``gain`` * control + bias: it is a servo for the position or velocity that the bias depends on with
+    ``stiffness``. ``targets`` are the lowest and the highest target for the joint, or None if any is possible.
     """
 
     number: int

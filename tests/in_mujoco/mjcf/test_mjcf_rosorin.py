@@ -10,7 +10,7 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 from rosorin_compile.model import Robot  # noqa: E402
 from rosorin_compile.source.diagnostics import ERROR, WARNING  # noqa: E402
 from support.robots import RECORDED, compiled  # noqa: E402
-from support.simulator import BASES, contacts, frame, load, matrix, no_warning, pose, random_states  # noqa: E402
+from support.simulator import BASES, contacts, frame, load, no_warning, pose, random_states  # noqa: E402
 
 pytestmark = pytest.mark.slow
 
@@ -28,35 +28,6 @@ def made(request) -> tuple[Robot, str]:
     (text,) = [artifact.text for artifact in result.artifacts if artifact.file == "rosorin.xml"]
     assert ("<freejoint" in text) == (request.param == "free")
     return result.robot, text
-
-
-def test_it_compiles_without_a_warning_and_has_every_frame(made):
-    robot, text = made
-    model, _ = load(text)
-    for link in robot.links:
-        assert model.body(link.name).id
-        assert model.site(link.name).bodyid[0] == model.body(link.name).id
-    frames = {"laser", "imu_link", "camera_link", "depth_camera_link", "end_effector_link", "base_footprint"}
-    assert frames <= {model.site(i).name for i in range(model.nsite)}
-    joints = {model.joint(i).name for i in range(model.njnt)}
-    wheels = {name for name in joints if "_wheel_" in name}
-    assert len(wheels) == 4 * (1 + 9)
-    assert joints - wheels - {"base_footprint_free"} == {f"joint{n}" for n in range(1, 6)} | FINGERS
-
-
-@pytest.mark.landing("engines", "free")
-def test_every_frame_is_where_the_model_has_it(made):
-    robot, text = made
-    model, data = load(text)
-    stands = frame(data, "body", robot.root)[:, 3] if "<freejoint" in text else np.zeros(3)
-    assert np.abs(stands).max() < 1e-4, "its wheels touch the floor of the description, to a tenth of a millimetre"
-    for state in random_states(robot, STATES):
-        pose(robot, model, data, state)
-        for link in robot.links:
-            expected = matrix(robot.pose_in_root(link.name, state))
-            expected[:, 3] += stands
-            for kind in ("body", "site"):
-                np.testing.assert_allclose(frame(data, kind, link.name), expected, atol=1e-12)
 
 
 @pytest.mark.parametrize("check", RECORDED["tf"], ids=lambda check: f"{check['from']}-{check['to']}")

@@ -1,11 +1,8 @@
 """Compare two compiled models of MuJoCo in each array of mjModel that ``mujoco.introspect`` lists.
 
 Objects are matched by name, or by the name that the import gave them; nameless ones by what they refer to and by their
-place. Visual appearance (materials, textures, lights, colours, groups) is not compared.
-
-These are equal for MuJoCo, and no difference: added sites, bodies without mass and geoms that touch nothing, a site
+place. These are no difference: visual appearance, added sites, bodies without mass and geoms that touch nothing, a site
 that became a body, both signs of a quaternion, other principal axes, and the origin to which MuJoCo moves a mesh.
-This runs in the child process.
 """
 
 from __future__ import annotations
@@ -310,11 +307,14 @@ class Comparison:
         """Compare the values of an array for one object, unless MuJoCo does not read them."""
         source, ours, field = self.source, self.ours, array if extent == "nq" else array.partition("_")[2]
         if array in _REFERENCES:
-            pairs = source.references(array, extent, one), ours.references(array, extent, other)
-            if len(pairs[0]) != len(pairs[1]) or not all(map(self._is_same, *pairs)):
+            named = source.references(array, extent, one), ours.references(array, extent, other)
+            mapped = [(of, self.maps[of].get(int(n), -2) if of and n >= 0 else n) for of, n in named[0]]
+            if len(mapped) != len(named[1]) or not all(
+                of == other_of and close(n, m) for (of, n), (other_of, m) in zip(mapped, named[1], strict=True)
+            ):
                 texts = [
-                    ", ".join("none" if n < 0 else model.name_of(of, int(n)) if of else f"{n:g}" for of, n in named)
-                    for model, named in zip((source, ours), pairs, strict=True)
+                    ", ".join("none" if n < 0 else model.name_of(of, int(n)) if of else f"{n:g}" for of, n in pairs)
+                    for model, pairs in zip((source, ours), named, strict=True)
                 ]
                 text = f"{field} {texts[0] or 'nothing'} in the source, {texts[1] or 'nothing'} in ours"
                 self.report(kind, one, field, text)
@@ -340,12 +340,6 @@ class Comparison:
             theirs, own = (np.concatenate([row[:6], rotation(row[6:10]).ravel(), row[10:]]) for row in (theirs, own))
         if has_effect and not (extent == "nq" and _same_position(theirs, own)):
             self.values(kind, one, field, theirs, own)
-
-    def _is_same(self, theirs: tuple[str, float], own: tuple[str, float]) -> bool:
-        (kind, one), (other_kind, other) = theirs, own
-        if kind != other_kind or one < 0 or not kind:
-            return kind == other_kind and close(one, other)
-        return self.maps[kind].get(int(one)) == other
 
     def _bodies(self) -> None:
         theirs, own = self.source.mj, self.ours.mj

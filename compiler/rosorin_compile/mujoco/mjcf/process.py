@@ -13,7 +13,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -55,9 +55,6 @@ LISTED = {
     " of a key ": r"key ",
     "move a little otherwise": r"motion ",
     "the setting ": r"option ",
-    "the tendon ": rf"tendon {_GONE}",
-    "the equality ": rf"equality {_GONE}",
-    "the sensor ": rf"sensor {_GONE}",
 }
 _LISTS = ("import-cannot-carry", "import-ignored", "import-changed", "import-stand-in")
 
@@ -116,33 +113,24 @@ def prove(imported: Imported, text: str, meshes: Mapping[str, str], seconds: int
 
     What the import listed as left out, ignored or changed may differ in that way; any other difference is a fault.
     """
-    request = {
-        "path": str(files.resolve(imported.files[0])),
-        "text": text,
-        "files": {**meshes},
-        "names": imported.names,
-    }
-    answer = _in_child("prove", request, seconds)
+    request = {"path": str(files.resolve(imported.files[0])), "text": text, "files": {**meshes}}
+    answer = _in_child("prove", {**request, "names": imported.names}, seconds)
     if isinstance(answer, Answer):
         return Proof(unknown=answer.refusal)
     if "refused" in answer:
         return Proof({"loading": [f"MuJoCo does not load the MJCF that it becomes: {answer['refused']}"]})
     wrong, known = dict[str, list[str]](), dict[str, list[str]]()
     messages = [one.message for one in imported.diagnostics if one.rule in _LISTS]
+    patterns = [pattern for words, pattern in LISTED.items() if any(words in message for message in messages)]
     for kind, field, text in answer["differences"]:
-        by_feature = known if is_listed(f"{kind} {field}: {text}", messages) else wrong
+        is_listed = any(re.match(pattern, f"{kind} {field}: {text}") for pattern in patterns)
+        by_feature = known if is_listed else wrong
         by_feature.setdefault(f"{kind} {field}".strip(), []).append(text)
     if wrong:
         return Proof(wrong, known)
     but = f"except for what is listed above ({phrase(list(known))})" if known else "in every field but its appearance"
     motion = f"; frames and accelerations {answer['motion']}" if "motion" in answer else ""
     return Proof(wrong, known, f"MuJoCo's model of the MJCF is that of the source, {but}{motion}")
-
-
-def is_listed(difference: str, messages: Sequence[str]) -> bool:
-    """Return True if a message of an import lists a difference, a text "KIND FIELD: TEXT"."""
-    patterns = [pattern for words, pattern in LISTED.items() if any(words in message for message in messages)]
-    return any(re.match(pattern, difference) for pattern in patterns)
 
 
 def _in_child(job: str, request: Mapping[str, Any], seconds: int) -> Any:

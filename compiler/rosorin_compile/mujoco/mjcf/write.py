@@ -159,7 +159,7 @@ STANDING = {"cone": "elliptic", "impratio": 100}
 # Of plain wheels the rims would hold a turn back, as no tyre does: 24 % of a TurtleBot3's, 3 % with this.
 PLAIN_WHEELS = {"cone": "elliptic"}
 
-# What a body without mass has where MuJoCo asks for one (see ``masses.weightless``).
+# What a body without mass has where MuJoCo asks for one (see ``omissions.weightless``).
 _NO_SIZE = 1e-9  # m
 _LEAST_INERTIAL = model.Inertial(omissions.LEAST, model.Pose(), omissions.LEAST, omissions.LEAST, omissions.LEAST)
 # A geom that keeps fluids from such a body: MuJoCo takes it for a box of metres.

@@ -228,10 +228,7 @@ class Search(Bodies):
         return True
 
     def distances(self, pair: Pair, states: Sequence[State], most: float) -> Iterator[float]:
-        """Yield the distance (m) of a pair in each state, ``most`` at most; below zero is the depth.
-
-        Contacts do not have it: with a margin of centimetres MuJoCo 4.0 misses some of them.
-        """
+        """Yield the distance (m) of a pair in each state, up to ``most``; contacts with a large margin miss some."""
         geoms, measure = list(product(self.geoms[pair[0]], self.geoms[pair[1]])), self.mujoco.mj_geomDistance
         places = [slice(7 * number, 7 * number + 7) for number in map(self.names.index, pair)]
         for row in self.rows(states, pair):

@@ -175,11 +175,7 @@ def _check_meshes(case: Case, shapes: Sequence[MeshShape], meshes: Meshes) -> It
 
 
 def _check_link(case: Case, meshes: Meshes, link: Link) -> Iterator[Diagnostic]:
-    """Yield warnings about the mass, the inertia and the places of the shapes of a link.
-
-    The mass of a link may be that of all links that are fixed to it: a number is wrong if it fits neither. A mass is
-    too large if it is so for the collision and for the visual shapes: a few spheres can stand for a foot.
-    """
+    """Yield warnings about the mass, alone or with what is fixed to it, the inertia and the shapes of a link."""
     import numpy as np
 
     group = next(group for group in weld_groups(case.robot).values() if link.name in group)

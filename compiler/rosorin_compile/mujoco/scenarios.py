@@ -182,10 +182,7 @@ class World:
             self.hold(joint, self.targets[joint] + speed * seconds)
 
     def run(self, seconds: float, before: Callable[[float], None] = lambda _: None) -> Iterator[float]:
-        """Simulate and yield the time (s) since the start after every ``sample``; ``before`` is called before each.
-
-        It ends with a reason in ``broken`` if positions become infinite, or MuJoCo warns.
-        """
+        """Simulate and yield the time (s) of each ``sample`` until it is ``broken``; ``before`` is called first."""
         import numpy as np
 
         data, start = self.data, self.data.time

@@ -95,11 +95,7 @@ def _mjcf_of(robot: Robot, output: Output) -> tuple[Output, tuple[str, str, str]
 
 
 def _bounds(robot: Robot, of: Output) -> tuple[Bounds, bool]:
-    """Return the box around the robot at home in the world, and whether all of it was measured.
-
-    Collision meshes are measured; visual ones take no more room where the link has collision shapes. If the size of one
-    is unknown, it is the box around everything else, and all frames.
-    """
+    """Return the box around the robot at home in the world, and whether the size of all its meshes is known."""
     from rosorin_compile.model.bounds import Bounds
     from rosorin_compile.model.mesh_vertices import clouds_of
     from rosorin_compile.mujoco.rest_pose import home_of, reach, stands_at

@@ -74,10 +74,7 @@ def read_meshes(
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A collision shape with its index in ``link.collision``, its place in the link and its ``trimesh.Trimesh``.
-
-    For tests of points a primitive is a polyhedron.
-    """
+    """A collision shape, its index in ``link.collision``, its place in the link, and ``trimesh.Trimesh`` of a mesh."""
 
     link: str
     number: int

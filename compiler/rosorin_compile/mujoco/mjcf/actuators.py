@@ -32,10 +32,7 @@ _READ = ("name", "ctrlrange", "ctrllimited", "forcerange", "forcelimited", *_TAR
 
 
 class Drive(NamedTuple):
-    """What drives a joint: the largest torque (N*m) or force (N), if known, and the entry in the joint, if it has one.
-
-    ``speed`` is the largest speed (rad/s or m/s) that a velocity servo there can be commanded.
-    """
+    """The largest torque (N*m) or force (N) at a joint, the entry of its actuator, and the largest speed of a servo."""
 
     effort: float | None = None
     entry: Map | None = None

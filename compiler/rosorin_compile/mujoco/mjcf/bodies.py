@@ -113,10 +113,7 @@ USUAL, ROLLS, BESIDE_WHEELS = Mask(), Mask(1, 0), Mask(3, 2)
 
 
 class Masks:
-    """The masks of the collision shapes of a robot; ``rolling`` are the links that meet the floor alone.
-
-    Without ``implied`` they are those of the description.
-    """
+    """The masks of collision shapes, without ``implied`` the described ones; ``rolling`` links meet the floor alone."""
 
     def __init__(self, robot: model.Robot, implied: bool) -> None:
         self.rolling = rolling(robot) if implied else frozenset[str]()
@@ -139,10 +136,7 @@ class Masks:
 
 @of_robot
 def rolling(robot: model.Robot) -> frozenset[str]:
-    """Return the links that meet the floor alone: the wheels of a drive with what turns on them, hubs and rollers.
-
-    Behind a joint that steers it is what turns there. A description that sets bits sets those of all links.
-    """
+    """Return the links that meet the floor alone: wheels with what turns on them, unless the description sets bits."""
     drive, contacts = robot.drive, (shape.contact for link in robot.links for shape in link.collision)
     if drive is None or any(one and not one.values.keys().isdisjoint(BITS) for one in contacts):
         return frozenset()

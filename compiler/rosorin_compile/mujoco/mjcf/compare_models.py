@@ -174,10 +174,7 @@ class Model:
 
 
 class Comparison:
-    """Two models, the number in ours of each object of the source by kind (``maps``), and the differences.
-
-    ``names`` are those that the import gave to objects, by kind and number in the source.
-    """
+    """The differences of two models; ``names`` are those that the import gave, by kind and number in the source."""
 
     def __init__(self, mujoco: Any, source: Any, ours: Any, names: Mapping[str, Mapping[int, str]]) -> None:
         self.mujoco, self.names = mujoco, names
@@ -219,10 +216,7 @@ class Comparison:
             self.report(kind, index, field, f"{field} {in_words(one, other)}")
 
     def place(self, chance: Any) -> None:
-        """Put both models into their first pose, or with a random generator into the same random pose.
-
-        Joints are then within their limits, or half a radian or metre around their first position.
-        """
+        """Put both models into their first pose, or into the same random pose within the limits of their joints."""
         source, first, second = self.source, self.source.data, self.ours.data
         first.qpos[:], second.qpos[:] = source.mj.qpos0, self.ours.mj.qpos0
         for one, other in self.maps["joint"].items() if chance else ():
@@ -357,10 +351,7 @@ class Comparison:
                 self.report("body", one, "inertia", f"inertia {moments}, along the axes of the body")
 
     def _frames(self) -> None:
-        """Compare where objects are in the world, in the first pose and in a random one.
-
-        What is in a body that is reported, or moves with it, is not reported again.
-        """
+        """Compare frames in the first and a random pose; what moves with what is reported is not reported again."""
         moved, reported = set[int](), {("body", 0)}
         for chance in (None, np.random.default_rng(1)):
             self.place(chance)
@@ -441,11 +432,7 @@ class Comparison:
         )
 
     def motion(self) -> tuple[float, str]:
-        """Return the largest difference of frames and accelerations in random states, under random controls, and where.
-
-        Frames differ by m or an entry of a rotation, accelerations by a share of the largest one. There are no
-        constraints: of two meshes deep in each other a contact comes and goes by one bit.
-        """
+        """Return the largest difference of frames (m) and accelerations (a share) in random states, and where it is."""
         source, ours, first, second = self.source, self.ours, self.source.data, self.ours.data
         chance, found = np.random.default_rng(1), [(0.0, "")]
         for model in (source, ours):

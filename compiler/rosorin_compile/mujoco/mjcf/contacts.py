@@ -62,10 +62,7 @@ Simplex = Sequence[Vector]
 
 
 class Solid:
-    """A shape of known size, with a ball around it: its middle in the frame of the link, and its radius (m).
-
-    ``margin`` (m) is the radius of a sphere or capsule, a point or a line with a radius; ``support`` leaves it out.
-    """
+    """A shape with a ball around it (m); ``margin`` is the radius around a point or line, not in ``support``."""
 
     def __init__(self, shape: Shape, middle: Vector, radius: float) -> None:
         self.shape, self.middle, self.radius, self.origin = shape, middle, radius, shape.origin().transform()
@@ -315,10 +312,7 @@ CANNOT = {*(frozenset((one, other)) for one in _ROUND for other in ("box", "mesh
 
 
 def refused_by_mjx(robot: Robot, output: Output) -> Iterator[tuple[tuple[str, str], tuple[str, int], tuple[str, int]]]:
-    """Yield two kinds of shapes that MJX does not collide and MuJoCo does, with link and number of the first of each.
-
-    Each two kinds come once.
-    """
+    """Yield two kinds of shapes once that MJX does not collide and MuJoCo does, with link and number of the first."""
     implied = output.options.get("contacts", "implied") == "implied"
     masks, form, touching = Masks(robot, implied), form_of(output), contacts(robot, form_of(output), implied)
     # The first shape of each kind and mask of a link, with its number.

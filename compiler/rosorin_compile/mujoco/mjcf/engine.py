@@ -113,11 +113,7 @@ def reason(mujoco: Any, problem: Exception) -> tuple[str, bool]:
 
 
 def _proof(mujoco: Any, request: dict[str, Any], here: Path) -> dict[str, Any]:
-    """Return how the MJCF at ``path`` differs from a text of ours, field by field, and in motion if nothing does.
-
-    ``request`` has the ``path``, the ``text``, the files of its meshes by the names in it (``files``), and the
-    ``names`` that the import gave by kind and index.
-    """
+    """Return how the MJCF at ``path`` differs from the ``text`` of ours, by field, else in motion."""
     from .compare_models import STATES, TOLERANCE, Comparison
 
     given = {kind: {int(index): name for index, name in names.items()} for kind, names in request["names"].items()}
@@ -144,10 +140,7 @@ def _proof(mujoco: Any, request: dict[str, Any], here: Path) -> dict[str, Any]:
 
 
 def _spec(mujoco: Any, path: Path, here: Path) -> Any:
-    """Return the MjSpec of a file; MuJoCo itself refuses one whose name does not end in .xml.
-
-    ``here`` is the working folder of this process.
-    """
+    """Return the MjSpec of a file, whatever the ending of its name; ``here`` is the working folder of this process."""
     if path.suffix == ".xml":
         spec = mujoco.MjSpec.from_file(str(path))
     else:

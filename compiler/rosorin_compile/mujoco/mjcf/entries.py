@@ -273,10 +273,7 @@ def _filtered(reading: Reading, excluded: set[frozenset[str]]) -> Iterator[tuple
 
 
 def add_kept(reading: Reading) -> None:
-    """Add what is kept as it is to the links and at the top, with all that it names, and report it.
-
-    Whole sections are kept that have nothing of links and joints, such as numbers and texts for other programs.
-    """
+    """Add what is kept as it is to the links and at the top, with all that it names, and report it."""
     for node in reading.facts["elements"]["whole"]:
         reading.keep(node, node["tag"], reading.markup.first(node["tag"]).span)
     by_link: dict[str, list[convert.Node]] = {}

@@ -60,10 +60,7 @@ _LISTS = ("import-cannot-carry", "import-ignored", "import-changed", "import-sta
 
 
 class Answer(NamedTuple):
-    """The compiled model of a file (None after a refusal), the warnings of MuJoCo, and why it refused.
-
-    ``own``: the words of the refusal are ours, not MuJoCo's; ``missing``: MuJoCo is not installed.
-    """
+    """The compiled model of a file, or its refusal; ``own``: in our words, ``missing``: MuJoCo is not installed."""
 
     facts: dict[str, Any] | None
     warnings: tuple[str, ...] = ()
@@ -109,10 +106,7 @@ def refusal(text: str, folder: Path, by_itself: bool, seconds: int = SECONDS) ->
 
 
 def prove(imported: Imported, text: str, meshes: Mapping[str, str], seconds: int = SECONDS) -> Proof:
-    """Return how the MJCF of an imported one differs from it; ``meshes`` are files by the names in the text.
-
-    What the import listed as left out, ignored or changed may differ in that way; any other difference is a fault.
-    """
+    """Return how the MJCF of an import differs from its source, and what is listed; ``meshes`` are files by name."""
     request = {"path": str(files.resolve(imported.files[0])), "text": text, "files": {**meshes}}
     answer = _in_child("prove", {**request, "names": imported.names}, seconds)
     if isinstance(answer, Answer):
@@ -134,10 +128,7 @@ def prove(imported: Imported, text: str, meshes: Mapping[str, str], seconds: int
 
 
 def _in_child(job: str, request: Mapping[str, Any], seconds: int) -> Any:
-    """Return the answer of a job of ``engine`` in a child process, or an ``Answer`` with the reason for none.
-
-    Its working folder is empty, for MuJoCo writes a log into it; nothing makes MuJoCo look for a screen.
-    """
+    """Return the answer of a job of ``engine`` in a child process in an empty folder, or why there is none."""
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as folder:
         file, answer = Path(folder, "request.json"), Path(folder, "answer.json")
         file.write_text(json.dumps(request), encoding="utf-8")

@@ -148,11 +148,7 @@ def _settings(reading: Reading) -> Map:
 
 
 def _add_poses(reading: Reading) -> None:
-    """Add the keyframes: positions of joints, where the free base is, and the controls of actuators.
-
-    Joints not named are at zero, and so are those that follow another one. An actuator that is not named is at zero,
-    but a servo holds its joint where it is.
-    """
+    """Add the keyframes: positions other than zero, where a free base is, and controls that these do not imply."""
     elements, keys = reading.markup.section_elements("keyframe", "key"), reading.facts["keys"]
     poses = Map(reading.markup.root.span)
     for number, (key, attributes) in enumerate(zip(keys, reading.facts["elements"]["keys"], strict=False)):

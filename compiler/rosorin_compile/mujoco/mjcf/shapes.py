@@ -211,19 +211,13 @@ def _shape(reading: Reading, geom: Thing, element: Element) -> Map:
 
 
 def _mesh_file(mesh: Thing) -> str:
-    """Return the file of a mesh as it is found from the folder of the MJCF; empty if no file has it as it is.
-
-    No file has a mesh that is turned before it is scaled by another factor along each axis.
-    """
+    """Return the file of a mesh, empty if no file has it: one that is turned, and then scaled by different factors."""
     is_stretched = any(mesh["reference"]["quat"][1:]) and len(set(mesh["scale"])) > 1
     return posixpath.normpath(mesh["file"]) if mesh["file"] and not is_stretched else ""
 
 
 class Looks:
-    """Colours and materials: those that shapes use, and the others of the file.
-
-    A material with layers of textures is kept as it is.
-    """
+    """Colours and materials, those of the file that no shape uses as well; one with layers is kept as it is."""
 
     def __init__(self, reading: Reading) -> None:
         self.reading = reading

@@ -106,11 +106,7 @@ class Markup:
             self._follow(self.included[element], main, path.parent, known, (*above, absolute), depth + 1)
 
     def place_of(self, name: str) -> str:
-        """Return the name of a mesh or texture as seen from the main file.
-
-        MuJoCo names one in the folder of an included file by its whole path, and one of an attached model as that model
-        does.
-        """
+        """Return the name of a mesh or texture of an included file or attached model as seen from the main file."""
         top = Path(os.path.abspath(self.models[0]))
         if posixpath.isabs(name):
             return Path(name).relative_to(top).as_posix() if Path(name).is_relative_to(top) else name
@@ -179,10 +175,7 @@ class Places:
     def _match(
         self, containers: Sequence[Element], tags: Sequence[str], wanted: list[tuple[int, str]]
     ) -> dict[int, Element]:
-        """Return the element of each object: by order where nothing is repeated, else by name, else what holds it.
-
-        The name of a replica is that of its element and a number.
-        """
+        """Return the element of each object: by order where nothing is repeated, else by name, else what holds it."""
         if not wanted:
             return {}
         elements = [element for container in containers for element in self._direct(container, tags)]
@@ -239,11 +232,7 @@ def refusal(markup: Markup, answer: Answer) -> Diagnostic:
 
 
 def place(markup: Markup, message: str) -> Span:
-    """Return the place that a message of MuJoCo is about: the element that has most of what it names.
-
-    MuJoCo gives the line in the main file, 0 in others, and quotes the names of elements and attributes and the values
-    that it does not accept.
-    """
+    """Return the place that a message of MuJoCo is about: the element that has most of the line and names in it."""
     line, tag = _LINE.search(message), _TAG.search(message)
     quoted = set(_QUOTED.findall(message)) - {tag[1] if tag else ""}
     best, likely = 0, markup.root.span

@@ -39,7 +39,7 @@ class Reading:
     def __init__(self, markup: Markup, places: Places, facts: Mapping[str, Any]) -> None:
         self.markup, self.places, self.facts = markup, places, facts
         self.diagnostics: list[Diagnostic] = []
-        self.tree, self.links, self.joints = (Map(markup.root.span) for _ in range(3))
+        self.tree, self.links, self.joints, self.materials = (Map(markup.root.span) for _ in range(4))
         self.link_of: dict[int, str] = {}
         self.joint_of: dict[int, str] = {}
         self.ball_of: dict[int, str] = {}

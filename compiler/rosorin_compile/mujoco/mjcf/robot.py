@@ -19,7 +19,6 @@ from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.xml.markup import Element, MarkupError
 
 from . import SETTINGS, convert, entries, links, shapes
-from .actuators import drives_of
 from .process import ask
 from .reading import BALL, FREE, SLIDE, Reading
 from .source import Markup, Places, check_source, place, refusal
@@ -85,7 +84,7 @@ def _read(reading: Reading, path: Path) -> None:
     convert.put(tree, "source", origin)
     links.name_all(reading)
     links.add_links(reading)
-    links.add_joints(reading, drives_of(reading))
+    links.add_joints(reading)
     links.add_marks(reading)
     shapes.add_shapes(reading)
     convert.put(tree, "links", reading.links)

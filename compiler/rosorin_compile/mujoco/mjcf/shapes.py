@@ -1,12 +1,9 @@
 """Geoms become shapes that are seen, that collide, or both.
 
-MuJoCo has no such difference; people express it in two ways. A geom that collides with nothing (``contype`` and
-``conaffinity`` 0) is only there to be seen. One that collides is also seen, unless its model tells the two apart: it
-is in a group that viewers hide (3 to 5), or transparent, or of a class with "collision" in its name, or its body has
-geoms only to be seen and those have groups of their own in this model.
-
-A geom that the language has no shape for is kept as it is, and so is what the language cannot express of a texture or
-a material.
+A geom that collides with nothing (``contype`` and ``conaffinity`` 0) is only there to be seen. One that collides is
+also seen, unless its model tells the two apart: it is in a group that viewers hide (3 to 5), or transparent, or of a class
+with "collision" in its name, or its body has geoms only to be seen and those have groups of their own in this model.
+A geom that the language has no shape for is kept as it is, and so is what it cannot express of a texture or material.
 """
 
 from __future__ import annotations
@@ -52,13 +49,13 @@ def add_shapes(reading: Reading) -> None:
         counts = Counter(geom["group"] for geom in of_it)
         if counts:
             reading.groups[purpose] = counts.most_common(1)[0][0]
-    looks, held = Looks(reading), dict[tuple[str, str], Seq]()
+    held: dict[tuple[str, str], Seq] = {}
     for index, found in purposes.items():
         element, geom = reading.places.place_of("geoms", index), geoms[index]
         for purpose in found:
             shape = _shape(reading, geom, element)
             if purpose == "visual":
-                looks.put(geom, shape, element)
+                _put_look(reading, geom, shape, element)
             else:
                 contact, attributes = Map(element.span), geom["element"]["attributes"]
                 for word in ("contype", "conaffinity"):
@@ -68,7 +65,7 @@ def add_shapes(reading: Reading) -> None:
                 reading.put_words(contact, own, "contact", element, "a geom")
                 if contact:
                     convert.put(shape, "contact", contact)
-            _put_more(reading, looks, geom, shape, element, found, purpose)
+            _put_more(reading, geom, shape, element, found, purpose)
             held.setdefault((reading.link_of[geom["bodyid"]], purpose), Seq(element.span)).put(shape, element.span)
     for (link, purpose), shapes in held.items():
         convert.put(reading.links[link], purpose, shapes)
@@ -76,7 +73,6 @@ def add_shapes(reading: Reading) -> None:
         if geom["bodyid"] in reading.link_of and not _is_carried(reading, geom) and not is_scene(geom):
             span, link = reading.places.place_of("geoms", index).span, reading.link_of[geom["bodyid"]]
             reading.keep(whole_geom(reading, geom), f"geom: {_WORDS[geom['type']]}", span, link)
-    looks.finish()
     _add_unused(reading)
 
 
@@ -95,9 +91,7 @@ def _purposes(reading: Reading) -> dict[int, list[str]]:
     return purposes
 
 
-def _put_more(
-    reading: Reading, looks: Looks, geom: Thing, shape: Map, element: Element, purposes: list[str], purpose: str
-) -> None:
+def _put_more(reading: Reading, geom: Thing, shape: Map, element: Element, purposes: list[str], purpose: str) -> None:
     """Set what a shape has for a simulation alone; of two that are one geom only one has it."""
     attributes = geom["element"]["attributes"]
     more = {key: text for key, text in attributes.items() if key not in (*_READ, *_OF_CONTACT)}
@@ -110,7 +104,7 @@ def _put_more(
     if purposes == ["collision"] and "rgba" in attributes:
         more["rgba"] = " ".join(map(repr, _colour(geom)))
     if purposes == ["collision"] and geom["matid"] >= 0:
-        more["material"] = looks.material(geom["matid"])
+        more["material"] = _material(reading, geom["matid"])
     inner = Map(element.span)
     reading.put_words(inner, more, "mjcf_geom", element, f'a geom of link "{reading.link_of[geom["bodyid"]]}"')
     for word, value in inner.items():
@@ -216,97 +210,83 @@ def _mesh_file(mesh: Thing) -> str:
     return posixpath.normpath(mesh["file"]) if mesh["file"] and not is_stretched else ""
 
 
-class Looks:
-    """Colours and materials, those of the file that no shape uses as well; one with layers is kept as it is."""
+def _put_look(reading: Reading, geom: Thing, shape: Map, element: Element) -> None:
+    """Set the colour of a visual: its own, or its material."""
+    rgba, at = _colour(geom), geom["matid"]
+    if at < 0:
+        if rgba != _NO_COLOUR:
+            convert.put(shape, "rgba", convert.numbers(rgba, element, "rgba"))
+        return
+    material = reading.facts["materials"][at]
+    is_layered = bool(_asset(reading, "material", material["name"])["inner"])
+    if rgba == _NO_COLOUR and not is_layered:
+        convert.put(shape, "material", _material(reading, at))
+        return
+    convert.put(shape, "rgba", convert.numbers(_colour(material) if rgba == _NO_COLOUR else rgba, element, "rgba"))
+    if material["texture"]:
+        convert.put(shape, "texture", reading.markup.place_of(material["texture"]))
+    if material["texture"] or is_layered or _more_of_material(reading, material):
+        convert.put_inner(shape, "material", _material(reading, at))
 
-    def __init__(self, reading: Reading) -> None:
-        self.reading = reading
-        self.materials = Map(reading.markup.root.span)
 
-    def put(self, geom: Thing, shape: Map, element: Element) -> None:
-        """Set the colour of a visual: its own, or its material."""
-        rgba, at = _colour(geom), geom["matid"]
-        if at < 0:
-            if rgba != _NO_COLOUR:
-                convert.put(shape, "rgba", convert.numbers(rgba, element, "rgba"))
-            return
-        material = self.reading.facts["materials"][at]
-        is_layered = bool(_asset(self.reading, "material", material["name"])["inner"])
-        if rgba == _NO_COLOUR and not is_layered:
-            convert.put(shape, "material", self.material(at))
-            return
-        convert.put(shape, "rgba", convert.numbers(_colour(material) if rgba == _NO_COLOUR else rgba, element, "rgba"))
-        if material["texture"]:
-            convert.put(shape, "texture", self.reading.markup.place_of(material["texture"]))
-        if material["texture"] or is_layered or self._more(material):
-            convert.put_inner(shape, "material", self.material(at))
+def _more_of_material(reading: Reading, material: Thing) -> dict[str, str]:
+    """Return the attributes of a material besides its colour, and an image that the language has words for."""
+    attributes = _asset(reading, "material", material["name"])["attributes"]
+    texture = attributes.get("texture", "")
+    image, written = _asset(reading, "texture", texture)["attributes"], reading.markup.find("asset", texture)
+    is_plain = image.keys() <= _PLAIN_IMAGE and image.get("type") == "2d" and material["texture"]
+    is_plain = is_plain and not (written and written.get("colorspace")) and texture_path(image.get("file", ""))
+    known = ("name", "rgba", "texture") if is_plain else ("name", "rgba")
+    return {key: text for key, text in attributes.items() if key not in known}
 
-    def _more(self, material: Thing) -> dict[str, str]:
-        """Return the attributes of a material besides its colour, and an image that the language has words for."""
-        attributes = _asset(self.reading, "material", material["name"])["attributes"]
-        texture = attributes.get("texture", "")
-        image, written = (
-            _asset(self.reading, "texture", texture)["attributes"],
-            self.reading.markup.find("asset", texture),
-        )
-        is_plain = (
-            image.keys() <= _PLAIN_IMAGE and image.get("type") == "2d" and not (written and written.get("colorspace"))
-        )
-        is_image = is_plain and material["texture"] and texture_path(image.get("file", ""))
-        known = ("name", "rgba", "texture") if is_image else ("name", "rgba")
-        return {key: text for key, text in attributes.items() if key not in known}
 
-    def material(self, index: int) -> str:
-        """Return the name of a material, which the description has from now on."""
-        reading, material = self.reading, self.reading.facts["materials"][index]
-        name = str(material["name"])
-        if index in reading.material_of:
-            return reading.material_of[index]
-        element = reading.markup.find("asset", name) or reading.markup.root
-        if _asset(reading, "material", name)["inner"]:
-            keep_asset(reading, "material", name, element.span)
-            return name
-        given = reading.material_of[index] = reading.name("material", name)
-        reading.renamed.setdefault("material", {})[name] = given
-        entry, more = Map(element.span), self._more(material)
-        convert.put(entry, "rgba", convert.numbers(_colour(material), element, "rgba"))
-        if material["texture"]:
-            convert.put(entry, "texture", reading.markup.place_of(material["texture"]))
-        texture = more.pop("texture", "")
-        reading.put_words(entry, more, "material", element, f'the material "{given}"')
-        if texture:
-            convert.put_inner(entry, "texture", texture)
-            keep_asset(reading, "texture", texture, element.span)
-        convert.put(self.materials, given, entry)
-        return given
-
-    def finish(self) -> None:
-        reading, geoms = self.reading, self.reading.facts["geoms"]
-        used = {geom["matid"] for geom in geoms if _is_carried(reading, geom)}
-        left = {geom["matid"] for geom in geoms} - used - {-1}
-        for index in range(len(reading.facts["materials"])):
-            if index not in left:
-                self.material(index)
-        for _ in left:
-            reading.skip_scene("material", reading.markup.first("asset").span)
-        if self.materials:
-            convert.put(reading.tree, "materials", self.materials)
+def _material(reading: Reading, index: int) -> str:
+    """Return the name of a material, which the description has from now on; one with layers is kept as it is."""
+    material = reading.facts["materials"][index]
+    name = str(material["name"])
+    if index in reading.material_of:
+        return reading.material_of[index]
+    element = reading.markup.find("asset", name) or reading.markup.root
+    if _asset(reading, "material", name)["inner"]:
+        keep_asset(reading, "material", name, element.span)
+        return name
+    given = reading.material_of[index] = reading.name("material", name)
+    reading.renamed.setdefault("material", {})[name] = given
+    entry, more = Map(element.span), _more_of_material(reading, material)
+    convert.put(entry, "rgba", convert.numbers(_colour(material), element, "rgba"))
+    if material["texture"]:
+        convert.put(entry, "texture", reading.markup.place_of(material["texture"]))
+    texture = more.pop("texture", "")
+    reading.put_words(entry, more, "material", element, f'the material "{given}"')
+    if texture:
+        convert.put_inner(entry, "texture", texture)
+        keep_asset(reading, "texture", texture, element.span)
+    convert.put(reading.materials, given, entry)
+    return given
 
 
 def _add_unused(reading: Reading) -> None:
-    """Keep meshes that no shape uses, and count textures without a material and geoms of the world as the scene."""
+    """Add what no shape uses; count what geoms of the world alone have as the scene."""
     geoms, markup, assets = reading.facts["geoms"], reading.markup, reading.facts["elements"]
-    used = {name for kind, name in reading.of_scene if kind == "texture"}
+    used = {geom["matid"] for geom in geoms if _is_carried(reading, geom)}
+    left = {geom["matid"] for geom in geoms} - used - {-1}
+    for index in range(len(reading.facts["materials"])):
+        if index not in left:
+            _material(reading, index)
+    for _ in left:
+        reading.skip_scene("material", markup.first("asset").span)
+    if reading.materials:
+        convert.put(reading.tree, "materials", reading.materials)
+    textures = {name for kind, name in reading.of_scene if kind == "texture"}
     for material in assets["material_assets"]:
-        used |= {one["attributes"].get("texture", "") for one in (material, *material["inner"])}
+        textures |= {one["attributes"].get("texture", "") for one in (material, *material["inner"])}
     for name in map(_asset_name, assets["texture_assets"]):
-        if not name or name not in used:
+        if not name or name not in textures:
             reading.skip_scene("texture", (markup.find("asset", name) or markup.first("asset")).span)
     shaped = {geom["dataid"] for geom in geoms if geom["type"] in (_MESH, _SDF)}
-    for index, mesh in enumerate(reading.facts["meshes"]):
-        if index not in shaped:
-            element = markup.find("asset", mesh["name"]) or markup.first("asset")
-            keep_asset(reading, "mesh", mesh["name"], element.span)
+    for mesh in (mesh for index, mesh in enumerate(reading.facts["meshes"]) if index not in shaped):
+        element = markup.find("asset", mesh["name"]) or markup.first("asset")
+        keep_asset(reading, "mesh", mesh["name"], element.span)
     for index, geom in enumerate(geoms):
         if geom["bodyid"] not in reading.link_of or is_scene(geom):
             reading.skip_scene("geom", reading.places.place_of("geoms", index).span)

@@ -101,7 +101,7 @@ def _forget(monkeypatch: pytest.MonkeyPatch, words: str) -> None:
 
 
 def _imported() -> Any:
-    from rosorin_compile.formats.imported import ReadOptions
+    from rosorin_compile.formats.imported_robot import ReadOptions
     from rosorin_compile.mujoco.mjcf.robot import read_mjcf
 
     return read_mjcf(Path("arm.xml"), ReadOptions())

@@ -17,8 +17,8 @@ from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile import model
-from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.shape import MERGED
+from rosorin_compile.source.cache import of_robot
 
 if TYPE_CHECKING:
     from .contacts import Geom

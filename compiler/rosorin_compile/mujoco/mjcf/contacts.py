@@ -27,11 +27,11 @@ from typing import NamedTuple
 
 from rosorin_compile.model import Joint, Mesh, Output, Robot
 from rosorin_compile.model.bounds import ball_of
-from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.geometry import Transform, Vector, cross, dot, minus, norm, plane_axes, unit
 from rosorin_compile.model.joint import motion
 from rosorin_compile.model.shape import MERGED, Capsule, Cylinder, Ellipsoid, HeightMap, Shape, Sphere
 from rosorin_compile.rules.case import Case
+from rosorin_compile.source.cache import of_robot
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 
 from .bodies import (

@@ -15,7 +15,7 @@ from rosorin_compile.language.schema import resolve, schema
 from rosorin_compile.model import Transform, Vector
 from rosorin_compile.model.geometry import IDENTITY, Rows
 from rosorin_compile.model.geometry import unit as normalized
-from rosorin_compile.model.mass import along_link
+from rosorin_compile.model.link import along_link
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.elements import attribute_value

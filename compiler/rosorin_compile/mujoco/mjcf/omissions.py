@@ -10,10 +10,10 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 
 from rosorin_compile.model import Inertial, Joint, Mesh, Robot
-from rosorin_compile.model.cached import of_robot
-from rosorin_compile.model.mass import Inertia, along_link
+from rosorin_compile.model.link import Inertia, along_link
 from rosorin_compile.model.shape import MERGED
 from rosorin_compile.model.simulation import SENSOR_ELEMENT
+from rosorin_compile.source.cache import of_robot
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, first_of
 
 from .bodies import WORLD, body_name, has_volume, is_free, weld_groups

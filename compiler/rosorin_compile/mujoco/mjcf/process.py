@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import Refusal
-from rosorin_compile.formats.imported import Imported, Proof
+from rosorin_compile.formats.imported_robot import Imported, Proof
 from rosorin_compile.source import files, system
 from rosorin_compile.source.diagnostics import phrase
 from rosorin_compile.source.system import is_installed, pip_install

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from rosorin_compile.formats.imported import END, INSIDE, Comment, Imported, ReadOptions, comments_of
-from rosorin_compile.formats.reading import accept
+from rosorin_compile.formats.imported_robot import END, INSIDE, Comment, Imported, ReadOptions, comments_of
+from rosorin_compile.formats.robot_files import accept
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, error
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.messages import arrange

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from rosorin_compile.model import Joint, Output, Robot
 from rosorin_compile.model.geometry import cross, dot, unit
-from rosorin_compile.model.mass import along_link, together
+from rosorin_compile.model.link import along_link, together
 from rosorin_compile.model.simulation import GENERAL, MOTOR, POSITION, SENSOR_ELEMENT, VELOCITY, Actuator
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Suggestion, count_of, first_of

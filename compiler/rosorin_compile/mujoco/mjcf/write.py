@@ -25,9 +25,9 @@ from markupsafe import Markup
 
 from rosorin_compile import model
 from rosorin_compile.formats.templating import Templates, attribute, attributes, comment
+from rosorin_compile.model.colours import colours_of
 from rosorin_compile.model.geometry import plane_axes, pose_of
 from rosorin_compile.model.joint import Dynamics
-from rosorin_compile.model.looks import colours_of
 from rosorin_compile.model.mesh_vertices import clouds_of
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.model.shape import Material

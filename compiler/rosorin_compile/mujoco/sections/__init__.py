@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from rosorin_compile.language.records import Problem, entries_of, pose_of_entry, record_of, renamed_values
+from rosorin_compile.language.lower import Problem, entries_of, pose_of_entry, record_of, renamed_values
 from rosorin_compile.model import Joint
 from rosorin_compile.model.sections import Section
 from rosorin_compile.model.simulation import Actuator, Attribute, Entry

@@ -1,7 +1,7 @@
 """Geoms become shapes that are seen, that collide, or both.
 
 A geom that collides with nothing (``contype`` and ``conaffinity`` 0) is only there to be seen. One that collides is
-also seen, unless its model tells the two apart: it is in a group that viewers hide (3 to 5), or transparent, or its class
+also seen, unless its model tells the two apart: it is in a group that viewers hide (3 to 5), or transparent, its class
 has "collision" in its name, or its body has geoms only to be seen and those have groups of their own in this model.
 A geom that the language has no shape for is kept as it is, and so is what it cannot express of a texture or material.
 """

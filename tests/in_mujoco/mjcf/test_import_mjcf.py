@@ -3,8 +3,6 @@
 Every file in tests/data/mjcf/corners and tests/data/mjcf/public is imported, and so is what our own compiler writes.
 """
 
-import struct
-import zlib
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -20,6 +18,7 @@ from rosorin_compile.formats.imported_robot import ReadOptions
 from rosorin_compile.model import Joint
 from rosorin_compile.mujoco.mjcf import process
 from rosorin_compile.mujoco.mjcf.robot import read_mjcf
+from support.images import png
 from support.mjcf_oracle import Case, frames_differ, imported
 from support.paths import DATA, OUTPUTS, ROOT
 from support.robots import compiled
@@ -113,10 +112,7 @@ def test_the_files_that_were_read_include_meshes_height_fields_and_textures(tmp_
     corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
     (tmp_path / "solid" / "m.obj").write_text(corners, "utf-8")
     (tmp_path / "solid" / "h.bin").write_bytes(np.array([2, 2], np.int32).tobytes() + np.ones(4, np.float32).tobytes())
-    pixels = b"\0\xff\xff\xff"
-    chunks = [(b"IHDR", b"\0\0\0\1\0\0\0\1\x08\x02\0\0\0"), (b"IDAT", zlib.compress(pixels)), (b"IEND", b"")]
-    png = [struct.pack(">I", len(d)) + k + d + struct.pack(">I", zlib.crc32(k + d)) for k, d in chunks]
-    (tmp_path / "look" / "t.png").write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(png))
+    (tmp_path / "look" / "t.png").write_bytes(png(10))
     made = read_mjcf(tmp_path / "robot.xml", ReadOptions())
     assert made.tree is not None, made.diagnostics
     names = [file.relative_to(tmp_path).as_posix() for file in made.files]
@@ -128,23 +124,3 @@ def test_pairs_that_may_touch_are_those_of_the_file() -> None:
     assert [list(pair["links"]) for pair in pairs] == [["trunk", "leg"], ["tail", "leg"]]
     assert [pair.span.line for pair in pairs] == [29, 30]
     assert {pair["reason"] for pair in pairs} == {"excluded from contact in the MJCF"}
-
-
-@pytest.mark.parametrize("name", ["anchors", "balls", "hopper", "masses"])
-def test_a_second_turn_is_the_same_robot(name: str, tmp_path: Path) -> None:
-    """MJCF -> description -> MJCF -> description: links between joints have no mass in either."""
-    first = imported({**CORNERS, **PUBLIC}[name])
-    file = tmp_path / "robot.xml"
-    file.write_text(emit(first.robot), "utf-8")
-    second = imported(file)
-    assert frames_differ(second, 20) < SAME
-    assert set(first.robot.link) == set(second.robot.link)
-    for joint in first.robot.joints:
-        again = second.robot.joint[joint.name]
-        assert (again.type, again.parent, again.child) == (joint.type, joint.parent, joint.child)
-        assert again.origin.xyz == pytest.approx(joint.origin.xyz, abs=1e-12)
-    for name, link in first.robot.link.items():
-        ours, theirs = link.inertial, second.robot.link[name].inertial
-        assert (ours is None) == (theirs is None), name
-        if ours is not None and theirs is not None:
-            assert theirs.mass == pytest.approx(ours.mass, rel=1e-12)

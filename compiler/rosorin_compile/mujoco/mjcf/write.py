@@ -6,12 +6,10 @@ known numbers are frames too. About the format (MuJoCo 4.0.0, XMLreference):
 - Sizes of geoms are halves. Rotations are quaternions (w x y z), because the meaning of ``euler`` is a setting.
 - A geom without a mass would get the mass of water, so every geom has density 0.
 - The torque of a joint is clamped once, at the joint (actuatorfrcrange). There is no velocity limit.
-- There is a free joint at the top of the tree alone. A floating joint is therefore three slides and a ball on one body,
-  and a planar joint two slides and a hinge.
-- ``mimic`` is an equality constraint, which is soft: positions that are set by hand have to be set for followers too.
+- A free joint is at the top of the tree alone. A floating joint is three slides and a ball on one body elsewhere, and a
+  planar joint two slides and a hinge. ``mimic`` is an equality constraint, which is soft.
 - Visual geoms are in group 2. Collision geoms are in group 3, which viewers hide; in group 0 if there are no visuals,
   or in group 2 if they are shown instead of visuals. The sites of frames are in group 4, which is hidden.
-- Attributes that are absent in MuJoCo's sense are not written: a place at zero, a hinge, the axis z, a sphere.
 """
 
 from __future__ import annotations
@@ -159,7 +157,7 @@ STANDING = {"cone": "elliptic", "impratio": 100}
 # Of plain wheels the rims would hold a turn back, as no tyre does: 24 % of a TurtleBot3's, 3 % with this.
 PLAIN_WHEELS = {"cone": "elliptic"}
 
-# What a body without mass has where MuJoCo asks for one (see ``masses.weightless``).
+# What a body without mass has where MuJoCo asks for one (see ``omissions.weightless``).
 _NO_SIZE = 1e-9  # m
 _LEAST_INERTIAL = model.Inertial(omissions.LEAST, model.Pose(), omissions.LEAST, omissions.LEAST, omissions.LEAST)
 # A geom that keeps fluids from such a body: MuJoCo takes it for a box of metres.

@@ -73,10 +73,7 @@ class Class(NamedTuple):
 
 
 class _Shared(NamedTuple):
-    """Attributes that several elements of a kind share; ``members`` are their places in the list of all.
-
-    ``words`` are those that the names of their joints have in common.
-    """
+    """Attributes that elements at some places share, and the words that the names of their joints have in common."""
 
     tag: str
     values: Texts
@@ -113,10 +110,7 @@ class Classes:
         return attribute("name", element.name) + attributes(**({"class": name} if name else {}), **own)
 
     def tree(self, used: Collection[str], rolls: bool, groups: Mapping[str, int]) -> Class:
-        """Return the classes as the file has them: of geoms those that are ``used``; ``rolls``: some are of wheels.
-
-        ``groups`` are those that visuals and collisions have if not ours, by purpose.
-        """
+        """Return the classes: of geoms the ``used`` ones, with ``groups`` by purpose; ``rolls``: some are wheels."""
 
         def named(purpose: str, tag: str, values: Texts, classes: Sequence[Class] = ()) -> Class:
             return Class(self.class_name(purpose), [Part(tag, attributes(**values))], classes)
@@ -145,10 +139,7 @@ class Classes:
         return name
 
     def _groups(self) -> Iterator[_Shared]:
-        """Yield what elements share that move alike; those of one axis and range alone, where their names say so.
-
-        Hips and knees of many legs are two classes, though they may have the same damping.
-        """
+        """Yield what elements share that move alike; those of one axis and range alone, where their names say so."""
         for members in self._alike(range(len(self._elements)), _SIDE):
             whole, cut = self._shared(members), self._alike(members, ())
             parts = [self._shared(inner) for inner in cut] if len(cut) > 1 else [whole]
@@ -236,10 +227,7 @@ def place_of(xyz: Vector, rpy: Vector, number: NumberFormat) -> Mapping[str, str
 
 
 class ElementPrinter:
-    """Puts what only a simulation has into the terms of MuJoCo, numbers printed.
-
-    ``colours`` are materials of links that are seen as their collision shapes.
-    """
+    """Prints what only a simulation has; ``colours`` are those of links that are seen as their collision shapes."""
 
     def __init__(self, robot: Robot, number: NumberFormat, colours: Iterable[Material] = ()) -> None:
         self.robot = robot

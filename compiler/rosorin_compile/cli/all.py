@@ -63,6 +63,5 @@ def _write(run: Run, description: Description) -> int:
         read = {os.path.realpath(file) for file in inputs}
         made = [description.outputs / file for file in (*files, *meshes)]
         newer = [file for file in made if os.path.realpath(file) not in read]
-        code = write_depfile(run, options.depfile_target or str(made[0]), compiled, inputs, made, newer)
-        return PROBLEMS if failed else code
+        write_depfile(run, options.depfile_target or str(made[0]), compiled, inputs, made, newer)
     return PROBLEMS if failed or (options.hook and (result.written or result.removed)) else FINE

@@ -143,10 +143,10 @@ def check_robot(run: Run, description: Description, page: Pictures | None = None
     if failed:
         return PROBLEMS
     console.say(f"{name}: {count(compiled.artifacts, compiled.mesh_files)} up to date in {folder}")
-    if options.depfile is None:
-        return FINE
-    compared = [folder / file for file in committed.committed]
-    return write_depfile(run, options.depfile_target, compiled, [*inputs, *compared], ())
+    if options.depfile is not None:
+        compared = [folder / file for file in committed.committed]
+        write_depfile(run, options.depfile_target, compiled, [*inputs, *compared], ())
+    return FINE
 
 
 def _check_every(run: Run, description: Description) -> int:

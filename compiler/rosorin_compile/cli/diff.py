@@ -9,7 +9,6 @@ from rosorin_compile.compare.difference import Difference, lines
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.language.arguments import NO_ARGUMENTS
 from rosorin_compile.source.diagnostics import RequestError
-from rosorin_compile.source.load import LoadError
 
 from .command import Options, command, flag, option, page_options, repeatable, robot_options, words_argument
 from .console import FINE, PROBLEMS
@@ -41,11 +40,7 @@ def run(options: Options) -> int:
         raise RequestError(f'--tolerance: "{options.tolerance}" is no number from zero upwards')
     take_stdin(run.words)
     requests = [replace(run.request(run.find_robot(word)), warn=None) for word in run.words]
-    try:
-        values = requests[0].values()
-    except LoadError as problem:
-        run.console.show([problem.diagnostic])
-        return PROBLEMS
+    values = requests[0].values()
     settings = {"a_arguments": options.a_arg, "b_arguments": options.b_arg, "packages": run.packages}
     settings |= {"trust": options.trust, "brief": options.format == "text" and not options.full}
     first, second = run.words

@@ -21,7 +21,7 @@ from .table import COMMANDS
 class _Numbers(click.ParamType):  # type: ignore[type-arg] # not generic before click 8.4
     """Numbers with or without units, separated by commas, in SI; a single one is no tuple.
 
-    With ``repeats`` one number stands for all.
+    With ``repeats``, for factors of a mesh, one number is for all axes, and none is zero.
     """
 
     name = "numbers"
@@ -41,22 +41,16 @@ class _Numbers(click.ParamType):  # type: ignore[type-arg] # not generic before 
                 self.fail(f'"{part}" is not {describe(self.kind)}{" above zero" * self.positive}', param, ctx)
         if len(parts) != self.count:
             self.fail(f'"{value}" is not {self.count} numbers with commas between them', param, ctx)
+        if self.repeats and not all(numbers):
+            self.fail(f"{value} leaves nothing of a mesh", param, ctx)
         return tuple(map(float, numbers)) if self.count > 1 else float(numbers[0])
-
-
-class _Scale(_Numbers):
-    """The factors of a mesh along x, y and z: one for all, or three."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        factors = super().convert(value, param, ctx)
-        return factors if all(factors) else self.fail(f"{value} leaves nothing of a mesh", param, ctx)
 
 
 _SETTINGS: dict[str, Any] = {"within": "extract", "exits": "0 written, 1 errors"}
 _FROM = "use meshes of these shapes; default: collision, else visual"
 _section_option = cli.option("--from auto|collision|visual", "section", default="auto", help=_FROM)
 _SCALE = "scale factor of mesh files, such as 0.001, or X,Y,Z; default: 1"
-_scale_option = cli.option("--scale S", type=_Scale(3, NUMBER, repeats=True), default="1", help=_SCALE)
+_scale_option = cli.option("--scale S", type=_Numbers(3, NUMBER, repeats=True), default="1", help=_SCALE)
 _STEP = "round heights of boxes to multiples of this length; default: the cell"
 _grid_options = cli.combine(
     cli.option("--cell LENGTH", type=_Numbers(positive=True), help="edge length of a cell; default: 10mm"),

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rosorin_compile.model import Robot
 from rosorin_compile.model.frame_tree import lines, publishers, rows, way
-from rosorin_compile.output import OutputError, may_replace, write_file
+from rosorin_compile.output import may_replace, write_file
 from rosorin_compile.viewer.frames import BOLD, Frames, Look, frames, table, tree
 
 from . import command as cli
@@ -79,10 +79,6 @@ def run_graph(options: cli.Options) -> int:
     if options.output is None:
         run.give(found, found.text)
         return PROBLEMS if failed else FINE
-    try:
-        write_file(Path(options.output), found.svg().encode(), (), None if options.force else may_replace)
-    except OutputError as problem:
-        run.console.show([problem.diagnostic])
-        return PROBLEMS
+    write_file(Path(options.output), found.svg().encode(), (), None if options.force else may_replace)
     run.give(found, lambda: f"{found.robot}: {options.output}")
     return PROBLEMS if failed else FINE

@@ -55,12 +55,6 @@ def run(options: Options) -> int:
     if failed and not result.written:
         errors = sum(one.severity == ERROR for one in result.diagnostics)
         console.warn(f"{source}: {count_of(errors, 'error')}, nothing written")
-    for line in result.report:
-        console.say(line)
-    for line in result.to_do:
-        console.say(line, needed=True)
-    for line in result.next_steps:
-        console.say(line)
-    if failed:
-        return PROBLEMS
-    return run.give(result)
+    for line in (*result.report, *result.to_do, *result.next_steps):
+        console.say(line, needed=line in result.to_do)
+    return PROBLEMS if failed else run.give(result)

@@ -10,14 +10,14 @@ from rosorin_compile import api
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.language.arguments import UNKNOWN
-from rosorin_compile.output import OutputError, encode, is_generated, is_remembered, may_replace, remember, write_file
+from rosorin_compile.output import encode, is_generated, is_remembered, may_replace, remember, write_file
 from rosorin_compile.source.diagnostics import ERROR, RequestError
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.wording import count_of
 
 from .command import Options, command, depfile_options, flag, option, robot_options, words_argument
 from .console import FINE, PROBLEMS, USAGE, give, table
-from .run import Run, is_robot, refuse_half_marks, write_depfile
+from .run import Run, is_robot, write_depfile
 
 _CALL = "rosorin-compile print"
 
@@ -58,16 +58,11 @@ def run(options: Options) -> int:
         console.warn(f"{description.name}: {count_of(len(errors), 'error')}, nothing printed")
         return USAGE if len(unknown) == len(errors) else PROBLEMS
     (artifact,) = compiled.artifacts
-    made = [] if options.output is None else [Path(options.output)]
-    try:
-        data = encode(artifact.file, artifact.text)
-        if options.output is not None:
-            _write(Path(options.output), data, artifact, inputs)
-    except OutputError as problem:
-        console.show([problem.diagnostic])
-        return PROBLEMS
-    if options.depfile is not None and write_depfile(run, target, compiled, inputs, made):
-        return PROBLEMS
+    data = encode(artifact.file, artifact.text)
+    if options.output is not None:
+        _write(Path(options.output), data, artifact, inputs)
+    if options.depfile is not None:
+        write_depfile(run, target, compiled, inputs, [Path(options.output)] if options.output else [])
     if options.output is None:
         give(artifact.text)
     return FINE
@@ -87,13 +82,10 @@ def _requested(run: Run) -> tuple[Description, str]:
     if "" in words:
         raise RequestError("a name is empty: a variable of the shell that is not set?")
     if not 1 <= len(words) <= 2:
-        refuse_half_marks(words)
         raise RequestError(f"print takes one ROBOT and one OUTPUT, not {len(words)} words; see {_CALL} --list")
     *robot, output = words
     if is_robot(output) and not (robot and is_robot(*robot)):
         raise RequestError(f"{output} is a robot: write {_CALL} {output} OUTPUT; --list {output} shows its outputs")
-    if robot and not is_robot(*robot):
-        refuse_half_marks([output])
     return run.find_robot("".join(robot), f"ROBOT {output}"), output
 
 

@@ -235,7 +235,6 @@ def find_robots(names: list[str], outputs: str | None = None) -> list[Descriptio
     try:
         return Description.find(names, outputs)
     except NoDescription as problem:
-        refuse_half_marks(names)
         raise RequestError(str(problem)) from None
 
 
@@ -282,20 +281,6 @@ def refuse_stdin(words: Sequence[str], help: str = "name a file") -> None:
         raise RequestError(f"a robot on standard input has no name and no folder; {help}")
 
 
-def refuse_half_marks(words: Iterable[str]) -> None:
-    """Raise RequestError for prefix=left_ and prefix:left_ instead of prefix:=left_."""
-    for word in words:
-        name, found, value = word.partition("=" if "=" in word else ":")
-        if found and name.isidentifier() and not os.path.lexists(word):
-            raise RequestError(f'"{word}" sets no argument: write {name}{_MARK}{value}')
-
-
-def refuse_positions(words: Sequence[str]) -> None:
-    """Raise RequestError for joint=30deg among the words of a command that takes --joint and --pulse."""
-    for value in (word for word in words if "=" in word and _MARK not in word):
-        raise RequestError(f"write --joint {value} for a position, --pulse {value} for a pulse")
-
-
 def warn_of_no_robots(console: Console) -> None:
     """Warn of folders of this project that look like descriptions and have no ``robot.yaml``."""
     if wrong := project.without_first_file(Description.around()):
@@ -321,29 +306,24 @@ def severities(diagnostics: Sequence[Diagnostic]) -> str:
 
 def write_depfile(
     run: Run, target: str, compiled: Compiled, inputs: Sequence[Path], made: Sequence[Path], newer: Sequence[Path] = ()
-) -> int:
-    """Write the requested depfile, and make the files ``newer`` than it; return the exit code.
+) -> None:
+    """Write the requested depfile, and make the files ``newer`` than it. Raises OutputError.
 
     ``inputs`` are the files that the target is made of, ``made`` the artifacts, which must not be the depfile.
     """
     path = Path(run.options.depfile)
     sources = [*inputs, *_watched_folders(compiled, [*made, path])]
-    try:
-        names = [escape(name) for name in (target, *dict.fromkeys(map(str, sources)))]
-        text = " \\\n  ".join([f"{names[0]}:", *names[1:]]) + "\n"
-        if any(os.path.realpath(path) == os.path.realpath(file) for file in (*sources, *made)):
-            message = f"{path} is an input or an artifact in the depfile"
-            raise OutputError("output-is-input", message, "name another file")
-        write_file(path, os.fsencode(text), may_replace=_is_depfile)
-        for file in newer:
-            try:
-                os.utime(file)
-            except OSError as problem:
-                raise OutputError.from_os_error(problem, file, "write", "output file") from None
-    except OutputError as problem:
-        run.console.show([problem.diagnostic])
-        return PROBLEMS
-    return FINE
+    names = [escape(name) for name in (target, *dict.fromkeys(map(str, sources)))]
+    text = " \\\n  ".join([f"{names[0]}:", *names[1:]]) + "\n"
+    if any(os.path.realpath(path) == os.path.realpath(file) for file in (*sources, *made)):
+        message = f"{path} is an input or an artifact in the depfile"
+        raise OutputError("output-is-input", message, "name another file")
+    write_file(path, os.fsencode(text), may_replace=_is_depfile)
+    for file in newer:
+        try:
+            os.utime(file)
+        except OSError as problem:
+            raise OutputError.from_os_error(problem, file, "write", "output file") from None
 
 
 def _watched_folders(compiled: Compiled, made: Sequence[Path]) -> Iterable[Path]:

@@ -14,7 +14,7 @@ from rosorin_compile.transforms import FrameTransform, NotPublished, Transforms,
 
 from . import command as cli
 from .console import PROBLEMS, table
-from .run import Run, refuse_positions
+from .run import Run
 
 _ORDERS = {"humble": "", "jazzy": " (xyzw)"}  # of the quaternion, as tf2_echo prints it
 _CSV = ("x", "y", "z", "roll", "pitch", "yaw", "qx", "qy", "qz", "qw")
@@ -40,7 +40,6 @@ _SWEEP = "use COUNT positions in turn; repeatable: all combinations"
 @cli.robot_options
 def run_tf(options: cli.Options) -> int:
     """Print the pose of a frame in another."""
-    refuse_positions(options.words)
     run, picked = Run.from_options(options), options.pick("pose joints pulses sweeps modes strict")
     if not 0 <= options.digits <= _MAX_DIGITS:
         raise RequestError(f"--digits takes 0 to {_MAX_DIGITS}")

@@ -1,10 +1,10 @@
 """rosorin-compile verify: compare a recording of the running robot with its description."""
 
 import errno
-import re
 import sys
 from pathlib import Path
 
+from rosorin_compile.formats import FORMATS
 from rosorin_compile.output import OutputError, write_file
 from rosorin_compile.recordings import verify
 from rosorin_compile.source.diagnostics import ERROR, WARNING, RequestError
@@ -16,7 +16,6 @@ from .console import FINE, PROBLEMS, Console
 from .run import Run
 
 _SOURCES = "a rosbag2 folder, a .mcap or .db3 file, a text file, or -"
-_RECORDED = re.compile(r"\.mcap$|\.db3$|^metadata\.yaml$")  # files of a rosbag2 folder
 
 
 @command("verify", exits="0 it matches, 1 it does not match or cannot be read")
@@ -44,10 +43,20 @@ def run(options: Options) -> int:
     from rosorin_compile.recordings.results import as_junit, summary, table
 
     run = Run.from_options(options)
-    console, (source, description) = run.console, _requested(run)
-    result = verify(
-        run.request(description), source, **options.pick("modes without pose frames since until stale namespace prefix")
-    )
+    console, source = run.console, run.words[-1]
+    if run.words.count(Description.STDIN) > 1:
+        raise RequestError("standard input is the recording or the robot, not both")
+    if _is_robot(source):
+        raise RequestError(f"{source} is a robot: write verify {run.words[0]} SOURCE; SOURCE is {_SOURCES}")
+    try:
+        if source != Description.STDIN:
+            Path(source).stat()
+    except (OSError, ValueError) as problem:  # ValueError: a NUL in the name; reading reports any other reason
+        if getattr(problem, "errno", errno.ENOENT) in (errno.ENOENT, errno.ENOTDIR, errno.ELOOP):
+            raise RequestError(f"there is no {source}; name {_SOURCES}") from None
+    description, _ = run.robot_before(1, "ROBOT SOURCE")
+    picked = options.pick("modes without pose frames since until stale namespace prefix")
+    result = verify(run.request(description), source, **picked)
     if result.data is None:
         console.show(result.diagnostics)
         console.warn(f"{description.name}: not compared")
@@ -78,32 +87,14 @@ def run(options: Options) -> int:
     return PROBLEMS if result.fails(options.strict) else FINE
 
 
-def _requested(run: Run) -> tuple[str, Description]:
-    """Return the recording and the robot. Raises RequestError."""
-    words = run.words
-    if words.count(Description.STDIN) > 1:
-        raise RequestError("standard input is the recording or the robot, not both")
-    source = words[-1]
-    if _is_robot(source):
-        raise RequestError(f"{source} is a robot: write verify {words[0]} SOURCE; SOURCE is {_SOURCES}")
-    try:
-        if source != "-":
-            Path(source).stat()
-    except (OSError, ValueError) as problem:  # ValueError: a NUL in the name; reading reports any other reason
-        if getattr(problem, "errno", errno.ENOENT) in (errno.ENOENT, errno.ENOTDIR, errno.ELOOP):
-            raise RequestError(f"there is no {source}; name {_SOURCES}") from None
-    return source, run.robot_before(1, "ROBOT SOURCE")[0]
-
-
 def _is_robot(source: str) -> bool:
     """Return True for a description or a robot in another format; messages may be pasted as YAML of any name."""
-    from rosorin_compile.formats import FORMATS
-
     try:
         path = Path(source) if is_file(source) else Description.find([source])[0].path
     except (NoDescription, OSError, ValueError):
         return False
-    in_recording = is_folder(source) and any(_RECORDED.search(inner.name) for inner in Path(source).iterdir())
+    inner = [one.name for one in Path(source).iterdir()] if is_folder(source) else []
+    in_recording = "metadata.yaml" in inner or any(name.endswith((".mcap", ".db3")) for name in inner)
     is_robot = path.name == Description.ROOT_FILE or path.suffix.lower() in FORMATS.endings(include=True)
     return is_robot and not in_recording
 
@@ -115,9 +106,9 @@ def _save(name: str, text: str, kind: bytes) -> None:
         start = read_bytes(old, 1000)
         return not start or kind in start
 
+    if exists(name) and not is_file(name):
+        raise RequestError(f"{name} cannot be written: it is no regular file")
     try:
-        if exists(name) and not is_file(name):
-            raise RequestError(f"{name} cannot be written: it is no regular file")
         write_file(Path(name), text.encode(), may_replace=is_ours)
     except OutputError as problem:
         raise RequestError(f"{problem.diagnostic.message}; {problem.diagnostic.help}") from None

@@ -12,7 +12,7 @@ from rosorin_compile.viewer.showing import Shown, view
 
 from . import command as cli
 from .console import FINE, PROBLEMS
-from .run import Run, refuse_positions
+from .run import Run
 
 
 @cli.command("view", exits="0 stopped with Ctrl-C or SIGTERM, or page written, 1 errors (with --html)")
@@ -80,7 +80,6 @@ def run_picture(options: cli.Options) -> int:
     from rosorin_compile.model.servos import NoPulse
     from rosorin_compile.viewer.picture.draw import picture
 
-    refuse_positions(options.words)
     size = re.fullmatch(r"([0-9]{1,5})[xX]([0-9]{1,5})", options.size)
     if size is None:
         raise RequestError(f'"{options.size}" is not WIDTHxHEIGHT in pixels, such as 1280x800')

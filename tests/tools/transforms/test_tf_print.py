@@ -21,7 +21,6 @@ from rosorin_compile.model import Joint, Link, Pose, Robot
 from rosorin_compile.model.kinematics import Graph
 from rosorin_compile.transforms import FrameTransform, lookup
 from support.paths import DATA
-from support.robots import compiled
 
 pytestmark = pytest.mark.slow
 
@@ -120,32 +119,6 @@ def test_any_chain_is_answered_as_tf2_answers_it(tf2: Path, data: st.DataObject)
     graph = Graph(robot)
     ours = [line for pair in pairs for line in text(lookup(graph, *pair, {}))]
     assert ours == said.splitlines()
-
-
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-@given(st.data())
-def test_a_publisher_that_sends_a_quaternion_makes_no_difference_but_rounding(tf2: Path, data: st.DataObject) -> None:
-    """Signs of zeros, and roll and yaw near straight up, hang on the last bit: what is compared is the matrix."""
-    robot = data.draw(fixed_robots())
-    names = [link.name for link in robot.links]
-    graph = Graph(robot)
-    said = subprocess.run(
-        [tf2, "by_quaternion"], input=chain_of(robot, names[0], names[-1]), capture_output=True, check=True, text=True
-    ).stdout.splitlines()
-    ours = text(lookup(graph, names[0], names[-1], {}))
-    for line, other in zip(ours[6:], said[6:], strict=True):
-        assert [float(cell) for cell in line.split()] == pytest.approx(list(map(float, other.split())), abs=1.1e-3)
-
-
-def test_the_mounts_of_the_reference_robot_are_answered_as_tf2_answers_them(tf2: Path) -> None:
-    robot = compiled().robot
-    assert robot is not None
-    fixed = tuple(joint for joint in robot.joints if joint.type == "fixed" and joint.parent in ("base_link", "link5"))
-    for joint in fixed:
-        alone = Robot("made", (Link(joint.parent), Link(joint.child)), (joint,))
-        for pair in ((joint.parent, joint.child), (joint.child, joint.parent)):
-            said = subprocess.run([tf2], input=chain_of(alone, *pair), capture_output=True, check=True, text=True)
-            assert text(lookup(Graph(alone), *pair, {})) == said.stdout.splitlines()
 
 
 @pytest.mark.parametrize("yaw", [0.0, 0.4, -3.0])

@@ -7,7 +7,7 @@ from rosorin_compile.importing.import_robot import companions, import_robot
 from rosorin_compile.source.diagnostics import ERROR, RequestError, count_of
 from rosorin_compile.source.project import Description
 
-from .command import Options, combine, command, flag, option, robot_options, words_argument
+from .command import combine, command, flag, option, robot_options, words_argument
 from .console import PROBLEMS
 from .run import Run, take_stdin
 
@@ -31,24 +31,23 @@ _MESHES = "prefix of relative mesh names: a folder relative to the artifacts, or
 @option("--meshes FOLDER", type=str, help=_MESHES)
 @combine(*(option(f"--{one.name} FILE", help=f"also read the {one.word} of the robot") for one in companions()))
 @robot_options
-def run(options: Options) -> int:
+def run_import(run: Run) -> int:
     """Import a robot, and print the result."""
-    run = Run.from_options(options)
     if len(run.words) != 1:
         raise RequestError(f"import takes one SOURCE, not {len(run.words) or 'none'}")
     take_stdin(run.words)
     source = Path(run.words[0]) if run.words[0] != Description.STDIN else Description.ON_STDIN
     console = run.console
     console.begin(source.name)
-    files = {format.name: getattr(options, format.name) for format in companions()}
+    files = {format.name: getattr(run, format.name) for format in companions()}
     result = import_robot(
         source,
-        options.into,
+        run.into,
         **run.read_options(),
-        **options.pick("output name meshes strict lenient verbatim flat drives force"),
+        **run.pick("output name meshes strict lenient verbatim flat drives force"),
         companions={name: file for name, file in files.items() if file is not None},
-        parts=not options.no_parts,
-        keep_edits=options.ours,
+        parts=not run.no_parts,
+        keep_edits=run.ours,
     )
     console.print_read(result.inputs)
     failed = run.show(result)

@@ -15,7 +15,7 @@ from rosorin_compile.source.diagnostics import ERROR, RequestError
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.wording import count_of
 
-from .command import Options, command, depfile_options, flag, option, robot_options, words_argument
+from .command import command, depfile_options, flag, option, robot_options, words_argument
 from .console import FINE, PROBLEMS, USAGE, give, table
 from .run import Run, is_robot, write_depfile
 
@@ -34,20 +34,19 @@ _CALL = "rosorin-compile print"
 @depfile_options("default: FILE of -o")
 @flag("--lenient", help="accept a URDF, xacro, SDF or MJCF that violates its specification, where possible")
 @robot_options
-def run(options: Options) -> int:
+def run_print(run: Run) -> int:
     """Print one artifact, or list the outputs."""
-    options.console.quiet = not options.verbose
-    run = Run.from_options(options)
-    if options.list:
+    run.console.quiet = not run.verbose
+    if run.list:
         return _list(run)
-    console, target = run.console, options.depfile_target or options.output
-    if options.format != "text":
+    console, target = run.console, run.depfile_target or run.output
+    if run.format != "text":
         raise RequestError("JSON goes with --list: an artifact is printed as it is")
-    if options.depfile is not None and target is None:
+    if run.depfile is not None and target is None:
         raise RequestError("a depfile needs a target: write -o FILE, or --depfile-target NAME")
     description, output = _requested(run)
     request = run.request(description)
-    compiled = request.compile((output,), foreign=True, lenient=options.lenient)
+    compiled = request.compile((output,), foreign=True, lenient=run.lenient)
     inputs = request.inputs(compiled)
     console.print_read(inputs)
     console.show(compiled.diagnostics)
@@ -59,11 +58,11 @@ def run(options: Options) -> int:
         return USAGE if len(unknown) == len(errors) else PROBLEMS
     (artifact,) = compiled.artifacts
     data = encode(artifact.file, artifact.text)
-    if options.output is not None:
-        _write(Path(options.output), data, artifact, inputs)
-    if options.depfile is not None:
-        write_depfile(run, target, compiled, inputs, [Path(options.output)] if options.output else [])
-    if options.output is None:
+    if run.output is not None:
+        _write(Path(run.output), data, artifact, inputs)
+    if run.depfile is not None:
+        write_depfile(run, target, compiled, inputs, [Path(run.output)] if run.output else [])
+    if run.output is None:
         give(artifact.text)
     return FINE
 

@@ -27,22 +27,22 @@ _LIMITS = ", ".join(f"{name} {one.value:g}{f' {one.unit}' if one.unit else ''}" 
 @cli.repeatable("--limit NAME=NUMBER", "limits", help=f"override a limit; defaults: {_LIMITS}")
 @cli.flag("--no-timing", help="leave out the run time, which differs between runs")
 @cli.robot_options
-def run_simulate(options: cli.Options) -> int:
+def run_simulate(run: Run) -> int:
     """Simulate a robot and print its behaviour."""
     limits = {}
-    for name, value in options.limits.items():
+    for name, value in run.limits.items():
         limits[name] = -1.0  # refused with the message for any unusable number
         with suppress(ValueError):
             limits[name] = float(value)
-    run, description = Run.alone(options)
-    console, settings = run.console, options.pick("base seconds")
-    result = simulate(run.request(description), **settings, limits=limits, timing=not options.no_timing)
+    description = run.only_robot()
+    console, settings = run.console, run.pick("base seconds")
+    result = simulate(run.request(description), **settings, limits=limits, timing=not run.no_timing)
     name = result.robot
     if not result.poses:
         console.show(result.diagnostics)
         console.warn(f"{name}: nothing simulated")
         return PROBLEMS
-    if options.format != "text":
+    if run.format != "text":
         console.show(result.diagnostics)
         run.give(result)
     else:
@@ -59,10 +59,10 @@ def run_simulate(options: cli.Options) -> int:
 @cli.check("physics", exits="0 no errors, 1 errors")
 @cli.check_options()
 @cli.hook_option()
-def run_check_physics(options: cli.Options) -> int:
+def run_check_physics(run: Run) -> int:
     """Check the physics of each robot."""
     require("check physics")
-    return for_each(options, _check_physics)
+    return for_each(run, _check_physics)
 
 
 def _check_physics(run: Run, description: Description) -> int:
@@ -80,11 +80,11 @@ def _check_physics(run: Run, description: Description) -> int:
 @cli.option("-o", "--output FILE", help=f"file to write; default: {COLLISIONS_FILE} next to the description")
 @cli.flag("--force", help="compute again, even if the file is up to date")
 @cli.robot_options
-def run_collisions(options: cli.Options) -> int:
+def run_collisions(run: Run) -> int:
     """Compute the matrix of a robot, and write it."""
-    run, description = Run.alone(options, stdin=False)
+    description = run.only_robot(stdin=False)
     console = run.console
-    result = api.collisions(run.request(description), output=options.output, force=options.force)
+    result = api.collisions(run.request(description), output=run.output, force=run.force)
     if run.show(result):
         return PROBLEMS
     if not result.written:

@@ -11,7 +11,7 @@ from rosorin_compile.source.diagnostics import ERROR, WARNING, RequestError
 from rosorin_compile.source.files import exists, is_file, is_folder, read_bytes
 from rosorin_compile.source.project import Description, NoDescription
 
-from .command import Options, command, flag, mode_option, option, repeatable, robot_options, words_argument
+from .command import command, flag, mode_option, option, repeatable, robot_options, words_argument
 from .console import FINE, PROBLEMS, Console
 from .run import Run
 
@@ -38,11 +38,10 @@ _SOURCES = "a rosbag2 folder, a .mcap or .db3 file, a text file, or -"
 @option("--junit FILE", help="also write the result as JUnit XML")
 @option("--picture FILE.svg", help="write a plot of rates and gaps over time")
 @robot_options
-def run(options: Options) -> int:
+def run_verify(run: Run) -> int:
     """Compare one recording with one robot."""
     from rosorin_compile.recordings.results import as_junit, summary, table
 
-    run = Run.from_options(options)
     console, source = run.console, run.words[-1]
     if run.words.count(Description.STDIN) > 1:
         raise RequestError("standard input is the recording or the robot, not both")
@@ -55,18 +54,18 @@ def run(options: Options) -> int:
         if getattr(problem, "errno", errno.ENOENT) in (errno.ENOENT, errno.ENOTDIR, errno.ELOOP):
             raise RequestError(f"there is no {source}; name {_SOURCES}") from None
     description, _ = run.robot_before(1, "ROBOT SOURCE")
-    picked = options.pick("modes without pose frames since until stale namespace prefix")
+    picked = run.pick("modes without pose frames since until stale namespace prefix")
     result = verify(run.request(description), source, **picked)
     if result.data is None:
         console.show(result.diagnostics)
         console.warn(f"{description.name}: not compared")
         return PROBLEMS
-    if options.format != "text":
-        if options.format == "json":
+    if run.format != "text":
+        if run.format == "json":
             console.show(result.diagnostics)
         run.give(result)
-    elif options.quiet:
-        failing = (ERROR, WARNING) if options.strict else (ERROR,)
+    elif run.quiet:
+        failing = (ERROR, WARNING) if run.strict else (ERROR,)
         Console().show([finding for finding in result.diagnostics if finding.severity in failing])
     else:
         for line in table(result):
@@ -74,17 +73,17 @@ def run(options: Options) -> int:
         sys.stdout.flush()
         console.show(result.diagnostics)
         sys.stderr.flush()
-        print(summary(result, description.name, options.strict))
-    if options.junit:
-        _save(options.junit, as_junit(result, options.strict), b"<testsuites")
-    if options.picture:
+        print(summary(result, description.name, run.strict))
+    if run.junit:
+        _save(run.junit, as_junit(result, run.strict), b"<testsuites")
+    if run.picture:
         from rosorin_compile.recordings.verification import as_svg
 
         try:
-            _save(options.picture, as_svg(result.data), b"<svg")
+            _save(run.picture, as_svg(result.data), b"<svg")
         except ValueError as problem:
             raise RequestError(f"--picture: {problem}") from None
-    return PROBLEMS if result.fails(options.strict) else FINE
+    return PROBLEMS if result.fails(run.strict) else FINE
 
 
 def _is_robot(source: str) -> bool:

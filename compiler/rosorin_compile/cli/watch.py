@@ -14,7 +14,7 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description, NoDescription
 from rosorin_compile.source.wording import and_more, count_of
 
-from .command import Options, command, output_folder_option, robots_argument
+from .command import command, output_folder_option, robots_argument
 from .console import FINE
 from .run import Run, count, refuse_stdin, with_folders
 
@@ -25,12 +25,11 @@ _say = partial(print, flush=True)
 @command("watch", exits="0 stopped with Ctrl-C or SIGTERM")
 @robots_argument()
 @output_folder_option
-def run(options: Options) -> int:
+def run_watch(run: Run) -> int:
     """Compile robots whenever one of their files changes, until Ctrl-C or SIGTERM."""
     gc.enable()  # it is off in short runs
-    run = Run.from_options(options)
     refuse_stdin(run.words, "name a file to watch")
-    watched = {description.path: WatchedRobot(description, run) for description in with_folders(options, run.words)}
+    watched = {description.path: WatchedRobot(description, run) for description in with_folders(run, run.words)}
     stopped = False
 
     def stop(*_: object) -> None:
@@ -47,7 +46,7 @@ def run(options: Options) -> int:
     while not stopped:
         time.sleep(INTERVAL)
         with suppress(NoDescription):
-            for description in Description.find([], options.output) if not run.words else ():
+            for description in Description.find([], run.output) if not run.words else ():
                 if description.path not in watched:
                     watched[description.path] = WatchedRobot(description, run)
                     watched[description.path].compile()

@@ -113,9 +113,9 @@ class Command(click.Command):
 
     def invoke(self, ctx: click.Context) -> int:
         """Run this command; return the exit code. Raises RequestError, PluginFailed."""
+        console: Console = ctx.obj
+        console.form, console.quiet, console.verbose = (ctx.params[name] for name in ("format", "quiet", "verbose"))
         run = self.start(ctx)
-        console = run.console
-        console.form, console.quiet, console.verbose = run.format, run.quiet, run.verbose
         console.counts_notes = not getattr(run, "notes", True) and not run.verbose
         console.keeps_sections = run.format == "markdown" or getattr(run, "summary", None) is not None
         if getattr(run, "xacro_seconds", None) is not None:  # for all processes of the run

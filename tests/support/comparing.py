@@ -11,7 +11,7 @@ from typing import Any
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.compiled import Compiled
+from rosorin_compile.formats.compilation import Compiled
 from rosorin_compile.formats.format import lacks
 from rosorin_compile.importing.round_trip import model_differences
 from rosorin_compile.language.schema import sections

@@ -28,11 +28,6 @@ links: {{base_link: {{}}, mast: {{}}}}
 joints: {{mast_joint: {{type: fixed, parent: base_link, child: mast, xyz: [0, 0, 100 mm]}}}}
 outputs: {{urdf: {{file: {0}.urdf}}}}
 """
-# https://docs.github.com/actions/reference/workflows-and-actions/metadata-syntax: what a composite action may say.
-KEYS = {"name", "author", "description", "inputs", "outputs", "runs", "branding"}
-INPUT_KEYS = {"description", "required", "default", "deprecationMessage"}
-OUTPUT_KEYS = {"description", "value"}
-STEP_KEYS = {"name", "id", "if", "run", "shell", "env", "working-directory", "continue-on-error"}
 
 
 class Job(NamedTuple):
@@ -97,22 +92,6 @@ def repository(tmp_path: Path) -> Path:
     ran = subprocess.run([program, "all"], cwd=folder / "robots", check=False, capture_output=True, text=True)
     assert ran.returncode == 0, ran.stderr
     return folder
-
-
-def test_it_says_what_github_knows() -> None:
-    assert set(ACTION) <= KEYS
-    assert {"name", "description", "runs"} <= set(ACTION)
-    assert set(ACTION["runs"]) == {"using", "steps"}
-    assert ACTION["runs"]["using"] == "composite"
-    for one in ACTION["inputs"].values():
-        assert set(one) <= INPUT_KEYS
-        assert isinstance(one["default"], str)
-        assert one["description"]
-    for one in ACTION["outputs"].values():
-        assert set(one) == OUTPUT_KEYS
-    for step in STEPS:
-        assert set(step) <= STEP_KEYS
-        assert {"run", "shell"} <= set(step)
 
 
 def test_nothing_from_outside_is_written_into_a_script() -> None:

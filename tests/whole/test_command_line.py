@@ -50,13 +50,6 @@ def test_help_and_version_import_nothing_heavy(words: list[str], home: Path) -> 
     }
 
 
-def test_plugins_are_searched_without_importlib(home: Path) -> None:
-    (home / "robot.yaml").write_text("robot: r\nlinks: {a: }\noutputs: {urdf: {file: r.urdf}}\n", "utf-8")
-    code = [sys.executable, "-c", IMPORTED_BY.format(words=["all", "robot.yaml"])]
-    ran = subprocess.run(code, capture_output=True, text=True, check=True, cwd=home)
-    assert "importlib.metadata" not in ran.stderr.splitlines()[-1].split()
-
-
 WAYS = [["extract", way] for way in ("boxes", "heightmap", "factory")]
 
 

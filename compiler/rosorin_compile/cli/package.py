@@ -14,7 +14,7 @@ from .run import Run, for_each
 
 _AT_LAUNCH = "compile the description at launch, with its arguments as launch arguments"
 _STARTED = {"control": "controller_manager and controllers", "moveit": "MoveIt", "nav2": "Nav2 and robot_localization"}
-_PLACES = "path of an output in FOLDER, such as urdf=urdf/robot.urdf, or none to skip it; stored in FOLDER"
+_PLACES = "path of an output in FOLDER, such as urdf=urdf/robot.urdf, or none to skip it"
 
 
 @cli.command("package", exits="0 written or unchanged, 1 errors")
@@ -26,7 +26,6 @@ _PLACES = "path of an output in FOLDER, such as urdf=urdf/robot.urdf, or none to
 @cli.option("--maintainer 'NAME <MAIL>'", help="maintainer of the package")
 @cli.option("--license SPDX", help="license of the package, such as Apache-2.0")
 @cli.option("--url URL", help="website of the package")
-@cli.repeatable("--topic SENSOR=TOPIC", "topics", help="topic of a sensor, for the RViz configuration; repeatable")
 @cli.option("--compile-at-launch/--no-compile-at-launch", default=None, help=_AT_LAUNCH)
 @cli.combine(
     *(
@@ -39,7 +38,7 @@ def run_package(run: Run) -> int:
     """Write the package of a robot, and print the result."""
     description = run.only_robot(stdin=False)
     run.console.begin(description.name)
-    settings = "name build_type version maintainer license url topics compile_at_launch control moveit nav2"
+    settings = "name build_type version maintainer license url compile_at_launch control moveit nav2"
     result = package(run.request(description), run.output, **run.pick(settings))
     run.console.print_read(result.inputs)
     failed = run.show(result)

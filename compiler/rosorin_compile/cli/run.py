@@ -30,7 +30,7 @@ from rosorin_compile.source.wording import count_of, phrase
 from .console import FINE, PROBLEMS, Console
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.compiled import Compiled
+    from rosorin_compile.formats.compilation import Compiled
     from rosorin_compile.rules.case import Case
     from rosorin_compile.viewer.changed import Pictures
 

@@ -25,7 +25,7 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.wording import count_of, phrase, printable
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.compiled import Compiled
+    from rosorin_compile.formats.compilation import Compiled
     from rosorin_compile.rules.case import Case
 
 

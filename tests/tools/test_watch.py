@@ -158,13 +158,6 @@ def test_wrong_usage(project: Path, words: list[str]) -> None:
     assert "Traceback" not in ran.stderr
 
 
-def test_no_description(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "rosorin_compile", "watch"]
-    ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=PATIENCE)
-    assert ran.returncode == 2
-    assert "there is no descriptions/*/robot.yaml here" in ran.stderr
-
-
 def test_a_file_that_changes_while_it_is_read_is_read_again(tmp_path: Path) -> None:
     path, other = tmp_path / "a.yaml", tmp_path / "b.yaml"
     path.write_text("1", "utf-8")

@@ -33,7 +33,7 @@ def plain(variants: Variants) -> dict[str, dict[str, object]]:
 
 TEXTS = ["name,mast,label\nr1,12 mm,a\nr2,,b\n", "\ufeffname,mast,label\r\nr1,12 mm,a\r\nr2,,b\r\n"]
 TEXTS += ["name;mast;label\nr1;12 mm;a\nr2;;b\n", "name\tmast\tlabel\nr1\t12 mm\ta\nr2\t\tb"]
-TEXTS += ["sep=;\nname;mast;label\nr1;12 mm;a\nr2;;b\n", 'name, mast, label\n"r1", 12 mm , "a"\n\n,,\nr2,,b\n']
+TEXTS += ["name;mast;label\nr1;12 mm;a\nr2;;b\n", 'name, mast, label\n"r1", 12 mm , "a"\n\n,,\nr2,,b\n']
 TEXTS += ["label,name,mast,\na,r1,12 mm,\nb,r2,,\n"]
 
 

@@ -230,11 +230,15 @@ class SymbolTable:
             mounted = mounted or (node.names == "link" and value == MOUNT)
             if node.inside:
                 inside = True
-                mounted = mounted or _uses_mount(node.inside, value)
-                elements = found_in(value) if node.inside in ("mjcf", "mjcf_body") and isinstance(value, str) else ()
-                for one in (one for element in elements for one in defined_names(element, node.inside == "mjcf")):
-                    for kind in (KINDS.get(one.kind, one.kind), _ELEMENT) if one.attribute else ():
-                        found.setdefault(kind, set()).add(one.name)
+                text, top = value if isinstance(value, str) else "", node.inside == "mjcf"
+                if node.inside == "urdf" and MOUNT in text:
+                    mounted = mounted or any(one.name == MOUNT and one.sure for one in named_in(text))
+                for element in found_in(text) if node.inside in ("mjcf", "mjcf_body") else ():
+                    for one in used_names(element, top) if MOUNT in text else ():
+                        mounted = mounted or (one.name == MOUNT and one.kind in (BODY, SITE))
+                    for one in (one for one in defined_names(element, top) if one.attribute):
+                        for kind in (KINDS.get(one.kind, one.kind), _ELEMENT):
+                            found.setdefault(kind, set()).add(one.name)
         for section, node in sections().items():
             entries = self.tree.get(section) if node.keys is not None and node.keys.gives == "joint" else None
             for name, entry in entries.items() if isinstance(entries, Map) else ():
@@ -279,17 +283,6 @@ def _entry(path: Path) -> str:
         return f"{path[0]}[{path[1]}]"
     by_name = section.keys is not None or section.others is not None
     return f'{section.called or path[0]} "{path[1]}"' if len(path) > 2 and by_name else section.called or str(path[0])
-
-
-def _uses_mount(inside: str, text: Any) -> bool:
-    if not isinstance(text, str) or MOUNT not in text:
-        return False
-    if inside == "urdf":
-        return any(found.name == MOUNT and found.sure for found in named_in(text))
-    if inside not in ("mjcf", "mjcf_body"):
-        return False
-    uses = (one for found in found_in(text) for one in used_names(found, inside == "mjcf"))
-    return any(one.name == MOUNT and one.kind in (BODY, SITE) for one in uses)
 
 
 def _entries(tree: Map, section: str) -> list[tuple[str, Map]]:

@@ -186,12 +186,7 @@ def _turn_of_urdf(case: Case, joint: Joint) -> Path | None:
     return (*path, owners.index(ROBOT_STATE_PUBLISHER), "by") if is_turn else None
 
 
-@rule(
-    "two-publishers",
-    "Two publishers own one frame.",
-    "Remove one, or give each a `when` that excludes the other.",
-    FRAMES,
-)
+@rule("two-publishers", "Two publishers own one frame.", "Remove one, or exclude it by a `when`.", FRAMES)
 @rule("unpublished-edge", "No node publishes an edge; a warning in some modes.", "Name a publisher.", FRAMES)
 def one_publisher(case: Case) -> Iterator[Diagnostic]:
     """Frames that have two publishers at once, and frames that have none in some combination of modes."""
@@ -210,7 +205,18 @@ def one_publisher(case: Case) -> Iterator[Diagnostic]:
             # An edge may publish a joint that is on no topic in another turn, not in this one.
             silent = [one for one in active if one.is_silent and any(one.joint == owner.joint for owner in owners)]
             if len(owners) > 1 or silent:
-                yield _two(case, child, owners if len(owners) > 1 else [*silent, *owners], combination)
+                active = owners if len(owners) > 1 else [*silent, *owners]
+                names = dict.fromkeys(claim.owner for claim in active)
+                parents = list(dict.fromkeys(claim.parent for claim in active))
+                what = "publishes twice" if len(names) == 1 else "publish"
+                message = f'{phrase(names)} {what} the transform into "{child}"'
+                message += f", below {quote(parents)}" if len(parents) > 1 else ""
+                related = [(f"also published here, by {claim.owner}", _place(case, claim)) for claim in active[:-1]]
+                help, path = "", _place(case, active[-1])
+                if any(claim.publisher.kind == ROBOT_STATE_PUBLISHER for claim in active):
+                    help = "robot_state_publisher publishes in every mode: choose by an argument of the build"
+                message += in_words(combination)
+                yield case.problem("two-publishers", message, path, help, related=related)
                 break
             gap = combination if not active and gap is None else gap
         else:
@@ -218,18 +224,6 @@ def one_publisher(case: Case) -> Iterator[Diagnostic]:
                 message = f'no node publishes the transform into "{child}"{in_words(gap)}'
                 path = case.edge(claims[0].edge or 0, "when")
                 yield case.problem("unpublished-edge", message, path, severity=WARNING)
-
-
-def _two(case: Case, child: str, active: list[Step], combination: Combination) -> Diagnostic:
-    owners = dict.fromkeys(claim.owner for claim in active)
-    parents = list(dict.fromkeys(claim.parent for claim in active))
-    message = f'{phrase(owners)} {"publishes twice" if len(owners) == 1 else "publish"} the transform into "{child}"'
-    message += f", below {quote(parents)}" if len(parents) > 1 else ""
-    related = [(f"also published here, by {claim.owner}", _place(case, claim)) for claim in active[:-1]]
-    help, path = "", _place(case, active[-1])
-    if any(claim.publisher.kind == ROBOT_STATE_PUBLISHER for claim in active):
-        help = 'robot_state_publisher publishes in every mode: choose by an argument, publisher: "${publisher}"'
-    return case.problem("two-publishers", message + in_words(combination), path, help, related=related)
 
 
 @Check

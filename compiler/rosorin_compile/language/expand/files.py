@@ -119,7 +119,9 @@ class Reader:
                 if not isinstance(item, Map):  # the name of a file
                     entry = Map(span, via)
                     entry.put("file", item, span, span)
-                if self._is_robot(entry):
+                name = entry.get("file") if isinstance(entry.get("file"), str) else ""
+                is_foreign = "package" in entry or name.lower().endswith(self.robot_endings())
+                if is_foreign and not name.endswith(ENDINGS):
                     self.robots.append(RobotInclude(entry, place, path))
                 elif (included := self._include(entry, path, place, here)) is not None:
                     join(made, included, self.scope)
@@ -138,12 +140,6 @@ class Reader:
             tree = read()
             self.cache[key] = getattr(getattr(tree, "span", None), "source", None), tree
         return tree
-
-    def _is_robot(self, item: Map) -> bool:
-        name = item.get("file")
-        if isinstance(name, str) and name.endswith(ENDINGS):
-            return False
-        return "package" in item or (isinstance(name, str) and name.lower().endswith(self.robot_endings()))
 
     def _include(self, item: Map, by: Path, place: Place, within: tuple[Path, ...]) -> Map | None:
         check_include(item, self.scope, INCLUDE_KINDS)

@@ -100,11 +100,8 @@ def _poses(tree: Mapping[str, Any], lowering: Lowering) -> tuple[JointPose, ...]
 
 
 def _outputs(tree: Mapping[str, Any], _: Problem) -> tuple[Output, ...]:
-    outputs = []
-    for name, entry in entries_of(tree, "outputs"):
-        options = {key: value for key, value in entry.items() if key not in ("file", "backend")}
-        outputs.append(Output(name, entry.get("backend", backend_of(name, entry)), entry["file"], options))
-    return tuple(outputs)
+    made = [(name, dict(entry)) for name, entry in entries_of(tree, "outputs")]
+    return tuple(Output(name, one.pop("backend", backend_of(name, one)), one.pop("file"), one) for name, one in made)
 
 
 def _root(tree: Mapping[str, Any], _: Problem) -> Root:

@@ -143,11 +143,8 @@ def unused_entries(
         help: Help = "remove the entry"
         if "of" in entry:
             place = tree.locate(("accept", index, "of", list(entry["of"]).index(idle[0])))
-            message = f"{rule} is accepted of {quote(idle, MAX_LISTED)}, but has nothing to report about "
-            message += "it" if len(idle) == 1 else "them"
-            kind = acceptable[rule].accept if rule in acceptable else "part"
+            message += f" about {quote(idle, MAX_LISTED)}"
             names = SymbolTable(tree).among(THINGS)
-            help = f"remove the entry, or name a {kind} that the rule refuses"
-            help = help if idle[0] in names else Suggestion(idle[0], names, instead=help)
+            help = help if idle[0] in names else Suggestion(idle[0], names, instead="remove the entry")
         diagnostics.append(diagnostic("accept-unused", WARNING, message, place.span, help, place.stack()))
     return diagnostics

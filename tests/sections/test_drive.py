@@ -17,20 +17,10 @@ ROBOT = Robot(
 DRIVEN = replace(ROBOT, drive=Drive(Drive.DIFFERENTIAL, SIDES, "footprint", 0.05))
 
 
-@pytest.mark.parametrize("said", ["{}", "{radius: 4 cm}"])
-def test_a_drive_that_says_no_kind_is_refused(tmp_path: Path, said: str) -> None:
-    made = compiled_text(tmp_path, f"robot: base\nlinks: {{footprint: {{}}}}\ndrive: {said}\n")
-    assert [one.rule for one in made.diagnostics] == ["drive-kind"]
-
-
 def test_a_section_that_is_left_empty_says_nothing(tmp_path: Path) -> None:
     made = compiled_text(tmp_path, "robot: base\nlinks: {footprint: {}}\nmoveit: {}\nservos: {}\n").robot
     assert made is not None
     assert (made.moveit, made.servos, made.sections.values) == (None, (), {})
-
-
-def test_the_wheels_of_a_drive() -> None:
-    assert [wheel.joint for wheel in DRIVEN.driving.wheels] == ["l", "r"]
 
 
 @pytest.mark.parametrize(

@@ -4,10 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.compare.changes import Change
 from rosorin_compile.formats.compiled import understand
 from rosorin_compile.language.explain import Explanation, explain
-from rosorin_compile.viewer.changed import change_data
 from support.paths import data_text
 
 TWO = data_text("robots/servos_two.yaml")
@@ -34,12 +32,3 @@ def test_explain_shows_the_numbers_of_the_entries_that_name_a_joint() -> None:
         ("servo pulse_range[0]", 0, ""),
         ("servo pulse_range[1]", 900, ""),
     ]
-
-
-@pytest.mark.usefixtures("project")
-def test_a_page_shows_a_change_of_servos_at_their_first_joint() -> None:
-    _, lowered, *_ = understand(Path("descriptions/arm/robot.yaml"), {})
-    assert lowered is not None
-    assert lowered.robot is not None
-    change = Change("servo", "small", "zero", "zero 450 -> 451", ("model",))
-    assert change_data(change, [lowered.robot])["frame"] == "tool"

@@ -72,7 +72,6 @@ def _bounded(node: Node | None, value: Any, path: Path, joint: str) -> Iterator[
 
 
 def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Iterator[Diagnostic]:
-    """Yield a warning if a value of a joint is beyond its limits."""
     soft = joint.safety.soft_lower_limit if joint.safety and path[-1] == "soft_upper_limit" else None
     if soft is not None and soft >= value:
         message = f'the soft limits of joint "{joint.name}" leave it no room to move'

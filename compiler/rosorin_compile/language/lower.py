@@ -233,7 +233,6 @@ def with_sections(robot: Robot, tree: Map, report: Report, place: Place) -> Robo
 
 
 def _in_order(robot: Robot, symbols: SymbolTable, section: str) -> list[Any] | None:
-    """Return the entries of a section, each after those that define what it refers to."""
     defined = {(symbol.kind, symbol.name): symbol.path[1] for symbol in symbols.definitions(section) if symbol.path[1:]}
     needs: dict[Any, set[Any]] = {}
     for reference in unresolved_references(robot, symbols, section):
@@ -318,7 +317,6 @@ def named_records(kind: Callable[..., T], entries: Mapping[str, Any] | None) -> 
 
 
 def _records(kind: Callable[..., T], value: Any) -> tuple[T, ...]:
-    """Return the records of a list of entries, of entries by name, of a list of names, or of one name."""
     if isinstance(value, Mapping):
         return tuple(named_records(kind, value).values())
     items = [value] if isinstance(value, str) else value or ()

@@ -178,7 +178,6 @@ class SymbolTable:
                 yield Symbol("publisher", robot["publisher"])
 
     def _in_files(self) -> Iterator[Symbol]:
-        """Yield the names that expressions in the files use, wherever they are."""
         for section, (kind, built_in) in _OWNERS.items():
             for name, body in _entries(self.tree, section):
                 inner = [one.name for key in ("params", "let") for one in _keys(body.get(key), "")]
@@ -298,6 +297,5 @@ def _keys(table: Any, kind: str, owner: str = "") -> Iterator[Symbol]:
 
 
 def _loop_names(entry: Any) -> dict[str, None]:
-    """Return the names that the loop of an entry defines; its key may use them too."""
     loops = entry.get("for") if isinstance(entry, Map) else None
     return dict.fromkeys(name.strip() for names in loops for name in names.split(",")) if isinstance(loops, Map) else {}

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Help, Related, Suggestion, error, nearest
 from rosorin_compile.source.tree import Map, Place, Seq
-from rosorin_compile.source.units import ANGLE, DIMENSIONS, LENGTH, NUMBER, Dimension, Quantity, describe, in_si
+from rosorin_compile.source.units import ANGLE, DIMENSIONS, LENGTH, NUMBER, UNITS, Dimension, Quantity, describe, in_si
 from rosorin_compile.source.wording import hidden_letter, in_words, quote
 
 from ..annotations import ENTRIES, ITEMS
@@ -25,11 +25,6 @@ from .scope import Failed, Scope, key_place, value_place
 KEYS = ("type", "default", "one_of", "help")
 TYPES: dict[str, tuple[type, ...]] = {"any": (object,), "text": (str,), "boolean": (bool,), "integer": (int,)}
 TYPES |= {"number": (int, float), "list": (list,), "table": (dict,)}
-# A unit of each dimension that has one, to suggest what a text may mean.
-_SI = {"length": ["m"], "mass": ["kg"], "time": ["s"], "angle": ["rad"], "force": ["N"], "torque": ["N*m"]}
-_SI |= {"inertia": ["kg*m^2"], "speed": ["m/s"], "angular_speed": ["rad/s"], "frequency": ["Hz"], "density": ["kg/m^3"]}
-
-
 _KINDS = {Map: "a mapping", Seq: "a list", str: "text", bool: "true or false", float: "a number"}
 _PARAMETER_KINDS = {"type": str, "min": float, "max": float}
 FILE_KEYS = ("rosorin_compile", "help", "let", "parts", "sensor_types")
@@ -151,7 +146,8 @@ def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None
         if not help and wanted == "boolean":
             help = flag_meant(value) or "write true or false"
         elif not help and isinstance(value, str) and (wanted in DIMENSIONS or wanted in ("integer", "number")):
-            help = partial(number_meant, value, _SI.get(wanted, ()))
+            units = [unit for unit, (_, dimension) in UNITS.items() if dimension == DIMENSIONS.get(wanted)]
+            help = partial(number_meant, value, units)
     elif limited and value not in allowed:
         shown = f'"{value}"' if isinstance(value, (str, int, float)) else kind_of(value)
         message = f'{shown} is not a value of the argument "{name}"'

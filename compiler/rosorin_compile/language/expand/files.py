@@ -11,12 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Diagnostic, Span
-from rosorin_compile.source.files import exists, is_file, is_folder, label, resolve
+from rosorin_compile.source.files import exists, is_file, label, resolve
 from rosorin_compile.source.load import LoadError, load_mapping, parse_yaml, read_utf8
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import (
-    DESCRIPTIONS,
     ENDINGS,
     PYTHON_PACKAGE,
     ROS_PACKAGE,
@@ -184,13 +183,8 @@ class Reader:
             target = by.parent / name
             if self.inside(target):
                 return target
-            where = "the folder of the description"
-            if outer := self._package_of(by):
-                where = f'the folder of the package "{outer}"'
-            elif is_folder(self.projects[0] / DESCRIPTIONS):
-                where = "the project, the folder that has descriptions/"
-            if not outer and Path(os.path.normpath(resolve(by.parent) / name)).is_relative_to(self.projects[0]):
-                where += ": a link leads there"
+            outer = self._package_of(by)
+            where = f'the folder of the package "{outer}"' if outer else "the project of the description"
             help = f"move it inside, or name the ROS package that it is in: {ADDRESS}NAME/FILE"
             raise IncludeError("include-outside", f"{name} is outside {where}", help)
         folder = self.package(package, packages, by)

@@ -88,7 +88,6 @@ def _extend(have: Seq, more: Seq) -> None:
 
 
 def _join_entries(section: str, have: Map, more: Map, scope: Scope, equal: bool = False) -> bool:
-    """Add the entries of a mapping to another; report those of both, with ``equal`` only those that differ."""
     good = True
     for name, entry in more.items():
         if name not in have:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from support.paths import ROOT
 from support.robots import compiled_text
 

@@ -11,7 +11,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.language.expression import ExpressionError, evaluate, names_in
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.load import LoadError, parse_yaml, plain_scalar

@@ -11,7 +11,7 @@ import pytest
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
 import library_reference  # noqa: E402
-from rosorin_compile.formats.compiled import compile_robot  # noqa: E402
+from rosorin_compile.formats.compilation import compile_robot  # noqa: E402
 from support.robots import compiled  # noqa: E402
 from support.simulator import GRAVITY, emitted, load, no_warning, probe, written  # noqa: E402
 

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.formats.compiled import Compiled, compile_robot
+from rosorin_compile.formats.compilation import Compiled, compile_robot
 from rosorin_compile.source.diagnostics import Diagnostic
 
 UNITS = {

@@ -58,9 +58,9 @@ def test_a_height_map_and_boxes_cannot_be_compared_where_a_link_has_one_box() ->
     assert not [item for item in found.items if item.kind == "shape"]
 
 
-def test_things_of_a_simulation_are_counted_where_a_file_has_no_word_for_them() -> None:
+def test_values_for_simulation_are_named_where_a_file_has_no_word_for_them() -> None:
     lit = having(ROBOT, "base", mjcf_elements=("<light/>", "<camera/>"), mjcf={"mocap": True})
-    told = "1 thing of a simulation, 1 publisher: b is a URDF, a format without a word for it"
+    told = "values for simulation and publishers: b is a URDF, which has no word for it"
     assert told in compared(lit, ROBOT, formats=(YAML, URDF)).not_compared
 
 

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.compare.artifacts import agreement
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.formats.frames import publishing
 from rosorin_compile.formats.static_tf import condition, in_frontends, in_python
 from rosorin_compile.language.lower import lower

@@ -10,7 +10,7 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Box, Capsule, Cylinder, Pose, Shape, Sphere
 from rosorin_compile.model.bounds import bounds_of
-from rosorin_compile.model.mass import inertial_of
+from rosorin_compile.model.link import inertial_of
 from rosorin_compile.rules.check import check
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.load import parse_yaml

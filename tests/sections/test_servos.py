@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.compiled import understand
+from rosorin_compile.formats.compilation import understand
 from rosorin_compile.language.explain import Explanation, explain
 from support.paths import data_text
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.formats.compiled import Compiled, compile_robot, emit_published
+from rosorin_compile.formats.compilation import Compiled, compile_robot, emit_published
 from rosorin_compile.model import Pose, Transform
 from rosorin_compile.recordings.expected import Options
 from rosorin_compile.recordings.results import Verified, summary
@@ -44,19 +44,6 @@ def test_not_all_frames_begin_with_a_prefix(tmp_path: Path) -> None:
     assert [one.message for one in verdict.findings] == [
         "no frame begins with robot1/: there are base_link, camera_link, camera_link0 and 13 more"
     ]
-
-
-def test_a_prefix_in_text() -> None:
-    text = "transforms:\n" + "".join(
-        f"- header: {{stamp: {{sec: 1, nanosec: 0}}, frame_id: r1/{parent}}}\n  child_frame_id: r1/{child}\n"
-        "  transform: {translation: {x: 0, y: 0, z: 0}, rotation: {x: 0, y: 0, z: 0, w: 1}}\n"
-        for parent, child in (("odom", "base_link"), ("map", "odom"))
-    )
-    assert [one.message for one in judged("-", text).findings] == [
-        "all frames begin with r1/, those of the description do not"
-    ]
-    slashed = "header: {stamp: {sec: 1, nanosec: 0}, frame_id: /laser}\nranges: []\n"
-    assert "frame-with-slash" in rules(judged("-", slashed))
 
 
 def fleet(unprefixed: str = "") -> list[Message]:

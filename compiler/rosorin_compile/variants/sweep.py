@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from rosorin_compile.formats.compiled import Compiled, Variant
+from rosorin_compile.formats.compilation import Compiled, Variant
 from rosorin_compile.language.arguments import declared_arguments, from_python
 from rosorin_compile.output import OutputError
 from rosorin_compile.request import FilePath, Packages, Request, Values, Warn

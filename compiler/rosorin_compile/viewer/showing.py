@@ -21,7 +21,7 @@ from .page.data import robot_data
 from .page.images import Data, Embedding, companions, tables
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.compiled import Understood
+    from rosorin_compile.formats.compilation import Understood
     from rosorin_compile.model import Robot
     from rosorin_compile.rules.case import Case
 

@@ -32,7 +32,7 @@ from .parts import Parts, apply_types
 from .scope import Failed, Scope
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.compiled import RobotReader
+    from rosorin_compile.formats.compilation import RobotReader
 
     from .included_robots import Tell
 

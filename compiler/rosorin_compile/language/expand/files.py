@@ -34,7 +34,7 @@ from .joining import join, with_sources
 from .scope import Expansion, Scope, key_place, value_place
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.compiled import RobotReader
+    from rosorin_compile.formats.compilation import RobotReader
 
 
 ADDRESS = "package://"

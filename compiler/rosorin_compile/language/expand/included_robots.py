@@ -32,8 +32,8 @@ from .placing import Use, map_items, map_table, place_fragment
 from .scope import Failed, Scope
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.compiled import RobotReader
-    from rosorin_compile.formats.imported import Imported
+    from rosorin_compile.formats.compilation import RobotReader
+    from rosorin_compile.formats.imported_robot import Imported
 
     from .files import Reader
 

@@ -11,8 +11,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from rosorin_compile.model import Inertial, Link, Transform
-from rosorin_compile.model.link import Source
-from rosorin_compile.model.mass import inertial_of, together
+from rosorin_compile.model.link import Source, inertial_of, together
 from rosorin_compile.model.sections import Section
 from rosorin_compile.model.shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
 from rosorin_compile.model.simulation import Marked

@@ -14,8 +14,7 @@ from rosorin_compile.source.rule_registry import Heading, rule
 from rosorin_compile.source.tree import Path
 
 from .hardware import SYSTEM, Block, Interface, sensor_words
-from .urdf import blocks
-from .urdf_rules import check_control
+from .urdf import blocks, check_control
 
 
 def control_of(tree: Mapping[str, Any], _: Problem) -> tuple[Block, ...]:

@@ -30,7 +30,7 @@ from rosorin_compile.source.wording import suggest
 from ..expression.functions import ExpressionError
 from ..schema import sections
 from .declarations import check_entry
-from .joining import join, with_sources
+from .placing import join, with_sources
 from .scope import Expansion, Scope, key_place, value_place
 
 if TYPE_CHECKING:

@@ -29,8 +29,7 @@ from ..suggestions import word_meant
 from ..symbols import MOUNT, SymbolTable
 from . import declarations
 from .declarations import declare, given_places
-from .joining import copy, join, with_source
-from .placing import Use, place_fragment
+from .placing import Use, copy, join, place_fragment, with_source
 from .scope import Failed, Scope, value_place
 
 MAX_NESTED = 40

@@ -94,14 +94,18 @@ def _poses(tree: Mapping[str, Any], lowering: Lowering) -> tuple[JointPose, ...]
             elif joint not in joints or joints.keys() >= group_of.keys():  # else a servo group misspells its name
                 help = suggest_name(lowering.tree, path, joint, list(group_of))
                 lowering("unknown-servo", f'no servo group has the joint "{joint}"', path, help, key=True)
-        base, more = pose_of_entry(entry["base"]) if "base" in entry else None, {"controls": controls}
-        poses.append(record_of(JointPose, entry, name=name, positions=positions, pulses=pulses, base=base, **more))
+        base = pose_of_entry(entry["base"]) if "base" in entry else None
+        numbers = {"positions": positions, "pulses": pulses, "controls": controls}
+        poses.append(record_of(JointPose, entry, name=name, base=base, **numbers))
     return tuple(poses)
 
 
 def _outputs(tree: Mapping[str, Any], _: Problem) -> tuple[Output, ...]:
-    made = [(name, dict(entry)) for name, entry in entries_of(tree, "outputs")]
-    return tuple(Output(name, one.pop("backend", backend_of(name, one)), one.pop("file"), one) for name, one in made)
+    outputs = []
+    for name, entry in entries_of(tree, "outputs"):
+        options = {key: value for key, value in entry.items() if key not in ("file", "backend")}
+        outputs.append(Output(name, entry.get("backend", backend_of(name, entry)), entry["file"], options))
+    return tuple(outputs)
 
 
 def _root(tree: Mapping[str, Any], _: Problem) -> Root:

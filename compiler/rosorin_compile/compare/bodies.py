@@ -17,17 +17,18 @@ from rosorin_compile.model.geometry import angle_between, dot, minus, norm, unit
 
 from .difference import JOINT, NAME, Item, Side
 from .names import (
+    JOINTS,
+    LINKS,
     Names,
     new_joint_names,
     new_link_names,
     prefix_of,
     renamed_robot,
-    with_joint_names,
-    with_link_names,
+    with_names,
     without_prefix,
 )
 from .precision import HERE, ROOT_THREE, TURNS, Placed, Precision, join_errors
-from .sentences import NEW, REMOVED, describe_rename, existence
+from .sentences import NEW, REMOVED, existence
 from .walk import Leaves, leaves
 
 
@@ -241,7 +242,7 @@ class Pairing(NamedTuple):
     def rename_leaves(self, at: int, found: Leaves, other: Leaves) -> Leaves:
         """Return leaves of A or B under the common names; ``other`` are those of the other robot."""
         for links, joints in self.steps[at]:
-            found = with_joint_names(with_link_names(found, links, other), joints, other)
+            found = with_names(with_names(found, links, LINKS, other), joints, JOINTS, other)
         return found
 
 
@@ -319,8 +320,8 @@ def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bo
             yield Item(JOINT, joint.name, "existence", text, *values)
     # The keys are the names in B without its prefix.
     for new, old in sorted(pairing.links.items(), key=lambda pair: pairing.a.order[pair[1]]):
-        yield Item(NAME, old, "name", describe_rename("link", old, new), old, new)
+        yield Item(NAME, old, "name", f"link {old} renamed to {new}", old, new)
     for new, old in pairing.joints.items():
         joint = a.joint.get(old)
         if joint is not None and (fixed_names or not joint.is_fixed):
-            yield Item(NAME, old, "name", describe_rename("joint", old, new), old, new)
+            yield Item(NAME, old, "name", f"joint {old} renamed to {new}", old, new)

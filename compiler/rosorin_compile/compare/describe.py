@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
-from rosorin_compile.model import Joint, Pose, Robot, Transform
+from rosorin_compile.model import Pose, Robot, Transform
 from rosorin_compile.model.geometry import pose_of
 from rosorin_compile.model.joint import MOVING_TYPES, SEVERAL_COORDINATES
 from rosorin_compile.source.numbers import amount
@@ -59,25 +59,6 @@ _UNITS = {
 }
 
 
-def unit_of(joint: Joint | None, quantity: str) -> str:
-    """Return the unit of a number of a joint, by its quantity ("limit lower", "kp"); empty for a bare number."""
-    words = quantity.split(" ")
-    found = next((_UNITS[end] for at in range(len(words)) if (end := " ".join(words[at:])) in _UNITS), ("", ""))
-    return found[joint is not None and joint.type == "prismatic"]
-
-
-def subject_of(address: Address) -> str:
-    """Return the subject of a sentence about a leaf."""
-    kind, name, quantity = address
-    if kind == "frame" and quantity in ("publisher", "topic"):
-        return f"{name}: {'published by' if quantity == 'publisher' else quantity}"
-    if kind in ("frame", "joint", "link") or kind == name:
-        return f"{name} {quantity}"
-    if kind == "height map":
-        return f"{name} height map {quantity}"
-    return f"pose {name}: {quantity}" if kind == "pose" else f"{kind} {name} {quantity}".rstrip()
-
-
 class Describer(NamedTuple):
     """Describes differences of leaves, under the names of a robot.
 
@@ -112,7 +93,11 @@ class Describer(NamedTuple):
         if isinstance(old, frozenset) or isinstance(new, frozenset):
             return set_change(f"{kind} {quantity}".strip(), old or (), new or ())
         if not quantity:
-            return self._existence(one)
+            word = NEW if old is None else REMOVED
+            if kind in ("frame", "link"):
+                return describe_attachment(self.robot, name, word, [self.sides[word == NEW]])
+            what, called = (f"{kind} of", name) if kind == "height map" else (kind, "" if kind == name else name)
+            return existence(word, what, called)
         if quantity == "mimic joint":
             return f"{name} mimics {self._mimic(name, 0)} -> {self._mimic(name, 1)}"
         if old is not None and new is not None:
@@ -128,20 +113,30 @@ class Describer(NamedTuple):
                 return cells_change(name, old, new, self.tolerance)
         if quantity == "rgba":
             return value_change(f"{kind} {name} colour", old, new)
-        return value_change(subject_of(one.address), old, new, self._unit(one.address, old if new is None else new))
+        subject = f"pose {name}: {quantity}" if kind == "pose" else f"{kind} {name} {quantity}".rstrip()
+        if kind == "frame" and quantity in ("publisher", "topic"):
+            subject = f"{name}: {'published by' if quantity == 'publisher' else quantity}"
+        elif kind in ("frame", "joint", "link") or kind == name:
+            subject = f"{name} {quantity}"
+        elif kind == "height map":
+            subject = f"{name} height map {quantity}"
+        return value_change(subject, old, new, self._unit(one.address, old if new is None else new))
 
     def _known(self, key: str, old: Sequence[float], new: Sequence[float]) -> float:
         return join_errors(self.precisions[0](key, *old), self.precisions[1](key, *new))
 
     def _unit(self, address: Address, value: Any) -> str:
         kind, name, quantity = address
-        if not is_number(value):
+        joint = self.robot.joint.get(name if kind == "joint" else quantity)
+        if not is_number(value) or (kind == "pose" and joint is None):
             return ""
         if kind == "joint":
-            return unit_of(self.robot.joint.get(name), quantity)
-        if kind == "pose":
-            joint = self.robot.joint.get(quantity)
-            return "" if joint is None else joint.unit
+            words = quantity.split(" ")
+            ends = (" ".join(words[at:]) for at in range(len(words)))
+            units = next((_UNITS[end] for end in ends if end in _UNITS), ("", ""))
+            return units[joint is not None and joint.type == "prismatic"]
+        if kind == "pose" and joint is not None:
+            return joint.unit
         usual = "m" if kind == "height map" else ""
         return {"rad per pulse": "rad", "radius": "m", "mass": "kg"}.get(quantity, usual)
 
@@ -161,15 +156,6 @@ class Describer(NamedTuple):
         small = max(NOISE, least / ROOT_THREE), max(NOISE, self.tolerance / TURNS + known[1])
         poses = Pose(old.xyz, near_angles(old.rpy, new.rpy)), new
         return describe_move(frame, (parents[0], parents[1]), poses, (distance, angle), least=small)
-
-    def _existence(self, one: Difference) -> str:
-        kind, name, _ = one.address
-        word = NEW if one.old is None else REMOVED
-        if kind in ("frame", "link"):
-            return describe_attachment(self.robot, name, word, [self.sides[word == NEW]])
-        if kind == "height map":
-            return existence(word, f"{kind} of", name)
-        return existence(word, kind, "" if kind == name else name)
 
 
 def describe_attachment(robot: Robot, name: str, word: str, sides: Sequence[Leaves]) -> str:
@@ -271,16 +257,14 @@ def _words(start: str, one: Solid, other: Solid) -> Iterator[str]:
     if not same_colour(one.rgba, other.rgba, tint):
         yield colour_change(start, one.rgba, other.rgba)
     with_file = one.kind == other.kind  # else the numbers name it
-    before, after = ([word for word in some.words if with_file or not _is_file(word)] for some in (one, other))
+    before, after = (
+        [word for word in some.words if with_file or not word.startswith("file ")] for some in (one, other)
+    )
     old, new = ([word for word in some if word not in rest] for some, rest in ((before, after), (after, before)))
     if len(old) == len(new) == 1 and old[0].split(" ")[0] == new[0].split(" ")[0]:
         yield f"{start}: {other.kind} {old[0]} -> {new[0].partition(' ')[2]}"
     elif old or new:
         yield f"{start}: {other.kind} {', '.join(old) or NO_WORD} -> {', '.join(new) or NO_WORD}"
-
-
-def _is_file(word: str) -> bool:
-    return word.startswith("file ")
 
 
 def _numbers(start: str, one: Solid, other: Solid) -> str:
@@ -316,7 +300,7 @@ def _parts(one: Solid, other: Solid, least: Apart) -> list[str]:
 
 def _sized(solid: Solid) -> str:
     if solid.kind == "mesh":
-        return " ".join(["mesh", *filter(_is_file, solid.words)])
+        return " ".join(["mesh", *(word for word in solid.words if word.startswith("file "))])
     sizes = [f"{name} {number(size)} m" for name, size in zip(SIZES[solid.kind], solid.sizes, strict=True)]
     return f"{solid.kind} ({', '.join(sizes)})"
 

@@ -127,17 +127,14 @@ def lines(difference: Difference, full: bool = False) -> list[str]:
     """Return a comparison as lines of plain text, the most important differences first, a summary last."""
     if difference.a is None or difference.b is None:
         return [*(str(diagnostic) for diagnostic in difference.diagnostics), difference.summary()]
-    shown = [f"{letter}: {_side(side)}" for letter, side in (("A", difference.a), ("B", difference.b))]
+    shown = []
+    for letter, side in (("A", difference.a), ("B", difference.b)):
+        joints = sum(not joint.is_fixed for joint in side.robot.joints)
+        sizes = f"{count_of(len(side.robot.links), 'link')}, {joints:,} that move{'s' if joints == 1 else ''}"
+        shown.append(f"{letter}: {side.label} ({side.format.word} of {side.robot.name}, {sizes})")
     shown += [item.text for item in difference.items]
     if not full and len(difference.items) > _MOST:
         shown[2 + _MOST :] = [f"... {count_of(len(difference.items) - _MOST, 'more difference')} (--full shows them)"]
     shown += [f"note: {note}" for note in difference.notes]
     shown += [f"not compared: {line}" for line in difference.not_compared]
     return [printable(line, keep="\t") for line in [*shown, difference.summary()]]
-
-
-def _side(side: Side) -> str:
-    robot = side.robot
-    links, joints = len(robot.links), sum(not joint.is_fixed for joint in robot.joints)
-    sizes = f"{count_of(links, 'link')}, {joints:,} that move{'s' if joints == 1 else ''}"
-    return f"{side.label} ({side.format.word} of {robot.name}, {sizes})"

@@ -58,17 +58,13 @@ class Solid(NamedTuple):
         return Box(minus(self.centre, half), plus(self.centre, half))  # type: ignore[arg-type]
 
     @property
-    def bare(self) -> Solid:
-        """The solid without its looks and names."""
-        return self._replace(words=(), rgba=None)
-
-    @property
-    def as_cylinder(self) -> Solid:
-        """A capsule as a cylinder of the same full length, as formats without capsules have it; all else unchanged."""
+    def plain(self) -> Solid:
+        """The solid without looks and names; a capsule as the cylinder that formats without capsules have for it."""
+        bare = self._replace(words=(), rgba=None)
         if self.kind != "capsule":
-            return self
+            return bare
         radius, length = self.sizes
-        return self._replace(kind="cylinder", sizes=(radius, length + 2 * radius))
+        return bare._replace(kind="cylinder", sizes=(radius, length + 2 * radius))
 
     def seen_from(self, place: Placed) -> Solid:
         """Return the solid in the frame in which its link is placed."""
@@ -218,26 +214,18 @@ def same_space(one: Sequence[Solid], other: Sequence[Solid], noise: float = POSE
     if not first or not second or len(first) != len(one) or len(second) != len(other):
         return False
     near = noise + POSE_NOISE + join_errors(*(max(solid.tolerance for solid in solids) for solids in (one, other)))
-    corners = [corner for box in (*first, *second) for corner in (box.lower, box.upper)]
-    marks = [_marks((corner[axis] for corner in corners), near) for axis in range(3)]
-    return math.prod(map(len, marks)) <= _MOST_CELLS and _filled(first, marks, near) == _filled(second, marks, near)
-
-
-def _marks(numbers: Iterable[float], near: float) -> list[float]:
-    """Return where boxes begin and end along an axis, sorted, without what is as good as the same."""
-    marks: list[float] = []
-    for number in sorted(numbers):
-        if not marks or number - marks[-1] > near:
-            marks.append(number)
-    return marks
-
-
-def _filled(boxes: Sequence[Box], marks: Sequence[Sequence[float]], near: float) -> set[tuple[int, ...]]:
-    filled: set[tuple[int, ...]] = set()
-    for box in boxes:
-        ends = zip(marks, box.lower, box.upper, strict=True)
-        filled.update(product(*(range(bisect_right(m, a + near), bisect_right(m, b + near)) for m, a, b in ends)))
-    return filled
+    marks: list[list[float]] = []  # where boxes begin and end along each axis
+    for axis in range(3):
+        ends = sorted(corner[axis] for box in (*first, *second) for corner in (box.lower, box.upper))
+        marks.append([end for at, end in enumerate(ends) if not at or end - ends[at - 1] > near])
+    if math.prod(map(len, marks)) > _MOST_CELLS:
+        return False
+    filled: list[set[tuple[int, ...]]] = [set(), set()]
+    for boxes, cells in zip((first, second), filled, strict=True):
+        for box in boxes:
+            sides = zip(marks, box.lower, box.upper, strict=True)
+            cells.update(product(*(range(bisect_right(m, a + near), bisect_right(m, b + near)) for m, a, b in sides)))
+    return filled[0] == filled[1]
 
 
 def largest_step(pairs: Iterable[tuple[Solid, Solid]]) -> float | None:

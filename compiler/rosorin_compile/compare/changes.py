@@ -208,7 +208,7 @@ def _same_solids(change: Change, pair: Pair, one: Difference) -> bool:
     for difference in (change.differences[0], one):
         moved = [one for one in shapes_change("", "", *solids_left(difference, pair.precisions)) if not one.looks]
         both = [[solid for each in moved for solid in each.old], [solid for each in moved for solid in each.new]]
-        sides.append([[solid.plain for solid in some] for some in both])
+        sides.append([[solid.as_cylinder._replace(words=(), rgba=None) for solid in some] for some in both])
     return all(some and same_set(some, others) for some, others in zip(*sides, strict=True))
 
 

@@ -256,10 +256,9 @@ def _words(start: str, one: Solid, other: Solid) -> Iterator[str]:
     tint = NOISE + join_errors(one.colour_tolerance, other.colour_tolerance)
     if not same_colour(one.rgba, other.rgba, tint):
         yield colour_change(start, one.rgba, other.rgba)
-    with_file = one.kind == other.kind  # else the numbers name it
-    before, after = (
-        [word for word in some.words if with_file or not word.startswith("file ")] for some in (one, other)
-    )
+    before, after = one.words, other.words
+    if one.kind != other.kind:  # the numbers name the file
+        before, after = (tuple(word for word in some if not word.startswith("file ")) for some in (before, after))
     old, new = ([word for word in some if word not in rest] for some, rest in ((before, after), (after, before)))
     if len(old) == len(new) == 1 and old[0].split(" ")[0] == new[0].split(" ")[0]:
         yield f"{start}: {other.kind} {old[0]} -> {new[0].partition(' ')[2]}"

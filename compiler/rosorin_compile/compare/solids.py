@@ -58,13 +58,12 @@ class Solid(NamedTuple):
         return Box(minus(self.centre, half), plus(self.centre, half))  # type: ignore[arg-type]
 
     @property
-    def plain(self) -> Solid:
-        """The solid without looks and names; a capsule as the cylinder that formats without capsules have for it."""
-        bare = self._replace(words=(), rgba=None)
+    def as_cylinder(self) -> Solid:
+        """A capsule as a cylinder of the same full length, as formats without capsules have it; all else unchanged."""
         if self.kind != "capsule":
-            return bare
+            return self
         radius, length = self.sizes
-        return bare._replace(kind="cylinder", sizes=(radius, length + 2 * radius))
+        return self._replace(kind="cylinder", sizes=(radius, length + 2 * radius))
 
     def seen_from(self, place: Placed) -> Solid:
         """Return the solid in the frame in which its link is placed."""

@@ -25,7 +25,7 @@ from typing import NamedTuple
 from markupsafe import Markup
 
 from rosorin_compile import model
-from rosorin_compile.formats.templating import Templates, attribute, attributes, comment
+from rosorin_compile.formats.templating import Templates, attributes, comment
 from rosorin_compile.model.colours import colours_of
 from rosorin_compile.model.geometry import plane_axes, pose_of
 from rosorin_compile.model.joint import Dynamics
@@ -241,7 +241,7 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
         pose, names = root if frame.depth == 0 else frame.pose, ""
         if frame.depth >= top:
             place = place_of(pose.xyz, pose.rpy, number)
-            names = attribute("name", bodies.body_name(robot, frame.name)) + attributes(**place)
+            names = attributes(name=bodies.body_name(robot, frame.name)) + attributes(**place)
             names += printer.print_values({**link.limited_values("mjcf"), **link.mjcf})
         free_joint = [_free_joint(robot, printer)] if free and not elements else []
         body = (
@@ -251,7 +251,7 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
             _inertial(_LEAST_INERTIAL if link.name in none else link.inertial, number),
             [] if joint is None else [printed[joint.name]] if joint.moves else several(joint, printer),
             made,
-            attribute("name", frame.name) + framed,
+            attributes(name=frame.name) + framed,
             [*parts.get(frame.name, ()), *map(printer.mark, link.marked)],
             [indent_lines(text, _indent(frame.depth - top + 1)) for text in link.mjcf_elements],
             [_indent(depth - top) for depth in range(frame.depth, (after.depth if after else top) - 1, -1)],

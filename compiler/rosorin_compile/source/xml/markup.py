@@ -320,9 +320,8 @@ class _Reader:
 
     def remark(self, kind: str, text: str, end: str) -> None:
         start = self.here()
-        made = Remark(
-            kind, text.strip() if kind == INSTRUCTION else text, start, self.text.index(end, start) + len(end)
-        )
+        text = text.strip() if kind == INSTRUCTION else text
+        made = Remark(kind, text, start, self.text.index(end, start) + len(end))
         outside = self.document.after if self.count else self.document.before
         (self.open.content if self.open else outside).append(made)
 

@@ -25,16 +25,13 @@ _HELP = "a template or a format is at fault, not the description: please report 
 
 
 class Pair(NamedTuple):
-    """One artifact: its output, and the leaves of the committed and of the compiled text.
-
-    ``renamed`` are the new names by those of before, by the kind of thing ("link", "joint"): ``old`` has the new ones.
-    """
+    """One artifact: its output, and the leaves of the committed and of the compiled text."""
 
     output: Output
-    old: Leaves
+    old: Leaves  # under the new names
     new: Leaves
     precisions: tuple[Precision, Precision]
-    renamed: Mapping[str, Names] = {}
+    renamed: Mapping[str, Names] = {}  # the new names by those of before, by kind ("link", "joint")
 
     @property
     def name(self) -> str:
@@ -49,10 +46,7 @@ def output_of(robot: Robot, artifact: Artifact) -> Output:
 
 
 def pair_of(robot: Robot, artifact: Artifact, committed: str) -> Pair | None:
-    """Return an artifact as it was and as it is; None if its format does not read it back.
-
-    Raises ValueError if the committed text is damaged.
-    """
+    """Return an artifact as it was and as it is; None if its format reads none. Raises ValueError if it is damaged."""
     format, output = FORMATS[artifact.backend], output_of(robot, artifact)
     if format.read is None:
         return None

@@ -213,22 +213,17 @@ def positions_of(*joints: Joint) -> list[float]:
 
 
 class Pairing(NamedTuple):
-    """Two robots, B under the names of A.
-
-    ``bodies`` are the bodies of A (by their topmost link) that B has too, with those of B; ``links`` and ``joints`` are
-    the names in A of what B calls otherwise, by B's name without its prefix; ``prefix`` is what all names of
-    ``prefixed`` ("A", "B" or "") begin with. ``steps`` are all new names of links and joints, of A and of B.
-    """
+    """Two robots, B under the names of A."""
 
     a: Bodies
     b: Bodies
-    bodies: Mapping[str, str]
-    links: Names
-    joints: Names
-    prefix: str
-    prefixed: str
+    bodies: Mapping[str, str]  # of A by their topmost link, with those of B
+    links: Names  # the names in A of what B calls otherwise, by B's name without its prefix
+    joints: Names  # as ``links``
+    prefix: str  # what all names of ``prefixed`` begin with
+    prefixed: str  # "A", "B" or ""
     tolerance: float
-    steps: tuple[list[tuple[Names, Names]], list[tuple[Names, Names]]]
+    steps: tuple[list[tuple[Names, Names]], list[tuple[Names, Names]]]  # all new names of links and joints, of A and B
 
     @property
     def shared(self) -> list[str]:

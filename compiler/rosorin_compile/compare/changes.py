@@ -34,19 +34,15 @@ _KINDS = {"frame": 0, "joint": 0, "link": 0, "height map": 0, "servo": 1, "pose"
 
 
 class Change(NamedTuple):
-    """One difference: what it is about, in words, and the artifacts that show it.
-
-    ``quantity`` is empty where the thing itself is new or gone. ``therefore`` are links whose shapes and masses differ
-    for no other reason. ``differences`` are the leaves that it reports.
-    """
+    """One difference, and the artifacts that show it."""
 
     kind: str
     name: str
-    quantity: str
-    text: str
+    quantity: str  # empty where the thing itself is new or gone
+    text: str  # it in words
     artifacts: tuple[str, ...] = ()
-    therefore: tuple[str, ...] = ()
-    differences: tuple[Difference, ...] = ()
+    therefore: tuple[str, ...] = ()  # links whose shapes and masses differ for no other reason
+    differences: tuple[Difference, ...] = ()  # the leaves that it reports
 
     def words(self) -> str:
         """Return the change in words, with what follows from it."""

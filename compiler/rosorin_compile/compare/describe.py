@@ -60,14 +60,11 @@ _UNITS = {
 
 
 class Describer(NamedTuple):
-    """Describes differences of leaves, under the names of a robot.
-
-    ``sides`` are the leaves of both values; ``precisions`` are how well their numbers are known.
-    """
+    """Describes differences of leaves, under the names of a robot."""
 
     robot: Robot
-    sides: tuple[Leaves, Leaves]
-    precisions: tuple[Precision, Precision] = (exact, exact)
+    sides: tuple[Leaves, Leaves]  # the leaves of both values
+    precisions: tuple[Precision, Precision] = (exact, exact)  # of their numbers
     tolerance: float = NOISE
 
     def describe(self, differences: Sequence[Difference]) -> Iterator[tuple[Difference, str]]:
@@ -208,10 +205,7 @@ def solids_left(
 def shapes_change(
     link: str, purpose: str, counts: tuple[int, int], removed: Sequence[Solid], added: Sequence[Solid]
 ) -> list[ShapeChange]:
-    """Return what became of the solids of a link, numbers first; ``counts`` are all of its solids before and after.
-
-    Of a few solids each is described; of more how many changed, and by how much.
-    """
+    """Return what became of the solids of a link: of a few each, of more how many; ``counts`` are before and after."""
     start, (before, after) = f"{link} {purpose}", counts
     is_few = max(len(removed), len(added)) <= FEW
     became = pair_by_place(removed, added) if is_few else [(at, at) for at in range(min(len(removed), len(added)))]

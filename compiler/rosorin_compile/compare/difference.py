@@ -44,23 +44,19 @@ Scalar = float | str | None
 
 @dataclass(frozen=True)
 class Item:
-    """One difference: of which kind, of what, in words, and as values in SI units.
-
-    ``name`` is the link or joint, as A calls it, or B where it is new. ``distance`` (m) and ``angle`` (rad) say how far
-    a frame is off, ``when`` at which positions of the joints, ``at`` where it is off the most.
-    """
+    """One difference, in words and as values in SI units."""
 
     kind: str
-    name: str
+    name: str  # of the link or joint, as A calls it, or B where it is new
     quantity: str
     text: str
     before: Scalar = None
     after: Scalar = None
     unit: str = ""
-    distance: float | None = None
-    angle: float | None = None
-    when: str = ""
-    at: Mapping[str, float] = field(default_factory=dict)
+    distance: float | None = None  # how far a frame is off, m
+    angle: float | None = None  # rad
+    when: str = ""  # at which positions of the joints
+    at: Mapping[str, float] = field(default_factory=dict)  # where it is off the most
 
 
 class Report(NamedTuple):

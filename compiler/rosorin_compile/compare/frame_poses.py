@@ -36,14 +36,10 @@ _LEAST = 1e-6  # rad, m: no difference of limits
 
 
 class Frames(NamedTuple):
-    """What the comparison of other things builds on.
+    """What the comparison of other things builds on."""
 
-    ``origins`` are the frames of bodies of A in which their shapes and masses are compared; ``flipped`` are joints that
-    count the other way round, each with whether its limits do, too.
-    """
-
-    origins: Mapping[str, str]
-    flipped: Mapping[str, bool]
+    origins: Mapping[str, str]  # frames of bodies of A in which shapes and masses are compared
+    flipped: Mapping[str, bool]  # joints that count the other way round: whether their limits do, too
 
 
 def compare_frames(pairing: Pairing, report: Report) -> Frames:
@@ -116,10 +112,7 @@ class _Frames:
         return gap(self.a.relative(source, target), self.b.relative(source, target), self.pairing.tolerance)
 
     def _in_place(self, clusters: list[list[str]], top: str, flipped: Collection[str]) -> list[list[str]]:
-        """Return the clusters of a body that are in their place seen from the body above, or one further up.
-
-        Further up counts only where the body above moved itself: over a long way rounding adds up.
-        """
+        """Return the clusters in their place in the body above, or in one further up if that body moved itself."""
         joint, upper = self.a.robot.joint_to[top], self.a.parent_of(top)
         goals = [joint.child if joint.child in cluster else cluster[0] for cluster in clusters]
         while upper is not None:

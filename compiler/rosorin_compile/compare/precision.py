@@ -1,7 +1,4 @@
-"""How precisely numbers are known: from the digits of a source, and through calculations with several of them.
-
-Numbers of a description are exact, those of a file as its digits say.
-"""
+"""How precisely numbers are known: of a description exactly, of a file as its digits say; and through calculations."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Compare two robots leaf by leaf, except frames, masses and shapes: values of joints, and every section.
-
-What one of two formats has no word for is a topic that is not compared; how much of it there is, is a line.
-"""
+"""Compare values of joints and every section of two robots; what a format has no word for is not compared."""
 
 from __future__ import annotations
 

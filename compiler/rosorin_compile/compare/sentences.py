@@ -1,7 +1,4 @@
-"""Put differences into sentences, wherever two robots are compared: what changed, then the values before and after.
-
-Numbers are short, with the digits that tell them apart. Small steps are in mm, deg and g.
-"""
+"""Put differences into sentences: what changed, then the values before and after, with the digits that differ."""
 
 from __future__ import annotations
 

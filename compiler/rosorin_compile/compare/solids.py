@@ -1,7 +1,4 @@
-"""Compare shapes as sets of solids, because their order in a file means nothing.
-
-Two solids are the same if they fill the same space, however they are written, as well as they are known.
-"""
+"""Compare shapes as sets of solids, in any order: equal if they fill the same space, as well as they are known."""
 
 from __future__ import annotations
 
@@ -33,21 +30,17 @@ _MOST_CELLS = 500_000
 
 
 class Solid(NamedTuple):
-    """A shape in the frame of its link: full sizes and middle (m), rotation, and how it looks and is called.
-
-    ``words`` is what else is known of it, such as "name skin" or "file a.stl". ``tolerance`` is how well its lengths
-    are known (m), ``turn_tolerance`` how well the entries of the rotation, ``colour_tolerance`` how well its colour.
-    """
+    """A shape in the frame of its link: full sizes and middle (m), rotation, and how it looks and is called."""
 
     kind: str
     sizes: tuple[float, ...]
     centre: Vector
     rows: Rows
-    words: tuple[str, ...] = ()
+    words: tuple[str, ...] = ()  # such as "name skin" or "file a.stl"
     rgba: Rgba | None = None
-    tolerance: float = 0.0
-    turn_tolerance: float = 0.0
-    colour_tolerance: float = 0.0
+    tolerance: float = 0.0  # of its lengths (m)
+    turn_tolerance: float = 0.0  # of the entries of the rotation
+    colour_tolerance: float = 0.0  # of its colour
 
     @property
     def box(self) -> Box | None:
@@ -228,10 +221,7 @@ def same_space(one: Sequence[Solid], other: Sequence[Solid], noise: float = POSE
 
 
 def largest_step(pairs: Iterable[tuple[Solid, Solid]]) -> float | None:
-    """Return by how much solids changed at most (m): faces of boxes, middles and sizes of others.
-
-    None if a solid became another kind of solid, or only turned, which no length says.
-    """
+    """Return by how much (m) solids changed at most: faces, middles, sizes; None for another kind or a mere turn."""
     largest = 0.0
     for one, other in pairs:
         if one.kind != other.kind:

@@ -1,7 +1,4 @@
-"""The graph of frames, and forward kinematics for many joint states at once.
-
-``Graph`` finds the way from one frame to another through joints and the transforms of other nodes.
-"""
+"""The graph of frames with the ways between them, and forward kinematics for many joint states at once."""
 
 from __future__ import annotations
 

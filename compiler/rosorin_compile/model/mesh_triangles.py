@@ -55,14 +55,11 @@ class NotThere(ExtractProblem):
 
 @dataclass(frozen=True)
 class TriangleMesh:
-    """Triangles of a mesh: ``triangles`` is (n, 3, 3), corners in metres, counter-clockwise seen from outside.
-
-    ``colours`` has the length of each run of triangles and its colour (sRGB, 0 to 1), or None if the file has none.
-    """
+    """Triangles of a mesh."""
 
     name: str
-    triangles: Floats
-    colours: tuple[tuple[int, Colour | None], ...] = ()
+    triangles: Floats  # (n, 3, 3): corners in metres, counter-clockwise seen from outside
+    colours: tuple[tuple[int, Colour | None], ...] = ()  # the length of each run and its colour (sRGB, 0 to 1)
 
     FORMATS: ClassVar[tuple[str, ...]] = ("stl", "obj", "dae", "gltf", "glb")
 
@@ -233,10 +230,7 @@ def _pieces(path: Path, loaded: Any) -> Iterator[tuple[Floats, Colour | None]]:
 
 
 class _Resolver:
-    """Gives trimesh the side files of a mesh, from its folder or below: buffers of a .gltf, and materials of an .obj.
-
-    A material with an image is white.
-    """
+    """Gives trimesh the side files of a mesh in its folder or below; a material with an image becomes white."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = files.resolve(folder)

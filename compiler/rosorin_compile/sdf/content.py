@@ -73,17 +73,13 @@ SOLIDS = {
 
 
 class Content(NamedTuple):
-    """The links of an SDF with their inertials, and its frames with what they are attached to.
-
-    ``carrier`` is the link of SDF for each link, itself or the one that it is a frame of; the world has none.
-    ``canonical`` is the link that stands for the whole model, ``weightless`` are links that have the least mass.
-    """
+    """The links of an SDF with their inertials, and its frames with what they are attached to."""
 
     inertials: Mapping[str, Inertial]
     attached: Mapping[str, str]
-    carrier: Mapping[str, str]
-    canonical: str
-    weightless: tuple[str, ...]
+    carrier: Mapping[str, str]  # the link of SDF for each link: itself or the one that it is a frame of
+    canonical: str  # the link that stands for the model
+    weightless: tuple[str, ...]  # links that have the least mass
 
     def in_order(self, links: Iterable[str]) -> Iterator[str]:
         """Yield links in their order, but a frame after what it is attached to: Drake 1.51 places it wrongly before."""

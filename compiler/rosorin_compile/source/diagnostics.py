@@ -77,21 +77,16 @@ class MadeSpan(Span):
 
 @dataclass(frozen=True)
 class Suggestion:
-    """The help for an unknown name (``word``), computed for the diagnostics that are shown.
-
-    ``others`` are compared with it if no candidate is similar; if they are not either, ``otherwise`` is before the list
-    of candidates, or ``instead`` or ``details`` in its place; ``details`` also follow a similar name. ``none`` is the
-    help if there are no candidates. ``places`` are where they are defined.
-    """
+    """The help for an unknown name (``word``), computed for the diagnostics that are shown."""
 
     word: str
-    candidates: Collection[str]
-    otherwise: str = ""
-    instead: str = ""
-    details: str = ""
-    none: str = ""
-    places: Mapping[str, Span] = field(default_factory=dict)
-    others: Collection[str] = ()
+    candidates: Collection[str]  # one that is similar is suggested
+    otherwise: str = ""  # before the list of candidates, if none is similar
+    instead: str = ""  # in the place of that list
+    details: str = ""  # as ``instead``; also after a similar name
+    none: str = ""  # the help if there are no candidates
+    places: Mapping[str, Span] = field(default_factory=dict)  # where they are defined
+    others: Collection[str] = ()  # compared if no candidate is similar
 
     def __call__(self) -> str:
         return self._help

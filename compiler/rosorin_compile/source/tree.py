@@ -12,16 +12,13 @@ Path = tuple[str | int, ...]
 
 
 class Instance(NamedTuple):
-    """How a piece of the tree got to its place: included, or instantiated (``made``), at ``span``, within ``parent``.
-
-    ``prefix`` is what a part puts before its names, with the prefixes of the parts around it.
-    """
+    """How a piece of the tree got to its place ``span``: included, or instantiated."""
 
     message: str
     span: Span
     parent: Instance | None = None
-    made: bool = False
-    prefix: str = ""
+    made: bool = False  # instantiated
+    prefix: str = ""  # what a part puts before its names, with the prefixes of the parts around it
 
     def stack(self) -> Iterator[Related]:
         """Yield the places passed through, innermost first; of very many only the first and the last."""

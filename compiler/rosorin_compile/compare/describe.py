@@ -12,31 +12,8 @@ from rosorin_compile.model.joint import MOVING_TYPES, SEVERAL_COORDINATES
 from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.wording import count_of
 
+from . import sentences
 from .precision import NOISE, ROOT_THREE, TURNS, Precision, exact, join_errors
-from .sentences import (
-    AXES,
-    NEW,
-    REMOVED,
-    Apart,
-    axis_change,
-    cells_change,
-    centre_change,
-    colour_change,
-    coordinates,
-    describe_move,
-    existence,
-    far,
-    inertia_change,
-    is_number,
-    near_angles,
-    number,
-    number_pair,
-    row,
-    set_change,
-    step,
-    value_change,
-    with_remark,
-)
 from .solids import SIZES, Solid, largest_step, match, same_colour, turned_by
 from .walk import Address, Difference, Leaves, Shapes, known_inertia, same_turn
 
@@ -88,28 +65,29 @@ class Describer(NamedTuple):
         """Return a difference in words."""
         (kind, name, quantity), old, new = one
         if isinstance(old, frozenset) or isinstance(new, frozenset):
-            return set_change(f"{kind} {quantity}".strip(), old or (), new or ())
+            return sentences.set_change(f"{kind} {quantity}".strip(), old or (), new or ())
         if not quantity:
-            word = NEW if old is None else REMOVED
+            word = sentences.NEW if old is None else sentences.REMOVED
             if kind in ("frame", "link"):
-                return describe_attachment(self.robot, name, word, [self.sides[word == NEW]])
+                return describe_attachment(self.robot, name, word, [self.sides[word == sentences.NEW]])
             what, called = (f"{kind} of", name) if kind == "height map" else (kind, "" if kind == name else name)
-            return existence(word, what, called)
+            return sentences.existence(word, what, called)
         if quantity == "mimic joint":
             return f"{name} mimics {self._mimic(name, 0)} -> {self._mimic(name, 1)}"
         if old is not None and new is not None:
             if isinstance(old, Pose) and isinstance(new, Pose) and kind == "frame":
                 return self._placed(name, old, new)
             if quantity == "axis":
-                return axis_change(name, old, new)
+                return sentences.axis_change(name, old, new)
             if quantity == "centre of mass":
-                return centre_change(name, old, new, self._known("xyz", old, new) + self.tolerance)
+                return sentences.centre_change(name, old, new, self._known("xyz", old, new) + self.tolerance)
             if quantity == "inertia":
-                return inertia_change(name, old, new, known_inertia(old, new, self.precisions, self.tolerance))
+                least = known_inertia(old, new, self.precisions, self.tolerance)
+                return sentences.inertia_change(name, old, new, least)
             if quantity == "heights":
-                return cells_change(name, old, new, self.tolerance)
+                return sentences.cells_change(name, old, new, self.tolerance)
         if quantity == "rgba":
-            return value_change(f"{kind} {name} colour", old, new)
+            return sentences.value_change(f"{kind} {name} colour", old, new)
         subject = f"pose {name}: {quantity}" if kind == "pose" else f"{kind} {name} {quantity}".rstrip()
         if kind == "frame" and quantity in ("publisher", "topic"):
             subject = f"{name}: {'published by' if quantity == 'publisher' else quantity}"
@@ -117,7 +95,7 @@ class Describer(NamedTuple):
             subject = f"{name} {quantity}"
         elif kind == "height map":
             subject = f"{name} height map {quantity}"
-        return value_change(subject, old, new, self._unit(one.address, old if new is None else new))
+        return sentences.value_change(subject, old, new, self._unit(one.address, old if new is None else new))
 
     def _known(self, key: str, old: Sequence[float], new: Sequence[float]) -> float:
         return join_errors(self.precisions[0](key, *old), self.precisions[1](key, *new))
@@ -125,7 +103,7 @@ class Describer(NamedTuple):
     def _unit(self, address: Address, value: Any) -> str:
         kind, name, quantity = address
         joint = self.robot.joint.get(name if kind == "joint" else quantity)
-        if not is_number(value) or (kind == "pose" and joint is None):
+        if not sentences.is_number(value) or (kind == "pose" and joint is None):
             return ""
         if kind == "joint":
             words = quantity.split(" ")
@@ -140,7 +118,7 @@ class Describer(NamedTuple):
     def _mimic(self, joint: str, side: int) -> str:
         of = self.sides[side].get(("joint", joint), {})
         leader, factor, offset = of.get("mimic joint"), of.get("mimic multiplier", 1.0), of.get("mimic offset", 0.0)
-        return f"{leader} * {number(factor)} + {number(offset)}" if leader else "nothing"
+        return f"{leader} * {sentences.number(factor)} + {sentences.number(offset)}" if leader else "nothing"
 
     def _placed(self, frame: str, old: Pose, new: Pose) -> str:
         known = self._known("xyz", old.xyz, new.xyz), self._known("rpy", old.rpy, new.rpy)
@@ -151,8 +129,8 @@ class Describer(NamedTuple):
         angle = old.transform().angle_to(new.transform()) if turned else 0.0
         parents = [str(side.get(("frame", frame), {}).get("parent", "")) for side in self.sides]
         small = max(NOISE, least / ROOT_THREE), max(NOISE, self.tolerance / TURNS + known[1])
-        poses = Pose(old.xyz, near_angles(old.rpy, new.rpy)), new
-        return describe_move(frame, (parents[0], parents[1]), poses, (distance, angle), least=small)
+        poses = Pose(old.xyz, sentences.near_angles(old.rpy, new.rpy)), new
+        return sentences.describe_move(frame, (parents[0], parents[1]), poses, (distance, angle), least=small)
 
 
 def describe_attachment(robot: Robot, name: str, word: str, sides: Sequence[Leaves]) -> str:
@@ -164,13 +142,13 @@ def describe_attachment(robot: Robot, name: str, word: str, sides: Sequence[Leav
     parent = next(filter(None, (frame.get("parent") for frame in frames)), "")
     nodes = (of.get("publisher", "") for of in frames if "topic" in of or of.get("publisher", "").startswith("nobody"))
     publisher = next(filter(None, nodes), "")
-    if word == NEW and name in robot.joint_to:
+    if word == sentences.NEW and name in robot.joint_to:
         published = robot.joint_to[name].publisher
         publisher = published.name if published.publishes else "nobody"
     how = [f"{kind} on {parent}".strip() if parent else "the root", joint]
     how += [f"published by {publisher.split(':')[0]}"] if publisher else []
     is_solid = any(key in side.get(("link", name), {}) for side in sides for key in ("mass", "collision", "visual"))
-    return existence(word, "link" if is_solid else "frame", name, how)
+    return sentences.existence(word, "link" if is_solid else "frame", name, how)
 
 
 def joint_of(leaves: Leaves, child: str) -> str:
@@ -249,7 +227,7 @@ def _words(start: str, one: Solid, other: Solid) -> Iterator[str]:
     """Yield what changed of a solid besides its numbers: its colour, name, material or file."""
     tint = NOISE + join_errors(one.colour_tolerance, other.colour_tolerance)
     if not same_colour(one.rgba, other.rgba, tint):
-        yield colour_change(start, one.rgba, other.rgba)
+        yield sentences.colour_change(start, one.rgba, other.rgba)
     before, after = one.words, other.words
     if one.kind != other.kind:  # the numbers name the file
         before, after = (tuple(word for word in some if not word.startswith("file ")) for some in (before, after))
@@ -270,23 +248,24 @@ def _numbers(start: str, one: Solid, other: Solid) -> str:
     return f"{start}:{kind} {', '.join(parts)}" if parts else ""
 
 
-def _parts(one: Solid, other: Solid, least: Apart) -> list[str]:
+def _parts(one: Solid, other: Solid, least: sentences.Apart) -> list[str]:
     """Return what became of the kind, the size and the place of a solid; ``least`` and below is no difference."""
     parts = []
     boxes = [solid.box for solid in (one, other)]
     if one.kind != other.kind:
         parts.append(f"{_sized(one)} -> {_sized(other)}")
     elif one.kind == "mesh":
-        parts += [f"scale {row(one.sizes)} -> {row(other.sizes)}"] if one.sizes != other.sizes else []
+        if one.sizes != other.sizes:
+            parts.append(f"scale {sentences.row(one.sizes)} -> {sentences.row(other.sizes)}")
     else:
         names, values = list(SIZES[one.kind]), [one.sizes, other.sizes]
         if boxes[0] and boxes[1]:
-            names = [f"{end} {axis}" for end in ("min", "max") for axis in AXES]
+            names = [f"{end} {axis}" for end in ("min", "max") for axis in sentences.AXES]
             values = [(*box.lower, *box.upper) for box in boxes if box]
         steps = [(name, a, b) for name, a, b in zip(names, *values, strict=True) if abs(b - a) > least[0]]
-        texts = [f"{name} {' -> '.join(number_pair(a, b))} m" for name, a, b in steps]
-        by = step(steps[0][2] - steps[0][1], steps[0][1], "m") if len(steps) == 1 else ""
-        parts += [with_remark(", ".join(texts), by)] if texts else []
+        texts = [f"{name} {' -> '.join(sentences.number_pair(a, b))} m" for name, a, b in steps]
+        by = sentences.step(steps[0][2] - steps[0][1], steps[0][1], "m") if len(steps) == 1 else ""
+        parts += [sentences.with_remark(", ".join(texts), by)] if texts else []
     # The corners of a box along the axes say where it is.
     return parts if boxes[0] and boxes[1] else parts + _place(one, other, least)
 
@@ -294,11 +273,11 @@ def _parts(one: Solid, other: Solid, least: Apart) -> list[str]:
 def _sized(solid: Solid) -> str:
     if solid.kind == "mesh":
         return " ".join(["mesh", *(word for word in solid.words if word.startswith("file "))])
-    sizes = [f"{name} {number(size)} m" for name, size in zip(SIZES[solid.kind], solid.sizes, strict=True)]
+    sizes = [f"{name} {sentences.number(size)} m" for name, size in zip(SIZES[solid.kind], solid.sizes, strict=True)]
     return f"{solid.kind} ({', '.join(sizes)})"
 
 
-def _place(one: Solid, other: Solid, least: Apart) -> list[str]:
+def _place(one: Solid, other: Solid, least: sentences.Apart) -> list[str]:
     distance, angle = math.dist(one.centre, other.centre), turned_by(one, other)
     distance, angle = (distance if distance > least[0] else 0.0), (angle if angle > least[1] else 0.0)
     if not distance and not angle:
@@ -306,5 +285,5 @@ def _place(one: Solid, other: Solid, least: Apart) -> list[str]:
     old, new = (pose_of(Transform(solid.rows, solid.centre)) for solid in (one, other))
     # No angle jumps by a full turn.
     roll, pitch, yaw = (b - math.tau * round((b - a) / math.tau) for a, b in zip(old.rpy, new.rpy, strict=True))
-    steps = coordinates(old, Pose(new.xyz, (roll, pitch, yaw)), (distance, angle), least)
-    return [with_remark(far(distance, angle, verbs=True), steps)]
+    steps = sentences.coordinates(old, Pose(new.xyz, (roll, pitch, yaw)), (distance, angle), least)
+    return [sentences.with_remark(sentences.far(distance, angle, verbs=True), steps)]

@@ -16,18 +16,7 @@ from rosorin_compile.model.geometry import pose_of
 from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.progress import Progress
 
-from .bodies import (
-    Bodies,
-    Gap,
-    Pairing,
-    axis_shift,
-    axis_turn,
-    gap,
-    has_axis,
-    motion_of,
-    positions_of,
-    same_motion,
-)
+from .bodies import Bodies, Gap, Pairing, axis_shift, axis_turn, gap, has_axis, motion_of, positions_of, same_motion
 from .difference import FRAME, JOINT, Item, Report
 from .precision import Placed
 from .sentences import axis_change, describe_move, far, near_angles, number, row, several, text_of, value_change

@@ -141,10 +141,7 @@ class Driving:
         return angles
 
     def speeds(self, twist: Twist, angles: Mapping[str, float] | None = None) -> dict[str, float]:
-        """Return the speeds (rad/s) of the wheels; ``angles`` (rad, by joint) are those of the steering if it is set.
-
-        ``vy`` of a base that does not move sideways is ignored.
-        """
+        """Return the speeds (rad/s) of the wheels; ``angles`` (rad, by joint) are those of the steering, if set."""
         twist = twist if self.slides else twist._replace(vy=0.0)
         angles = self.angles(twist) if angles is None else angles
         rows = {wheel.joint: self._row(wheel, angles) for wheel in self.wheels}

@@ -126,10 +126,7 @@ class Graph:
         raise NoWay(source, target, tuple(missing) if frame == source else ())
 
     def tree(self, base: str, every: bool = False) -> dict[str, Move]:
-        """Return the last move to each frame that can be reached, nearest first; by default with known numbers.
-
-        Raises KeyError for an unknown frame.
-        """
+        """Return the last move to each frame in reach, nearest first, by default with numbers. Raises KeyError."""
         reached: dict[str, Move] = {}
         waiting = deque([base])
         while waiting:

@@ -67,10 +67,7 @@ class TriangleMesh:
     def of_shape(
         cls, case: Case, shape: tuple[str, str, int], files: Mapping[str, Path], coloured: bool = False
     ) -> TriangleMesh | Diagnostic:
-        """Return the mesh of a shape (link, "visual" or "collision", index), or a warning if it cannot be read.
-
-        ``files`` are mesh files by the names in the description.
-        """
+        """Return the mesh of a shape (link, purpose, index), by name in ``files``, or a warning without it."""
         link, purpose, number = shape
         mesh = getattr(case.robot.link[link], purpose)[number].geometry
         message, help = f'the mesh {mesh.file} of link "{link}" is not found', "its shape is left out here"

@@ -1,7 +1,4 @@
-"""Values that only simulations use: actuators, contact, constraints, and the elements of sensors.
-
-Attributes without a key in the language have their names in MuJoCo, in SI units (``Values``).
-"""
+"""Values that only simulations use; attributes without a key in the language have their MuJoCo names, in SI units."""
 
 from __future__ import annotations
 

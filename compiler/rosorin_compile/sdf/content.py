@@ -279,10 +279,7 @@ def collision_elements(numbers: Mapping[str, str], present: Collection[str]) -> 
 
 
 def own_elements(texts: Sequence[str], *within: str) -> tuple[list[Element], Mapping[str, list[str]]]:
-    """Return the contents of the <sdf> of an entry: elements, and as text the contents of the elements ``within``.
-
-    ``within`` are the elements (tag/tag) that the entry has in any case; the texts are by those.
-    """
+    """Return the contents of the <sdf> of an entry: elements, and of those at the paths ``within`` their texts."""
     found, inner = list[Element](), dict[str, list[str]]()
     waiting = [("", block) for block in _elements(texts, "sdf")]
     while waiting:

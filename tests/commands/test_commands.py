@@ -2,10 +2,10 @@
 
 A page is a list of scenarios, one a heading "## ". Each runs in an empty folder, with the files and commands above the
 first heading before it. ``<!-- project: rosorin -->`` there copies that robot first, ``handy`` another, ``toy``
-installs the plug-in examples/rosorin-toy; ``<!-- copy: FOLDER -->`` copies what a folder of the repository contains.
-``<!-- slow -->`` there makes a page slow; ``<!-- needs: mujoco -->`` anywhere skips a scenario where that module is not
-installed. ``[exit N]`` ends the output of a command that fails. ``rosorin-compile ... < FILE`` and ``cd FOLDER`` are
-understood; the rest is bash.
+installs the plug-in examples/rosorin-toy. ``<!-- slow -->`` there makes a page slow. ``<!-- copy: FOLDER -->`` anywhere
+copies what a folder of the repository contains; ``<!-- needs: mujoco -->`` anywhere skips a scenario where that module
+is not installed. ``[exit N]`` ends the output of a command that fails. ``rosorin-compile ... < FILE`` and ``cd FOLDER``
+are understood; the rest is bash.
 
     python tests/renew.py commands [PAGE...]
 
@@ -71,7 +71,7 @@ class Scenario(NamedTuple):
         folder.mkdir()
         for name in PROJECT.findall(self.head):
             PROJECTS[name](folder)
-        for name in COPY.findall(self.head):
+        for name in COPY.findall(self.head + self.text):
             shutil.copytree(ROOT / name, folder, dirs_exist_ok=True)
         made = play_text(self.head + self.text, folder, testing=True)
         return [one._replace(printed=[self._plain(line, folder) for line in one.printed]) for one in made]

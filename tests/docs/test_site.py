@@ -4,14 +4,8 @@ import re
 import shutil
 import subprocess
 import sys
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
-from functools import partial
 from html.parser import HTMLParser
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -19,16 +13,10 @@ from support.paths import DOCS, ROOT
 
 CONFIGURATION = (ROOT / "zensical.toml").read_text("utf-8")
 PAGES = sorted(path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md") if not path.name.startswith("_"))
-CHROMIUM = shutil.which("chromium")
 # Browsers load the targets of these attributes; that of a link to click is not loaded.
 LOADED = {"src", "srcset", "data", "poster"}
 LOADED_LINKS = {"stylesheet", "icon", "preload", "modulepreload", "prefetch", "preconnect", "dns-prefetch", "manifest"}
 ELSEWHERE = re.compile(r"^\s*(?:\w+:)?//")
-# Only from this host, and what the page itself contains; the browser posts each violation to /violation.
-POLICY = (
-    "default-src 'self'; script-src 'self' 'unsafe-inline' blob:; style-src 'self' 'unsafe-inline'; "
-    "img-src 'self' data:; report-uri /violation"
-)
 
 
 class Loads(HTMLParser):
@@ -111,53 +99,3 @@ def test_no_page_loads_anything_from_another_host(site: Path) -> None:
         loaded = re.findall(r"(?:url\(|@import\s)\s*[\"']?((?:https?:)?//[^\"')\s]+)", path.read_text("utf-8"))
         found += [f"{path.name}: {address}" for address in loaded]
     assert found == []
-
-
-class Handler(SimpleHTTPRequestHandler):
-    """Serve the site with the policy; collect what the browser requests and reports."""
-
-    def __init__(self, *arguments: Any, log: list[str], **more: Any) -> None:
-        self.log = log
-        super().__init__(*arguments, **more)
-
-    def end_headers(self) -> None:
-        self.send_header("Content-Security-Policy", POLICY)
-        super().end_headers()
-
-    def do_POST(self) -> None:
-        self.log.append(self.rfile.read(int(self.headers["Content-Length"])).decode())
-        self.send_response(204)
-        self.end_headers()
-
-    def log_request(self, *_: object) -> None:
-        self.log.append(self.path)
-
-
-@contextmanager
-def served(site: Path) -> Iterator[tuple[str, list[str]]]:
-    """Serve a folder; give its address, and the requests and violations so far."""
-    log: list[str] = []
-    handler = partial(Handler, directory=str(site), log=log)
-    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
-        thread = threading.Thread(target=server.serve_forever)
-        thread.start()
-        yield f"http://127.0.0.1:{server.server_port}/", log
-        server.shutdown()
-        thread.join()
-
-
-def opened(address: str, profile: Path) -> None:
-    options = ("--headless", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=8000", "--dump-dom")
-    command = [str(CHROMIUM), *options, f"--user-data-dir={profile}", address]
-    subprocess.run(command, check=True, capture_output=True, timeout=120)
-
-
-@pytest.mark.slow
-@pytest.mark.tier("outside")
-@pytest.mark.skipif(CHROMIUM is None, reason="Chromium opens the pages")
-def test_scripts_load_nothing_from_another_host(site: Path, tmp_path: Path) -> None:
-    with served(site) as (address, log):
-        for page in ("README.md", "language.md", "frames.md"):
-            opened(address + folder_of(page), tmp_path / "profile")
-    assert "/search.json" in log
-    assert [entry for entry in log if not entry.startswith("/")] == []

@@ -113,8 +113,8 @@ HARDWARE = (
 @pytest.mark.parametrize(
     ("body", "right", "wrong", "reason"),
     [
-        (WHEEL, '"0.25"', '"9"', "a_wheel moved"),
-        (HARDWARE, "slow/Slow", "fast/Slow", '<ros2_control name="x">: it is different'),
+        (WHEEL, '"#0.25"', '"#9"', "a_wheel moved"),
+        (HARDWARE, "slow/Slow", "fast/Slow", "robot element ros2_control x plugin slow/Slow -> fast/Slow"),
     ],
 )
 def test_a_macro_that_is_translated_wrongly_is_written_out(

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 from rosorin_compile.language.schema import own_schema
 from support.paths import SCHEMAS
-
-KEY, PATTERN, OTHER, ITEM, WAY = "key", "pattern", "other key", "item", "way"
-WAYS = ("oneOf", "anyOf", "allOf")
 
 
 def schema(name: str) -> Any:
@@ -18,35 +14,6 @@ def schema(name: str) -> Any:
     if name == "description":  # of which pieces stand in the folders of sections
         return own_schema()
     return json.loads((SCHEMAS / f"{name}.schema.json").read_text("utf-8"))
-
-
-class Inner(NamedTuple):
-    """A schema within a schema: of a key by its name, of keys by their pattern, of all other keys, of items, a way.
-
-    Items of a list that has a schema for each place have its number for a name, a way has its word and number.
-    """
-
-    kind: str
-    name: str
-    fragment: Mapping[str, Any]
-
-
-def inner(fragment: Mapping[str, Any]) -> Iterator[Inner]:
-    """Yield the schemas right within a schema; what it refers to is none of them."""
-    for name, value in sorted(fragment.get("properties", {}).items()):
-        yield Inner(KEY, name, value)
-    for pattern, value in sorted(fragment.get("patternProperties", {}).items()):
-        yield Inner(PATTERN, pattern, value)
-    if isinstance(fragment.get("additionalProperties"), dict):
-        yield Inner(OTHER, "", fragment["additionalProperties"])
-    items = fragment.get("items")
-    if isinstance(items, dict):
-        yield Inner(ITEM, "", items)
-    for number, value in enumerate(items if isinstance(items, list) else ()):
-        yield Inner(ITEM, str(number), value)
-    for way in WAYS:
-        for number, value in enumerate(fragment.get(way, ())):
-            yield Inner(WAY, f"{way}{number}", value)
 
 
 def properties(described: Any, path: str = "") -> list[tuple[str, Any]]:

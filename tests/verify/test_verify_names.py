@@ -46,19 +46,6 @@ def test_not_all_frames_begin_with_a_prefix(tmp_path: Path) -> None:
     ]
 
 
-def test_a_prefix_in_text() -> None:
-    text = "transforms:\n" + "".join(
-        f"- header: {{stamp: {{sec: 1, nanosec: 0}}, frame_id: r1/{parent}}}\n  child_frame_id: r1/{child}\n"
-        "  transform: {translation: {x: 0, y: 0, z: 0}, rotation: {x: 0, y: 0, z: 0, w: 1}}\n"
-        for parent, child in (("odom", "base_link"), ("map", "odom"))
-    )
-    assert [one.message for one in judged("-", text).findings] == [
-        "all frames begin with r1/, those of the description do not"
-    ]
-    slashed = "header: {stamp: {sec: 1, nanosec: 0}, frame_id: /laser}\nranges: []\n"
-    assert "frame-with-slash" in rules(judged("-", slashed))
-
-
 def fleet(unprefixed: str = "") -> list[Message]:
     """Two robots on one /tf: all frames have a prefix but the map, and topics of sensors a namespace."""
     said = []

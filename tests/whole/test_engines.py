@@ -46,7 +46,6 @@ FREE: dict[str, dict[str, str]] = {
 FIXED: dict[str, dict[str, str]] = {"ur5e": {}}
 # What has layers of its own says itself who touches whom, and accepts the rule not-in-mjx.
 LAYERED = ["porter"]
-SAMPLE = ("omni_base",)  # at a landing
 SECONDS = 2.0
 DROP = 0.005  # m: where a robot begins above the floor
 SAME = 0.002  # m
@@ -118,25 +117,16 @@ def answers(python: str, asked: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return [json.loads(line) for line in ran.stdout.splitlines() if line.startswith("{")]
 
 
-def judge(robots: Robots) -> None:
-    """Hold what engines make of a robot: nothing runs away, and where it stands free it stands alike."""
+@pytest.mark.tier("engines")
+@pytest.mark.parametrize("name", sorted({*FREE, *FIXED}))
+def test_every_robot_settles_alike_everywhere(name: str, tmp_path: Path) -> None:
+    """Nothing runs away, and what stands free stands at the same height in each engine."""
+    robots = written(name, tmp_path)
     found = stepped(robots)
     assert [(key, said) for key, said in found.items() if not said.get("finite")] == []
     if robots.free:
         heights = {key: said["stands"] for key, said in found.items()}
         assert max(heights.values()) - min(heights.values()) < SAME, heights
-
-
-@pytest.mark.tier("engines")
-@pytest.mark.parametrize("name", SAMPLE)
-def test_a_robot_settles_alike_everywhere(name: str, tmp_path: Path) -> None:
-    judge(written(name, tmp_path))
-
-
-@pytest.mark.tier("engines")
-@pytest.mark.parametrize("name", sorted({*FREE, *FIXED} - {*SAMPLE}))
-def test_every_robot_settles_alike_everywhere(name: str, tmp_path: Path) -> None:
-    judge(written(name, tmp_path))
 
 
 def in_mjx(file: Path) -> dict[str, Any]:
@@ -149,28 +139,14 @@ def in_mjx(file: Path) -> dict[str, Any]:
     return said
 
 
-@pytest.mark.parametrize("name", SAMPLE)
-def test_mjx_takes_a_robot(name: str, tmp_path: Path) -> None:
+@pytest.mark.landing("engines", "omni_base")
+@pytest.mark.parametrize("name", sorted({*FREE, *FIXED}))
+def test_mjx_takes_a_robot_unless_the_rule_names_it(name: str, tmp_path: Path) -> None:
     robots = written(name, tmp_path)
+    (output,) = [one for one in robots.robot.outputs if one.backend == "mjcf"]
+    assert bool(list(refused_by_mjx(robots.robot, output))) == (name in LAYERED)
     said = in_mjx(robots.files["mjcf"])
-    assert said.get("finite"), said
-    (output,) = [one for one in robots.robot.outputs if one.backend == "mjcf"]
-    assert not list(refused_by_mjx(robots.robot, output))
-
-
-@pytest.mark.tier("engines")
-@pytest.mark.parametrize("name", sorted({*FREE, *FIXED} - {*SAMPLE, *LAYERED}))
-def test_mjx_takes_every_robot(name: str, tmp_path: Path) -> None:
-    test_mjx_takes_a_robot(name, tmp_path)
-
-
-@pytest.mark.tier("engines")
-@pytest.mark.parametrize("name", LAYERED)
-def test_mjx_refuses_what_a_robot_accepts(name: str, tmp_path: Path) -> None:
-    robots = written(name, tmp_path)
-    (output,) = [one for one in robots.robot.outputs if one.backend == "mjcf"]
-    assert list(refused_by_mjx(robots.robot, output))
-    assert "not implemented" in in_mjx(robots.files["mjcf"]).get("refused", "")
+    assert "not implemented" in said.get("refused", "") if name in LAYERED else said.get("finite"), said
 
 
 @pytest.mark.landing("engines", "not-in-mjx")

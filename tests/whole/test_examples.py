@@ -18,7 +18,6 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import NOTE
 from rosorin_compile.source.diagnostics import text as report
-from support.engines import pose as placed
 from support.paths import ROOT
 from support.robots import compiled, texts
 from support.round_trip import differences
@@ -39,12 +38,6 @@ MASSES = {
     "ackermann_car": 1.4 + 4 * 0.08 + 2 * 0.04,
     "porter": 18 + 2 * 0.1 + 2 * 1.2 + (1.2 + 1.4 + 1 + 0.5 + 0.3) + (0.2 + 2 * 0.05) + 0.15 + 0.07 + 0.3,
 }
-
-# UR5e: a (m), d (m) and alpha (rad) of the joints, by https://www.universal-robots.com/articles/ur/
-# application-installation/dh-parameters-for-calculations-of-kinematics-and-dynamics/
-DH_A = (0, -0.425, -0.3922, 0, 0, 0)
-DH_D = (0.1625, 0, 0, 0.1333, 0.0997, 0.0996)
-DH_ALPHA = (np.pi / 2, 0, 0, np.pi / 2, -np.pi / 2, 0)
 
 
 @lru_cache
@@ -94,65 +87,6 @@ def test_is_the_robot_of_its_xacro(name: str) -> None:
     # How it drives is said in elements that are none of URDF: to one simulator there, to ros2_control here.
     found = differences(expanded_xacro(name).encode(), artifact(name, ".urdf").encode(), tolerance=1e-12)
     assert [line for line in found if not line.startswith("('robot', 'kept')")] == []
-
-
-def test_turtlebot_drives_on_wheels_of_the_published_size() -> None:
-    robot = robot_of("turtlebot3_burger")
-    left, right = (robot.pose_in_root(f"wheel_{side}_link", {}) for side in ("left", "right"))
-    assert left.xyz == pytest.approx((0, 0.08, 0.033), abs=1e-15)
-    assert right.xyz == pytest.approx((0, -0.08, 0.033), abs=1e-15)
-    for side in ("left", "right"):
-        assert robot.joint[f"wheel_{side}_joint"].axis == (0, 1, 0)  # equal speeds drive straight on
-    assert robot.pose_in_root("base_scan", {}).xyz == pytest.approx((-0.032, 0, 0.182), abs=1e-15)
-    assert robot.pose_in_root("imu_link", {}).xyz == pytest.approx((-0.032, 0, 0.078), abs=1e-15)
-
-
-def test_ur5e_reaches_where_its_dh_parameters_say() -> None:
-    robot = robot_of("ur5e")
-    joints = ["shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"]
-    base = robot.pose_in_root("base", {}).inverse()
-    generator = np.random.default_rng(5)
-    for _ in range(STATES):
-        angles = generator.uniform(-np.pi, np.pi, 6)
-        expected = np.eye(4)
-        for angle, a, d, alpha in zip(angles, DH_A, DH_D, DH_ALPHA, strict=True):
-            expected = expected @ placed((0, 0, d), (0, 0, angle)) @ placed((a, 0, 0), (alpha, 0, 0))
-        state = {f"{joint}_joint": float(angle) for joint, angle in zip(joints, angles, strict=True)}
-        found = base.then(robot.pose_in_root("tool0", state))
-        # The table of the calibration rounds quarter turns to nine decimals.
-        np.testing.assert_allclose(found.rows, expected[:3, :3], atol=2e-9)
-        np.testing.assert_allclose(found.xyz, expected[:3, 3], atol=2e-9)
-
-
-# The hips and thighs of a1.urdf: x and y of the centre of mass (m), ixy, ixz, iyz (kg*m^2).
-HIPS = {
-    "FR_hip": (-0.003311, -0.000635, 9.409e-06, -3.42e-07, 4.66e-07),
-    "FL_hip": (-0.003311, 0.000635, -9.409e-06, -3.42e-07, -4.66e-07),
-    "RR_hip": (0.003311, -0.000635, -9.409e-06, 3.42e-07, 4.66e-07),
-    "RL_hip": (0.003311, 0.000635, 9.409e-06, 3.42e-07, -4.66e-07),
-    "FR_thigh": (-0.003237, 0.022327, -4.825e-06, 0.000343869, -2.2448e-05),
-    "FL_thigh": (-0.003237, -0.022327, 4.825e-06, 0.000343869, 2.2448e-05),
-    "RR_thigh": (-0.003237, 0.022327, -4.825e-06, 0.000343869, -2.2448e-05),
-    "RL_thigh": (-0.003237, -0.022327, 4.825e-06, 0.000343869, 2.2448e-05),
-}
-
-
-def test_legs_of_the_a1_are_mirrored_as_published() -> None:
-    robot = robot_of("unitree_a1")
-    for name, row in HIPS.items():
-        inertial = robot.link[name].inertial
-        assert inertial is not None
-        found = (*inertial.pose.xyz[:2], inertial.ixy, inertial.ixz, inertial.iyz)
-        assert found == pytest.approx(row, rel=1e-12), name
-    for leg, x, y in (("FR", 1, -1), ("FL", 1, 1), ("RR", -1, -1), ("RL", -1, 1)):
-        for joint, axis in (("hip", (1, 0, 0)), ("thigh", (0, 1, 0)), ("calf", (0, 1, 0))):
-            assert robot.joint[f"{leg}_{joint}_joint"].axis == axis
-        foot = robot.pose_in_root(f"{leg}_foot", {})
-        assert foot.xyz == pytest.approx((0.1805 * x, (0.047 + 0.0838) * y, -0.4), abs=1e-15)
-        # Both knees bend forward, both hips turn about x: the drivers count so.
-        bent = robot.pose_in_root(f"{leg}_foot", {f"{leg}_hip_joint": 0.1, f"{leg}_calf_joint": -1.0})
-        assert bent.xyz[0] > foot.xyz[0]
-        assert bent.xyz[1] > foot.xyz[1]
 
 
 def scene(name: str) -> tuple[Any, Any]:

@@ -130,12 +130,3 @@ def test_pre_commit_runs_them(run: Callable[..., Ran], user: Path) -> None:
     git(user, "add", "--all")
     assert run(ALL).code == 1
     assert Path("dog/outputs/puppy/puppy.urdf").is_file()
-
-
-@pytest.mark.tier("builds")
-def test_pre_commit_tries_them(user: Path, ours: Path) -> None:
-    Path(".gitignore").write_text("cache/\n")
-    commit(user)
-    tried = pre_commit("try-repo", ours, CHECK, "--all-files")
-    assert tried.code == 0, tried.printed
-    assert "Passed" in tried.printed

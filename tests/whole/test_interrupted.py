@@ -5,7 +5,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 
@@ -58,16 +57,3 @@ def test_an_interrupt_beside_the_command_is_no_traceback() -> None:
     program = [sys.executable, "-c", AT]
     ran = subprocess.run(program, cwd=ROOT, capture_output=True, text=True, timeout=60, check=False)
     assert (ran.returncode, "Traceback" in ran.stderr) == (130, False)
-
-
-@pytest.mark.landing("outside", "workers1")
-@pytest.mark.slow
-@pytest.mark.parametrize("workers", [[], ["-n", "1"]])
-def test_the_tests_interrupt_their_children_also_in_the_background(workers: list[str], tmp_path: Path) -> None:
-    """A shell that starts a job in the background has it ignore SIGINT, which its children inherit."""
-    # With the folder that all share, it would clear away at its end what earlier runs of the tests have left there.
-    own = ["-p", "no:cacheprovider", f"--basetemp={tmp_path / 'own'}"]
-    command = [sys.executable, "-m", "pytest", *own, *workers, "tests/diagnostics/test_progress.py", "-k", "ctrl_c"]
-    ignoring = ["sh", "-c", 'trap "" INT; exec "$@"', "sh", *command]
-    done = subprocess.run(ignoring, cwd=ROOT, capture_output=True, text=True, timeout=300)
-    assert "1 passed" in done.stdout, done.stdout

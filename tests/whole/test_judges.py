@@ -1,7 +1,5 @@
 """Two judges that are not ours look at every URDF and MJCF that is compiled here: simcheck and mjcf-doctor.
 
-At each landing they look at those of one example; at all in a tier of their own, for that takes a minute.
-
 Each of their remarks, notes too, is answered in tests/data/judges.yaml, with the reason why it stays. A remark without
 an answer fails, and so does an answer without a remark. They say other things in other versions: .ci/run makes an
 environment with those below, and names it in JUDGES.
@@ -15,7 +13,7 @@ import shutil
 import subprocess
 from collections.abc import Iterator
 from fnmatch import fnmatch
-from functools import cache
+from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
@@ -76,10 +74,9 @@ def by_mjcf_doctor(path: Path) -> Iterator[Remark]:
         yield Remark("mjcf-doctor", str(path), finding["code"], finding["level"].lower(), of, finding["message"])
 
 
-@cache
-def remarks(folder: Path, robots: tuple[Path, ...]) -> list[Remark]:
+def remarks(folder: Path) -> list[Remark]:
     files: dict[Path, str] = {}
-    for number, description in enumerate(robots):
+    for number, description in enumerate(ROBOTS):
         artifacts = compiled(description).artifacts
         robot = {one.backend: one.file for one in artifacts}
         for artifact in artifacts:
@@ -95,45 +92,23 @@ def remarks(folder: Path, robots: tuple[Path, ...]) -> list[Remark]:
     return [remark._replace(file=files[Path(remark.file)]) for remark in said]
 
 
-@pytest.fixture(scope="module")
-def told(tmp_path_factory: pytest.TempPathFactory) -> list[Remark]:
-    return remarks(tmp_path_factory.mktemp("judges"), tuple(ROBOTS))
-
-
-def unanswered(told: list[Remark]) -> list[Remark]:
-    return [remark for remark in told if not any(answers(answer, remark) for answer in ANSWERS)]
-
-
-def answers(answer: dict[str, object], remark: Remark) -> bool:
-    """Say whether an answer is about a remark: all that it names, or with ``of`` those names alone."""
+def is_answered_by(remark: Remark, answer: dict[str, object]) -> bool:
+    """Return True if an answer is about a remark: all that it names, or with ``of`` those names alone."""
     same = all(answer[key] == getattr(remark, key) for key in ("judge", "check", "severity"))
     of = answer.get("of")
     return same and fnmatch(remark.file, str(answer["file"])) and (of is None or remark.of <= set(of))  # type: ignore[call-overload]
 
 
-@pytest.mark.tier("engines")
-@needs_judges
-@pytest.mark.slow
-def test_each_remark_on_an_example_is_answered(tmp_path: Path) -> None:
-    told = remarks(tmp_path, (ROBOTS[-1],))
-    assert {remark.judge for remark in told} == set(VERSIONS)
-    assert unanswered(told) == []
-
-
 @needs_judges
 @pytest.mark.tier("engines")
-def test_each_remark_is_answered(told: list[Remark]) -> None:
-    assert unanswered(told) == []
-
-
-@needs_judges
-@pytest.mark.tier("engines")
-def test_each_answer_is_needed(told: list[Remark]) -> None:
+def test_each_remark_is_answered_and_each_answer_is_needed(tmp_path: Path) -> None:
+    found = remarks(tmp_path)
+    assert {remark.judge for remark in found} == set(VERSIONS)
+    assert [one for one in found if not any(is_answered_by(one, answer) for answer in ANSWERS)] == []
     for answer in ANSWERS:
-        met = [remark for remark in told if answers(answer, remark)]
-        assert met, f"nothing is said that this answers: {answer}"
-        named = {name for remark in met for name in remark.of}
-        assert set(answer.get("of") or ()) <= named, f"of some of these nothing is said: {answer}"
+        named = [remark.of for remark in found if is_answered_by(remark, answer)]
+        assert named, f"nothing is said that this answers: {answer}"
+        assert set(answer.get("of") or ()) <= {*chain(*named)}, f"of some of these nothing is said: {answer}"
 
 
 @needs_judges
@@ -147,4 +122,5 @@ def test_the_judges_see_what_is_wrong(tmp_path: Path) -> None:
     (bad,) = (tmp_path / "planted").iterdir()
     shutil.copy(bad, good)
     found = [remark._replace(file=good.name) for remark in by_simcheck(good)]
-    assert "inertia.density" in {remark.check for remark in unanswered(found)}
+    unanswered = [one.check for one in found if not any(is_answered_by(one, answer) for answer in ANSWERS)]
+    assert "inertia.density" in unanswered

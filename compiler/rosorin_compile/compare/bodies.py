@@ -61,11 +61,6 @@ class Bodies:
         """The place of each link in the tree, parents first."""
         return {link.name: index for index, link in enumerate(self.robot.walk())}
 
-    @cached_property
-    def without_followers(self) -> Robot:
-        """The robot with every joint free to move on its own."""
-        return replace(self.robot, joints=tuple(replace(joint, mimic=None) for joint in self.robot.joints))
-
     def edge(self, joint: Joint) -> Placed:
         """Return the child of a joint in its parent, the joint at zero."""
         length = ROOT_THREE * self.precision("xyz", *joint.origin.xyz)

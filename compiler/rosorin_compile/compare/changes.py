@@ -18,7 +18,7 @@ from .describe import MOVING, Describer, describe_attachment, joint_of, shapes_c
 from .names import links_of
 from .precision import NOISE
 from .sentences import NEW, REMOVED, with_remark
-from .solids import Solid, same_set
+from .solids import Solid, match
 from .walk import Address, Difference, Shapes, compare_leaves
 
 SHAPES = ("collision", "visual")
@@ -205,7 +205,8 @@ def _same_solids(change: Change, pair: Pair, one: Difference) -> bool:
         moved = [one for one in shapes_change("", "", *solids_left(difference, pair.precisions)) if not one.looks]
         both = [[solid for each in moved for solid in each.old], [solid for each in moved for solid in each.new]]
         sides.append([[solid.as_cylinder._replace(words=(), rgba=None) for solid in some] for some in both])
-    return all(some and same_set(some, others) for some, others in zip(*sides, strict=True))
+    pairs = zip(*sides, strict=True)
+    return all(some and len(some) == len(others) and not match(some, others).old for some, others in pairs)
 
 
 def _carried(robot: Robot, pair: Pair, link: str) -> set[str]:
@@ -244,12 +245,9 @@ def _without_hidden(pair: Pair, differences: Sequence[Difference]) -> Iterator[D
             for word, value in (one.old or one.new).items():
                 yield Difference(Address(kind, name, word), *((value, None) if one.new is None else (None, value)))
         elif isinstance(one.old, frozenset) or isinstance(one.new, frozenset):
-            sets = [frozenset(m for m in side or () if came.isdisjoint(_members(m))) for side in one[1:]]
+            members = [{m: m.partition(" (")[0].split(" - ") for m in side or ()} for side in one[1:]]
+            sets = [frozenset(m for m, names in side.items() if came.isdisjoint(names)) for side in members]
             if sets[0] != sets[1]:
                 yield Difference(one.address, *sets)
         else:
             yield one
-
-
-def _members(text: str) -> set[str]:
-    return set(text.partition(" (")[0].split(" - "))

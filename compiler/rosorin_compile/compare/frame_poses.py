@@ -178,7 +178,10 @@ class _Frames:
             )
         ]
         worst, at, frame, angle = 0.0, 0.0, "", 0.0
-        robots = self.a.without_followers, self.b.without_followers
+        robots = [  # every joint moves on its own
+            replace(side.robot, joints=tuple(replace(each, mimic=None) for each in side.robot.joints))
+            for side in (self.a, self.b)
+        ]
         for position in positions_of(joint, twin):
             poses = [robot.poses_in_root({joint.name: position}) for robot in robots]
             back = [places[source].inverse() for places in poses]

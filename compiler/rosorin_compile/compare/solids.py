@@ -145,11 +145,6 @@ def match(old: Sequence[Solid], new: Sequence[Solid], noise: float = POSE_NOISE)
     return Matched(sorted(pairs), left, sorted(index for index in order if index not in taken))
 
 
-def same_set(one: Sequence[Solid], other: Sequence[Solid], noise: float = POSE_NOISE) -> bool:
-    """Return True if two sets have the same solids."""
-    return len(one) == len(other) and not match(one, other, noise).old
-
-
 def same(one: Solid, other: Solid, noise: float) -> bool:
     """Return True if two solids, seen from the same frame, look alike and fill the same space, as far as is known."""
     if one[:6] == other[:6]:

@@ -170,10 +170,6 @@ class Joint:
         return "m" if self.type == "prismatic" else "rad"
 
     @property
-    def is_several(self) -> bool:
-        return self.type in SEVERAL_COORDINATES
-
-    @property
     def is_axleless(self) -> bool:
         return self.type in AXLELESS
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from .geometry import Pose, Transform, unit
-from .joint import UNPUBLISHED, Joint, Publisher, motion
+from .joint import SEVERAL_COORDINATES, UNPUBLISHED, Joint, Publisher, motion
 
 if TYPE_CHECKING:
     import numpy as np
@@ -208,7 +208,7 @@ class Kinematics:
         if joint is None or joint.is_fixed or leader is None or leader.name not in states:
             return self._matrices([step.transform(self.robot, {})])
         origin = self._matrices([joint.origin.transform()])
-        if joint.is_several:
+        if joint.type in SEVERAL_COORDINATES:
             return origin @ self._matrices([motion(joint.type, joint.axis, row) for row in states[joint.name].tolist()])
         state: Any = self.robot.position(joint, states)  # type: ignore[arg-type]
         x, y, z = axis = unit(joint.axis)

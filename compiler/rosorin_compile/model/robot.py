@@ -20,8 +20,8 @@ from .simulation import AT_ORIGIN, GazeboSensor, Root, Simulated, Values
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rosorin_compile.ros.moveit import Moveit
     from rosorin_compile.ros.sections.control.hardware import Block
+    from rosorin_compile.ros.sections.moveit import Moveit
 
     from .drive import Drive, Driving
     from .frame_tree import Row

@@ -233,16 +233,13 @@ class Shape:
     def move(self, transform: Transform) -> Shape:
         """Return the shape seen from a parent (``transform`` leads here); a box along its axes has no rotation then."""
         placed = transform.then(self.pose.transform())
-        if isinstance(self.geometry, Box) and _is_quarter_turn(placed):
+        is_quarter_turn = all(abs(c) < 1e-12 or abs(abs(c) - 1) < 1e-12 for row in placed.rows for c in row)
+        if isinstance(self.geometry, Box) and is_quarter_turn:
             a, b = placed.apply(self.geometry.lower), placed.apply(self.geometry.upper)
             lower = (min(a[0], b[0]), min(a[1], b[1]), min(a[2], b[2]))
             upper = (max(a[0], b[0]), max(a[1], b[1]), max(a[2], b[2]))
             return replace(self, geometry=Box(lower, upper), pose=IDENTITY)
         return replace(self, pose=pose_of(placed))
-
-
-def _is_quarter_turn(transform: Transform) -> bool:
-    return all(abs(c) < 1e-12 or abs(abs(c) - 1) < 1e-12 for row in transform.rows for c in row)
 
 
 def volume_and_moments(geometry: Geometry) -> tuple[float, Vector]:

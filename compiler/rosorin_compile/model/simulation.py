@@ -35,10 +35,6 @@ class Actuator:
     force: tuple[float, float] | None = None  # smallest and largest, N or N*m
     mjcf: Values = field(default_factory=dict, hash=False)
 
-    @property
-    def holds_position(self) -> bool:
-        return self.type == POSITION
-
 
 @dataclass(frozen=True)
 class Contact:

@@ -28,9 +28,10 @@ LIST = Section.listed("batteries", Battery, {"items": {}})
 ONE = Section.single("accumulator", Battery, {})
 
 
-def said(robot: Robot) -> float:
-    """Return what all batteries weigh together."""
+def total(robot: Robot) -> float:
+    """Return the mass of all batteries (kg)."""
     alone = robot.sections[ONE]
     masses: list[float] = [one.mass for one in robot.sections[MANY].values()]
     masses += [one.mass for one in robot.sections[LIST]]
+    masses += [one.weight for one in robot.sections[LIST]]  # type: ignore[attr-defined]
     return sum(masses) + (alone.mass if alone is not None else 0.0)

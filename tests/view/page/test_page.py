@@ -4,16 +4,13 @@ import json
 import os
 import subprocess
 import sys
-from base64 import b64decode
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
 import jsonschema
 import pytest
-import yaml
 
-from rosorin_compile.cli.main import main
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Joint, Link, Output, Pose, Robot, Sensor
@@ -21,13 +18,10 @@ from rosorin_compile.model.robot import JointPose
 from rosorin_compile.viewer.page import data_of, html
 from rosorin_compile.viewer.page.data import robot_data
 from rosorin_compile.viewer.page.images import companions
-from support.commands import Shown, ask, edit, write_files
-from support.meshes import box
+from support.commands import write_files
 from support.paths import ROOT, ROSORIN, data_text
 from support.robots import compiled, compiled_text, sound
 from support.schemas import schema
-
-CASES = yaml.safe_load(data_text("cases/page.yaml"))
 
 VALID = jsonschema.Draft7Validator(schema("page"))
 REAL = [ROSORIN, *sorted(ROOT.glob("examples/*/robot.yaml"))]
@@ -139,63 +133,7 @@ def test_a_camera_of_mujoco_and_of_gazebo_look_the_same_way(tmp_path: Path) -> N
         assert place.rotate((1.0, 0.0, 0.0)) == pytest.approx((0, -1, 0), abs=1e-9), "its x is right in the image"
 
 
-WITH_MESHES = """\
-robot: r
-links:
-  base:
-    visual: [{mesh: {file: box.stl}}, {mesh: {file: "big.stl", scale: [0.001, 0.001, 0.001]}}]
-outputs: {page: {file: r.html%s}}
-"""
-
-
-def solid(count: int) -> bytes:
-    import struct
-
-    facets = b"".join(struct.pack("<12fH", 0, 0, 0, *face.ravel(), 0) for face in box((0, 0, 0), (1, 1, 1)))
-    return bytes(80) + struct.pack("<I", 12 * count) + facets * count
-
-
-@pytest.mark.parametrize(("option", "inside"), [("", 2), (", max_megabytes: 0.01", 1), (", meshes: false", 0)])
-def test_meshes_are_in_the_page_up_to_a_limit(home: Path, capsys: Shown, option: str, inside: int) -> None:
-    write_files(home, {"descriptions/r/robot.yaml": WITH_MESHES % option})
-    (home / "descriptions/r/box.stl").write_bytes(solid(1))
-    (home / "descriptions/r/big.stl").write_bytes(solid(100))
-    assert main(["all"]) == 0
-    told = capsys.readouterr().err
-    assert ("page-left-out" in told and "more than 0.01 MB" in told) == (inside == 1)
-    data = data_of((home / "outputs/r/r.html").read_text("utf-8"))
-    VALID.validate(data)
-    assert sum("data" in mesh for mesh in data["robot"]["meshes"].values()) == inside
-    assert main(["check"]) == 0
-    (home / "descriptions/r/box.stl").write_bytes(solid(2))
-    capsys.readouterr()
-    assert main(["check"]) == (1 if inside else 0), "a mesh that changed is a page that changed"
-    if inside:
-        assert "r.html: what the page shows differs: meshes\n" in capsys.readouterr().out
-
-
 PROJECT = {"descriptions/rover/robot.yaml": SENSORS}
-DESCRIPTION = Path("descriptions/rover/robot.yaml")
-
-
-@pytest.mark.parametrize(("old", "new", "told"), CASES["check_tells_a_change_of_a_page_by_its_meaning"])
-@pytest.mark.usefixtures("project")
-def test_check_tells_a_change_of_a_page_by_its_meaning(capsys: Shown, old: str, new: str, told: str) -> None:
-    ask(capsys, "all")
-    ask(capsys, "check")
-    edit(DESCRIPTION, old, new)
-    for words in (["check"], ["check", "--full"]):
-        assert main(words) == 1
-        shown = capsys.readouterr().out.splitlines()
-        assert shown[0] == told
-        assert len(shown) == 3, "and none of its text"
-
-
-@pytest.mark.usefixtures("project")
-def test_a_package_carries_the_page(capsys: Shown) -> None:
-    edit(DESCRIPTION, "outputs: {page", "outputs: {urdf: {file: rover.urdf}, page")
-    ask(capsys, "package", "rover", "-o", "ws/rover_description")
-    assert [path.parent.name for path in Path("ws").rglob("rover.html")] == ["doc"]
 
 
 def test_the_same_bytes_in_another_folder_and_order(tmp_path_factory: pytest.TempPathFactory) -> None:
@@ -244,58 +182,8 @@ def robot(home: Path) -> Path:
     return folder
 
 
-def page_images(file: str) -> Any:
-    data = data_of(Path(file).read_text("utf-8"))
-    VALID.validate(data)
-    return data["robot"]
-
-
 def texture(robot: Any) -> Any:
     return next(link["visual"][0]["texture"] for link in robot["links"] if link["name"] == "base")
-
-
-@pytest.mark.parametrize("way", ["view", "all"])
-def test_images_are_in_the_page(robot: Path, capsys: Shown, way: str) -> None:
-    if way == "view":
-        assert main(["view", "r", "--html", "r.html"]) == 0
-    else:
-        assert main(["all"]) == 0
-        assert main(["check"]) == 0
-    shown = page_images("r.html" if way == "view" else "outputs/r/r.html")
-    assert texture(shown) == "images/wood.png"
-    wood = shown["textures"]["images/wood.png"]
-    assert (wood["type"], b64decode(wood["data"])) == ("image/png", PNG)
-    files = shown["meshes"]["meshes/arm.obj"]["files"]
-    assert {name: file["type"] for name, file in files.items()} == {
-        "arm.mtl": "text/plain",
-        "../images/skin.png": "image/png",
-    }
-    assert str(robot) not in str(shown)
-    assert "not shown" not in capsys.readouterr().err
-
-
-def test_what_is_no_image_is_not_in_it(robot: Path, capsys: Shown) -> None:
-    """A mesh of somebody else names a file that it must not bring out."""
-    secret = robot / "images/secret.png"
-    secret.write_text("secret")
-    (robot / "meshes/arm.mtl").write_text("newmtl a\nmap_Kd ../images/secret.png\n")
-    (robot / "images/wood.png").write_text("secret")
-    assert main(["view", "r", "--html", "r.html"]) == 0
-    shown = page_images("r.html")
-    assert list(shown["meshes"]["meshes/arm.obj"]["files"]) == ["arm.mtl"]
-    assert shown["textures"] == {"images/wood.png": {"missing": "no browser reads it"}}
-    told = capsys.readouterr()
-    assert "not shown: 2 textures (secret.png, images/wood.png)" in told.out + told.err
-
-
-def test_images_count_for_the_limit(robot: Path, capsys: Shown) -> None:
-    (robot / "images/wood.png").write_bytes(PNG + bytes(10_000))
-    assert main(["view", "r", "--html", "r.html", "--max-megabytes", "0.005"]) == 0
-    assert page_images("r.html")["textures"] == {"images/wood.png": {"missing": "more than 0.005 MB of meshes"}}
-    told = capsys.readouterr()
-    assert "not shown: 1 texture (images/wood.png): more than 0.005 MB of meshes" in told.out + told.err
-    assert main(["view", "r", "--html", "r.html", "--no-meshes"]) == 0
-    assert (page_images("r.html")["meshes"], page_images("r.html")["textures"]) == ({}, {})
 
 
 DAE = """<COLLADA><library_images><image id="a"><init_from>{}</init_from></image></library_images>

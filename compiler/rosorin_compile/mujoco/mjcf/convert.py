@@ -159,11 +159,16 @@ def _numbers(text: str) -> list[float]:
         return []
 
 
-def _equals(text: str, value: float) -> bool:
+def number_or_text(text: str) -> float | int | str:
+    """Return the number that a text is, or the text."""
     try:
-        return float(text) == value
-    except ValueError:
-        return False
+        return plain(float(text))
+    except (ValueError, OverflowError):
+        return text
+
+
+def _equals(text: str, value: float) -> bool:
+    return number_or_text(text) == value
 
 
 def _place(element: Element, attribute: str, text: str) -> Span:

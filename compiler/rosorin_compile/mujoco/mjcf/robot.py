@@ -19,11 +19,10 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.xml.markup import Element, MarkupError
 
-from . import convert, entries, links, shapes
+from . import SETTINGS, convert, entries, links, shapes
 from .actuators import drives_of
 from .process import ask
 from .reading import BALL, FREE, SLIDE, Reading
-from .settings import SETTINGS
 from .source import Markup, Places, check_source, place, refusal
 
 _UNNAMED = "MuJoCo Model"

@@ -16,8 +16,7 @@ from rosorin_compile.model.simulation import Marked
 from rosorin_compile.source.tree import Path
 from rosorin_compile.source.wording import phrase
 
-from ...lowering import Lowering, LoweringError
-from ...records import entries_of, record_of, vector_of
+from ...lower import Lowering, LoweringError, entries_of, record_of, vector_of
 
 _GEOMETRIES: dict[str, type[Geometry]] = {"box": Box, "cylinder": Cylinder, "capsule": Capsule, "sphere": Sphere}
 _GEOMETRIES |= {"ellipsoid": Ellipsoid, "mesh": Mesh, "height_map": HeightMap}

@@ -14,7 +14,7 @@ ROBOT = Robot(
     (Link("footprint"), Link("l_link"), Link("r_link")),
     tuple(Joint(name, "continuous", "footprint", f"{name}_link", axis=(0, 1, 0)) for name in "lr"),
 )
-DRIVEN = replace(ROBOT, drive=Drive(Drive.DIFFERENTIAL, SIDES, "footprint", 0.05))
+DRIVEN = replace(ROBOT, drive=Drive("differential", SIDES, "footprint", 0.05))
 
 
 @pytest.mark.parametrize("said", ["{}", "{radius: 4 cm}"])

@@ -17,7 +17,7 @@ from rosorin_compile.source.load import json_of
 from rosorin_compile.source.progress import Progress
 
 from .describe import Describer
-from .names import JOINTS, LINKS, Names, links_of, new_joint_names, new_link_names, with_names
+from .names import Names, links_of, new_joint_names, new_link_names, with_names
 from .precision import NOISE, POSE_NOISE, Precision, exact, printed_precision, rounding_precision
 from .walk import Leaves, Shapes, compare_leaves, leaves
 
@@ -67,7 +67,7 @@ def pair_of(robot: Robot, artifact: Artifact, committed: str) -> Pair | None:
 def under_names(format: Format, output: Output, found: Leaves) -> Leaves:
     """Return leaves under the names that the robot has for links, where an artifact has others."""
     names = format.names(output) if format.names is not None else {}
-    return with_names(found, names, LINKS, {})
+    return with_names(found, names, "link", {})
 
 
 def with_new_names(pairs: Sequence[Pair]) -> list[Pair]:
@@ -81,10 +81,10 @@ def with_new_names(pairs: Sequence[Pair]) -> list[Pair]:
 def _renamed(pair: Pair, links: Names) -> Pair:
     gone, fresh = links_of(pair.old) - links_of(pair.new), links_of(pair.new) - links_of(pair.old)
     known = {old: new for old, new in links.items() if old in gone and new in fresh}
-    old = with_names(pair.old, known, LINKS, pair.new)
+    old = with_names(pair.old, known, "link", pair.new)
     joints = new_joint_names(old, pair.new)
     renamed = {kind: names for kind, names in (("link", known), ("joint", joints)) if names}
-    return pair._replace(old=with_names(old, joints, JOINTS, pair.new), renamed=renamed)
+    return pair._replace(old=with_names(old, joints, "joint", pair.new), renamed=renamed)
 
 
 def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:

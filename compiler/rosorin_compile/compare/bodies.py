@@ -16,17 +16,7 @@ from rosorin_compile.model import Joint, Robot, Vector
 from rosorin_compile.model.geometry import angle_between, dot, minus, norm, unit
 
 from .difference import JOINT, NAME, Item, Side
-from .names import (
-    JOINTS,
-    LINKS,
-    Names,
-    new_joint_names,
-    new_link_names,
-    prefix_of,
-    renamed_robot,
-    with_names,
-    without_prefix,
-)
+from .names import Names, new_joint_names, new_link_names, prefix_of, renamed_robot, with_names, without_prefix
 from .precision import HERE, ROOT_THREE, TURNS, Placed, Precision, join_errors
 from .sentences import NEW, REMOVED, existence
 from .walk import Leaves, leaves
@@ -232,7 +222,7 @@ class Pairing(NamedTuple):
     def rename_leaves(self, at: int, found: Leaves, other: Leaves) -> Leaves:
         """Return leaves of A or B under the common names; ``other`` are those of the other robot."""
         for links, joints in self.steps[at]:
-            found = with_names(with_names(found, links, LINKS, other), joints, JOINTS, other)
+            found = with_names(with_names(found, links, "link", other), joints, "joint", other)
         return found
 
 

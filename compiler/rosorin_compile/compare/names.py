@@ -15,7 +15,7 @@ from rosorin_compile.model import Pose, Robot
 from .walk import Leaves
 
 Names = Mapping[str, str]
-LINKS, JOINTS = ("frame", "link", "height map"), ("joint",)
+_LINKS = ("frame", "link", "height map")
 _DIGITS = 9  # of metres and radians, behind the point
 # A prefix is one if so many of the names that could have it do.
 _MOST = 0.6
@@ -88,10 +88,11 @@ def _is_fixed(side: Leaves, joint: str) -> bool:
     return side["joint", joint].get("type") == "fixed"
 
 
-def with_names(found: Leaves, names: Names, kinds: Sequence[str], new: Leaves) -> Leaves:
-    """Return leaves under other names of ``LINKS`` or ``JOINTS``; what else names them has those where ``new`` does."""
+def with_names(found: Leaves, names: Names, what: str, new: Leaves) -> Leaves:
+    """Return leaves under other names of each "link" or "joint"; what else names them has those where ``new`` does."""
     if not names:
         return found
+    kinds = _LINKS if what == "link" else ("joint",)
     made: Leaves = {}
     for (kind, name), entry in found.items():
         plain, space, rest = name.partition(" ")  # the row of a publisher that takes turns has more words

@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.source.cache import of_robot
 
@@ -54,12 +54,6 @@ _SINGULAR = 1e-9
 @dataclass(frozen=True)
 class Drive:
     """What drives a robot on the ground."""
-
-    MECANUM: ClassVar[str] = MECANUM
-    DIFFERENTIAL: ClassVar[str] = DIFFERENTIAL
-    OMNI: ClassVar[str] = OMNI
-    TRICYCLE: ClassVar[str] = TRICYCLE
-    ACKERMANN: ClassVar[str] = ACKERMANN
 
     kind: str  # a key of ``ROLES``
     joints: Mapping[str, tuple[str, ...]]  # by their roles

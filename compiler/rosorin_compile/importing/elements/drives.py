@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.model import Drive, Robot
-from rosorin_compile.model.drive import Driving
+from rosorin_compile.model.drive import ACKERMANN, DIFFERENTIAL, MECANUM, Driving
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -57,18 +57,18 @@ _CLASSIC = Plugin(
 # gz-sim@gz-sim8:src/systems/{diff_drive,mecanum_drive,ackermann_steering,odometry_publisher}, and
 # gazebo_ros_pkgs@{melodic-devel,ros2}:gazebo_plugins/src.
 _KNOWN: Mapping[str, Plugin] = {
-    "diff-drive-system": Plugin(Drive.DIFFERENTIAL, {"left": ("left_joint",), "right": ("right_joint",)}),
+    "diff-drive-system": Plugin(DIFFERENTIAL, {"left": ("left_joint",), "right": ("right_joint",)}),
     "mecanum-drive-system": Plugin(
-        Drive.MECANUM,
+        MECANUM,
         {f"{'rear' if end == 'back' else end}_{side}": (f"{end}_{side}_joint",) for end, side in _CORNERS},
     ),
     "ackermann-steering-system": Plugin(
-        Drive.ACKERMANN,
+        ACKERMANN,
         {"driven": ("left_joint", "right_joint"), "steering": ("left_steering_joint", "right_steering_joint")},
     ),
     "odometry-publisher-system": Plugin(odom=("odom_frame", ""), base=("robot_base_frame", "")),
     "libgazebo_ros_diff_drive": _CLASSIC._replace(
-        kind=Drive.DIFFERENTIAL,
+        kind=DIFFERENTIAL,
         roles={"left": ("left_joint leftJoint",), "right": ("right_joint rightJoint",)},
         publishes=("publish_odom_tf publishOdomTF publishTf", False),
     ),
@@ -117,7 +117,7 @@ def _add_drive(plugin: Element, known: Plugin, name: str, robot: Robot, found: D
     missing = next((joint for joints in roles.values() for joint in joints if joint not in robot.joint), None)
     if missing is not None:
         return f'"{missing}" is no joint of the URDF'
-    is_mecanum = known.kind == Drive.MECANUM
+    is_mecanum = known.kind == MECANUM
     if not all(roles.values()) or (is_mecanum and any(len(joints) != 1 for joints in roles.values())):
         return "it does not name its wheels"
     base, diameter = _text(plugin, *known.base).lstrip("/"), _number(plugin, known.diameter)

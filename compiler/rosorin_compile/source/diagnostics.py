@@ -210,10 +210,7 @@ class MissingPackages(RequestError, ImportError):
 
 
 class UnknownName(RequestError, KeyError):
-    """An argument names something that does not exist; the message has a suggestion.
-
-    ``owner`` is what lacks a ``name`` of a ``kind``; ``none`` is the help without candidates.
-    """
+    """An argument names something that does not exist: ``owner`` has no ``kind`` of that ``name``."""
 
     def __init__(self, kind: str, name: str, candidates: Iterable[str] = (), owner: str = "", none: str = "") -> None:
         super().__init__(kind, name, tuple(candidates), owner, none)

@@ -26,11 +26,8 @@ _VARYING = re.compile(r'"[^"]*"|[-+]?\d[\d,.]*(e[-+]?\d+)?')
 def arrange(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     """Merge the diagnostics of one mistake, order them by place, and compute suggestions for the first 200 of them."""
     causes: dict[object, list[Diagnostic]] = {}
-    for diagnostic in diagnostics:
+    for diagnostic in map(with_calls, diagnostics):
         span, rule, message = diagnostic.span, diagnostic.rule, diagnostic.message
-        if isinstance(span, MadeSpan):  # with the calls of macros that led to its place
-            new = [call for call in span.via if call not in diagnostic.related]
-            diagnostic = replace(diagnostic, related=(*diagnostic.related, *new))
         if span is not None:  # without the names of the entries that share the value
             message = _NAME.sub(lambda found: found[0] if found[1] else "", message)
             message = _SUBJECT.sub("", message) if rule in _OF_VALUES else message
@@ -51,6 +48,13 @@ def order(d: Diagnostic) -> tuple[object, ...]:
     """Return the key to sort diagnostics by: file, line and column, the worst first; those without a place last."""
     place = (0, d.span.source.path, d.span.line, d.span.column) if d.span else (1, "", 0, 0)
     return (*place, _ORDER[d.severity], d.rule, d.message)
+
+
+def with_calls(diagnostic: Diagnostic) -> Diagnostic:
+    """Add the calls of macros that led to the place of a diagnostic."""
+    via = diagnostic.span.via if isinstance(diagnostic.span, MadeSpan) else ()
+    new = [call for call in via if call not in diagnostic.related]
+    return replace(diagnostic, related=(*diagnostic.related, *new)) if new else diagnostic
 
 
 def _merged(same: list[Diagnostic]) -> Diagnostic:

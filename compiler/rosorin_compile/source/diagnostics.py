@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Any, NamedTuple
 
 from .wording import and_more, count_of, did_you_mean, first_of, nearest, phrase, printable, quote, split_lines
@@ -89,10 +88,6 @@ class Suggestion:
     others: Collection[str] = ()  # compared if no candidate is similar
 
     def __call__(self) -> str:
-        return self._help
-
-    @cached_property
-    def _help(self) -> str:
         is_other = self.others and nearest(self.word, self.candidates) is None and nearest(self.word, self.others)
         help = did_you_mean(self.word, self.others if is_other else self.candidates, self.otherwise) or self.none
         if help.startswith("did"):

@@ -76,13 +76,7 @@ class Map(dict[str, "Any"]):
 
     def expression_keys(self) -> list[str]:
         """Return the keys whose values contain expressions."""
-
-        def is_calculated(value: Any) -> bool:
-            if isinstance(value, (Map, Seq)):
-                return any(map(is_calculated, value.values() if isinstance(value, Map) else value))
-            return isinstance(value, str) and "${" in value
-
-        return [key for key, value in self.items() if is_calculated(value)]
+        return [key for key, value in self.items() if "${" in str(value)]
 
     def copy(self) -> Map:
         """Return a mapping of the same entries, which may grow."""

@@ -19,7 +19,7 @@ import pinocchio
 from numpy.typing import NDArray
 
 from pairs import compare, row
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.model.kinematics import Kinematics
 
 STATES = 100_000

@@ -18,7 +18,7 @@ from pathlib import Path
 import mujoco
 
 from pairs import compare, row
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.model.drive import Twist, driving_of
 
 STEPS, SETTLE = 4000, 500

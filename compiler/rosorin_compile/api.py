@@ -26,13 +26,13 @@ from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, YAML, Differen
 from rosorin_compile.compare.precision import printed_precision
 from rosorin_compile.compare.sentences import several
 from rosorin_compile.formats import FORMATS, plugged_diagnostics, schema_names, schema_text
-from rosorin_compile.formats.compiled import Compiled, Reading
-from rosorin_compile.formats.imported import Imported
+from rosorin_compile.formats.compilation import Compiled, Reading
+from rosorin_compile.formats.imported_robot import Imported
 from rosorin_compile.formats.mesh_files import opened_by
 from rosorin_compile.language.arguments import Argument, declared_arguments, takes_no_arguments
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.output import OutputError, read_set, write_artifacts
-from rosorin_compile.output.committed import Committed, compare_committed, load_all
+from rosorin_compile.output.golden_check import Committed, compare_committed, load_all
 from rosorin_compile.request import EXECUTED, FilePath, Packages, Request, Values
 from rosorin_compile.rules.check import plugin_checks
 from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, RequestError, UnknownName, error, has_errors
@@ -43,7 +43,7 @@ from rosorin_compile.source.rule_registry import OF_PLUGINS, Rule, find
 
 if TYPE_CHECKING:
     from rosorin_compile.language.explain import Answer, Explanation, NamedValue
-    from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
+    from rosorin_compile.mujoco.collisions import CollisionMatrix
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ class Explained:
 
     def __str__(self) -> str:
         """Return the text that ``rosorin-compile explain`` prints."""
-        from rosorin_compile.language.explain_text import lines
+        from rosorin_compile.language.explain import lines
 
         return "\n".join(line for answer in self.answers for line in lines(answer))
 
@@ -453,7 +453,7 @@ def collisions(
         force: Compute the pairs again, even if the file is up to date.
 
     """
-    from rosorin_compile.mujoco.collisions.matrix import compute_matrix
+    from rosorin_compile.mujoco.collisions import compute_matrix
     from rosorin_compile.ros.srdf.planning import planning_of
 
     request = Request.of(robot, arguments, packages, trust=trust)

@@ -159,8 +159,8 @@ def beyond_limits(case: Case, states: Iterable[Positions], severity: str) -> lis
 class JointPulse:
     """A pulse of a joint, and the position that it sets, in ``unit``.
 
-    ``asked`` is the requested position and ``off`` its difference; both are None if a pulse was requested. ``degrees``
-    is None for a sliding joint.
+    ``difference`` is that of ``position`` from the ``requested`` one; both are None if a pulse was requested.
+    ``degrees`` is None for a sliding joint.
     """
 
     joint: str
@@ -169,8 +169,8 @@ class JointPulse:
     position: float
     unit: str
     degrees: float | None
-    asked: float | None
-    off: float | None
+    requested: float | None
+    difference: float | None
     pulses_within_limits: tuple[int, int] | None
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.compiled import (
+from rosorin_compile.formats.compilation import (
     Compiled,
     Reading,
     Understood,
@@ -23,7 +23,7 @@ from rosorin_compile.formats.compiled import (
     understand,
     understand_foreign,
 )
-from rosorin_compile.formats.imported import ReadOptions
+from rosorin_compile.formats.imported_robot import ReadOptions
 from rosorin_compile.language.arguments import as_texts, of_api, takes_no_arguments
 from rosorin_compile.language.arguments import read as read_argument_files
 from rosorin_compile.language.expand.description import Expanded

@@ -1,4 +1,4 @@
-"""The pose of one frame in another, as tf2 computes it."""
+"""The pose of one frame in another."""
 
 from __future__ import annotations
 
@@ -8,11 +8,10 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from rosorin_compile.joint_values import beyond_limits, combine_sweeps, positions, sweep_of
-from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Robot, Transform, Vector
-from rosorin_compile.model import kinematics as tf2
-from rosorin_compile.model.geometry import Quaternion, plus, quaternion_of
-from rosorin_compile.model.joint import NODE, motion
-from rosorin_compile.model.kinematics import Graph, NoWay, Position, Positions, Step, position_of
+from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Robot, Transform
+from rosorin_compile.model.geometry import quaternion_of
+from rosorin_compile.model.joint import NODE
+from rosorin_compile.model.kinematics import Graph, NoWay, Position, Positions, Step
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.publishers import check_modes, holds
@@ -158,24 +157,17 @@ def _graph(robot: Robot, source: str, target: str, modes: Mapping[str, bool]) ->
 def lookup(graph: Graph, source: str, target: str, positions: Positions) -> FrameTransform:
     """Return the pose of ``target`` in ``source`` at joint positions (rad or m), as ``lookupTransform`` of tf2 does.
 
-    Like tf2 (geometry2, ``tf2/src/buffer_core.cpp``), this walks from both frames up to where they meet and multiplies
-    quaternions on the way: signs and zeros of the result follow from the order of operations. Raises NoWay, and
-    KeyError for unknown frames.
+    Raises NoWay, and KeyError for unknown frames.
     """
-    way = graph.way(source, target)
-    to_top, from_top = [move.step for move in way if move.up], [move.step for move in reversed(way) if not move.up]
-    (quaternion, translation), above = _accumulate(graph, from_top, positions), _accumulate(graph, to_top, positions)
-    below = quaternion, translation
-    # tf2 leaves out the frame that it starts from only where it meets it on its way: never at the root of its tree.
-    if way and (to_top or source not in graph.published):
-        (x, y, z, w), (a, b, c) = above
-        quaternion = (-x, -y, -z, w)
-        translation = tf2.rotate(quaternion, (-a, -b, -c))
-        if from_top or target not in graph.published:
-            translation = plus(tf2.rotate(quaternion, below[1]), translation)
-            quaternion = tf2.multiply(quaternion, below[0])
-    rows = tf2.rows_of(quaternion)
-    roll, pitch, yaw = tf2.rpy_of(rows)
+    way, pose = graph.way(source, target), Transform()
+    for step, up in way:
+        there = step.transform(graph.robot, positions)
+        pose = pose.then(there.inverse() if up else there)
+    translation, quaternion = pose.xyz, quaternion_of(pose.rows)
+    # The angles are those of the quaternion, as for tf2, with the same rounding.
+    x, y, z, w = quaternion
+    turn = Transform.of_quaternion((0.0, 0.0, 0.0), (w, x, y, z))
+    rows, (roll, pitch, yaw) = turn.rows, turn.rpy()
     degrees = roll * (180.0 / math.pi), pitch * (180.0 / math.pi), yaw * (180.0 / math.pi)
     matrix = (*((*row, x) for row, x in zip(rows, translation, strict=True)), (0.0, 0.0, 0.0, 1.0))
     chain = []
@@ -183,26 +175,8 @@ def lookup(graph: Graph, source: str, target: str, positions: Positions) -> Fram
         name, kind = (None, "node") if step.joint is None else (step.joint.name, step.joint.type)
         nodes = tuple({"name": n.name, "kind": n.kind, "when": when or "always"} for n, when in step.publishers)
         chain.append(TransformStep(step.parent, step.child, "up" if up else "down", name, kind, nodes))
-    pose = (translation, quaternion, (roll, pitch, yaw), degrees, matrix)
-    return FrameTransform(source, target, dict(positions), *pose, tuple(chain))
-
-
-def _accumulate(graph: Graph, steps: Iterable[Step], positions: Positions) -> tuple[Quaternion, Vector]:
-    """Return the lowest frame of steps in the highest, accumulated upwards."""
-    quaternion: Quaternion = (0.0, 0.0, 0.0, 1.0)
-    vector: Vector = (0.0, 0.0, 0.0)
-    for step in steps:
-        joint = step.joint
-        pose = step.pose if joint is None else joint.origin
-        assert pose is not None  # noqa: S101 - the graph leaves out steps without numbers
-        # Not pose.transform(): publishers keep the rounding of sines, and the signs of the zeros that follow from it.
-        transform = Transform(tf2.rows_of_rpy(pose.rpy), pose.xyz)
-        if joint is not None and not joint.is_fixed:
-            transform = transform.then(motion(joint.type, joint.axis, position_of(graph.robot, joint, positions)))
-        rotation = quaternion_of(transform.rows)
-        vector = plus(tf2.rotate(rotation, vector), transform.xyz)
-        quaternion = tf2.multiply(rotation, quaternion)
-    return quaternion, vector
+    numbers = (translation, quaternion, (roll, pitch, yaw), degrees, matrix)
+    return FrameTransform(source, target, dict(positions), *numbers, tuple(chain))
 
 
 def _no_way(case: Case, problem: NoWay) -> Diagnostic:

@@ -70,7 +70,7 @@ def pages() -> list[Path]:
 
 def help_texts(command: Sequence[str] = (), above: str = "") -> Iterator[tuple[str, str]]:
     """Yield the help of a command and of its subcommands, each with the command line that prints it."""
-    from rosorin_compile.cli.registry import commands
+    from rosorin_compile.cli.main import commands
 
     text = _help_text(command)
     if text in ("", above):  # the word is an argument of the command above, not a command

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rosorin_compile.request import Request
-from rosorin_compile.ros.parameters.files import nodes_of
+from rosorin_compile.ros.parameter_files import nodes_of
 from rosorin_compile.source.load import json_of, python_of, yaml_of
 
 

@@ -26,7 +26,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.diagnostics import text as report
 from rosorin_compile.source.load import parse_yaml

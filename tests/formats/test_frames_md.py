@@ -31,7 +31,6 @@ from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.model.link import Source
 from rosorin_compile.model.robot import JointPose
 from support.reading import leaves_of
-from support.robots import compiled
 
 EKF = Publisher(NODE, "ekf", "robot_localization", "publish_tf: true")
 CAMERA = Publisher(NODE, "camera_driver")
@@ -81,21 +80,6 @@ def emit(robot: Robot, number_format: str = "exact") -> str:
     text, diagnostics = frames.write(robot, output, Templates())
     assert diagnostics == []
     return text
-
-
-def test_a_new_frame_is_a_new_line() -> None:
-    """Whatever the frame is called and wherever it sits, no other row moves."""
-    robot = compiled().robot
-    assert robot is not None
-    name = "a_frame_with_a_name_that_is_longer_than_any_other_one"
-    joint = replace(
-        robot.joint["lidar_joint"], name="more", child=name, origin=Pose((1 / 3, 1 / 7, 1 / 9), (1, 2, 1 / 3))
-    )
-    more = replace(robot, links=(*robot.links, Link(name)), joints=(*robot.joints, joint))
-    before, after = emit(robot).splitlines(), emit(more).splitlines()
-    assert [line for line in after if line not in before and not line.startswith("Checked")] == [
-        line for line in after if name in line
-    ]
 
 
 def test_reading_gives_back_the_rows() -> None:

@@ -6,16 +6,11 @@ import math
 from decimal import Decimal
 from fractions import Fraction
 
-import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.templating import Templates
-from rosorin_compile.model import Inertial, Output, Pose
-from rosorin_compile.source.numbers import exact, round_to_shortest, rounded_vector, short, vector
-from support.paths import ROOT
-from support.robots import ROSORIN, compiled
+from rosorin_compile.model import Inertial, Pose
+from rosorin_compile.source.numbers import exact, rounded_vector, short, vector
 
 BOUND = Fraction(1e-12) * (1 + Fraction(1, 10**15))  # the product of two doubles is off by half a bit
 DIGITS = 13
@@ -88,16 +83,6 @@ def test_an_entry_of_a_vector_is_within_the_bound_of_the_largest(values: list[fl
             assert not shorter(value, BOUND * largest, decimals(text) - 1)
 
 
-@given(floats)
-def test_a_number_alone_is_a_vector_of_one(value: float) -> None:
-    assert vector([value], short) == exact(round_to_shortest(value))
-
-
-@pytest.mark.parametrize("value", [0.0, -0.0])
-def test_nothing_has_no_sign(value: float) -> None:
-    assert short(value) == vector([value, 1.0], short).split()[0] == "0"
-
-
 moments = st.floats(1e-9, 10)
 turns = st.tuples(*[st.floats(-3, 3)] * 3)
 
@@ -141,44 +126,3 @@ def test_a_flat_plate_is_printed_with_all_digits() -> None:
         *["0.333333333333"] * 3,
         *["0"] * 3,
     ]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "file", [ROSORIN, *sorted((ROOT / "examples").glob("*/robot.yaml"))], ids=lambda file: file.parent.name
-)
-def test_mujoco_moves_the_same_masses(file) -> None:
-    """The mass matrix at random positions of the joints: each entry within 1e-9 of what its two joints carry."""
-    mujoco = pytest.importorskip("mujoco")
-    np = pytest.importorskip("numpy")
-    robot = compiled(file).robot
-    assert robot is not None
-    options = next((output.options for output in robot.outputs if output.backend == "mjcf"), {})
-    models = [_in_mujoco(mujoco, robot, {**options, "number_format": name}) for name in ("exact", "short")]
-    rng = np.random.default_rng(1)
-    for _ in range(10):
-        one, other = (np.zeros((model.nv, model.nv)) for model in models)
-        at = rng.uniform(-1, 1, models[0].nq)
-        for model, matrix in zip(models, (one, other), strict=True):
-            data = mujoco.MjData(model)
-            data.qpos[:] = at
-            mujoco.mj_forward(model, data)
-            mujoco.mj_fullM(model, data, matrix)
-        scale = np.sqrt(np.outer(np.diag(one), np.diag(one)))
-        assert (np.abs(other - one) <= 1e-9 * scale).all()
-        assert (scale > 0).all()
-    for field in ("dof_damping", "dof_armature", "dof_frictionloss", "jnt_range", "actuator_gainprm", "body_mass"):
-        one, other = (getattr(model, field) for model in models)
-        assert np.allclose(one, other, rtol=2e-12, atol=0), field
-        assert ((one == 0) == (other == 0)).all(), field
-
-
-def _in_mujoco(mujoco, robot, options):
-    text, _ = FORMATS["mjcf"].compile(robot, Output("mjcf", "mjcf", "robot.xml", options), Templates())
-    spec = mujoco.MjSpec.from_string(text)
-    for geom in list(spec.geoms):  # files of meshes are not needed for masses that are said
-        if geom.type == mujoco.mjtGeom.mjGEOM_MESH:
-            spec.delete(geom)
-    for mesh in list(spec.meshes):
-        spec.delete(mesh)
-    return spec.compile()

@@ -11,8 +11,6 @@ from typing import Any
 
 import jsonschema
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from rosorin_compile.formats import static_tf
 from rosorin_compile.formats.templating import Templates
@@ -27,7 +25,6 @@ from rosorin_compile.model import (
     Publisher,
     Robot,
 )
-from rosorin_compile.model.joint import NODE
 from rosorin_compile.model.link import Source
 from support.launch import command_line, run
 from support.packages import clean
@@ -111,12 +108,6 @@ def test_without_a_urdf_nobody_publishes_the_joints() -> None:
         assert unused not in text
 
 
-def test_without_a_urdf_and_without_joints_there_is_nothing_to_say() -> None:
-    made = robot(static("j", "base_link", "laser", LASER, "tf"), outputs=())
-    assert [node.name for node in run(launch(made), Path("x.launch.py"))] == ["tf"]
-    assert run(launch(robot(outputs=())), Path("x.launch.py")) == []
-
-
 def test_what_moves_is_not_static() -> None:
     turning = replace(static("j", "base_link", "arm", LASER, "tf_arm"), type="revolute")
     for write in (static_tf.write, static_tf.write_list):
@@ -124,17 +115,6 @@ def test_what_moves_is_not_static() -> None:
         assert [(d.rule, d.severity) for d in diagnostics] == [("static-tf-moves", "error")]
         assert "joint j is revolute" in diagnostics[0].message
         assert "tf_arm" not in text
-
-
-def test_other_publishers_are_left_alone() -> None:
-    other = replace(static("j", "base_link", "rgb", LASER, ""), publisher=Publisher(NODE, "camera_driver"))
-    assert "rgb" not in launch(robot(other))
-
-
-def test_a_stand_in_says_so() -> None:
-    made = robot(static("j", "base_link", "gps", LASER, "tf_gps", source=Source("stand_in", "not measured\n\x00yet")))
-    assert "# stand-in: not measured ?yet\n" in launch(made)
-    assert nodes_of(made)[0]["stand_in"] == "stand-in: not measured ?yet"
 
 
 LONG = Source("factory", "a long note about where the numbers come from, " * 10)
@@ -191,38 +171,6 @@ def test_any_legal_name(name: str, tmp_path: Path) -> None:
     assert (parent, child) == (name, f"{name}2")
     (edge,) = static_tf.read(launch(made)).frames
     assert (edge.child, edge.publisher.name) == (child, name)
-
-
-names = st.from_regex(r"[^\s<>&\"'/\x00-\x1f\ud800-\udfff]{1,12}", fullmatch=True)
-metres = st.floats(-100, 100)
-radians = st.floats(-math.pi, math.pi)
-poses = st.builds(Pose, st.tuples(metres, metres, metres), st.tuples(radians, radians, radians))
-
-
-@given(names, poses, names, names)
-@settings(max_examples=200, deadline=None)
-def test_every_edge_arrives_within_what_was_printed(node: str, pose: Pose, parent: str, source: str) -> None:
-    child = parent + "_child"
-    made = robot(static("j", parent, child, pose, node, source=Source("factory", source)), outputs=(), name=node)
-    text = launch(made)
-    (started,) = run(text, Path("x.launch.py"))
-    assert started.name == node
-    assert command_line(started.arguments)[:2] == (parent, child)
-    said = command_line(started.arguments)[2]
-    for value, printed in zip((*pose.xyz, *pose.rpy), (*said.xyz, *said.rpy), strict=True):
-        assert abs(value - printed) <= 0.5e-7 * 1.001
-    for number in started.arguments[1:12:2]:
-        assert "e" not in number
-        assert number != "-0"
-    assert static_tf.read(text) == static_tf.read_list(static_tf.write_list(made, OUTPUT, Templates())[0])
-    assert nodes_of(made)[0]["arguments"] == started.arguments
-    assert farthest(pose, said) < 1e-5
-
-
-def farthest(one: Pose, other: Pose) -> float:
-    """Return how far apart two poses put the three points that are one metre away along the axes."""
-    points = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]
-    return max(math.dist(one.transform().apply(point), other.transform().apply(point)) for point in points)
 
 
 def test_what_is_read_is_what_a_launch_file_is_meant_to_contain() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,7 +14,6 @@ from rosorin_compile.formats.templating import TemplateProblem, Templates
 from rosorin_compile.model import Box, Joint, Limit, Link, Output, Pose, Robot, Shape
 from rosorin_compile.model.link import Source
 from rosorin_compile.model.robot import JointPose
-from support.robots import compiled, copy_of_rosorin, texts
 
 TESTER = Robot(
     "a<b",
@@ -42,32 +40,6 @@ def test_a_template_changes_nothing(tmp_path: Path) -> None:
     with pytest.raises(TemplateProblem):
         render(tmp_path, "{% set _ = robot.poses[0].positions.clear() %}")
     assert TESTER.poses[0].positions == {"shoulder": math.pi / 2}
-
-
-OWN = """\
-{"robot": {{ robot.name | tojson }}, "frames": {
-{% for joint in robot.joints if joint.publisher.kind == "robot_state_publisher" %}
-  {{ joint.child | tojson }}: [{{ joint.origin.xyz | map("float") | join(", ") }}]{{ "," if not loop.last }}
-{% endfor %}
-}}
-"""
-
-
-def test_one_line_of_yaml_adds_an_artifact(tmp_path: Path) -> None:
-    changes = {
-        "robot.yaml": (
-            "  frames: {file: frames.md}",
-            "  frames: {file: frames.md}\n  own: {file: own.json, template: own.json.jinja}",
-        )
-    }
-    path = copy_of_rosorin(tmp_path, changes)
-    (path.parent / "own.json.jinja").write_text(OWN)
-    files = texts(compiled(path))
-    document = json.loads(files["own.json"])
-    assert document["robot"] == "rosorin"
-    assert document["frames"]["link1"] == [0.04662, 7.5437e-05, 0.16044]
-    before = texts(compiled())
-    assert {name for name in files if files[name] != before.get(name)} == {"own.json"}
 
 
 @pytest.mark.parametrize(
@@ -98,12 +70,6 @@ def test_what_would_be_huge_or_breaks_a_filter_is_told_with_its_line(tmp_path: P
 def test_what_is_not_huge_goes_on(tmp_path: Path) -> None:
     text = "{{ 'ab' * 3 }} {{ '%05d' % 7 }} {{ '%s-%s'|format('a', 1) }} {{ 'x'|center(5) }}|{{ 2**10 }}"
     assert render(tmp_path, text + "{% for i in range(3) %}{{ i }}{% endfor %}") == "ababab 00007 a-1   x  |1024012"
-
-
-def test_a_template_with_a_name_that_no_file_can_have(tmp_path: Path) -> None:
-    with pytest.raises(TemplateProblem) as raised:
-        Templates(tmp_path).render("a" * 300 + ".jinja", {})
-    assert raised.value.diagnostic.rule == "template-missing"
 
 
 def test_a_template_that_is_a_link_round_or_too_large(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from support.paths import ROOT, ROSORIN
 from support.robots import compiled_text
 
@@ -40,7 +40,7 @@ def test_a_name_inside_does_not_use_the_one_outside(tmp_path):
     text += "use: {it: {part: a}}\nsensors: {'s${i}': {for: {i: [1]}, type: imu, parent: base_link, frame: 's${i}'}}\n"
     text += "joints: {j: {type: fixed, parent: base_link, child: it_l}}\n"
     told = idle(compiled_text(tmp_path, START + text))
-    assert told == ['nothing uses the value "r" of let', 'nothing uses the value "i" of let']
+    assert told == ['nothing uses the value "r"', 'nothing uses the value "i"']
 
 
 def test_it_waits_until_nothing_is_wrong(tmp_path):
@@ -60,7 +60,7 @@ def test_a_file_that_two_robots_share(tmp_path):
     assert idle(compile_robot(project / "one" / "robot.yaml")) == []
     (project / "two" / "robot.yaml").unlink()
     told = idle(compile_robot(project / "one" / "robot.yaml"))
-    assert told == ['nothing uses the value "height" of let', 'nothing uses the part "wheel"']
+    assert told == ['nothing uses the value "height"', 'nothing uses the part "wheel"']
 
 
 def test_arguments_that_an_include_passes_on(tmp_path):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.source.diagnostics import text
 from support.commands import write_files
 from support.paths import DATA

@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.language.expand.included_robots import with_prefix
 from rosorin_compile.source.diagnostics import ERROR, Source
 from rosorin_compile.source.load import parse_yaml
@@ -160,7 +160,7 @@ def test_a_camera_on_a_bought_arm_needs_four_lines(tmp_path):
 
 
 def test_without_the_extra_the_message_says_what_to_install(monkeypatch):
-    answer = {"absent": "xacro", "said": ""}
+    answer = {"absent": "xacro"}
     monkeypatch.setattr("rosorin_compile.importing.xacro.expand._expand", lambda *_: answer)
     (found,) = [d for d in compile_robot(PACKAGED / "robot.yaml").diagnostics if d.severity == ERROR]
     assert found.rule == "extra-missing"

@@ -11,11 +11,10 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.language.expression import ExpressionError, evaluate, names_in
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.load import LoadError, parse_yaml, plain_scalar
-from rosorin_compile.source.numbers import exact, six, to_fixed
 from rosorin_compile.source.units import LENGTH, UNITS, Quantity, dimension_of, parse_unit
 from support.paths import data_text
 
@@ -115,23 +114,6 @@ def test_no_text_breaks_the_loader(text: str) -> None:
     except LoadError as problem:
         found = problem.diagnostic
     assert found is None or (found.message and found.span is not None)
-
-
-@given(st.floats(allow_nan=False, allow_infinity=False))
-def test_number_formats_say_the_value(value: float) -> None:
-    assert float(exact(value)) == value
-    assert abs(float(six(value)) - value) <= abs(value) * 5e-6
-    for text in (exact(value), six(value), to_fixed(min(max(value, -1e9), 1e9), 7)):
-        assert not text.startswith("-0 ")
-        assert text != "-0"
-        assert "," not in text
-        assert not text.endswith(".")
-
-
-@given(st.floats(-10, 10))
-def test_six_keeps_the_better_form(value: float) -> None:
-    forms = [abs(float(f"{value:.6g}") - value), abs(float(f"{value:.6f}") - value)]
-    assert abs(float(six(value)) - value) == min(forms)
 
 
 def test_expressions_together_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from typing import Any
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -45,28 +44,3 @@ def test_lists_are_those_of_python(text: str) -> None:
         assert "nested" in str(problem) or "large" in str(problem)  # noqa: PT017
         return
     assert told == eval(text, {"sum": sum, "range": range, **VALUES})  # noqa: S307 - of numbers
-
-
-def test_a_value_is_that_of_its_scope_though_the_same_text_stands_in_another() -> None:
-    text = "[a * 2 + b for i in range(3)]"
-    inner = {"a": 100, "b": 1}
-
-    def lookup(name: str) -> Any:
-        if name == "b":  # as a named value does that nobody has needed so far
-            assert evaluate(text, inner.__getitem__) == [201] * 3
-        return VALUES[name]
-
-    assert evaluate(text, lookup) == [4] * 3
-
-
-def test_each_item_is_a_list_of_its_own() -> None:
-    rows = evaluate("[[0] + [1] for i in range(3)]", VALUES.__getitem__)
-    assert rows == [[0, 1]] * 3
-    assert len(set(map(id, rows))) == 3
-
-
-def test_what_has_no_value_is_told_where_it_stands() -> None:
-    with pytest.raises(ExpressionError) as told:
-        evaluate("[i + a / 0 for i in range(3)]", VALUES.__getitem__)
-    assert str(told.value) == "division by zero"
-    assert evaluate("[i + a / 0 for i in range(0)]", VALUES.__getitem__) == []

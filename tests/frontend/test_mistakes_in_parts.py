@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.compiled import understand
+from rosorin_compile.formats.compilation import understand
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic
 from support.paths import data_text
 

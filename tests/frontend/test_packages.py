@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli.main import main
 from rosorin_compile.source.packages import Packages
 
 
@@ -78,24 +77,3 @@ def test_a_package_may_be_a_link(tmp_path):
     (tmp_path / "src" / "hand").symlink_to(real)
     environment = {"ROS_PACKAGE_PATH": str(tmp_path / "src")}
     assert found(tmp_path / "elsewhere" / "arm.urdf", "hand", environment) == tmp_path / "src" / "hand"
-
-
-FINDS = """
-robot: finder
-links: {base: {}}
-urdf_elements: ["<plugin>${find('tool'OTHER)}/a.yaml</plugin>"]
-outputs: {urdf: {file: robot.urdf}}
-"""
-
-
-def test_an_artifact_is_stale_once_a_package_is_elsewhere(tmp_path, monkeypatch, capsys):
-    for place in ("one", "two"):
-        package(tmp_path / place / "tool", "tool")
-    path = tmp_path / "robot.yaml"
-    path.write_text(FINDS.replace("OTHER", ""))
-    for place, word in (("one", "written"), ("one", "unchanged"), ("two", "written")):
-        monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / place))
-        assert main(["all", str(path), "-o", str(tmp_path / "out")]) == 0
-        assert word in capsys.readouterr().out
-    (made,) = (tmp_path / "out").rglob("robot.urdf")
-    assert f"{tmp_path}/two/tool/a.yaml" in made.read_text()

@@ -69,8 +69,6 @@ PART: dict[str, Any] = {
     "drive": {"mecanum": WHEELS, "frame": "arm"},
     "moveit": {"spheres": {"arm": [{"radius": 0.1, "xyz": [0, 0, 0]}]}},
 }
-# Their sides are the names of wheels, which the tests of drives compare.
-OF_SIDES = {"differential_wheels", "omni_wheels", "tricycle_wheels", "ackermann_wheels", "mecanum_wheels"}
 SIDES = ({"front": "rear", "rear": "front"}, {"left": "right", "right": "left"}, {})
 
 
@@ -153,24 +151,6 @@ def _is_equal(one: Any, other: Any) -> bool:
     if isinstance(one, (str, bool)) or one is None:
         return bool(one == other)
     return np.shape(one) == np.shape(other) and bool(np.allclose(one, other, atol=1e-9))
-
-
-def test_the_part_has_every_mapping_that_is_mirrored() -> None:
-    def visit(node: Any, value: Any) -> Iterator[str]:
-        node = {**SCHEMA["$defs"][node["$ref"].rsplit("/", 1)[1]], **node} if "$ref" in node else node
-        if node.get("x-mirror"):
-            yield str(sorted(node["properties"]))
-        inners = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
-        for key, inner in inners:
-            below = node.get("items")
-            if isinstance(key, str):
-                below = node.get("properties", {}).get(key, node.get("additionalProperties"))
-            if isinstance(below, dict):
-                yield from visit(below, inner)
-
-    seen = set(visit(SCHEMA, PART))
-    missing = [name for name, node in SCHEMA["$defs"].items() if node.get("x-mirror") and name not in OF_SIDES]
-    assert [name for name in missing if str(sorted(SCHEMA["$defs"][name]["properties"])) not in seen] == []
 
 
 def test_each_spatial_key_is_mirrored_or_says_why_not() -> None:

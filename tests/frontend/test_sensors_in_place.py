@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.source.diagnostics import has_errors
 from rosorin_compile.source.load import load_mapping
 from support.paths import ROOT

@@ -14,9 +14,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.formats.compiled import Compiled, compile_robot
+from rosorin_compile.formats.compilation import Compiled, compile_robot
 from rosorin_compile.source.diagnostics import Diagnostic
-from rosorin_compile.source.units import DIMENSIONS, Quantity, has_unit, in_si
 
 UNITS = {
     "length": ["m", "mm", "inch"],
@@ -46,14 +45,6 @@ USES = {
 }
 # Beyond half a turn a bare angle looks like degrees, which is told.
 NUMBERS = st.floats(-3, 3).map(lambda one: round(one, 6)).filter(bool)
-
-
-def test_every_dimension_has_its_units() -> None:
-    for kind, units in UNITS.items():
-        for unit in units:
-            quantity = Quantity.parse(f"1 {unit}")
-            assert quantity is not None, unit
-            assert quantity.dimension == DIMENSIONS[kind], unit
 
 
 WAYS = ("given", "computed", "named", "default", "passed on", "argument", "command line", "Python")
@@ -120,48 +111,10 @@ def test_a_bare_number_is_that_number_with_its_unit_of_si(folder: Path, data: st
     assert [one.text for one in bare.artifacts] == [one.text for one in whole.artifacts]
 
 
-@settings(max_examples=60, deadline=None)
-@given(data=st.data())
-def test_any_unit_gives_what_the_number_in_si_gives(folder: Path, data: st.DataObject) -> None:
-    kind = data.draw(st.sampled_from(sorted(UNITS)))
-    unit = data.draw(st.sampled_from(UNITS[kind]))
-    number, way, use = data.draw(NUMBERS), data.draw(st.sampled_from(WAYS)), data.draw(st.sampled_from(sorted(USES)))
-    quantity = Quantity.parse(f"{number} {unit}")
-    assert quantity is not None
-    bare, said_of_bare = outcome(folder, *described(kind, repr(float(quantity)), way, USES[use]))
-    whole, said_of_whole = outcome(folder, *described(kind, f"{number} {unit}", way, USES[use]))
-    assert [one for one in said_of_bare if one[1] == "error"] == [one for one in said_of_whole if one[1] == "error"]
-    assert [one.text for one in bare.artifacts] == [one.text for one in whole.artifacts]
-
-
-def test_a_ratio_is_a_plain_number(folder: Path) -> None:
-    """A number that was worked out of two lengths is what it is where a number is asked for: it goes with any kind."""
-    use = USES["added"].replace("+ 1", "+ 1 m")
-    worked_out, said = outcome(folder, *described("number", "${10 mm / 20 mm}", "given", use))
-    literal, _ = outcome(folder, *described("number", "0.5", "given", use))
-    assert said == [] or all(one[1] != "error" for one in said), said
-    assert [one.text for one in worked_out.artifacts] == [one.text for one in literal.artifacts]
-
-
-@pytest.mark.parametrize("value", [0.1, 3, 1e-7, -2.5])
-def test_a_bare_number_is_known_to_have_had_no_unit(value: float) -> None:
-    """What looks like degrees, or like millimetres, is asked of numbers that somebody wrote without a unit."""
-    assert not has_unit(in_si(value, DIMENSIONS["angle"]))
-    assert not has_unit(value)
-    assert has_unit(Quantity.parse("3 deg"))
-
-
 def test_a_whole_number_of_any_length_is_no_traceback(folder: Path) -> None:
     text, _ = described("length", "1", "Python", USES["length"])
     _, said = outcome(folder, text, {"v": 10**400})
     assert "error" in {severity for _, severity, _ in said}
-
-
-def test_a_bare_number_in_degrees_is_still_suspected(folder: Path) -> None:
-    _, said = outcome(folder, *described("angle", "270", "given", USES["angle"]))
-    assert "angle-looks-like-degrees" in {rule for rule, _, _ in said}
-    _, said = outcome(folder, *described("angle", "270 rad", "given", USES["angle"]))
-    assert "angle-looks-like-degrees" not in {rule for rule, _, _ in said}
 
 
 @pytest.mark.parametrize(("lead", "follower", "text", "factor"), [

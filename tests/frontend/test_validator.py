@@ -16,7 +16,7 @@ from jsonschema import Draft7Validator
 
 from authoring import with_formats
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.compiled import RobotReader
+from rosorin_compile.formats.compilation import RobotReader
 from rosorin_compile.language.expand.description import expand
 from rosorin_compile.language.schema import schema, with_outputs
 from rosorin_compile.language.validate import validate

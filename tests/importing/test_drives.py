@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile import import_robot
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 
 ARM = """<robot name="arm">
   <link name="base"/>

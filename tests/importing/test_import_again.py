@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from rosorin_compile import compile as compile_description
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats.reading import outputs_of, read_robot
+from rosorin_compile.formats.robot_files import outputs_of, read_robot
 from rosorin_compile.importing.description import write
 from rosorin_compile.importing.reimport import Request, import_again, record_of, recorded
 from rosorin_compile.importing.repeats import with_parts

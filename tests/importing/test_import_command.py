@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.compilation import compile_robot
+from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.importing import round_trip
 from support.paths import IMPORTED, ROOT, data_text
 

@@ -11,9 +11,9 @@ import sys
 
 import pytest
 
-from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.robot_files import read_robot
+from rosorin_compile.importing.elements import with_sections
 from rosorin_compile.importing.round_trip import check_round_trip
-from rosorin_compile.importing.words import with_sections
 from support.paths import IMPORTED
 
 FOLDER = IMPORTED

@@ -89,7 +89,7 @@ def test_a_package_gets_a_description_and_a_test_and_keeps_the_rest(
     assert "  install(DIRECTORY descriptions DESTINATION share/${PROJECT_NAME})\n  if(BUILD_TESTING)\n" in told
     assert f"    ament_add_pytest_test(test_cart_description {TEST})\n" in told
     assert "  <test_depend>ament_cmake_pytest</test_depend>\n" in told
-    assert "no launch file names cart.urdf" in told
+    assert "instead of cart.urdf in launch files: rosorin-compile print descriptions/cart/robot.yaml urdf" in told
 
 
 def test_a_package_that_is_the_folder_one_stands_in_is_named(
@@ -286,25 +286,6 @@ def test_nothing_is_written_through_a_link(package: Path, capsys: pytest.Capture
     assert "is a symbolic link" in capsys.readouterr().err
     assert not (package / "descriptions").exists()
     assert not list(elsewhere.iterdir())
-
-
-def test_lines_that_name_the_source_are_listed(
-    package: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    bringup = package.parent / "bringup"
-    for folder in (package, bringup, bringup / "build"):
-        (folder / "launch").mkdir(parents=True)
-        text = "# cart.urdf is expanded below\n    p = 'urdf/cart.urdf'\nq = 'urdf/smart-cart.urdf'\n"
-        (folder / "launch" / "b.launch.py").write_text(text)
-    (bringup / "package.xml").write_text("<package><name>bringup</name></package>")
-    (bringup / "build" / "COLCON_IGNORE").write_text("")
-    monkeypatch.chdir(package)
-    assert run("urdf/cart.urdf", "--into", ".", "-q") == 0
-    _, _, lines = capsys.readouterr().out.partition("rosorin-compile print descriptions/cart/robot.yaml urdf")
-    assert lines.splitlines()[1:] == [
-        "  launch/b.launch.py:2: p = 'urdf/cart.urdf'",
-        "  ../bringup/launch/b.launch.py:2: p = 'urdf/cart.urdf'",
-    ]
 
 
 # With the programs that build and test packages.

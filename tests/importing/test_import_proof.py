@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.mujoco.mjcf import process, proof
+from rosorin_compile.mujoco.mjcf import process
 from rosorin_compile.mujoco.mjcf.write import write
 from support.paths import data_text
 
@@ -64,8 +64,9 @@ def test_lenient_writes_it_all_the_same(
 def test_a_motion_that_differs_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """What no field shows would be a fault of the comparison; here the accelerations differ by themselves."""
     differences = [("motion", "", "frames or accelerations differ by 0.1 (joint arm)")]
-    monkeypatch.setattr(proof, "prove_in_child", lambda *_: {"differences": differences})
-    assert proof.prove(_imported(), "", {}).wrong == {"motion": ["frames or accelerations differ by 0.1 (joint arm)"]}
+    imported = _imported()
+    monkeypatch.setattr(process, "_in_child", lambda *_: {"differences": differences})
+    assert process.prove(imported, "", {}).wrong == {"motion": ["frames or accelerations differ by 0.1 (joint arm)"]}
 
 
 def test_a_crash_of_mujoco_is_no_fault_of_the_robot(
@@ -83,9 +84,11 @@ def test_a_proof_has_an_end(child: str, monkeypatch: pytest.MonkeyPatch) -> None
     limited = (
         "import sys; sys.path[:0] = [sys.argv[1]]\nfrom rosorin_compile.mujoco.mjcf import engine\nengine._limit(1)\n"
     )
+    imported = _imported()
     monkeypatch.setattr(process, "_START", child.format(limited))
     monkeypatch.setattr(process, "_PATIENCE", 1 if "sleep" in child else 600)
-    assert process.prove(Path("arm.xml"), {}, seconds=1) == "MuJoCo did not come to an end with the file in 1 s"
+    said = process.prove(imported, "", {}, seconds=1).unknown
+    assert said == "MuJoCo did not come to an end with the file in 1 s"
 
 
 def _forget(monkeypatch: pytest.MonkeyPatch, words: str) -> None:
@@ -98,7 +101,7 @@ def _forget(monkeypatch: pytest.MonkeyPatch, words: str) -> None:
 
 
 def _imported() -> Any:
-    from rosorin_compile.formats.imported import ReadOptions
+    from rosorin_compile.formats.imported_robot import ReadOptions
     from rosorin_compile.mujoco.mjcf.robot import read_mjcf
 
     return read_mjcf(Path("arm.xml"), ReadOptions())

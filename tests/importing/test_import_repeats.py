@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.formats.compiled import Compiled, compile_robot
-from rosorin_compile.formats.imported import Imported
-from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.compilation import Compiled, compile_robot
+from rosorin_compile.formats.imported_robot import Imported
+from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.importing import round_trip
 from rosorin_compile.importing.repeats import with_parts
 from rosorin_compile.importing.repeats.nodes import mirror_node, nodes_of

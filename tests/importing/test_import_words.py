@@ -16,11 +16,11 @@ from xml.etree import ElementTree
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.formats.imported import Imported
-from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.compilation import compile_robot
+from rosorin_compile.formats.imported_robot import Imported
+from rosorin_compile.formats.robot_files import read_robot
+from rosorin_compile.importing.elements import report_elements, with_sections
 from rosorin_compile.importing.round_trip import check_round_trip
-from rosorin_compile.importing.words import report_words, with_sections
 from support.paths import ROOT, data_text
 from support.unrounded import compile_unrounded
 
@@ -46,7 +46,7 @@ def described(read: Imported, folder: Path, *change: object) -> tuple[list[str],
         (folder / name).write_text(text, "utf-8")
     compiled = compile_unrounded(folder / "robot.yaml")
     urdf = next(one.text for one in compiled.artifacts if one.backend == "urdf")
-    return report_words(made), "".join(trip.files.values()), urdf
+    return report_elements(made), "".join(trip.files.values()), urdf
 
 
 def said(file: Path, folder: Path) -> str:

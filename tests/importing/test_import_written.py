@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.formats.imported import file_name as safe
-from rosorin_compile.formats.reading import outputs_of, read_robot
+from rosorin_compile.formats.compilation import compile_robot
+from rosorin_compile.formats.imported_robot import file_name as safe
+from rosorin_compile.formats.robot_files import outputs_of, read_robot
 from rosorin_compile.importing.description import write
 from rosorin_compile.importing.layout import ROTATING
 from rosorin_compile.importing.round_trip import check_round_trip
@@ -20,7 +20,7 @@ from rosorin_compile.source.diagnostics import text as report
 from rosorin_compile.source.tree import Map, Seq
 from support.engines import Pinocchio, Yourdfpy
 from support.importing import robot
-from support.paths import IMPORTED, data_text
+from support.paths import IMPORTED
 from support.unrounded import compile_unrounded
 
 
@@ -128,33 +128,6 @@ def test_stock_readers_see_the_same_robot(name: str, engine: str, tmp_path: Path
 )
 def test_file_names_are_safe(name: str, file: str) -> None:
     assert safe(name) == file
-
-
-PRINTED = data_text("robots/import_written_printed.urdf")
-
-
-@pytest.mark.parametrize(
-    ("digits", "written"),
-    [
-        ("0.69999999999999996", "0.7"),
-        ("6.999999999999999556e-01", "0.7"),
-        ("0.7000", "0.7000"),
-        ("0.3333333333333333", "0.3333333333333333"),
-        ("0.33333333333333331", "0.3333333333333333"),
-        ("3.6651914291880923", "3.6651914291880923"),
-    ],
-)
-def test_digits_beyond_a_double_are_left_out_and_nothing_is_said_twice(
-    tmp_path: Path, digits: str, written: str
-) -> None:
-    source = tmp_path / "printed.urdf"
-    source.write_text(PRINTED.format(mass=digits), "utf-8")
-    imported = read_robot(source)
-    (text,) = write(imported, outputs_of(imported)).values()
-    assert text.count("# and nothing else") == 1
-    assert f"      mass: {written}\n" in text or f"mass: {written}," in text
-    assert "xyz: [0.05, -0.1, 1.50]" in text
-    assert "inertia: {ixx: 1e-3, iyy: 0.001, izz: 0.00100000}" in text
 
 
 @pytest.mark.usefixtures("home")

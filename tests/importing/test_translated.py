@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.imported import Outputs, ReadOptions
-from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.imported_robot import Outputs, ReadOptions
+from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.importing.xacro.translate import Target, translate
 from support.paths import DATA
 

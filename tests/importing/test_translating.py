@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.formats.imported import Outputs, ReadOptions
-from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.compilation import compile_robot
+from rosorin_compile.formats.imported_robot import Outputs, ReadOptions
+from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.importing.xacro import translate as translator
 from rosorin_compile.importing.xacro.translate import Target, Translation, translate
 from support.paths import DATA
@@ -113,8 +113,8 @@ HARDWARE = (
 @pytest.mark.parametrize(
     ("body", "right", "wrong", "reason"),
     [
-        (WHEEL, '"0.25"', '"9"', "a_wheel moved"),
-        (HARDWARE, "slow/Slow", "fast/Slow", '<ros2_control name="x">: it is different'),
+        (WHEEL, '"#0.25"', '"#9"', "a_wheel moved"),
+        (HARDWARE, "slow/Slow", "fast/Slow", "robot element ros2_control x plugin slow/Slow -> fast/Slow"),
     ],
 )
 def test_a_macro_that_is_translated_wrongly_is_written_out(

@@ -16,7 +16,7 @@ import pytest
 from jsonschema import Draft7Validator
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.source.diagnostics import ERROR, WARNING
 from support.commands import write_files
 from support.paths import DATA
@@ -83,7 +83,7 @@ def test_all_files_that_xacro_reads_are_inputs_and_no_artifact_names_a_folder_of
 
 def test_editors_know_the_macros_and_their_parameters(monkeypatch, capsys):
     monkeypatch.chdir(MACROS)
-    monkeypatch.setattr("rosorin_compile.formats.compiled.read_robot", None)  # xacro is not run
+    monkeypatch.setattr("rosorin_compile.formats.compilation.read_robot", None)  # xacro is not run
     assert main(["schema", "--macros"]) == 0
     schema = json.loads(capsys.readouterr().out)
     checker = Draft7Validator(schema)

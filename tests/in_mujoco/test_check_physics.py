@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.mujoco.physics import checking
+from rosorin_compile.mujoco import physics
 from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.project import Description
@@ -28,7 +28,7 @@ CASES = sorted((DATA / "physics").glob("*.yaml"))
 
 
 def looked_at(path: Path) -> list[Diagnostic]:
-    return list(checking.check_physics(Request(Description("bad", path, Path("outputs")))).diagnostics)
+    return list(physics.check_physics(Request(Description("bad", path, Path("outputs")))).diagnostics)
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)
@@ -103,7 +103,7 @@ def test_it_finds_the_meshes_that_check_finds(home: Path, capsys: Shown) -> None
 @pytest.mark.usefixtures("rosorin")
 def test_what_is_not_installed_is_named_with_the_command(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
     absent = ("mujoco", "collada")
-    monkeypatch.setattr(checking, "is_installed", lambda name: name not in absent)
+    monkeypatch.setattr(physics, "is_installed", lambda name: name not in absent)
     assert main(["check", "physics"]) == 2
     said = "rosorin-compile: check physics needs what is not installed: pip install 'mujoco>=3.12' pycollada\n"
     assert capsys.readouterr().err == said

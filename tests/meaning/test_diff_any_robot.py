@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
@@ -12,16 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.compare.diff import compare_robots
-from rosorin_compile.compare.difference import FRAME, JOINT, LIMIT, MASS, NAME, SHAPE, YAML, Item, Side
+from rosorin_compile.compare.difference import YAML, Item, Side
 from rosorin_compile.model import (
     Box,
     Capsule,
     Cylinder,
     Inertial,
-    Joint,
-    Limit,
-    Link,
-    Pose,
     Robot,
     Shape,
     Sphere,
@@ -150,182 +145,3 @@ def test_a_prefix_is_seen_through(seed: int) -> None:
     back = compare_robots(Side("b", YAML, named), Side("a", YAML, robot))
     assert back.same
     assert back.notes == ('the names of A begin with "left/"',)
-
-
-Change = Callable[[Robot, random.Random], tuple[Robot, str, str, str] | None]
-
-
-def _with_joint(robot: Robot, joint: Joint) -> Robot:
-    return replace(robot, joints=tuple(joint if other.name == joint.name else other for other in robot.joints))
-
-
-def _with_link(robot: Robot, link: Link) -> Robot:
-    return replace(robot, links=tuple(link if other.name == link.name else other for other in robot.links))
-
-
-def moved_frame(robot: Robot, chance: random.Random) -> tuple[Robot, str, str, str] | None:
-    joints = [joint for joint in robot.joints if joint.is_fixed]
-    if not joints:
-        return None
-    joint = chance.choice(joints)
-    x, y, z = joint.origin.xyz
-    changed = replace(joint, origin=Pose((x + 0.003, y, z), joint.origin.rpy))
-    return _with_joint(robot, changed), FRAME, joint.child, "origin"
-
-
-def turned_joint(robot: Robot, chance: random.Random) -> tuple[Robot, str, str, str] | None:
-    joints = [joint for joint in robot.joints if joint.moves]
-    if not joints:
-        return None
-    joint = chance.choice(joints)
-    roll, pitch, yaw = joint.origin.rpy
-    changed = replace(joint, origin=Pose(joint.origin.xyz, (roll, pitch, yaw + 0.02)))
-    return _with_joint(robot, changed), JOINT, joint.name, "origin"
-
-
-def tilted_axis(robot: Robot, chance: random.Random) -> tuple[Robot, str, str, str] | None:
-    joints = [joint for joint in robot.joints if joint.moves]
-    if not joints:
-        return None
-    joint = chance.choice(joints)
-    x, y, z = joint.axis
-    across = (0.0, -z, y) if abs(x) < 0.9 else (-y, x, 0.0)
-    tilt = Transform(rotation_about(across, 0.05))
-    return _with_joint(robot, replace(joint, axis=tilt.rotate(joint.axis))), JOINT, joint.name, "axis"
-
-
-def flipped_axis(robot: Robot, chance: random.Random) -> tuple[Robot, str, str, str] | None:
-    joints = [joint for joint in robot.joints if joint.moves]
-    if not joints:
-        return None
-    joint = chance.choice(joints)
-    x, y, z = joint.axis
-    limit = joint.limit
-    if limit is not None and limit.lower is not None and limit.upper is not None:
-        limit = replace(limit, lower=-limit.upper, upper=-limit.lower)
-    return _with_joint(robot, replace(joint, axis=(-x, -y, -z), limit=limit)), JOINT, joint.name, "coordinate"
-
-
-def other_limit(robot: Robot, chance: random.Random) -> tuple[Robot, str, str, str] | None:
-    joints = [joint for joint in robot.joints if joint.limit is not None and joint.limit.lower is not None]
-    if not joints:
-        return None
-    joint = chance.choice(joints)
-    quantity = chance.choice(["lower", "upper", "effort", "velocity"])
-    value = getattr(joint.limit, quantity)
-    changed = replace(joint, limit=replace(joint.limit or Limit(), **{quantity: value * 1.01}))
-    return _with_joint(robot, changed), LIMIT, joint.name, f"limit {quantity}"
-
-
-def other_mass(robot: Robot, chance: random.Random) -> tuple[Robot, str, str, str] | None:
-    links = [link for link in robot.links if link.inertial is not None]
-    if not links:
-        return None
-    link = chance.choice(links)
-    old = link.inertial
-    assert old is not None
-    x, y, z = old.pose.xyz
-    new, quantity = chance.choice(
-        [
-            (replace(old, mass=old.mass * 1.001), "mass"),
-            (replace(old, pose=Pose((x, y, z + 0.0004), old.pose.rpy)), "centre of mass"),
-            (replace(old, izz=old.izz * 1.01), "inertia"),
-        ]
-    )
-    return _with_link(robot, replace(link, inertial=new)), MASS, link.name, quantity
-
-
-def other_shape(robot: Robot, chance: random.Random) -> tuple[Robot, str, str, str] | None:
-    links = [link for link in robot.links if link.collision]
-    if not links:
-        return None
-    link = chance.choice(links)
-    first = link.collision[0]
-    geometry = first.geometry
-    if isinstance(geometry, Box):
-        a, b, c = geometry.upper
-        changed = replace(first, geometry=Box(geometry.lower, (a + 0.001, b, c)))
-    elif isinstance(geometry, Sphere):
-        changed = replace(first, geometry=Sphere(geometry.radius + 0.001))
-    else:
-        assert isinstance(geometry, (Cylinder, Capsule))
-        changed = replace(first, geometry=replace(geometry, length=geometry.length + 0.001))
-    return _with_link(robot, replace(link, collision=(changed, *link.collision[1:]))), SHAPE, link.name, "collision"
-
-
-def without_leaf(robot: Robot, chance: random.Random) -> tuple[Robot, str, str, str] | None:
-    leaves = [joint for joint in robot.joints if joint.child not in robot.joints_from]
-    leaves = [j for j in leaves if all(o.mimic is None or o.mimic.joint != j.name for o in robot.joints)]
-    if not leaves:
-        return None
-    joint = chance.choice(leaves)
-    links = tuple(link for link in robot.links if link.name != joint.child)
-    joints = tuple(other for other in robot.joints if other is not joint)
-    return replace(robot, links=links, joints=joints), NAME, joint.child, "existence"
-
-
-def other_link_name(robot: Robot, chance: random.Random) -> tuple[Robot, str, str, str] | None:
-    name = chance.choice(robot.links).name
-    links = tuple(replace(link, name="other") if link.name == name else link for link in robot.links)
-    joints = tuple(
-        replace(
-            joint,
-            parent="other" if joint.parent == name else joint.parent,
-            child="other" if joint.child == name else joint.child,
-        )
-        for joint in robot.joints
-    )
-    return replace(robot, links=links, joints=joints), NAME, name, "name"
-
-
-def other_joint_name(robot: Robot, chance: random.Random) -> tuple[Robot, str, str, str] | None:
-    name = chance.choice(robot.joints).name
-
-    def new(old: str) -> str:
-        return "other" if old == name else old
-
-    joints = tuple(
-        replace(joint, name=new(joint.name), mimic=joint.mimic and replace(joint.mimic, joint=new(joint.mimic.joint)))
-        for joint in robot.joints
-    )
-    return replace(robot, joints=joints), NAME, name, "name"
-
-
-CHANGES: list[Change] = [
-    moved_frame,
-    turned_joint,
-    tilted_axis,
-    flipped_axis,
-    other_limit,
-    other_mass,
-    other_shape,
-    without_leaf,
-    other_link_name,
-    other_joint_name,
-]
-
-
-def is_told_once(seed: int, change: Change) -> None:
-    chance = random.Random(seed)  # noqa: S311
-    robot = robot_of(chance)
-    made = change(robot, chance)
-    if made is None:
-        return
-    changed, kind, name, quantity = made
-    found = differences(robot, changed)
-    assert [(item.kind, item.name, item.quantity) for item in found] == [(kind, name, quantity)], found
-    chance.shuffle(shuffled := list(changed.joints))
-    again = differences(replace(changed, joints=tuple(shuffled)), robot)
-    assert len(again) == 1, again
-
-
-@given(SEEDS, st.sampled_from(CHANGES))
-@settings(max_examples=150, deadline=None)
-def test_one_change_is_told_once_by_name(seed: int, change: Change) -> None:
-    is_told_once(seed, change)
-
-
-@pytest.mark.parametrize("change", CHANGES, ids=lambda change: change.__name__)
-def test_one_change_of_a_few_robots_is_told_once_by_name(change: Change) -> None:
-    for seed in range(4):
-        is_told_once(seed, change)

@@ -50,4 +50,4 @@ def test_a_urdf_says_nothing_of_drives(home: Path, capsys: Shown) -> None:
     capsys.readouterr()
     assert main(["diff", "r.yaml", "outputs/r/r.urdf"]) == 0
     out = capsys.readouterr().out
-    assert "1 drive" in next(line for line in out.splitlines() if line.startswith("not compared:"))
+    assert "drive" in next(line for line in out.splitlines() if line.startswith("not compared:"))

@@ -17,14 +17,14 @@ from hypothesis import strategies as st
 
 from rosorin_compile.cli.diff import as_json
 from rosorin_compile.cli.main import main
-from rosorin_compile.cli.markdown import Section, blocks, document
+from rosorin_compile.cli.report_formats import Section, markdown
 from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import YAML, Side, lines
 from rosorin_compile.compare.names import renamed_robot
 from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.output.committed import compare
+from rosorin_compile.output.golden_check import compare
 from rosorin_compile.viewer.changed import change_data
 from rosorin_compile.viewer.page import data_of
 from support.commands import Shown, edit, write_files
@@ -92,9 +92,9 @@ def by_check(robot: Robot, chance: random.Random) -> None:
     own = [change for change in comparison.changes if not FOLLOWS.intersection(change.kind.split())]
     said = [change.line() for change in own]
     assert told(planted, said), (planted_of(planted), said)
-    table = [line for line in document([Section("r", blocks=blocks(own, []))]).splitlines() if line.startswith("| ")][
-        2:
-    ]
+    section = Section("r")
+    section.add_differences(own, [])
+    table = [line for line in markdown([section]).splitlines() if line.startswith("| ")][2:]
     assert told(planted, [unescape(line).replace("`", "") for line in table]), (planted_of(planted), table)
     page = [change_data(change, [changed, robot]) for change in own]
     assert told(planted, [f"{data.get('frame', '')} {data['text']}" for data in page]), (planted_of(planted), page)

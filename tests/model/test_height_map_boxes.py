@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from rosorin_compile.model import Box, HeightMap, Pose, Shape
 from rosorin_compile.model.bounds import Bounds, bounds_of
 from rosorin_compile.model.shape import GROUNDED, MERGED, ROWS
-from support.robots import compiled
 
 STEP = 0.05
 CELL = 0.1
@@ -57,13 +56,6 @@ def test_each_form_fills_every_cell_once(grid: HeightMap, form: str) -> None:
     assert all(a < b for box in boxes for a, b in zip(box.lower, box.upper, strict=True))
 
 
-@given(grids())
-def test_merged_boxes_are_no_more_than_the_runs_of_either_direction(grid: HeightMap) -> None:
-    cells = meant(grid, ROWS)
-    columns = sum(value != cells.get((i - 1, j)) for (i, j), value in cells.items())
-    assert len(grid.boxes(MERGED)) <= min(len(grid.boxes(ROWS)), columns)
-
-
 def test_equal_cells_are_one_box_and_a_hole_is_none() -> None:
     same = HeightMap((0.0, 0.0), CELL, ((0.2,) * 5,) * 4, STEP)
     assert same.boxes(MERGED) == (Box((0.0, 0.0, 0.0), (4 * CELL, 5 * CELL, 0.2)),)
@@ -79,12 +71,6 @@ def test_a_cell_that_would_begin_at_its_top_is_a_well() -> None:
     assert grid.boxes(ROWS) == (Box((0, 0, 0.1), (1, 1, 0.5)), Box((1, 0, 0.1), (2, 2, 0.5)))
     assert len(grid.boxes(GROUNDED)) == 3  # which knows of no bottom
     assert bounds_of([Shape(grid)]) == Bounds((0, 0, 0.1), (2, 3, 0.5))
-
-
-def test_the_reference_robot_has_a_quarter_of_the_boxes() -> None:
-    (shape,) = compiled().robot.link["base_footprint"].collision
-    assert [len(shape.solids(form)) for form in (GROUNDED, ROWS, MERGED)] == [148, 150, 35]  # wells for its wheels
-    assert [piece.name for piece in Shape(shape.geometry, name="body").solids(MERGED)][:2] == ["body_1", "body_2"]
 
 
 def test_what_is_drawn_stands_on_zero() -> None:

@@ -16,7 +16,7 @@ from rosorin_compile.model.geometry import rotation_of_rpy
 from rosorin_compile.model.joint import NODE, Mimic
 from rosorin_compile.model.kinematics import Graph, Kinematics, NoWay
 from rosorin_compile.source.system import pip_install
-from support.robots import RECORDED, compiled
+from support.robots import compiled
 
 TOLERANCE = 1e-12
 STATES = 5
@@ -83,24 +83,6 @@ def test_many_states_are_the_model_state_by_state(data: st.DataObject) -> None:
         assert np.abs(found[index] - matrix(robot.transform(source, target, state))).max() < TOLERANCE
         for name, one in every.items():
             assert np.abs(blocks(one)[index] - matrix(robot.transform(source, name, state))).max() < TOLERANCE
-
-
-@settings(max_examples=100, deadline=None)
-@given(st.data())
-def test_all_links_are_where_each_of_them_is(data: st.DataObject) -> None:
-    robot = data.draw(robots(("revolute", "continuous", "prismatic", "fixed")))
-    state = at(data.draw(positions(robot)), 0)
-    every = robot.poses_in_root(state)
-    assert every == {link.name: robot.pose_in_root(link.name, state) for link in robot.links}
-
-
-def test_a_joint_of_several_coordinates_takes_a_number_for_each() -> None:
-    joint = Joint("free", "planar", "a", "b", Pose((1.0, 0.0, 0.0)), (0.0, 0.0, 1.0))
-    robot = Robot("made", (Link("a"), Link("b")), (joint,))
-    state = (0.5, -0.25, math.pi / 2)
-    assert robot.poses_in_root({"free": state})["b"] == joint.transform(state)
-    assert robot.poses_in_root({})["b"] == joint.transform()
-    assert robot.poses_in_root({"free": state})["b"].xyz == (1.5, -0.25, 0.0)
 
 
 def urdf_of(robot: Robot) -> str:
@@ -188,27 +170,6 @@ def test_joints_of_several_coordinates_are_at_zero_unless_they_are_given(kind: s
         kinematics.transforms("a", "c", {"free": [0.0, 0.0]})
 
 
-@pytest.mark.parametrize(
-    ("kind", "coordinates"), [("floating", (0.1, 0.2, 0.3, 0.5, -0.5, 0.1, 0.7)), ("ball", (0.5, -0.5, 0.1, 0.7))]
-)
-def test_floating_joints_backwards_are_the_inverse(kind: str, coordinates: tuple[float, ...]) -> None:
-    joint = Joint("free", kind, "a", "b", Pose((1, 2, 3), (0.1, 0.2, 0.3)))
-    robot = Robot("made", (Link("a"), Link("b")), (joint,))
-    found = blocks(Kinematics(robot).transforms("b", "a", {"free": [coordinates]}))
-    assert np.abs(found[0] - matrix(joint.transform(coordinates).inverse())).max() < TOLERANCE
-
-
-def test_followers_follow() -> None:
-    robot = compiled().robot
-    assert robot is not None
-    follower = next(joint for joint in robot.joints if joint.mimic is not None)
-    found = blocks(Kinematics(robot).transforms("gripper_link", follower.child, {"r_joint": [0.0, 0.5]}))
-    assert (
-        np.abs(found[1] - matrix(robot.transform("gripper_link", follower.child, {"r_joint": 0.5}))).max() < TOLERANCE
-    )
-    assert np.abs(found[0] - found[1]).max() > 0.1
-
-
 def test_lengths_that_differ_are_told() -> None:
     robot = compiled().robot
     assert robot is not None
@@ -216,15 +177,6 @@ def test_lengths_that_differ_are_told() -> None:
         Kinematics(robot).transforms("base_link", "link5", {"joint1": [0, 1], "joint2": [0, 1, 2]})
     with pytest.raises(KeyError):
         Kinematics(robot).transforms("base_link", "nowhere", {})
-
-
-def test_the_tucked_camera_is_where_it_was_recorded() -> None:
-    robot = compiled().robot
-    assert robot is not None
-    tuck = next(pose for pose in robot.poses if pose.name == "tuck").positions
-    _, translations = Kinematics(robot).transforms("base_link", "camera_link", tuck)
-    recorded = next(tf for tf in RECORDED["tf"] if tf["to"] == "camera_link")
-    assert [round(value, 3) for value in translations[0]] == recorded["translation"]
 
 
 NODE_A = Publisher(NODE, "driver")
@@ -256,12 +208,6 @@ def test_one_transform_of_two_nodes_is_known_if_both_say_the_same() -> None:
     assert found[0][:, 3].tolist() == [1, 0, 0]
     with pytest.raises(NoWay):
         Graph(with_edges(first, replace(same, pose=there))).way("map", "base")
-
-
-def test_trees_that_do_not_meet_have_no_missing_edge() -> None:
-    with pytest.raises(NoWay) as refused:
-        Graph(with_edges(Edge("moon", "crater", NODE_A, moving=False))).way("base", "crater")
-    assert refused.value.missing == ()
 
 
 def test_numpy_is_imported_when_it_is_needed_and_named_when_it_is_missing() -> None:

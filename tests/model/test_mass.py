@@ -11,11 +11,10 @@ from hypothesis import strategies as st
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
-from rosorin_compile.formats.compiled import compile_robot  # noqa: E402
-from rosorin_compile.model import Box, Capsule, Cylinder, Geometry, HeightMap, Inertial, Mesh, Pose, Shape, Sphere  # noqa: E402
-from rosorin_compile.model.mass import inertial_of  # noqa: E402
+from rosorin_compile.formats.compilation import compile_robot  # noqa: E402
+from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Inertial, Mesh, Pose, Shape, Sphere  # noqa: E402
+from rosorin_compile.model.link import inertial_of  # noqa: E402
 from support.paths import data_text  # noqa: E402
-from support.robots import compiled  # noqa: E402
 from support.simulator import written  # noqa: E402
 
 CASES = yaml.safe_load(data_text("cases/mass.yaml"))
@@ -68,32 +67,6 @@ def test_mass_and_inertia_are_those_that_mujoco_takes_from_the_geoms(shapes: lis
     np.testing.assert_allclose(tensor(by_mass), tensor(ours), rtol=1e-9, atol=1e-12 * scale)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "solid", [Box((-0.1, -0.2, -0.3), (0.1, 0.2, 0.5)), Cylinder(0.2, 0.7), Capsule(0.2, 0.3), Sphere(0.3)]
-)
-def test_mass_and_inertia_are_those_of_many_points(solid: Geometry) -> None:
-    """The integral, by a grid of points, without any formula."""
-    points = np.stack(np.meshgrid(*[np.linspace(-0.6, 0.6, 161)] * 3, indexing="ij"), -1).reshape(-1, 3)
-    x, y, z = points.T
-    if isinstance(solid, Box):
-        inside = np.all((points >= solid.lower) & (points <= solid.upper), axis=1)
-    elif isinstance(solid, Sphere):
-        inside = (points**2).sum(1) <= solid.radius**2
-    else:
-        beyond = np.maximum(np.abs(z) - solid.length / 2, 0)
-        ends = beyond**2 if isinstance(solid, Capsule) else np.where(beyond > 0, np.inf, 0)
-        inside = x**2 + y**2 + ends <= solid.radius**2
-    found = points[inside]
-    volume = len(found) * (1.2 / 160) ** 3
-    centre = found.mean(0)
-    spread = (found - centre).T @ (found - centre) / len(found)
-    ours = inertial_of([Shape(solid)], mass=1.0)
-    assert Shape(solid).volume == pytest.approx(volume, rel=0.05)
-    np.testing.assert_allclose(ours.pose.xyz, centre, atol=5e-3)
-    np.testing.assert_allclose(tensor(ours), np.trace(spread) * np.eye(3) - spread, rtol=0.05, atol=1e-3)
-
-
 def test_a_height_map_is_its_boxes_and_a_mesh_is_nothing() -> None:
     boxes = HeightMap((0.0, 0.0), 0.1, ((0.2, 0.1), (0.3, 0.3)), 0.1)
     assert Shape(boxes).volume == pytest.approx(0.009)
@@ -113,26 +86,3 @@ def test_an_inertial_of_shapes_is_whole_and_said_once(tmp_path: Path, inertial: 
         assert made.diagnostics[0].span.line == 3
     else:
         assert made.artifacts
-
-
-def test_the_mass_of_a_mirrored_part_is_mirrored(tmp_path: Path) -> None:
-    """Shapes of the link itself, and shapes that are listed for the mass alone."""
-    listed = "inertial: {mass: 1, of: [{box: {size: [1, 2, 3]}, xyz: [1, 2, 3], rpy: [0.1, 0.2, 0.3]}]}"
-    own = listed[listed.index("[") : -1]
-    text = f"""links: {{base_link: {{}}}}
-parts:
-  body:
-    links:
-      a: {{{listed}}}
-      b: {{inertial: {{mass: 1, of: collision}}, collision: {own}}}
-    joints: {{ja: {{type: fixed, parent: mount, child: a}}, jb: {{type: fixed, parent: mount, child: b}}}}
-use: {{left: {{part: body, parent: base_link}}, right: {{part: body, parent: base_link, mirror: y}}}}"""
-    robot = compiled(written(tmp_path, text)).robot
-    assert robot is not None
-    flip = np.diag([1, -1, 1])
-    for name in ("a", "b"):
-        left, right = (robot.link[f"{side}_{name}"].inertial for side in ("left", "right"))
-        assert left is not None
-        assert right is not None
-        np.testing.assert_allclose(right.pose.xyz, flip @ left.pose.xyz, atol=1e-15)
-        np.testing.assert_allclose(tensor(right), flip @ tensor(left) @ flip, atol=1e-15)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.output import OutputError, WriteResult, artifact_set, read_set, staging, write_set
+from rosorin_compile.output import OutputError, WriteResult, artifact_set, atomic_files, read_set, write_set
 from support.output_child import A, B, encoded, files_in, names, no_swap, refused, stages
 
 STALE = ".rosorin-compile-0123456789abcdef"
@@ -79,7 +79,7 @@ def test_what_others_keep_there_stays_theirs(folder, monkeypatch, way):
     (folder / "run.bag").write_bytes(bytes(range(256)))
     os.utime(folder / "run.bag", ns=(1_000_000_001, 2_000_000_002))
     if way == "one by one":
-        monkeypatch.setattr(staging, "exchange", no_swap)
+        monkeypatch.setattr(atomic_files, "exchange", no_swap)
     elif way == "copies":
         monkeypatch.setattr(os, "link", lambda *_, **__: no_swap(folder, folder))
     else:

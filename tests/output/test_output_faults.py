@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.output import read_set, staging, write_set
+from rosorin_compile.output import atomic_files, read_set, write_set
 from support import output_child
 from support.output_child import NEW, OLD, A, B, encoded, files_in, names, no_swap, refused, stages
 
@@ -199,7 +199,7 @@ def test_an_error_leaves_the_old_set(folder, monkeypatch, name):
 
 
 def test_files_are_replaced_one_by_one_where_nothing_can_be_exchanged(folder, monkeypatch):
-    monkeypatch.setattr(staging, "exchange", no_swap)
+    monkeypatch.setattr(atomic_files, "exchange", no_swap)
     (folder / "mine.txt").write_text("mine")
     (folder / "f5.txt").unlink()
     inode = folder.stat().st_ino
@@ -211,7 +211,7 @@ def test_files_are_replaced_one_by_one_where_nothing_can_be_exchanged(folder, mo
 
 
 def test_pruned_files_are_removed_one_by_one_and_folders_stay(folder, monkeypatch):
-    monkeypatch.setattr(staging, "exchange", no_swap)
+    monkeypatch.setattr(atomic_files, "exchange", no_swap)
     (folder / "old.txt").write_text("old")
     (folder / "kept").mkdir()
     write_set(folder, B, prune=True)
@@ -220,7 +220,7 @@ def test_pruned_files_are_removed_one_by_one_and_folders_stay(folder, monkeypatc
 
 
 def test_an_error_between_two_files_leaves_the_old_set(folder, monkeypatch):
-    monkeypatch.setattr(staging, "exchange", no_swap)
+    monkeypatch.setattr(atomic_files, "exchange", no_swap)
     replace, replaced = Path.replace, []
 
     def failing(one, two):

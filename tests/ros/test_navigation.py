@@ -18,9 +18,9 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.request import Request
-from rosorin_compile.ros.check_parameters.checking import check_parameters
+from rosorin_compile.ros.check_parameters.check import check_parameters
 from rosorin_compile.ros.navigation import FILTER, frames_of, kind_of
-from rosorin_compile.ros.parameters.files import nodes_of
+from rosorin_compile.ros.parameter_files import nodes_of
 from rosorin_compile.ros.robot_localization import STATES
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import Diagnostic, has_errors

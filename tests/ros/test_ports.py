@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.ros.parameters.files import nodes_of
+from rosorin_compile.ros.parameter_files import nodes_of
 from support.paths import ROOT, data_text
 
 CART = data_text("robots/cart_with_nav2.yaml")
@@ -88,6 +88,15 @@ def test_points_of_depth_leave_the_floor_free(tmp_path: Path) -> None:
         (
             [("mock_components/GenericSystem", "gz_ros2_control/GazeboSimSystem")],
             'hardware block "motors" has the plugin gz_ros2_control/GazeboSimSystem, which Gazebo loads',
+        ),
+        (
+            [
+                (
+                    "{type: diff_drive}",
+                    "{type: diff_drive, params: {qos_overrides./base/odom.publisher.reliability: best_effort}}",
+                )
+            ],
+            "ekf_filter_node needs reliable messages on /base/odom and gets none: base sends them as best effort",
         ),
     ],
 )

@@ -15,7 +15,7 @@ import pytest
 import yaml
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.ros.parameters.files import nodes_of
+from rosorin_compile.ros.parameter_files import nodes_of
 from support.colcon import NEEDS_COLCON, colcon
 from support.launch import read
 from support.nav2_bringup import SENDERS, write_nav2_bringup

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from rosorin_compile.compare.artifacts import agreement
-from rosorin_compile.formats.compiled import Compiled, compile_robot
+from rosorin_compile.formats.compilation import Compiled, compile_robot
 from rosorin_compile.formats.mesh_files import Places, search
 from rosorin_compile.source.diagnostics import has_errors
 from rosorin_compile.source.load import load_mapping

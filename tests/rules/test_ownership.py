@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.compare.artifacts import agreement
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.formats.frames import publishing
 from rosorin_compile.formats.static_tf import condition, in_frontends, in_python
 from rosorin_compile.language.lower import lower
@@ -164,66 +164,6 @@ def test_gaps_are_those_of_the_search(description):
     assert set(proof.published) == always
     assert set(proof.gaps) == set().union(*published) - always
     assert proof.wrong == proof.unchecked == ()
-
-
-@st.composite
-def held_apart(draw: Any) -> dict[str, Any]:
-    """Make a robot of which some joints are published by nobody, and a frame that takes its parents in turn."""
-    joints: dict[str, Any] = {}
-    for n in range(1, 5):
-        publisher = draw(st.sampled_from(["a", NOBODY]))
-        joints[f"j{n}"] = {"type": "fixed", "parent": f"l{draw(st.integers(0, n - 1))}", "child": f"l{n}"}
-        joints[f"j{n}"]["publisher"] = publisher
-    links = [f"l{n}" for n in range(5)]
-    free = ["l0", *(joint["child"] for joint in joints.values() if joint["publisher"] == NOBODY)]
-    edges = []
-    for child in draw(st.lists(st.sampled_from(free), unique=True, max_size=2)):
-        for when in draw(IN_TURN):
-            parent = draw(st.sampled_from([*links, "odom"]))
-            edges.append({"parent": parent, "child": child, "publisher": "b", "when": when})
-    made = {"robot": "made", "modes": dict.fromkeys(MODES), "publishers": {"a": None, "b": None}}
-    return {**made, "links": {link: {} for link in links}, "joints": joints, "edges": edges}
-
-
-@given(held_apart())
-@settings(max_examples=300, deadline=None)
-def test_what_is_cut_off_is_found(description):
-    """Where each frame has one publisher in every mode, links below two tops that may be joined are cut off."""
-    diagnostics = found(description)
-    if any(d.severity == "error" or d.rule == "unpublished-edge" for d in diagnostics):
-        return
-    runs = [
-        {child: parent for parent, child, owner in running(description, states) if owner != "nobody"}
-        for states in every_state()
-    ]
-    ever = set().union(*runs)
-    if any(set(run) != ever for run in runs):  # what nobody publishes in some mode, by its own words
-        return
-    pairs = {pair for run in runs for pair in run.items()}
-    cut = False
-    for now in runs:
-        links = {name for name in {*now, *now.values()} if name.startswith("l")}
-        tops = {name: top(now, name) for name in links}
-        cut = cut or any(tops[a] != tops[b] and joined(pairs, a, b) for a in links for b in links)
-    assert any(d.rule == "split-tf" and "no node publishes joint" not in d.message for d in diagnostics) == cut
-
-
-def top(run: dict[str, str], name: str) -> str:
-    while name in run:
-        name = run[name]
-    return name
-
-
-def joined(pairs: set[tuple[str, str]], a: str, b: str) -> bool:
-    seen, waiting = {a}, [a]
-    while waiting:
-        here = waiting.pop()
-        for one, other in pairs:
-            for near in ([other] if one == here else []) + ([one] if other == here else []):
-                if near not in seen:
-                    seen.add(near)
-                    waiting.append(near)
-    return b in seen
 
 
 def model(description: dict[str, Any]) -> Robot:

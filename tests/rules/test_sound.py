@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from support.paths import BAD, ROOT
 
 CASES = sorted((ROOT / "tests" / "sound").glob("*.yaml"))

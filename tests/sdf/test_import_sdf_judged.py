@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.imported import ReadOptions
-from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.imported_robot import ReadOptions
+from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Output, Robot

@@ -10,7 +10,7 @@ import pytest
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Ellipsoid, Joint, Link, Output, Pose, Robot, Shape
-from rosorin_compile.model.mass import along_link
+from rosorin_compile.model.link import along_link
 from rosorin_compile.sdf.content import content_of
 from support import in_drake, sdformat
 from support.engines import pose

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.compare.changes import Change
-from rosorin_compile.formats.compiled import understand
+from rosorin_compile.formats.compilation import understand
 from rosorin_compile.language.explain import Explanation, explain
 from rosorin_compile.viewer.changed import change_data
 from support.paths import data_text

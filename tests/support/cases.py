@@ -19,8 +19,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.imported import Imported, ReadOptions
-from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.imported_robot import Imported, ReadOptions
+from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.source.diagnostics import Diagnostic, Span
 from rosorin_compile.source.messages import arrange
 from support.paths import TESTS

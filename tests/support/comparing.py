@@ -11,7 +11,7 @@ from typing import Any
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.compiled import Compiled
+from rosorin_compile.formats.compilation import Compiled
 from rosorin_compile.formats.format import lacks
 from rosorin_compile.importing.round_trip import model_differences
 from rosorin_compile.language.schema import sections
@@ -19,7 +19,7 @@ from rosorin_compile.model import Ellipsoid, Robot, Shape
 from rosorin_compile.model.joint import ROBOT_STATE_PUBLISHER, Dynamics, Publisher
 from rosorin_compile.model.link import Link
 from rosorin_compile.model.shape import plain
-from rosorin_compile.output.committed import Comparison, compare, lines
+from rosorin_compile.output.golden_check import Comparison, compare, lines
 from support.paths import DATA
 from support.robots import compiled, copy_of_rosorin
 

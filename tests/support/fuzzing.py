@@ -16,7 +16,7 @@ from pathlib import Path
 import yaml
 
 from rosorin_compile.cli.report_formats import FORMATS
-from rosorin_compile.formats.compiled import Compiled, compile_robot
+from rosorin_compile.formats.compilation import Compiled, compile_robot
 from rosorin_compile.source.diagnostics import Diagnostic, has_errors
 from support.paths import data_text
 

@@ -7,8 +7,13 @@ from typing import Any
 from hypothesis import strategies as st
 
 from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.imported_robot import Imported, ReadOptions
+from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.lower import lower
+from rosorin_compile.source.diagnostics import ERROR, has_errors
+from rosorin_compile.source.diagnostics import text as report
+from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.tree import Map, Seq
 
 NAMES = ("base", "arm one", "ns/hand", "größe", "a-b.c", "finger", "Rad_3")
@@ -173,3 +178,19 @@ def meaning(tree: Any) -> Any:
 def accepted(tree: Map) -> set[tuple[str, str]]:
     """Return what a tree accepts: pairs of rule and name."""
     return {(entry["rule"], name) for entry in tree.get("accept", ()) for name in entry["of"]}
+
+
+def read_any(text: str | bytes, path: Path, lenient: bool = False) -> Imported:
+    """Write any text to a file, and read it; check what holds always: a tree or an error, and places that exist."""
+    path.write_bytes(text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text)
+    imported = read_robot(path, ReadOptions(lenient=lenient, environment={}))
+    assert (imported.tree is None) == has_errors(imported.diagnostics)
+    report(arrange(imported.diagnostics))
+    for one in imported.diagnostics:
+        assert one.severity != ERROR or one.span is not None or one.rule in ("file-empty", "not-text")
+        if one.span is not None:
+            assert 1 <= one.span.column <= len(one.span.source.line(one.span.line)) + 1, one
+    for comment in imported.comments:
+        assert imported.tree is not None
+        imported.tree.locate(comment.path)
+    return imported

@@ -18,9 +18,9 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.formats.imported import Imported, ReadOptions
-from rosorin_compile.formats.reading import outputs_of
+from rosorin_compile.formats.compilation import compile_robot
+from rosorin_compile.formats.imported_robot import Imported, ReadOptions
+from rosorin_compile.formats.robot_files import outputs_of
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.formats.urdf import write as urdf
 from rosorin_compile.importing.description import write

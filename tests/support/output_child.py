@@ -16,7 +16,7 @@ import time
 from pathlib import Path
 
 from rosorin_compile import output
-from rosorin_compile.output import staging
+from rosorin_compile.output import atomic_files
 
 STAGE = ".rosorin-compile-"
 NOTES = "notes/mine.txt"
@@ -127,7 +127,7 @@ def die_at(step: int) -> None:
             reached()
 
     os.fsync = stepping(os.fsync)
-    staging.exchange = stepping(staging.exchange)
+    atomic_files.exchange = stepping(atomic_files.exchange)
     sys.addaudithook(heard)
 
 
@@ -135,7 +135,7 @@ def each_step(folder: Path, how: str) -> list[dict[str, object]]:
     """Kill a write of NEW over OLD at its first step, at its second step and so on; return what was found each time."""
     found: list[dict[str, object]] = []
     if how == "one by one":
-        staging.exchange = no_swap
+        atomic_files.exchange = no_swap
     while not found or found[-1]["exit"] != 0:
         shutil.rmtree(folder.parent, ignore_errors=True)
         folder.parent.mkdir()

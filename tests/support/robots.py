@@ -11,7 +11,7 @@ import yaml
 
 from rosorin_compile.compare.artifacts import agreement
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.compiled import Compiled, compile_robot
+from rosorin_compile.formats.compilation import Compiled, compile_robot
 from rosorin_compile.language.lower import lower
 from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Robot

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 import yaml
 
-from rosorin_compile.ros.parameters.files import nodes_of
+from rosorin_compile.ros.parameter_files import nodes_of
 from support.launch import Started
 from support.nav2_bringup import ON_TF, SENDERS, TAKES
 

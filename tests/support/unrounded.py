@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile import Compiled
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 
 
 def compile_unrounded(

@@ -12,7 +12,7 @@ import textwrap
 from pathlib import Path
 from typing import NamedTuple
 
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.diagnostics import text as report
 from rosorin_compile.source.load import LoadError, parse_yaml

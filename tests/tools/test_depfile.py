@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli.depfile import escape
+from rosorin_compile.cli.run import escape
 from rosorin_compile.output import OutputError
 from support.commands import write_files
 from support.projects import foreign, meshes, packaged, rosorin_alone, ur5e

@@ -82,22 +82,16 @@ def test_the_mobile_manipulator_is_the_example() -> None:
     assert written.replace("simulation.yaml, ", "") == own
 
 
-@pytest.mark.parametrize(
-    ("answer", "written"),
-    [
-        ("arm\n", "an arm of five joints"),
-        ("sens\n", "sensors on a plate"),
-        ("\n", "a small mobile base"),
-        ("", "a small mobile base"),
-    ],
-)
-def test_a_terminal_is_asked(capsys, monkeypatch, answer: str, written: str) -> None:
+@pytest.mark.parametrize(("answer", "what"), [("arm\n", "an arm of five joints"), ("x\n\n", "a small mobile base")])
+def test_a_terminal_is_asked(capsys, monkeypatch, answer: str, what: str) -> None:
     monkeypatch.setattr("sys.stdin", terminal(answer))
     monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
     assert main(["init", "bot"]) == 0
     told = capsys.readouterr().out
     assert all(name in told for name in TEMPLATES)
-    assert f"which one? [base] descriptions/bot/robot.yaml written: {written}" in told
+    assert f"descriptions/bot/robot.yaml written: {what}" in told
+    assert main(["init", "other"]) == 130, "the end of the input"
+    assert not Path("descriptions/other").exists()
 
 
 def test_whoever_cannot_be_asked_gets_the_default_and_a_taken_name_is_told_before(capsys, monkeypatch) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rosorin_compile.formats.compiled import Compiled
+from rosorin_compile.formats.compilation import Compiled
 from rosorin_compile.model import Pose
 from rosorin_compile.recordings.expected import Description, Options
 from rosorin_compile.recordings.results import Verified

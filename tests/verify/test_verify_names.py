@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.formats.compiled import Compiled, compile_robot, emit_published
+from rosorin_compile.formats.compilation import Compiled, compile_robot, emit_published
 from rosorin_compile.model import Pose, Transform
 from rosorin_compile.recordings.expected import Options
 from rosorin_compile.recordings.results import Verified, summary

@@ -120,7 +120,7 @@ def test_right_robots(repository: Path) -> None:
     job = act(repository, STEPS[1:], working_directory="robots")
     assert job.code == 0, job.printed
     assert "::error" not in job.printed
-    assert job.summary.startswith("## Robots: no problems\n\n- `arm`: 1 artifact up to date")
+    assert job.summary.startswith("## Robots: no problems\n\n- `arm`: `1 artifact up to date")
     assert {name: job.outputs[name] for name in ("passed", "code")} == {"passed": "true", "code": "0"}
     assert Path(job.outputs["summary"]).read_text("utf-8") == job.summary
 
@@ -132,8 +132,8 @@ def test_a_robot_that_moved_and_one_with_a_mistake(repository: Path) -> None:
     assert job.code == 1
     assert "::error file=robots/descriptions/arm/robot.yaml,line=3,col=" in job.printed
     assert "::error title=outputs-differ::mast moved 20.0 mm in base_link" in job.printed
-    assert "| mast moved 20.0 mm in `base_link`: origin z 0.1 -&gt; 0.12 m | `urdf` |" in job.summary
-    assert "`robots/descriptions/arm/robot.yaml:3:" in job.summary
+    assert "| `mast moved 20.0 mm in base_link: origin z 0.1 -> 0.12 m` | `urdf` |" in job.summary
+    assert "\nrobots/descriptions/arm/robot.yaml:3:" in job.summary
     assert {name: job.outputs[name] for name in ("passed", "code")} == {"passed": "false", "code": "1"}
     lenient = act(repository, STEPS[1:], working_directory="robots", fail_on="nothing")
     assert lenient.code == 0
@@ -194,4 +194,4 @@ def test_the_whole_action(repository: Path) -> None:
     snapshot(repository.parent / "action")
     job = act(repository, STEPS, working_directory="robots", python=sys.executable)
     assert job.code == 0, job.printed
-    assert "`dog`: 1 artifact up to date" in job.summary
+    assert "`dog`: `1 artifact up to date" in job.summary

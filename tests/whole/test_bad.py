@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic
 from support.cases import as_comment, check
 from support.paths import BAD

@@ -20,7 +20,7 @@ from support.robots import compiled
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
-from rosorin_compile.mujoco.simulate.scenarios import FREE, World, drive, hold, poses_of  # noqa: E402
+from rosorin_compile.mujoco.scenarios import FREE, World, drive, hold, poses_of  # noqa: E402
 
 pytestmark = pytest.mark.slow
 

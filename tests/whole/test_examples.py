@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.compiled import Compiled
+from rosorin_compile.formats.compilation import Compiled
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import NOTE

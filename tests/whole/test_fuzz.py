@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.compare.artifacts import agreement
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.language.expression import CONSTANTS, FUNCTIONS, ExpressionError, evaluate
 from rosorin_compile.source.diagnostics import Diagnostic, has_errors
 from rosorin_compile.source.units import LENGTH, Quantity

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, Related
 from support.paths import ROOT, ROSORIN
 

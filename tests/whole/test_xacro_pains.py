@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.request import prove
 from support.paths import ROOT, data_text
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import yaml
 
-from rosorin_compile.formats.compiled import Compiled, compile_robot
+from rosorin_compile.formats.compilation import Compiled, compile_robot
 from rosorin_compile.language.expression import evaluate
 from rosorin_compile.source.diagnostics import NOTE, Source, text
 from rosorin_compile.source.load import parse_yaml

@@ -1,7 +1,6 @@
 """rosorin-compile all: compile each robot and write its artifacts."""
 
 import os
-from pathlib import Path
 
 from rosorin_compile import api
 from rosorin_compile.language.arguments import UNKNOWN
@@ -10,8 +9,7 @@ from rosorin_compile.source.project import Description
 
 from . import command as cli
 from .console import FINE, PROBLEMS, USAGE
-from .depfile import watched_paths, write_depfile
-from .run import Run, count, counted_files, for_each, refuse_stdin
+from .run import Run, count, counted_files, for_each, refuse_stdin, write_depfile
 
 _ONLY = "write only this output and its meshes; repeatable"
 
@@ -40,7 +38,8 @@ def _write(run: Run, description: Description) -> int:
     options, console, request = run.options, run.console, run.request(description)
     result = api.write(request, prune=options.prune, only=options.only)
     compiled = result.compiled
-    console.print_read(request.inputs(compiled))
+    inputs = request.inputs(compiled)
+    console.print_read(inputs)
     kept = [one for one in result.diagnostics if one.rule == "not-an-artifact"]
     console.show([one for one in result.diagnostics if one not in kept])
     console.show(kept, listed=True)  # check fails for these
@@ -61,10 +60,9 @@ def _write(run: Run, description: Description) -> int:
     console.say(f"{description.name}: {count(files, meshes)} in {result.folder}, {done}")
     if options.depfile is not None:
         # A mesh that was read in the folder of the artifacts is an input, too, and keeps its time.
-        read = {os.path.realpath(file) for file in request.inputs(compiled)}
+        read = {os.path.realpath(file) for file in inputs}
         made = [description.outputs / file for file in (*files, *meshes)]
         newer = [file for file in made if os.path.realpath(file) not in read]
-        inputs = watched_paths(request.inputs(compiled), compiled, [*made, Path(options.depfile)])
-        code = write_depfile(run, options.depfile_target or str(made[0]), inputs, made, newer)
+        code = write_depfile(run, options.depfile_target or str(made[0]), compiled, inputs, made, newer)
         return PROBLEMS if failed else code
     return PROBLEMS if failed or (options.hook and (result.written or result.removed)) else FINE

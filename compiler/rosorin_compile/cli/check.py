@@ -8,7 +8,7 @@ import os
 import subprocess
 import tempfile
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, redirect_stdout
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from itertools import islice
@@ -16,7 +16,7 @@ from math import prod
 from pathlib import Path
 
 from rosorin_compile import api
-from rosorin_compile.language.arguments import Choice, Combination, choices, combinations, declared_arguments
+from rosorin_compile.language.arguments import Choice, Combination, choices, combinations
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, error, has_errors
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.progress import Progress
@@ -26,10 +26,8 @@ from rosorin_compile.viewer.changed import Pictures
 
 from . import command as cli
 from .console import FINE, PROBLEMS
-from .depfile import watched_paths, write_depfile
-from .markdown import blocks
-from .registry import commands
-from .run import Run, count, for_each
+from .main import commands
+from .run import Run, count, for_each, write_depfile
 
 MAX_COMBINATIONS = 256
 _SUBMODULE = "160000"  # the mode of an entry in the index of Git
@@ -74,11 +72,23 @@ def _staged_files(here: Path) -> Iterator[Path]:
     The copy is in a temporary folder, with links to the submodules. In a hook Git names the index of the commit at
     hand, which this uses. Raises RequestError without Git or a repository, and for an index with conflicts.
     """
-    top = Path(_run_git(here, "rev-parse", "--show-toplevel").removesuffix("\n"))
+
+    def git(folder: Path, *arguments: str) -> str:
+        words = ["git", "-C", str(folder), *arguments]
+        try:
+            done = subprocess.run(words, capture_output=True, check=False)  # noqa: S603 - the user's own Git
+        except FileNotFoundError:
+            raise RequestError("--staged: Git is not installed") from None
+        if done.returncode:
+            reason = os.fsdecode(done.stderr).strip().partition("\n")[0]
+            raise RequestError(f"--staged: {reason or 'Git failed'}")
+        return os.fsdecode(done.stdout)
+
+    top = Path(git(here, "rev-parse", "--show-toplevel").removesuffix("\n"))
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-staged-") as temporary:
         copy = Path(os.path.realpath(temporary))
-        _run_git(top, "checkout-index", "--all", "--force", "--quiet", f"--prefix={copy}{os.sep}")
-        for entry in _run_git(top, "ls-files", "--stage", "-z").split("\0")[:-1]:
+        git(top, "checkout-index", "--all", "--force", "--quiet", f"--prefix={copy}{os.sep}")
+        for entry in git(top, "ls-files", "--stage", "-z").split("\0")[:-1]:
             facts, _, name = entry.partition("\t")
             if facts.startswith(_SUBMODULE):
                 (copy / name).parent.mkdir(parents=True, exist_ok=True)
@@ -86,18 +96,6 @@ def _staged_files(here: Path) -> Iterator[Path]:
         folder = copy / Path(os.path.realpath(here)).relative_to(os.path.realpath(top))
         folder.mkdir(parents=True, exist_ok=True)
         yield folder
-
-
-def _run_git(folder: Path, *arguments: str) -> str:
-    command = ["git", "-C", str(folder), *arguments]
-    try:
-        done = subprocess.run(command, capture_output=True, check=False)  # noqa: S603 - the user's own Git
-    except FileNotFoundError:
-        raise RequestError("--staged: Git is not installed") from None
-    if done.returncode:
-        reason = os.fsdecode(done.stderr).strip().partition("\n")[0]
-        raise RequestError(f"--staged: {reason or 'Git failed'}")
-    return os.fsdecode(done.stdout)
 
 
 def _check(options: cli.Options) -> int:
@@ -108,15 +106,7 @@ def _check(options: cli.Options) -> int:
     if options.html is None:
         return for_each(options, check_robot)
     page = Pictures(Path(options.html), not options.no_meshes, options.max_megabytes)
-    work = partial(check_robot, page=page)
-    try:
-        code = for_each(options, work)
-    except BrokenPipeError:  # the reader of the messages has left; the page is for somebody else
-        page.taken.clear()
-        with Path(os.devnull).open("w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
-            for_each(options, work)
-            Run.from_options(options).write_page(page)
-        raise
+    code = for_each(options, partial(check_robot, page=page))
     Run.from_options(options).write_page(page)
     return code
 
@@ -133,47 +123,41 @@ def check_robot(run: Run, description: Description, page: Pictures | None = None
         return FINE
     checked = api.check(request)
     compiled, committed, folder = checked.compiled, checked.committed, checked.folder
-    console.print_read(request.inputs(compiled))
+    inputs = request.inputs(compiled)
+    console.print_read(inputs)
     failed = run.show(checked)
     if committed is None:
         if compiled.robot is None or has_errors(compiled.diagnostics):
             run.nothing_written(description, compiled.diagnostics)
         return PROBLEMS
-    comparison = committed.comparison
     if page is not None:
         page.take(request, compiled, committed)
-    if not committed.same:
+    if committed.differing():
         lines = committed.lines(full=getattr(options, "full", False))
         found = error("outputs-differ", "\n".join(lines), None, "run rosorin-compile all to write them again")
-        tables = partial(blocks, comparison.changes, comparison.texts, committed.meshes)
-        console.differ("not up to date", lines, found, tables)
+        console.differ("not up to date", lines, found, committed.comparison, committed.meshes)
         if options.output is not None and not folder.is_dir():
-            way = "rosorin-compile all with the same -o and arguments writes it"
-            console.warn(f"{name}: there is no folder {folder}; {way}")
+            how = "rosorin-compile all with the same -o and arguments writes it"
+            console.warn(f"{name}: there is no folder {folder}; {how}")
         return PROBLEMS
     if failed:
         return PROBLEMS
     console.say(f"{name}: {count(compiled.artifacts, compiled.mesh_files)} up to date in {folder}")
     if options.depfile is None:
         return FINE
-    files = watched_paths(request.inputs(compiled), compiled, [Path(options.depfile)])
-    return write_depfile(run, options.depfile_target, [*files, *(folder / file for file in committed.committed)])
+    compared = [folder / file for file in committed.committed]
+    return write_depfile(run, options.depfile_target, compiled, [*inputs, *compared], ())
 
 
 def _check_every(run: Run, description: Description) -> int:
     """Compile one robot with every combination; each problem is reported once, with the arguments that cause it."""
-    from rosorin_compile.source.load import LoadError
-
     request = run.request(description)
-    try:
-        values = request.values()
-        arguments, wrong = declared_arguments(description.path, values, request.packages)
-    except LoadError as problem:
-        arguments, wrong = [], [problem.diagnostic]
-    if has_errors(wrong):
-        run.console.show(wrong)
+    declared = api.arguments(request)
+    if has_errors(declared.diagnostics):
+        run.console.show(declared.diagnostics)
         return PROBLEMS
-    varied = choices(arguments, values)
+    values = request.values()
+    varied = choices(declared.arguments, values)
     tried = list(islice(combinations(varied), MAX_COMBINATIONS))
     found: dict[Diagnostic, list[Combination]] = {}
     for number, combination in enumerate(tried, 1):
@@ -190,8 +174,8 @@ def _check_every(run: Run, description: Description) -> int:
     total, names = prod(len(values) for _, values in varied), ", ".join(name for name, _ in varied)
     result = f"{len(failed):,} with errors" if failed else "all fine"
     line = f"{count_of(total, 'combination')} of {names} compiled, {result}"
-    if len(tried) < total:
-        line = f"{len(tried):,} of {total:,} combinations of {names} compiled, {result}; set some for the others"
+    if total > len(tried):
+        line = f"{len(tried):,} of {total:,} combinations of {names} compiled, {result}"
     elif not varied:
         line = f"no argument with a list of values is left open; compiled once, {'with errors' if failed else 'fine'}"
     run.console.say(f"{description.name}: {line}")

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rosorin_compile.formats.format import DISTRIBUTIONS
 from rosorin_compile.request import is_foreign
-from rosorin_compile.ros.check_parameters.checking import check_parameters, summary
+from rosorin_compile.ros.check_parameters.check import check_parameters, summary
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.project import Description

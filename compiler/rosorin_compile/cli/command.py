@@ -13,7 +13,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import click
-from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
 from rosorin_compile.source.cache import cache_refused
@@ -23,7 +22,7 @@ from rosorin_compile.source.system import take_missing
 
 from . import complete
 from .console import FINE, PROBLEMS, Console, show_progress
-from .table import ALIASES, BUILT_IN, CHECK
+from .table import BUILT_IN, CHECK
 
 PAGE_MEGABYTES = 40  # of the meshes of a page
 ROBOT_HELP = "name of a robot in descriptions/, or a folder or file"
@@ -54,6 +53,18 @@ class Option(click.Option):
         self.excludes, self.needs = excludes.split(), needs
         super().__init__(*words, **settings)
 
+    def handle_parse_result(
+        self, ctx: click.Context, opts: Mapping[str, Any], args: list[str]
+    ) -> tuple[Any, list[str]]:
+        if self.name in opts and not ctx.resilient_parsing:
+            words = {param.name: param.opts[-1] for param in ctx.command.params}
+            for name in self.excludes:
+                if name in opts:
+                    raise click.UsageError(f"argument {self.opts[-1]}: not allowed with argument {words[name]}", ctx)
+            if self.needs and self.needs not in opts:
+                raise click.UsageError(f"{self.opts[-1]} goes with {words[self.needs]}", ctx)
+        return super().handle_parse_result(ctx, opts, args)
+
 
 class Argument(click.Argument):
     """An argument with a line of help."""
@@ -80,13 +91,17 @@ class Command(click.Command):
         params: Sequence[click.Parameter] = (),
         *,
         group: str = "plug-ins",
+        help: str = "",
         exits: str = "0 fine, 1 errors",
+        epilog: str = "",
         sections: Callable[[], Mapping[str, Sequence[tuple[str, str]]]] = dict,
         within: str = "",
         **settings: Any,
     ) -> None:
-        super().__init__(name, params=[*params], **settings)
-        self.run, self.group, self.exits, self.sections = run, group, exits, sections
+        settings |= {"help": f"{help[:1].upper()}{help[1:]}.", "short_help": help}
+        epilog = f"{epilog}\n\nExit codes: {exits}, 2 wrong usage.".strip()
+        super().__init__(name, params=[*params], epilog=epilog, **settings)
+        self.run, self.group, self.sections = run, group, sections
         self.called = f"{within} {name}".strip()
         self.plugin: Plugin | None = None
 
@@ -97,17 +112,10 @@ class Command(click.Command):
             parent.obj.command, parent.obj.plugin = self.called, self.plugin
         return super().make_context(info_name, args, parent, **extra)
 
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        rest = super().parse_args(ctx, args)
-        words = {param.name or "": param.opts[-1] for param in self.params}
-        used = [name for name in words if ctx.get_parameter_source(name) == ParameterSource.COMMANDLINE]
-        for param in self.params if not ctx.resilient_parsing else ():
-            if isinstance(param, Option) and param.name in used:
-                for name in (name for name in param.excludes if name in used):
-                    raise click.UsageError(f"argument {param.opts[-1]}: not allowed with argument {words[name]}", ctx)
-                if param.needs and param.needs not in used:
-                    raise click.UsageError(f"{param.opts[-1]} goes with {words[param.needs]}", ctx)
-        return rest
+    def options(self, ctx: click.Context) -> Options:
+        """Return the parsed options of a context."""
+        values = {name: list(value) if isinstance(value, tuple) else value for name, value in ctx.params.items()}
+        return Options(**values, console=ctx.obj or Console(), called=self.called)
 
     def invoke(self, ctx: click.Context) -> int:
         """Run this command; return the exit code. Raises RequestError, PluginFailed."""
@@ -132,24 +140,6 @@ class Command(click.Command):
         has_warnings = console.severities["error"] + console.severities["warning"] > 0
         return PROBLEMS if fail_on == "warning" and code == FINE and has_warnings else code
 
-    def options(self, ctx: click.Context) -> Options:
-        """Return the parsed options of a context."""
-        values = {name: list(value) if isinstance(value, tuple) else value for name, value in ctx.params.items()}
-        for name in (param.name or "" for param in self.params if isinstance(param.type, Pair)):
-            pairs = set(values[name])
-            values[name] = dict(values[name])
-            if len(pairs) > len(values[name]) and name == "modes":
-                raise RequestError("a mode cannot be on and off")
-        return Options(**values, console=ctx.obj or Console(), called=self.called)
-
-    def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        names = {ctx.info_name, *(name for pair in ALIASES.items() if self.name in pair for name in pair)}
-        aliases = ", ".join(sorted(str(name) for name in names - {ctx.info_name}))
-        text = f"{(self.help or '')[:1].upper()}{(self.help or '')[1:]}."
-        formatter.write_paragraph()
-        with formatter.indentation():
-            formatter.write_text(f"{text} Alias: {aliases}." if aliases else text)
-
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the arguments, and the options by section."""
         headed: dict[str, list[tuple[str, str]]] = {"Arguments": [], "Options": []}
@@ -166,14 +156,9 @@ class Command(click.Command):
     def format_arguments(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write nothing: ``format_options`` writes the arguments, also with versions of click that have no help."""
 
-    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        for text in filter(None, (self.epilog, f"Exit codes: {self.exits}, 2 wrong usage.")):
-            formatter.write_paragraph()
-            formatter.write_text(text)
-
 
 def command(name: str, within: str = "", **settings: Any) -> Callable[[Run], Command]:
-    """Return a decorator that makes a function that takes ``Options`` a command; built-in ones are in the registry."""
+    """Return a decorator that makes a function that takes ``Options`` a command; built-in ones are in the table."""
     if "help" not in settings:
         entry = BUILT_IN["checks" if within == CHECK else "commands"][name]
         settings |= {"group": entry.group, "help": entry.help, "hidden": entry.hidden}
@@ -201,6 +186,9 @@ class FileName(click.ParamType):  # type: ignore[type-arg] # not generic before 
         return [CompletionItem(incomplete, type="dir" if "FOLDER" in str(param.metavar) else "file")]
 
 
+PATH = FileName()
+
+
 def pair(text: str, form: str) -> tuple[str, str]:
     """Return the name and the value of a text such as NAME=VALUE or NAME:=VALUE. Raises RequestError.
 
@@ -213,24 +201,22 @@ def pair(text: str, form: str) -> tuple[str, str]:
     return name, value if form == "NAME=VALUE" else value.strip()
 
 
-class Pair(click.ParamType):  # type: ignore[type-arg]
-    """A name and a value; a repeatable option of pairs is a dict."""
-
-    name = "pair"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        return pair(value, str(param and param.metavar))
+def _pairs(_: click.Context, param: click.Parameter, values: Sequence[str]) -> dict[str, str]:
+    return dict(pair(value, str(param.metavar)) for value in values)
 
 
-class Mode(Pair):
-    """A mode that is on or off: slam, "not slam", slam=on or slam=off."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+def _modes(_: click.Context, __: click.Parameter, values: Sequence[str]) -> dict[str, bool]:
+    """Return the modes that are on or off: slam, "not slam", slam=on or slam=off."""
+    modes: dict[str, bool] = {}
+    for value in values:
         match = re.fullmatch(r"\s*(not\s+)?([^\s=]+)\s*(?:=(on|off))?", value)
         if match is None or (match[1] and match[3]):
             name = (value.partition("=")[0].split()[-1:] or ["NAME"])[0]
             raise RequestError(f'"{value}" is not a mode: write {name}, "not {name}", {name}=on or {name}=off')
-        return match[2], match[3] == "on" if match[3] else not match[1]
+        is_on = match[3] == "on" if match[3] else not match[1]
+        if modes.setdefault(match[2], is_on) != is_on:
+            raise RequestError("a mode cannot be on and off")
+    return modes
 
 
 def option(*names: str, offers: str = "", **settings: Any) -> Decorator:
@@ -248,8 +234,8 @@ def option(*names: str, offers: str = "", **settings: Any) -> Decorator:
             settings["metavar"] = metavar
         if metavar.startswith(("FILE", "FOLDER")):
             settings.setdefault("type", PATH)
-        elif "=" in metavar:
-            settings.setdefault("type", Pair())
+        elif "=" in metavar and "type" not in settings:
+            settings["callback"] = _pairs
     if settings.get("default") and "default: " not in settings.get("help", ""):
         settings["help"] = f"{settings.get('help', '')}; default: {settings['default']}"
     if offers:
@@ -257,7 +243,6 @@ def option(*names: str, offers: str = "", **settings: Any) -> Decorator:
     return lambda function: click.option(*(name for name, _, _ in pairs), cls=Option, **settings)(function)
 
 
-PATH = FileName()
 flag = partial(option, is_flag=True)
 repeatable = partial(option, multiple=True)
 
@@ -355,7 +340,7 @@ def depfile_options(target: str, excludes: str = "") -> Decorator:
 def mode_option(unnamed: str) -> Decorator:
     """Return the option that switches modes; ``unnamed`` describes the state of the other modes."""
     help = f'switch a mode on or off: slam, "not slam" or slam=off; other modes: {unnamed}'
-    return repeatable("--mode MODE", "modes", type=Mode(), help=help, offers="mode")
+    return repeatable("--mode MODE", "modes", callback=_modes, help=help, offers="mode")
 
 
 def position_options(*more: Decorator, overrides: str = "--pose") -> Decorator:

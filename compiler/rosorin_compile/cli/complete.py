@@ -79,7 +79,7 @@ def _names_of_robot(kind: str, description: Description, ctx: click.Context) -> 
     path = description.path
     if kind == "argument" and is_foreign(path):
         return _XACRO_ARGUMENT.findall(path.read_text("utf-8", "replace"))
-    arguments = dict(text.split("=", 1) for text in ctx.params.get("arg") or () if "=" in text)
+    arguments = ctx.params.get("arg") or {}
     if hasattr(signal, "SIGALRM"):  # not on Windows
         signal.signal(signal.SIGALRM, stop)
         signal.setitimer(signal.ITIMER_REAL, SECONDS)

@@ -1,6 +1,6 @@
 """The output of one run: diagnostics and a result, as text at once or as one document for a program at the end.
 
-While ``guarded`` is active, no text of a file, of a name or of another program controls the terminal; ``paint`` and
+While ``guard`` is active, no text of a file, of a name or of another program controls the terminal; ``paint`` and
 ``give`` bypass it, for our own colours and for artifacts on their way into a file or a pipe.
 """
 
@@ -26,7 +26,9 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.wording import and_more, count_of, printable
 
 if TYPE_CHECKING:
-    from .markdown import Block, Section
+    from rosorin_compile.output.golden_check import Comparison
+
+    from .report_formats import Section
 
 
 FINE, PROBLEMS, USAGE = 0, 1, 2  # exit codes
@@ -121,7 +123,6 @@ class Console:
         self.diagnostics: list[Diagnostic] = []  # for the document
         self.severities: Counter[str] = Counter()
         self.unlisted: Counter[str] = Counter()  # the notes that were counted, and not printed; stand-ins apart
-        self.differing: list[str] = []  # the differences of the current robot, in lines
         self.robots: list[dict[str, object]] = []  # the result of a command that handles several robots
         self.result: object = None
 
@@ -137,9 +138,8 @@ class Console:
 
     def begin(self, name: str) -> None:
         """Begin with the output of one robot."""
-        self.differing = []
         if self.keeps_sections:
-            from .markdown import Section
+            from .report_formats import Section
 
             self.sections.append(Section(name))
 
@@ -149,29 +149,36 @@ class Console:
             self.section.wrong.append("failed: see the log of the run")
 
     def differ(
-        self, what: str, lines: Sequence[str], diagnostic: Diagnostic, blocks: Callable[[], Sequence[Block]]
+        self,
+        what: str,
+        lines: Sequence[str],
+        diagnostic: Diagnostic,
+        comparison: Comparison,
+        others: Iterable[tuple[str, str]],
     ) -> None:
-        """Report a difference: as lines, for a program as a diagnostic, in Markdown as ``what`` and ``blocks``."""
-        self.differing += lines
+        """Report a difference: as lines, for a program as a diagnostic, in Markdown under ``what``.
+
+        ``others`` are further files that differ, each with a remark.
+        """
         self.severities[diagnostic.severity] += 1
+        self.robots[-1]["differences"] = lines
         if self.for_people:
-            for line in lines:
-                print(line)
+            print("\n".join(lines))
         else:
             self.diagnostics.append(diagnostic)
         if self.keeps_sections:
             self.section.wrong.append(what)
-            self.section.blocks += blocks()
+            self.section.add_differences(comparison.changes, comparison.texts, others)
             self.section.lines += [diagnostic.help] if diagnostic.help else []
 
     def show(self, diagnostics: Sequence[Diagnostic], listed: bool = False) -> None:
         """Print diagnostics, or collect them; for people notes may only be counted, unless ``listed``."""
         self.severities.update(one.severity for one in diagnostics)
-        if self.keeps_sections or not self.for_people:
-            diagnostics = add_suggestions(diagnostics)
         if self.quiet:
             stand_ins = [one for one in diagnostics if one.rule == _STAND_IN]
             diagnostics = [*(one for one in diagnostics if one.severity == ERROR), *stand_ins]
+        if self.keeps_sections or not self.for_people:
+            diagnostics = add_suggestions(diagnostics)
         if self.keeps_sections:
             self.section.diagnostics += diagnostics
         if not self.for_people:
@@ -211,15 +218,15 @@ class Console:
         """Print a line to standard error, also in a quiet run."""
         sys.stderr.write(f"{self._inert(line)}\n")
 
+    def _inert(self, line: str) -> str:
+        """Return a line in which a job on GitHub finds no command, whatever a robot is called."""
+        return line.replace("::", ": :").replace("##[", "## [") if self.form == "github" else line
+
     def print_read(self, files: Iterable[object]) -> None:
         """Print which files were read, if the run is verbose."""
         if self.verbose and self.for_people:
             for file in dict.fromkeys(map(str, files)):
                 self.warn(f"read {file}")
-
-    def _inert(self, line: str) -> str:
-        """Return a line in which a job on GitHub finds no command, whatever a robot is called."""
-        return line.replace("::", ": :").replace("##[", "## [") if self.form == "github" else line
 
     def give(self, result: object, text: Callable[[], str] = str, show: Callable[[str], object] = print) -> int:
         """Set the result of the command, and print it as ``text`` unless a program reads the output; return FINE."""
@@ -234,34 +241,23 @@ class Console:
         self.diagnostics.append(Diagnostic("wrong-usage" if code == USAGE else "run-stopped", ERROR, message))
         return code
 
-    def summary(self) -> str:
-        """Return the output as Markdown."""
-        from .markdown import document
-
-        return document(self.sections)
-
-    def print_counts(self) -> None:
-        """Print how many notes were not listed."""
+    def print_end(self) -> None:
+        """Print how many notes were not listed, and the document of a program."""
         if self.for_people and self.unlisted.total():
             stand_ins, notes = self.unlisted[_STAND_IN], self.unlisted[NOTE]
             counts = [f"{count_of(stand_ins, _STAND_IN)}: values that are not measured"] if stand_ins else []
             counts += [count_of(notes, NOTE)] if notes else []
             how = f"--notes lists {'it' if counts == ['1 note'] else 'them'}"
-            how = how if self.counts_notes else "without -q they are listed"
-            self.warn(f"{', and '.join(counts)}; {how}")
-
-    def print_document(self) -> None:
-        """Print the document of a program: the envelope, or the diagnostics in the requested format."""
+            self.warn(f"{', and '.join(counts)}; {how if self.counts_notes else 'without -q they are listed'}")
         if self.form == "json":
             import json
 
             sys.stdout.write(json.dumps(envelope(self), indent=2, allow_nan=False) + "\n")
-        elif self.form == "markdown":
-            sys.stdout.write(self.summary())
-        elif self.form != "text":
-            from .report_formats import FORMATS
+        elif not self.for_people:
+            from .report_formats import FORMATS, markdown
 
-            sys.stdout.write(FORMATS[self.form](self.diagnostics))
+            shown = markdown(self.sections) if self.form == "markdown" else FORMATS[self.form](self.diagnostics)
+            sys.stdout.write(shown)
 
 
 def envelope(console: Console) -> dict[str, object]:

@@ -1,12 +1,11 @@
 """rosorin-compile diff: compare two robots by meaning, in any supported formats."""
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from rosorin_compile import api
-from rosorin_compile.compare.difference import Difference
+from rosorin_compile.compare.difference import Difference, lines
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.language.arguments import NO_ARGUMENTS
 from rosorin_compile.source.diagnostics import RequestError
@@ -35,45 +34,36 @@ _OPTIONAL = ("distance", "angle", "when", "at")
 @robot_options
 def run(options: Options) -> int:
     """Compare two robots, and print the differences."""
-    from rosorin_compile.compare.difference import lines
-
     run = Run.from_options(options)
     if len(run.words) != 2:
-        words = ", ".join(run.words) or "none"
-        raise RequestError(f"diff compares two robots, and was given {len(run.words)}: {words}")
+        raise RequestError(f"diff compares two robots, not {len(run.words)}: {', '.join(run.words) or 'none'}")
     if not 0 <= options.tolerance < float("inf"):
         raise RequestError(f'--tolerance: "{options.tolerance}" is no number from zero upwards')
     take_stdin(run.words)
-    own = [options.a_arg, options.b_arg]
     requests = [replace(run.request(run.find_robot(word)), warn=None) for word in run.words]
     try:
         values = requests[0].values()
     except LoadError as problem:
         run.console.show([problem.diagnostic])
         return PROBLEMS
-    brief = options.format == "text" and not options.full
-    given = {"arguments": values, "packages": run.packages, "trust": options.trust, "brief": brief}
-    given |= {"a_arguments": own[0], "b_arguments": own[1]}
-    found = api.diff(run.words[0], run.words[1], options.tolerance, options.prefix, **given)
+    settings = {"a_arguments": options.a_arg, "b_arguments": options.b_arg, "packages": run.packages}
+    settings |= {"trust": options.trust, "brief": options.format == "text" and not options.full}
+    first, second = run.words
+    found = api.diff(first, second, options.tolerance, options.prefix, arguments=values, **settings)
     if refused := [one for one in found.diagnostics if one.help == NO_ARGUMENTS]:
         raise RequestError(refused[0].message)
     run.console.show(found.diagnostics)
     if found.a is None or found.b is None:
         run.console.warn(f"{' and '.join(run.words)}: cannot be compared")
         return PROBLEMS
-    try:
-        run.give(as_json(found), lambda: "\n".join(lines(found, options.full)))
-        if options.html is not None:
-            sys.stdout.flush()
-    finally:  # also if nobody reads to the end
-        if options.html is not None:
-            from rosorin_compile.viewer.changed import Pictures
+    run.give(as_json(found), lambda: "\n".join(lines(found, options.full)))
+    if options.html is not None:
+        from rosorin_compile.viewer.changed import Pictures
 
-            page = Pictures(Path(options.html), not options.no_meshes, options.max_megabytes)
-            pairs = zip(requests, own, strict=True)
-            sides = [replace(one, arguments={**one.arguments, **more}) for one, more in pairs]
-            page.take_sides(sides, found, options.prefix)
-            run.write_page(page)
+        page = Pictures(Path(options.html), not options.no_meshes, options.max_megabytes)
+        pairs = zip(requests, (options.a_arg, options.b_arg), strict=True)
+        page.take_sides([replace(one, arguments={**one.arguments, **own}) for one, own in pairs], found, options.prefix)
+        run.write_page(page)
     return FINE if found.same else PROBLEMS
 
 

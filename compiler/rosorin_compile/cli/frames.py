@@ -7,8 +7,9 @@ from contextlib import suppress
 from pathlib import Path
 
 from rosorin_compile.model import Robot
+from rosorin_compile.model.frame_tree import lines, publishers, rows, way
 from rosorin_compile.output import OutputError, may_replace, write_file
-from rosorin_compile.viewer.frames import Frames, frames
+from rosorin_compile.viewer.frames import BOLD, Frames, Look, frames, table, tree
 
 from . import command as cli
 from .console import FINE, PROBLEMS, paint
@@ -39,9 +40,6 @@ def run_frames(options: cli.Options) -> int:
 
 
 def _text(robot: Robot, found: Frames, options: cli.Options) -> str:
-    from rosorin_compile.model.frame_tree import lines, publishers, rows, way
-    from rosorin_compile.viewer.frames import BOLD, Look, table, tree
-
     every, on_terminal, is_ascii = rows(robot), sys.stdout.isatty(), True
     with suppress(UnicodeEncodeError, LookupError):  # a stream in memory has no encoding
         is_ascii = options.ascii or not "└├│─╌".encode(sys.stdout.encoding or "utf-8")
@@ -51,19 +49,17 @@ def _text(robot: Robot, found: Frames, options: cli.Options) -> str:
         published = (row for one in found.trees for row in one.edges if row.publisher == options.publisher)
         edges = list(dict.fromkeys(published))
         return "\n".join(table(edges, style)) if edges else f"{options.publisher} publishes nothing here"
-    blocks: dict[tuple[str, ...], list[str]] = {}  # the labels of situations by their tree
+    labels: dict[str, list[str]] = {}  # of situations, by their tree
     for situation in found.trees:
         shown = lines(situation.edges, robot.frames)
         if options.frame is not None:
             shown = way(shown, options.frame)
-        drawn = tuple(tree(shown, style)) if shown else (f"{options.frame} is not there",)
-        blocks.setdefault(drawn, []).append(situation.label)
-    text: list[str] = []
-    for number, (drawn, labels) in enumerate(blocks.items()):
-        # A tree that is the same in all situations needs no heading.
-        label = ", or ".join(labels) if len(blocks) > 1 or len(found.trees) == 1 else ""
-        text += [""] * (number > 0) + [style.paint(label, BOLD)] * bool(label) + list(drawn)
-    return "\n".join(text)
+        drawn = "\n".join(tree(shown, style)) if shown else f"{options.frame} is not there"
+        labels.setdefault(drawn, []).append(situation.label)
+    if len(labels) == 1 < len(found.trees):  # a tree that is the same in all situations needs no heading
+        return next(iter(labels))
+    headed = ((style.paint(", or ".join(names), BOLD), drawn) for drawn, names in labels.items())
+    return "\n\n".join(f"{head}\n{drawn}" if head else drawn for head, drawn in headed)
 
 
 @cli.command("graph", exits="0 shown or written, 1 errors or open ends")

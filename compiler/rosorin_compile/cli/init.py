@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from rosorin_compile.importing.new_robot import DEFAULT, TEMPLATES, NewRobot, check_free, init
-from rosorin_compile.source.diagnostics import RequestError, error
+from rosorin_compile.source.diagnostics import error
 
 from .command import Options, argument, command, option
 from .console import PROBLEMS
@@ -23,7 +23,12 @@ def run(options: Options) -> int:
     """Write a new description, and print the next step."""
     try:
         check_free(options.name, Path(options.output))
-        template = options.template or (_ask() if options.format == "text" else DEFAULT)
+        template = options.template or DEFAULT
+        is_terminal = sys.stdin is not None and sys.stdin.isatty() and sys.stdout.isatty()
+        if options.template is None and is_terminal and options.format == "text":
+            width = max(map(len, TEMPLATES))
+            print(*(f"  {name:{width}}  {one.what}" for name, one in TEMPLATES.items()), sep="\n")
+            template = click.prompt("which one?", DEFAULT, type=click.Choice([*TEMPLATES]), show_choices=False)
         new = init(options.name, template, options.output)
     except OSError as problem:
         message = f"cannot write in {options.output}: {problem.strerror or problem}"
@@ -40,18 +45,3 @@ def _lines(options: Options, new: NewRobot) -> Iterator[str]:
         yield f"{new.schema} is of another version; to renew it: rosorin-compile schema > {new.schema}"
     where = "" if Path(options.output).samefile(".") else f"cd {options.output} && "
     yield f"next: {where}rosorin-compile all {options.name}, and rosorin-compile view {options.name} to see it"
-
-
-def _ask() -> str:
-    """Return the template that a person at a terminal chooses, else the default. Raises RequestError."""
-    if sys.stdin is None or not (sys.stdin.isatty() and sys.stdout.isatty()):
-        return DEFAULT
-    width = max(map(len, TEMPLATES))
-    for name, template in TEMPLATES.items():
-        print(f"  {name:{width}}  {template.what}")
-    print(f"which one? [{DEFAULT}] ", end="", flush=True)
-    answer = sys.stdin.readline().strip() or DEFAULT
-    matching = [name for name in TEMPLATES if name.startswith(answer)]
-    if len(matching) != 1:
-        raise RequestError(f'there is no template "{answer}"; take one of {", ".join(TEMPLATES)}')
-    return matching[0]

@@ -1,4 +1,4 @@
-"""The command line: a click group that imports the module of a command when it is called.
+"""The command line: a click group that imports the module of a command, or a plug-in, when it is called.
 
 Exit codes: 0 fine, 1 problems found, 2 wrong usage, 130 interrupted.
 """
@@ -10,22 +10,26 @@ import io
 import os
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import redirect_stderr, suppress
+from dataclasses import replace
+from importlib import import_module
 from itertools import groupby
 from pathlib import Path
 
 import click
 from click.shell_completion import CompletionItem, shell_complete
 
-from rosorin_compile.source.diagnostics import RequestError, UnknownName
-from rosorin_compile.source.plugins import PluginFailed, failed_plugin, installed_plugins
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, RequestError, UnknownName, nearest
+from rosorin_compile.source.plugins import PluginFailed, broken_plugin, clash, failed_plugin, installed_plugins, load
 from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.project import ROOT_FILE, Description, NoDescription
 from rosorin_compile.source.version import __version__
+from rosorin_compile.source.wording import suggest
 
-from . import registry
+from .command import Command
 from .console import FINE, PROBLEMS, USAGE, Console, guard
-from .table import ALIASES, CHECK, names
+from .table import ALIASES, BUILT_IN, CHECK, COMMANDS, MODULES, Entry, names
 
 PROGRAM = "rosorin-compile"
 COMPLETE = "_ROSORIN_COMPILE_COMPLETE"  # the variable with which the scripts of shells call the program
@@ -38,6 +42,52 @@ _REQUIRED = {"jinja2": "jinja2", "jsonschema": "jsonschema", "yaml": "pyyaml"}  
 _STREAM_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF)
 
 
+def commands(group: str = "commands") -> dict[str, Entry]:
+    """Return all commands or checks by name, as the help lists them: group by group."""
+    found = {**BUILT_IN[group]}
+    if any(plugin.group == group for plugin in installed_plugins()):
+        more, wrong = _load_plugins(group, {*found, *ALIASES})
+        _warn(wrong)
+        found |= {str(one.name): Entry(str(one.name), one.group, one.short_help or "", one.hidden) for one in more}
+    groups = list(dict.fromkeys([*COMMANDS, *(entry.group for entry in found.values())]))
+    return dict(sorted(found.items(), key=lambda item: groups.index(item[1].group)))
+
+
+def find_command(name: str, group: str = "commands") -> click.Command | None:
+    """Return the command or check of a name, or None; built-in ones come first. Raises PluginFailed."""
+    plugins = [plugin for plugin in installed_plugins() if (plugin.group, plugin.name) == (group, name)]
+    entry = ALIASES.get(name, name)
+    if entry in BUILT_IN[group]:
+        _warn(clash(plugin, name) for plugin in plugins)
+        module = import_module(f".{MODULES.get(entry, entry)}", __package__)
+        return next(one for one in vars(module).values() if isinstance(one, click.Command) and one.name == entry)
+    if not plugins:
+        return None
+    found, wrong = _load_plugins(group, set(), name)
+    if wrong and not found:
+        raise PluginFailed(wrong[0])
+    _warn(wrong)
+    return next(iter(found), None)
+
+
+def _load_plugins(group: str, taken: set[str], called: str | None = None) -> tuple[list[Command], list[Diagnostic]]:
+    """Load the commands of plug-ins, of one name or all; return them, and diagnostics about invalid ones."""
+    found, diagnostics = load(group, Command, lambda one: (one.name or "",), taken.__contains__, called)
+    good, wrong = [], list(diagnostics)
+    for plugin, one in found:
+        if one.name != plugin.name:
+            wrong.append(broken_plugin(plugin, f'is called "{one.name}", and its entry point "{plugin.name}"'))
+        else:
+            one.plugin = plugin
+            good.append(one)
+    return good, wrong
+
+
+def _warn(diagnostics: Iterable[Diagnostic]) -> None:
+    """Report what is wrong with plug-ins that this run does not need."""
+    Console().show([replace(one, severity=WARNING) for one in diagnostics])
+
+
 class Program(click.Group):
     """The commands, in groups; a module of a command is imported when it is called."""
 
@@ -45,41 +95,50 @@ class Program(click.Group):
         return list(names("commands"))
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        return registry.command(cmd_name)
+        return find_command(cmd_name)
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return the called command or check and its arguments. Raises click.UsageError with a suggestion."""
+        """Return the called command or check and its arguments. Raises click.UsageError with a suggestion.
+
+        The name of a check comes before a robot of that name, which is reached by its path.
+        """
         name, *rest = args
-        found = registry.command(name)
+        found = find_command(name)
         if found is None:
-            raise _unknown_command(name)
-        if name == CHECK:
-            return registry.resolve_check(found, rest)
-        return name, found, rest
+            from rosorin_compile.formats import FORMATS
+
+            instead = _INSTEAD.get(name) or (f"print ROBOT {name}" if name in FORMATS else "")
+            known = () if instead else (*names("commands"), *ALIASES)
+            raise UnknownName("command", name, known, none=f'use "{instead}"')
+        if name != CHECK or not rest or rest[0].startswith("-"):
+            return name, found, rest
+        word, robot, inner = rest[0], None, find_command(rest[0], "checks")
+        with suppress(NoDescription):
+            robot = Description.find([word])[0].path
+        if inner is None:
+            if robot is None and (close := nearest(word, names("checks"))) is not None:
+                sys.stderr.write(f'{PROGRAM}: "{word}" is no check; {suggest(close)}\n')
+            return CHECK, found, rest
+        if robot is not None:
+            path = robot.parent if robot.name == ROOT_FILE else robot
+            shown = f"./{path}" if path == Path(word) else path
+            sys.stderr.write(f'{PROGRAM}: "{word}" is a check; the robot of that name: {PROGRAM} {CHECK} {shown}\n')
+        return f"{CHECK} {word}", inner, rest[1:]
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        entries = [entry for entry in registry.commands().values() if not entry.hidden]
+        entries = [entry for entry in commands().values() if not entry.hidden]
         width = max(len(entry.name) for entry in entries)
-        for group in dict.fromkeys(entry.group for entry in entries):
+        for group, listed in groupby(entries, lambda entry: entry.group):
             with formatter.section(group):
-                for entry in entries:
-                    if entry.group == group:
-                        formatter.write(f"{'':{formatter.current_indent}}{entry.name:<{width}}  {entry.help}\n")
+                for entry in listed:
+                    formatter.write(f"{'':{formatter.current_indent}}{entry.name:<{width}}  {entry.help}\n")
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
         entries = names("commands").items()
         items = [CompletionItem(name, help=help) for name, help in entries if name.startswith(incomplete)]
         return items + click.Command.shell_complete(self, ctx, incomplete)
-
-
-def _unknown_command(word: str) -> UnknownName:
-    from rosorin_compile.formats import FORMATS
-
-    instead = _INSTEAD.get(word) or (f"print ROBOT {word}" if word in FORMATS else "")
-    known = () if instead else (*names("commands"), *ALIASES)
-    return UnknownName("command", word, known, none=f'use "{instead}"')
 
 
 def _version(ctx: click.Context, _: click.Parameter, requested: bool) -> None:
@@ -124,29 +183,24 @@ def main(argv: Sequence[str] | None = None) -> int:
             formats = re.findall(r"(?<=^--format[=\n])\w+$", "\n".join(words), re.MULTILINE)  # if parsing fails
             console = Console("json" if formats[-1:] == ["json"] else "text")
             code = _run(words, console)
-            console.print_counts()
-            console.print_document()
+            console.print_end()
             sys.stdout.flush()
             return code
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, click.Abort):
             return INTERRUPTED
         except OSError as problem:
-            return _closed_output(problem)
+            # Standard output cannot be written; it is silent if its reader has left.
+            is_closed = isinstance(problem, BrokenPipeError)
+            if not is_closed and (problem.filename is not None or problem.errno not in _STREAM_ERRORS):
+                raise
+            # Let standard output lead nowhere, so that Python does not try to write the rest at the end.
+            with Path(os.devnull).open("wb") as nowhere:
+                os.dup2(nowhere.fileno(), sys.stdout.fileno())
+            if not is_closed:
+                sys.stderr.write(f"{PROGRAM}: cannot write to standard output: {problem.strerror}\n")
+            return PROBLEMS
         finally:
             Progress.hide()
-
-
-def _closed_output(problem: OSError) -> int:
-    """Report that standard output cannot be written, unless its reader has left; return the exit code."""
-    is_closed = isinstance(problem, BrokenPipeError)
-    if not is_closed and (problem.filename is not None or problem.errno not in _STREAM_ERRORS):
-        raise problem
-    # Let standard output lead nowhere, so that Python does not try to write the rest at the end.
-    with Path(os.devnull).open("wb") as nowhere:
-        os.dup2(nowhere.fileno(), sys.stdout.fileno())
-    if not is_closed:
-        sys.stderr.write(f"{PROGRAM}: cannot write to standard output: {problem.strerror}\n")
-    return PROBLEMS
 
 
 def _invoke(words: list[str], console: Console) -> int:
@@ -170,7 +224,7 @@ def _run(words: list[str], console: Console) -> int:
         return console.fail(str(problem), USAGE)
     except PluginFailed as problem:
         console.show([problem.diagnostic])
-    except (BrokenPipeError, KeyboardInterrupt):
+    except (BrokenPipeError, KeyboardInterrupt, click.Abort):
         raise
     except (Exception, SystemExit) as problem:
         if isinstance(problem.__cause__, KeyboardInterrupt):  # Python 3.11 wraps what comes while a class is made

@@ -10,14 +10,11 @@ from rosorin_compile.source.project import Description
 
 from . import command as cli
 from .console import FINE, PROBLEMS
-from .markdown import blocks
 from .run import Run, for_each
 
 _AT_LAUNCH = "compile the description at launch, with its arguments as launch arguments"
-_STARTS = "add a launch file that starts {} with the parameters of the robot"
-_STARTED = {"control": "the controller_manager and the controllers", "moveit": "MoveIt"}
-_STARTED["nav2"] = "Nav2 and robot_localization"
-_PLACES = "path of an output in FOLDER, such as urdf=urdf/robot.urdf, or none to skip it; stored in FOLDER"
+_STARTED = {"control": "controller_manager and controllers", "moveit": "MoveIt", "nav2": "Nav2 and robot_localization"}
+_PLACES = "path of an output in FOLDER, such as urdf=urdf/robot.urdf, or none to skip it"
 
 
 @cli.command("package", exits="0 written or unchanged, 1 errors")
@@ -29,17 +26,19 @@ _PLACES = "path of an output in FOLDER, such as urdf=urdf/robot.urdf, or none to
 @cli.option("--maintainer 'NAME <MAIL>'", help="maintainer of the package")
 @cli.option("--license SPDX", help="license of the package, such as Apache-2.0")
 @cli.option("--url URL", help="website of the package")
-@cli.repeatable("--topic SENSOR=TOPIC", "topics", help="topic of a sensor, for the RViz configuration; repeatable")
 @cli.option("--compile-at-launch/--no-compile-at-launch", default=None, help=_AT_LAUNCH)
 @cli.combine(
-    *(cli.option(f"--{name}/--no-{name}", default=None, help=_STARTS.format(it)) for name, it in _STARTED.items())
+    *(
+        cli.option(f"--{one}/--no-{one}", default=None, help=f"add a launch file for {it}")
+        for one, it in _STARTED.items()
+    )
 )
 @cli.robot_options
 def run_package(options: cli.Options) -> int:
     """Write the package of a robot, and print the result."""
     run, description = Run.alone(options, stdin=False)
     run.console.begin(description.name)
-    settings = "name build_type version maintainer license url topics compile_at_launch control moveit nav2"
+    settings = "name build_type version maintainer license url compile_at_launch control moveit nav2"
     result = package(run.request(description), options.output, **options.pick(settings))
     run.console.print_read(result.inputs)
     failed = run.show(result)
@@ -70,18 +69,12 @@ def run_deploy(options: cli.Options) -> int:
     if not result.robot:
         run.nothing_written(description, result.diagnostics)
         return PROBLEMS
-    if console.for_people:
-        for line in result.changes:
-            print(line)
-    elif result.changes:
-        console.show([Diagnostic("deploy-changes", NOTE, "\n".join(result.changes))])
+    if result.changes:
+        changes = "\n".join(result.changes)
+        print(changes) if console.for_people else console.show([Diagnostic("deploy-changes", NOTE, changes)])
     same, total = sum(copy.same for copy in result.copies), len(result.copies)
     done = "written" if result.written else "would be written"
-    if same < total or not result.written:
-        console.say(f"{result.robot}: {total - same} of {total} files in {result.folder} {done}")
-    else:
-        every = f"all {same} files" if same > 1 else "the one file" if same else "no file"
-        console.say(f"{result.robot}: {every} as compiled")
+    console.say(f"{result.robot}: {total - same} of {total} files in {result.folder} {done}")
     run.give(result)
     return PROBLEMS if failed or (options.dry_run and same < total) else FINE
 
@@ -105,9 +98,8 @@ def run_check_deployed(options: cli.Options) -> int:
         if result.differing:
             help = "run rosorin-compile deploy to write them again"
             compared, others = result.describe()
-            tables = blocks(compared.changes, compared.texts, others)
             found = error("deployed-differs", "\n".join(result.lines), None, help)
-            run.console.differ("not as deployed", result.lines, found, lambda: tables)
+            run.console.differ("not as deployed", result.lines, found, compared, others)
         failed = run.show(result)
         if not result.robot:
             run.nothing_written(description, result.diagnostics)

@@ -4,24 +4,20 @@ Launch files and build rules call it instead of xacro: without errors nothing is
 is written beside the file that ``-o`` names.
 """
 
-from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 
 from rosorin_compile import api
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.language.arguments import UNKNOWN
-from rosorin_compile.output import OutputError, encode, is_generated, may_replace, write_file
-from rosorin_compile.output.artifact_set import is_remembered, remember
+from rosorin_compile.output import OutputError, encode, is_generated, is_remembered, may_replace, remember, write_file
 from rosorin_compile.source.diagnostics import ERROR, RequestError
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.wording import count_of, first_of
+from rosorin_compile.source.wording import count_of
 
 from .command import Options, command, depfile_options, flag, option, robot_options, words_argument
 from .console import FINE, PROBLEMS, USAGE, give, table
-from .depfile import watched_paths, write_depfile
-from .run import Run, is_robot, refuse_half_marks
+from .run import Run, is_robot, refuse_half_marks, write_depfile
 
 _CALL = "rosorin-compile print"
 
@@ -59,11 +55,10 @@ def run(options: Options) -> int:
     if not compiled.artifacts:
         errors = [one for one in compiled.diagnostics if one.severity == ERROR]
         unknown = [one for one in errors if one.rule == UNKNOWN]
-        if unknown and len(run.words) == 1 and is_robot(output):
-            console.warn(_missing_output(output))
         console.warn(f"{description.name}: {count_of(len(errors), 'error')}, nothing printed")
         return USAGE if len(unknown) == len(errors) else PROBLEMS
     (artifact,) = compiled.artifacts
+    made = [] if options.output is None else [Path(options.output)]
     try:
         data = encode(artifact.file, artifact.text)
         if options.output is not None:
@@ -71,10 +66,8 @@ def run(options: Options) -> int:
     except OutputError as problem:
         console.show([problem.diagnostic])
         return PROBLEMS
-    if options.depfile is not None:
-        made = [Path(name) for name in (options.output, options.depfile) if name]
-        if write_depfile(run, target, watched_paths(inputs, compiled, made), made[:-1]):
-            return PROBLEMS
+    if options.depfile is not None and write_depfile(run, target, compiled, inputs, made):
+        return PROBLEMS
     if options.output is None:
         give(artifact.text)
     return FINE
@@ -91,35 +84,17 @@ def _write(path: Path, data: bytes, artifact: Artifact, inputs: list[Path]) -> N
 def _requested(run: Run) -> tuple[Description, str]:
     """Return the robot and the name of the output. Raises RequestError."""
     words = run.words
-    if not words:
-        shown = "see --list"
-        with suppress(RequestError):
-            description = run.find_robot()
-            if outputs := api.outputs(replace(run.request(description), warn=None)).outputs:
-                shown = f"the outputs of {description.name}: {first_of([one.name for one in outputs], 20)}"
-        raise RequestError(f"print what? {_CALL} [ROBOT] OUTPUT; {shown}")
     if "" in words:
         raise RequestError("a name is empty: a variable of the shell that is not set?")
-    if len(words) > 2:
+    if not 1 <= len(words) <= 2:
         refuse_half_marks(words)
-        raise RequestError(f"print takes one ROBOT and one OUTPUT: {_CALL} {words[0]} {words[1]}")
-    robot, output = words if len(words) == 2 else ("", words[0])
-    if not robot:
-        try:
-            return run.find_robot("", f"ROBOT {output}"), output
-        except RequestError:
-            if is_robot(output):
-                raise RequestError(_missing_output(output)) from None
-            raise
-    if not is_robot(robot):
-        if is_robot(output):
-            raise RequestError(f"the robot comes first: {_CALL} {output} {robot}")
+        raise RequestError(f"print takes one ROBOT and one OUTPUT, not {len(words)} words; see {_CALL} --list")
+    *robot, output = words
+    if is_robot(output) and not (robot and is_robot(*robot)):
+        raise RequestError(f"{output} is a robot: write {_CALL} {output} OUTPUT; --list {output} shows its outputs")
+    if robot and not is_robot(*robot):
         refuse_half_marks([output])
-    return run.find_robot(robot), output
-
-
-def _missing_output(robot: str) -> str:
-    return f"{robot} is a robot: write {_CALL} {robot} OUTPUT; --list {robot} shows its outputs"
+    return run.find_robot("".join(robot), f"ROBOT {output}"), output
 
 
 def _list(run: Run) -> int:

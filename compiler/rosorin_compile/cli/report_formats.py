@@ -1,33 +1,34 @@
-"""Write diagnostics for programs: GitHub annotations and SARIF."""
+"""Write diagnostics for programs and for pull requests: GitHub annotations, SARIF and GitHub Flavored Markdown.
+
+Text of a description may come from anybody who opens a pull request: in Markdown it is written as code alone. The
+document is bounded: a comment holds 65,536 characters.
+"""
 
 import json
 import os
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from html import escape
 from pathlib import Path
 from urllib.parse import quote
 
+from rosorin_compile.compare.changes import Change
+from rosorin_compile.output.golden_check import CHANGED, MAX_LINES, TextDifference, shorten
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import Diagnostic, Span, text
-from rosorin_compile.source.messages import add_suggestions
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Span, text
+from rosorin_compile.source.messages import add_suggestions, gather
 from rosorin_compile.source.rule_registry import OF_PLUGINS, find
 from rosorin_compile.source.version import HOME, __version__
+from rosorin_compile.source.wording import and_more, count_of, phrase, plural, printable
 
-
-def github(diagnostics: Sequence[Diagnostic]) -> str:
-    """Return diagnostics as GitHub workflow commands, which mark the lines of a pull request.
-
-    An annotation has one place, so the includes and parts that led there are below its message.
-    https://docs.github.com/actions/reference/workflow-commands-for-github-actions
-    """
-    lines = []
-    for diagnostic in add_suggestions(diagnostics):
-        kind = "notice" if diagnostic.severity == "note" else diagnostic.severity
-        where = ""
-        if span := diagnostic.span:
-            where = f"file={_property(from_workspace(span.source.path))},line={span.line},col={span.column},"
-        message = "\n".join([_with_help(diagnostic), *map(str, diagnostic.related)])
-        lines.append(f"::{kind} {where}title={_property(diagnostic.rule)}::{_escaped(message)}\n")
-    return "".join(lines)
+HEAD = "## Robots: "  # the beginning of each Markdown document
+MAX_BYTES = 60_000  # of UTF-8; leaves room for words around the document
+_MAX_NAME, _MAX_TEXT = 200, 1000  # letters
+_MAX_NAMES = 12  # in one cell
+_MAX_NOTES = 50
+# How many rows of a table, diffs of a robot and lines of a diff are shown: the first that fits is used.
+_DETAILS = ((200, 20, MAX_LINES), (5, 0, 0))
 
 
 def from_workspace(path: str) -> str:
@@ -40,28 +41,54 @@ def from_workspace(path: str) -> str:
     return path if relative == os.pardir or relative.startswith(f"{os.pardir}{os.sep}") else relative
 
 
+def _in_workspace(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
+    """Return diagnostics with their suggestions, and with paths from the top of the checkout."""
+
+    def moved(span: Span | None) -> Span | None:
+        return span and span._replace(source=span.source._replace(path=from_workspace(span.source.path)))
+
+    return [
+        replace(d, span=moved(d.span), related=tuple(replace(r, span=moved(r.span)) for r in d.related))
+        for d in add_suggestions(diagnostics)
+    ]
+
+
+def github(diagnostics: Sequence[Diagnostic]) -> str:
+    """Return diagnostics as GitHub workflow commands, which mark the lines of a pull request.
+
+    An annotation has one place, so the includes and parts that led there are below its message.
+    https://docs.github.com/actions/reference/workflow-commands-for-github-actions
+    """
+
+    def escaped(value: str) -> str:
+        return value.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
+
+    def attribute(value: str) -> str:
+        return escaped(value).replace(":", "%3A").replace(",", "%2C")
+
+    lines = []
+    for diagnostic in _in_workspace(diagnostics):
+        kind, where, span = "notice" if diagnostic.severity == NOTE else diagnostic.severity, "", diagnostic.span
+        if span is not None:
+            where = f"file={attribute(span.source.path)},line={span.line},col={span.column},"
+        message = "\n".join([_with_help(diagnostic), *map(str, diagnostic.related)])
+        lines.append(f"::{kind} {where}title={attribute(diagnostic.rule)}::{escaped(message)}\n")
+    return "".join(lines)
+
+
 def _with_help(diagnostic: Diagnostic) -> str:
     return diagnostic.message + (f"; {diagnostic.help}" if diagnostic.help else "")
 
 
-def _escaped(value: str) -> str:
-    return value.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
-
-
-def _property(value: str) -> str:
-    return _escaped(value).replace(":", "%3A").replace(",", "%2C")
-
-
 def sarif(diagnostics: Sequence[Diagnostic]) -> str:
     """Return diagnostics as SARIF 2.1.0 (https://docs.oasis-open.org/sarif/sarif/v2.1.0/)."""
-    diagnostics = add_suggestions(diagnostics)
     ids = sorted({diagnostic.rule for diagnostic in diagnostics})
     known = find(ids)
     rules: list[dict[str, object]] = []
     for id in ids:
         rule = known.get(id) or OF_PLUGINS.get(id)
-        short = rule.what if rule else id.replace("-", " ")
-        descriptor: dict[str, object] = {"id": id, "shortDescription": {"text": short}}
+        descriptor: dict[str, object] = {"id": id}
+        descriptor["shortDescription"] = {"text": rule.what if rule else id.replace("-", " ")}
         if rule and rule.help:
             descriptor["help"] = {"text": rule.help, "markdown": rule.help}
         if HOME and id in known:
@@ -70,23 +97,21 @@ def sarif(diagnostics: Sequence[Diagnostic]) -> str:
     driver: dict[str, object] = {"name": "rosorin-compile", "semanticVersion": __version__, "rules": rules}
     if HOME:
         driver["informationUri"] = HOME
-    results = [_result(diagnostic, ids.index(diagnostic.rule)) for diagnostic in diagnostics]
+    results = []
+    for diagnostic in add_suggestions(diagnostics):
+        remarks = [related.message for related in diagnostic.related if related.span is None]
+        result: dict[str, object] = {"ruleId": diagnostic.rule, "ruleIndex": ids.index(diagnostic.rule)}
+        result["level"] = diagnostic.severity
+        result["message"] = {"text": "\n".join([_with_help(diagnostic), *remarks])}
+        if diagnostic.span:
+            result["locations"] = [_location(diagnostic.span)]
+        unique = dict.fromkeys(diagnostic.related)  # as the standard requires
+        if related := [{**_location(r.span), "message": {"text": r.message}} for r in unique if r.span]:
+            result["relatedLocations"] = related
+        results.append(result)
     run = {"tool": {"driver": driver}, "columnKind": "unicodeCodePoints", "results": results}
     schema = "https://json.schemastore.org/sarif-2.1.0.json"
     return json.dumps({"$schema": schema, "version": "2.1.0", "runs": [run]}, indent=2) + "\n"
-
-
-def _result(diagnostic: Diagnostic, rule: int) -> dict[str, object]:
-    """Return a diagnostic as a result of SARIF; a note without a place goes into the message."""
-    remarks = [related.message for related in diagnostic.related if related.span is None]
-    result: dict[str, object] = {"ruleId": diagnostic.rule, "ruleIndex": rule, "level": diagnostic.severity}
-    result["message"] = {"text": "\n".join([_with_help(diagnostic), *remarks])}
-    if diagnostic.span:
-        result["locations"] = [_location(diagnostic.span)]
-    unique = dict.fromkeys(diagnostic.related)  # as the standard requires
-    if related := [{**_location(r.span), "message": {"text": r.message}} for r in unique if r.span]:
-        result["relatedLocations"] = related
-    return result
 
 
 def _location(span: Span) -> dict[str, object]:
@@ -98,3 +123,144 @@ def _location(span: Span) -> dict[str, object]:
 
 
 FORMATS: dict[str, Callable[[Sequence[Diagnostic]], str]] = {"text": text, "github": github, "sarif": sarif}
+
+
+@dataclass
+class Section:
+    """The result for one robot: lines of text, problems in a few words, differences, and diagnostics.
+
+    ``changes`` and ``files`` are rows of tables in Markdown: what changed in which artifacts, and remarks about files.
+    """
+
+    name: str
+    lines: list[str] = field(default_factory=list)
+    wrong: list[str] = field(default_factory=list)
+    changes: list[tuple[str, str]] = field(default_factory=list)
+    files: list[tuple[str, str]] = field(default_factory=list)
+    diffs: list[TextDifference] = field(default_factory=list)
+    diagnostics: list[Diagnostic] = field(default_factory=list)
+
+    def add_differences(
+        self, changes: Sequence[Change], texts: Sequence[TextDifference], others: Iterable[tuple[str, str]] = ()
+    ) -> None:
+        """Add changes and differences of text; ``others`` are further files, each with a remark."""
+        for change in changes:
+            names, left = change.artifacts[:_MAX_NAMES], len(change.artifacts) - _MAX_NAMES
+            self.changes.append((code(change.words(), _MAX_TEXT), ", ".join(map(code, names)) + and_more(left)))
+        diffs = [one for one in texts if one.kind == CHANGED and one.shown and one.lines]
+        self.diffs += diffs
+        # Where the changes explain it, a file whose text is not shown needs no remark.
+        unexplained = "" if any(change.artifacts for change in changes) else "different text"
+        remarks = [*((one.file, one.remark or unexplained) for one in texts if one not in diffs), *others]
+        self.files += [(code(name), code(remark, _MAX_TEXT)) for name, remark in remarks if remark]
+
+    def counts(self, *severities: str) -> list[str]:
+        """Return the number of diagnostics of each severity in words, without zeros."""
+        found = [one.severity for one in self.diagnostics]
+        return [count_of(found.count(severity), severity) for severity in severities if severity in found]
+
+    @property
+    def failed(self) -> bool:
+        """Whether there is something to correct."""
+        return bool(self.wrong or self.counts(ERROR))
+
+    @property
+    def quiet(self) -> bool:
+        """Whether there is nothing for a reviewer: such a robot is a line of a list."""
+        return not (self.failed or self.changes or self.files or self.diffs or self.counts(WARNING))
+
+
+def markdown(sections: Sequence[Section]) -> str:
+    """Return the Markdown of several robots: those with something to review first, the others a line each."""
+    failed = sum(section.failed for section in sections)
+    head = f"{HEAD}{failed:,} of {len(sections):,} with problems" if failed else f"{HEAD}no problems"
+    quiet = "\n".join(_line(section) for section in sections if section.quiet)
+    for details in _DETAILS:
+        parts = ["\n\n".join(_section(section, *details)) for section in sections if not section.quiet]
+        document = "\n\n".join(filter(None, [head, *parts, quiet])) + "\n"
+        if _size(document) <= MAX_BYTES:
+            return document
+    document = f"{head}\n\nToo much to show here: see the log of the run.\n\n"
+    for number, section in enumerate(sorted(sections, key=lambda section: section.quiet)):
+        line = f"{_line(section)}\n"
+        if _size(document + line) > MAX_BYTES - 100:
+            return f"{document}- and {count_of(len(sections) - number, 'more robot')}\n"
+        document += line
+    return document
+
+
+def _size(document: str) -> int:
+    return len(document.encode("utf-8", "replace"))
+
+
+def _line(section: Section) -> str:
+    texts = [*section.wrong, *section.lines, *section.counts(ERROR, WARNING, NOTE)]
+    return f"- {code(section.name)}: {code('; '.join(texts) or 'nothing to report', _MAX_TEXT)}"
+
+
+def _section(section: Section, rows: int, max_diffs: int, max_lines: int) -> list[str]:
+    """Return the paragraphs of one robot."""
+    verdict = phrase([*section.wrong, *section.counts(ERROR, WARNING)])
+    parts = [f"### {code(section.name)}: {verdict}" if section.name else f"### {verdict[:1].upper()}{verdict[1:]}"]
+    parts += [code(line.strip(), _MAX_TEXT) for line in section.lines]
+    if section.changes:
+        parts.append(_table("change", ("change", "artifacts"), section.changes, rows))
+    if section.files:
+        parts.append(_table("file", ("file", "what is wrong"), section.files, rows))
+    merged = gather(section.diagnostics, [WARNING, NOTE])
+    if worse := [one for one in merged if one.severity != NOTE]:
+        parts.append(_messages(worse, rows))
+    for diff in section.diffs[:max_diffs]:
+        lines = shorten(diff.lines)[:max_lines]
+        lines += [f"... {count_of(len(diff.lines) - len(lines), 'more line')}"] if len(diff.lines) > len(lines) else []
+        title = f"{_html_code(diff.file)}: {_html_code(diff.remark) if diff.remark else 'different text'}"
+        parts.append(_folded(title, _fenced("diff", lines)))
+    if len(section.diffs) > max_diffs:
+        parts.append(f"{count_of(len(section.diffs) - max_diffs, 'text difference')} left out here")
+    if notes := [one for one in merged if one.severity == NOTE]:
+        parts.append(_folded("".join(section.counts(NOTE)), _messages(notes, min(rows, _MAX_NOTES))))
+    return parts
+
+
+def _table(noun: str, head: tuple[str, str], rows: Sequence[tuple[str, str]], limit: int) -> str:
+    """Return the first rows of a table and the number of the others; ``noun`` is what one row is."""
+    lines = [f"| {left} | {right} |" for left, right in (head, ("---", "---"), *rows[:limit])]
+    left = len(rows) - limit
+    return "\n".join([*lines, "", f"and {left:,} more {plural(noun, left)}"] if left > 0 else lines)
+
+
+def _messages(diagnostics: Sequence[Diagnostic], limit: int) -> str:
+    lines, left = text(_in_workspace(diagnostics[:limit])).splitlines(), len(diagnostics) - limit
+    return _fenced("text", [*lines, f"and {left:,} more {plural('message', left)}"] if left > 0 else lines)
+
+
+def _fenced(kind: str, lines: Iterable[str]) -> str:
+    shown = [printable(line, keep="\t") for line in lines]
+    fence = "`" * max(3, 1 + max((len(run) for line in shown for run in re.findall("`+", line)), default=0))
+    return "\n".join([f"{fence}{kind}", *shown, fence])
+
+
+def _folded(title: str, content: str) -> str:
+    """Return content that opens on a click; ``title`` is HTML."""
+    return f"<details><summary>{title}</summary>\n\n{content}\n\n</details>"
+
+
+def _html_code(value: str) -> str:
+    return f"<code>{escape(_cut(printable(value), _MAX_NAME))}</code>"
+
+
+def _cut(value: str, limit: int) -> str:
+    return f"{value[:limit]}..." if len(value) > limit else value
+
+
+def code(value: str, limit: int = _MAX_NAME) -> str:
+    r"""Return a text as code in a line or in a cell of a table, where a bar would end the cell.
+
+    >>> code("base_link"), code("a|b"), code("a`b")
+    ('`base_link`', '<code>a&#124;b</code>', '<code>a&#96;b</code>')
+    """
+    shown = _cut(printable(value), limit)
+    if not re.search(r"[`|]|\\$|^\s|\s$|^$", shown):
+        return f"`{shown}`"
+    escaped = "".join(c if c.isalnum() or c == " " else f"&#{ord(c)};" for c in shown)
+    return f"<code>{escaped.replace('&#64;', '&#64;<!-- -->')}</code>"  # else an address becomes a link

@@ -1,11 +1,13 @@
 """The input of a command: the arguments and packages of the command line, and the robots that it names.
 
-``Run.of`` reads them from the options; ``for_each`` calls a function for each requested robot.
+``Run.from_options`` reads them from the options; ``for_each`` calls a function for each requested robot.
+``write_depfile`` writes from which files a target was made, in the syntax of Make and Ninja.
 """
 
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence, Sized
@@ -14,6 +16,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rosorin_compile.output import OutputError, write_file
 from rosorin_compile.request import Request
 from rosorin_compile.source import files, project
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, has_errors
@@ -27,12 +30,14 @@ from .command import Options, pair
 from .console import FINE, PROBLEMS, Console
 
 if TYPE_CHECKING:
+    from rosorin_compile.formats.compilation import Compiled
     from rosorin_compile.rules.case import Case
     from rosorin_compile.viewer.changed import Pictures
 
 
-MARK = ":="  # between name and value of an argument, as in xacro
+_MARK = ":="  # between name and value of an argument, as in xacro
 _MAX_STDIN = 100_000_001  # bytes; more than any reader takes
+_DEPFILE = re.compile(rb"\S[^\n]*:(?: \\\n  \S[^\n]*)*\n")
 _stdin_read: list[Any] = []  # standard input, once it was read
 
 
@@ -55,13 +60,12 @@ class Run:
     def from_options(cls, options: Options, words: list[str] | None = None) -> Run:
         """Return the run of some options. Raises RequestError for invalid ones."""
         words = options.words if words is None else words
-        console = options.console
+        console, summary = options.console, getattr(options, "summary", None)
         console.counts_notes = not getattr(options, "notes", True) and not options.verbose
-        summary = getattr(options, "summary", None)
         console.keeps_sections = console.form == "markdown" or summary is not None
         if summary is not None:
             _check_summary(Path(summary))
-        arguments = {**dict(pair(word, "NAME=VALUE") for word in words if MARK in word), **options.arg}
+        arguments = {**dict(pair(word, "NAME=VALUE") for word in words if _MARK in word), **options.arg}
         argument_files = tuple(map(Path, options.args_files))
         for file in argument_files:
             if not files.is_file(file):
@@ -70,7 +74,7 @@ class Run:
         for name, path in packages.items():
             if not files.is_folder(path):
                 raise RequestError(f'there is no folder "{path}" for the package {name}')
-        return cls(options, console, [word for word in words if MARK not in word], arguments, argument_files, packages)
+        return cls(options, console, [word for word in words if _MARK not in word], arguments, argument_files, packages)
 
     @classmethod
     def alone(cls, options: Options, stdin: bool = True) -> tuple[Run, Description]:
@@ -101,11 +105,7 @@ class Run:
         """Return the robot, the first of more than ``count`` words or the only one here, and the other words."""
         if not count <= len(self.words) <= count + 1:
             raise RequestError(f"write rosorin-compile {self.options.called} {usage}")
-        try:
-            return self.find_robot("".join(self.words[:-count]), usage), self.words[-count:]
-        except RequestError as problem:
-            more = f"; write {self.options.called} {usage}" if len(self.words) > count else ""
-            raise RequestError(f"{problem}{more}") from None
+        return self.find_robot("".join(self.words[:-count]), usage), self.words[-count:]
 
     def request(self, description: Description) -> Request:
         """Return the request for a robot; warnings before code is executed are printed."""
@@ -134,6 +134,15 @@ class Run:
         self.console.warn(f"{description.name}: a description with errors has no frames and joints to ask about")
         return PROBLEMS
 
+    def nothing_written(self, description: Description, diagnostics: Sequence[Diagnostic]) -> int:
+        """Print how many errors keep a robot from being compiled; return the exit code."""
+        errors = sum(diagnostic.severity == ERROR for diagnostic in diagnostics)
+        if not errors:
+            self.console.say(f"{description.name}: nothing to emit; say under outputs: what you want")
+            return FINE
+        self.console.warn(f"{description.name}: {count_of(errors, 'error')}, nothing written")
+        return PROBLEMS
+
     def show(self, result: Any) -> bool:
         """Print the diagnostics of a result; return True if there are errors."""
         self.console.show(result.diagnostics)
@@ -145,8 +154,6 @@ class Run:
 
     def write_page(self, page: Pictures) -> None:
         """Write a page of changes. Raises RequestError."""
-        from rosorin_compile.output import OutputError
-
         try:
             done = page.write()
         except OutputError as problem:
@@ -157,15 +164,6 @@ class Run:
         if done.left_out:
             self.console.warn(f"{done.file}: without {done.left_out}")
         self.console.say(f"{done.file}: a page with {count_of(done.robots, 'robot')}, {done.bytes / 1e6:.1f} MB")
-
-    def nothing_written(self, description: Description, diagnostics: Sequence[Diagnostic]) -> int:
-        """Print how many errors keep a robot from being compiled; return the exit code."""
-        errors = sum(diagnostic.severity == ERROR for diagnostic in diagnostics)
-        if not errors:
-            self.console.say(f"{description.name}: nothing to emit; say under outputs: what you want")
-            return FINE
-        self.console.warn(f"{description.name}: {count_of(errors, 'error')}, nothing written")
-        return PROBLEMS
 
 
 def for_each(
@@ -179,7 +177,7 @@ def for_each(
     hook = getattr(options, "hook", False) and bool(options.words)
     changed = [word for word in options.words if hook and os.path.lexists(word)]
     run = Run.from_options(options, [word for word in options.words if word not in changed])
-    names = [*(run.words if robots is None else robots)]
+    console, names = run.console, [*(run.words if robots is None else robots)]
     if hook:
         if names:
             raise RequestError(f'with --hook the words are files that changed, and there is no file "{names[0]}"')
@@ -191,37 +189,44 @@ def for_each(
         several = ", ".join(description.name for description in found)
         raise RequestError(f"a depfile is about one robot, and there are several: {several}; name one")
     if not options.words and not usage:
-        warn_of_no_robots(run.console)
+        warn_of_no_robots(console)
     if not found:
-        run.console.say("none of these files is in a project: no folder above them has descriptions/*/robot.yaml")
-    run.console.robots = []
-    code = max([_work(run, description, work, len(found) > 1) for description in found], default=FINE)
-    run.console.give({"robots": run.console.robots})
+        console.say("none of these files is in a project: no folder above them has descriptions/*/robot.yaml")
+    worst = FINE
+    for description in found:
+        console.begin(description.name)
+        Progress.set_topic(f"{description.name}:" if len(found) > 1 else "")
+        entry: dict[str, object] = {"robot": description.name, "file": str(description.path), "fine": False}
+        console.robots.append(entry)
+        # A program reads one document on standard output, without what a plug-in prints.
+        with nullcontext() if console.plugin is None or console.for_people else aside():
+            code = work(run, description)
+        entry["fine"] = code == FINE
+        console.end(code != FINE)
+        worst = max(worst, code)
+    console.give({"robots": console.robots})
     if (summary := getattr(options, "summary", None)) is not None:
+        from .report_formats import markdown
+
         try:
             with Path(summary).open("a", encoding="utf-8", errors="backslashreplace") as file:
-                file.write(run.console.summary())
+                file.write(markdown(console.sections))
         except (OSError, ValueError) as problem:
             reason = getattr(problem, "strerror", None) or problem
             raise RequestError(f'cannot write the summary "{summary}": {reason}') from None
-    return code
+    return worst
 
 
-def _work(run: Run, description: Description, work: Callable[[Run, Description], int], with_name: bool) -> int:
-    """Call a function with a robot, and record its result; return the exit code."""
-    console = run.console
-    console.begin(description.name)
-    Progress.set_topic(f"{description.name}:" if with_name else "")
-    entry: dict[str, object] = {"robot": description.name, "file": str(description.path), "fine": False}
-    console.robots.append(entry)
-    # A program reads one document on standard output, without what a plug-in prints.
-    with nullcontext() if console.plugin is None or console.for_people else aside():
-        code = work(run, description)
-    entry["fine"] = code == FINE
-    if console.differing:
-        entry["differences"] = console.differing
-    console.end(code != FINE)
-    return code
+def _check_summary(file: Path) -> None:
+    """Raise RequestError for a file that is no summary of this tool and not that of a step of a GitHub job."""
+    from .report_formats import HEAD
+
+    of_job, begins = os.environ.get("GITHUB_STEP_SUMMARY", ""), ""
+    with suppress(OSError, ValueError):  # writing reports the reason
+        if files.is_file(file) and not (of_job and files.resolve(file) == files.resolve(of_job)):
+            begins = files.read_bytes(file, len(HEAD.encode())).decode("utf-8", "replace")
+    if begins.strip() and begins != HEAD:
+        raise RequestError(f'"{file}" exists and is not a summary: name another file')
 
 
 def find_robots(names: list[str], outputs: str | None = None) -> list[Description]:
@@ -282,12 +287,12 @@ def refuse_half_marks(words: Iterable[str]) -> None:
     for word in words:
         name, found, value = word.partition("=" if "=" in word else ":")
         if found and name.isidentifier() and not os.path.lexists(word):
-            raise RequestError(f'"{word}" sets no argument: write {name}{MARK}{value}')
+            raise RequestError(f'"{word}" sets no argument: write {name}{_MARK}{value}')
 
 
 def refuse_positions(words: Sequence[str]) -> None:
     """Raise RequestError for joint=30deg among the words of a command that takes --joint and --pulse."""
-    for value in (word for word in words if "=" in word and MARK not in word):
+    for value in (word for word in words if "=" in word and _MARK not in word):
         raise RequestError(f"write --joint {value} for a position, --pulse {value} for a pulse")
 
 
@@ -302,18 +307,6 @@ def count(artifacts: Sized, meshes: Collection[str] = ()) -> str:
     return phrase([count_of(len(artifacts), "artifact"), *counted_files(meshes)])
 
 
-def _check_summary(file: Path) -> None:
-    """Raise RequestError for a file that is no summary of this tool and not that of a step of a GitHub job."""
-    from .markdown import HEAD
-
-    of_job, begins = os.environ.get("GITHUB_STEP_SUMMARY", ""), ""
-    with suppress(OSError, ValueError):  # writing reports the reason
-        if files.is_file(file) and not (of_job and files.resolve(file) == files.resolve(of_job)):
-            begins = files.read_bytes(file, len(HEAD.encode())).decode("utf-8", "replace")
-    if begins.strip() and begins != HEAD:
-        raise RequestError(f'"{file}" exists and is not a summary: name another file')
-
-
 def counted_files(names: Collection[str]) -> list[str]:
     """Return the numbers of meshes and of textures in words, without those that are zero."""
     textures = sum(name.lower().endswith(".png") for name in names)
@@ -324,3 +317,63 @@ def severities(diagnostics: Sequence[Diagnostic]) -> str:
     """Return the number of diagnostics of each severity in words."""
     counts = Counter(one.severity for one in diagnostics)
     return phrase(count_of(counts[one], one) for one in ("error", "warning", "note") if counts[one]) or "nothing to say"
+
+
+def write_depfile(
+    run: Run, target: str, compiled: Compiled, inputs: Sequence[Path], made: Sequence[Path], newer: Sequence[Path] = ()
+) -> int:
+    """Write the requested depfile, and make the files ``newer`` than it; return the exit code.
+
+    ``inputs`` are the files that the target is made of, ``made`` the artifacts, which must not be the depfile.
+    """
+    path = Path(run.options.depfile)
+    sources = [*inputs, *_watched_folders(compiled, [*made, path])]
+    try:
+        names = [escape(name) for name in (target, *dict.fromkeys(map(str, sources)))]
+        text = " \\\n  ".join([f"{names[0]}:", *names[1:]]) + "\n"
+        if any(os.path.realpath(path) == os.path.realpath(file) for file in (*sources, *made)):
+            message = f"{path} is an input or an artifact in the depfile"
+            raise OutputError("output-is-input", message, "name another file")
+        write_file(path, os.fsencode(text), may_replace=_is_depfile)
+        for file in newer:
+            try:
+                os.utime(file)
+            except OSError as problem:
+                raise OutputError.from_os_error(problem, file, "write", "output file") from None
+    except OutputError as problem:
+        run.console.show([problem.diagnostic])
+        return PROBLEMS
+    return FINE
+
+
+def _watched_folders(compiled: Compiled, made: Sequence[Path]) -> Iterable[Path]:
+    """Return the folders in which files were not found, instead of the files: a build tool would try to make those.
+
+    Folders outside of the project, and folders of the files that this run has ``made``, change for other reasons.
+    """
+    projects = Description.from_path(compiled.inputs[0]).projects if compiled.missing else ()
+    written = {path.absolute().parent for path in made}
+    folders: dict[Path, None] = {}
+    for path in compiled.missing:
+        folder = next(parent for parent in path.absolute().parents if parent.is_dir())
+        if folder not in written and any(map(folder.resolve().is_relative_to, projects)):
+            folders[Path(files.label(folder))] = None
+    return folders
+
+
+def _is_depfile(path: Path) -> bool:
+    data = path.read_bytes()
+    return not data.strip() or _DEPFILE.fullmatch(data) is not None
+
+
+def escape(name: str) -> str:
+    r"""Return the name of a file in the syntax of a depfile, as GCC writes it. Raises OutputError for a line break.
+
+    >>> print(escape("my robot/$x#1.yaml"))
+    my\ robot/$$x\#1.yaml
+    """
+    if re.search(r"[\n\r\0]", name):
+        help = "a depfile has no way to write it: give the file another name"
+        raise OutputError("depfile-name", f"the name of {name} has a line break", help)
+    name = re.sub(r"(\\*)([ \t])", r"\1\1\\\2", name)
+    return re.sub("[#:]", r"\\\g<0>", name).replace("$", "$$")

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from rosorin_compile import api
 from rosorin_compile.model import DisabledCollision
-from rosorin_compile.mujoco.collisions.matrix import FILE as COLLISIONS_FILE
-from rosorin_compile.mujoco.physics.checking import check_physics, require
-from rosorin_compile.mujoco.simulate.simulation import LIMITS, about, simulate, summary, tables
+from rosorin_compile.mujoco.collisions import FILE as COLLISIONS_FILE
+from rosorin_compile.mujoco.physics import check_physics, require
+from rosorin_compile.mujoco.simulation import LIMITS, about, simulate, summary, tables
 from rosorin_compile.source.diagnostics import count_of, phrase
 from rosorin_compile.source.project import Description
 

@@ -11,7 +11,7 @@ CHECK = "check"  # the command that has checks
 COMMANDS = {
     "describe and compile": {
         "init": "create a new robot description",
-        "all": "compile robots and write all artifacts",
+        "all": "compile robots and write all artifacts; alias: compile",
         "print": "compile a robot and print one artifact to standard output",
         "check": "compile robots and compare them with the committed artifacts",
         "watch": "compile on every change of a file and print the changes of the robot",
@@ -56,14 +56,15 @@ ALIASES = {"compile": "all"}
 _HIDDEN = ("pulses", "cmake-dir", "bazel-dir")
 # Modules of commands that are not named after the command.
 MODULES = {
-    **dict.fromkeys(("bazel-dir", "cmake-dir", "completion", "help"), "tool"),
+    **dict.fromkeys(("bazel-dir", "cmake-dir", "completion", "help", "rule", "schema"), "tool"),
     **dict.fromkeys(("deploy", "deployed"), "package"),
     **dict.fromkeys(("collisions", "physics"), "simulate"),
+    "args": "explain",
     "graph": "frames",
     "import": "import_robot",
     "parameters": "check_parameters",
     "picture": "view",
-    "schema": "rule",
+    "pulses": "tf",
 }
 
 
@@ -88,8 +89,5 @@ BUILT_IN = {
 
 def names(group: str) -> dict[str, str]:
     """Return the names of all "commands" or "checks" with their help; plug-ins are named, but not imported."""
-    own = {one.name: one.help for one in BUILT_IN[group].values() if not one.hidden}
-    return {
-        **{one.name: f"of {one.distribution} {one.version}" for one in installed_plugins() if one.group == group},
-        **own,
-    }
+    plugins = {p.name: f"of {p.distribution} {p.version}" for p in installed_plugins() if p.group == group}
+    return plugins | {entry.name: entry.help for entry in BUILT_IN[group].values() if not entry.hidden}

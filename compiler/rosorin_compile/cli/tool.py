@@ -1,18 +1,104 @@
-"""rosorin-compile completion, help, cmake-dir, bazel-dir: commands about the tool itself."""
+"""rosorin-compile rule, schema, completion, help, cmake-dir and bazel-dir: what the tool tells about itself."""
+
+import json
+import re
+import textwrap
+from collections.abc import Iterable
 
 import click
 from click.shell_completion import get_completion_class
 
-from rosorin_compile.source.diagnostics import RequestError
+from rosorin_compile import api
+from rosorin_compile.formats import schema_names, schema_text
+from rosorin_compile.language.suppressions import STAYS
+from rosorin_compile.source.diagnostics import RequestError, UnknownName, has_errors
 from rosorin_compile.source.project import data_folder
+from rosorin_compile.source.rule_registry import PLUGINS, Rule
 
-from .command import Options, argument, command
-from .console import PROBLEMS
+from .command import Options, argument, command, flag, words_argument
+from .console import FINE, PROBLEMS, give, table
+
+_LINK = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
+_WIDTH = 100
+_IMPORTED = {"always": "import writes that entry by itself.", "lenient": "import --lenient writes that entry.", "": ""}
+
+
+@command("rule", exits="0 printed, 1 a plug-in is broken")
+@words_argument("[ID ...]", "id of a message, such as axis-zero; default: list all rules", offers=("rule",))
+def run_rule(options: Options) -> int:
+    """Print the entries of rules."""
+    found = api.explain_rules(options.words)
+    entries = ["\n".join(entry(rule)) for rule in found.rules]
+    options.console.give(found.rules, lambda: "\n\n".join(entries) if options.words else _list(found.rules))
+    options.console.show(found.diagnostics)
+    return PROBLEMS if has_errors(found.diagnostics) else FINE
+
+
+def entry(rule: Rule) -> list[str]:
+    """Return the entry of a rule in docs/rules.md as lines for a terminal."""
+    lines = [rule.id, *_wrapped(rule.what)]
+    if rule.help:
+        lines += _wrapped(f"What to do: {rule.help}")
+    if rule.accept:
+        of = "" if rule.accept == "robot" else ", of: [NAME]"
+        lines += _wrapped(f"A {rule.accept} may break it: accept: [{{rule: {rule.id}{of}, reason: WHY}}]")
+        lines += _wrapped(_IMPORTED[rule.imported])
+    elif rule.mild and rule.id not in STAYS:
+        lines += _wrapped(f"To end it: accept: [{{rule: {rule.id}, reason: WHY}}]")
+    return lines
+
+
+def _wrapped(text: str) -> list[str]:
+    """Wrap a text, with the targets of links as seen from the folder of the project."""
+
+    def target(link: re.Match[str]) -> str:
+        path = link[2] if "://" in link[2] else f"docs/{'rules.md' if link[2].startswith('#') else ''}{link[2]}"
+        return f"{link[1]} ({path})"
+
+    plain = _LINK.sub(target, text)
+    return textwrap.wrap(plain, _WIDTH, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False)
+
+
+def _list(rules: Iterable[Rule]) -> str:
+    topics: dict[str, list[Rule]] = {}
+    for rule in rules:
+        topics.setdefault(rule.topic or PLUGINS, []).append(rule)
+    width = max(len(rule.id) for listed in topics.values() for rule in listed)
+    lines: list[str] = []
+    for topic in sorted(topics):
+        lines += ["", f"{topic}:"]
+        for rule in topics[topic]:
+            what = textwrap.shorten(_LINK.sub(lambda link: link[1], rule.what), _WIDTH, placeholder=" ...")
+            lines.append(f"  {rule.id:<{width}}  {what}")
+    return "\n".join(lines[1:])
+
+
+@command("schema", exits="0 printed", sections=lambda: {"Schemas": [*schema_names().items()]})
+@argument(
+    "name", default="authoring", metavar="[NAME]", help="a schema, see below; default: authoring", offers=("schema",)
+)
+@flag("--list", help="list the schemas")
+@flag("--macros", help="add the macros of the xacro files that robots of this project include, and their parameters")
+def run_schema(options: Options) -> int:
+    """Print a schema as it is, or list them."""
+    names = schema_names()
+    if options.list:
+        rows = [{"name": name, "what": what} for name, what in names.items()]
+        return options.console.give(rows, lambda: "\n".join(table(list(names.items()))))
+    if options.format != "text":
+        raise RequestError("--format goes with --list: a schema is printed as it is")
+    if options.name not in names:
+        raise UnknownName("schema", options.name, names)
+    if options.macros:
+        give(json.dumps(api.schema(options.name, macros=True), indent=1, ensure_ascii=False) + "\n")
+    else:
+        give(schema_text(options.name))
+    return FINE
 
 
 @command("completion", exits="0 printed, 1 the shell is too old")
 @argument("shell", type=click.Choice(("bash", "zsh", "fish")), metavar="SHELL", help="bash, zsh or fish")
-def completion(options: Options) -> int:
+def run_completion(options: Options) -> int:
     """Print the script that makes a shell complete commands, options, robots and frames."""
     from .main import COMPLETE, PROGRAM, program
 
@@ -27,7 +113,7 @@ def completion(options: Options) -> int:
 
 @command("help", exits="0 shown")
 @argument("names", nargs=-1, metavar="[COMMAND ...]", help="a command; default: all commands", offers=("commands",))
-def show_help(options: Options) -> int:
+def run_help(options: Options) -> int:
     """Print the help of a command, or the list of commands."""
     from .main import PROGRAM, program
 
@@ -43,18 +129,13 @@ def show_help(options: Options) -> int:
     return options.console.give(context.get_help(), context.get_help)
 
 
-_CMAKE = "Pass it to find_package(rosorin_compile) as rosorin_compile_DIR; see docs/builds.md."
-
-
-@command("cmake-dir", exits="0 printed", epilog=_CMAKE)
-def cmake_dir(options: Options) -> int:
+@command("cmake-dir", exits="0 printed", epilog="Pass it to find_package(rosorin_compile) as rosorin_compile_DIR.")
+def run_cmake_dir(options: Options) -> int:
     """Print the folder that has rosorin_compileConfig.cmake."""
-    folder = str(data_folder("cmake"))
-    return options.console.give(folder, lambda: folder)
+    return options.console.give(str(data_folder("cmake")), lambda: str(data_folder("cmake")))
 
 
 @command("bazel-dir", exits="0 printed", epilog="rosorin_robot.bzl defines the rule; see docs/builds.md.")
-def bazel_dir(options: Options) -> int:
+def run_bazel_dir(options: Options) -> int:
     """Print the folder that has rosorin_robot.bzl."""
-    folder = str(data_folder("bazel"))
-    return options.console.give(folder, lambda: folder)
+    return options.console.give(str(data_folder("bazel")), lambda: str(data_folder("bazel")))

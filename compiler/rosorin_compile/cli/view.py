@@ -53,7 +53,7 @@ def run_view(options: cli.Options) -> int:
 
 def contacts(shown: Shown) -> Any:
     """Return the engine that finds links of a robot that are inside each other."""
-    from rosorin_compile.mujoco.physics.checking import OverlapFinder
+    from rosorin_compile.mujoco.physics import OverlapFinder
 
     return OverlapFinder(shown.case, shown.meshes)
 

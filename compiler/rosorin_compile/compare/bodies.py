@@ -1,12 +1,13 @@
-"""Bodies: the links of a robot that are fixed to each other, where each link is in its body, and how bodies move.
+"""Pair two robots: links, joints and bodies under common names, where each link is in its body, and how bodies move.
 
-A body is named after its topmost link. Which link of a body is attached to which is a matter of how a file is written.
+A body is the links of a robot that are fixed to each other, named after the topmost. Which link of a body is attached
+to which is a matter of how a file is written.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
@@ -14,7 +15,20 @@ from typing import NamedTuple
 from rosorin_compile.model import Joint, Robot, Vector
 from rosorin_compile.model.geometry import angle_between, dot, minus, norm, unit
 
+from .difference import JOINT, NAME, Item, Side
+from .names import (
+    Names,
+    new_joint_names,
+    new_link_names,
+    prefix_of,
+    renamed_robot,
+    with_joint_names,
+    with_link_names,
+    without_prefix,
+)
 from .precision import HERE, ROOT_THREE, TURNS, Placed, Precision, join_errors
+from .sentences import NEW, REMOVED, describe_rename, existence
+from .walk import Leaves, leaves
 
 
 class Line(NamedTuple):
@@ -83,9 +97,12 @@ class Bodies:
 
     def _within(self, source: str, target: str) -> Placed:
         """Return the pose of a link in one of the same body, by way of the last link that both are attached to."""
-        found = self._places.get((source, target))
-        if found is None:
-            up, down = self._way(source), self._way(target)
+        if (source, target) not in self._places:
+            up, down = ways = list[Joint](), list[Joint]()
+            for link, way in zip((source, target), ways, strict=True):
+                while link != self.top[link]:
+                    way.append(self.robot.joint_to[link])
+                    link = way[-1].parent
             while up and down and up[-1] is down[-1]:
                 up.pop()
                 down.pop()
@@ -95,14 +112,7 @@ class Bodies:
             for joint in reversed(down):
                 found = found.then(self.edge(joint))
             self._places[source, target] = found
-        return found
-
-    def _way(self, link: str) -> list[Joint]:
-        found = []
-        while link != self.top[link]:
-            found.append(self.robot.joint_to[link])
-            link = found[-1].parent
-        return found
+        return self._places[source, target]
 
     def line(self, joint: Joint, target: str) -> Line:
         """Return the axis of a joint in the frame of a link that it moves."""
@@ -199,3 +209,118 @@ def positions_of(*joints: Joint) -> list[float]:
             lower, upper = max(limit.lower, -2 * reach), min(limit.upper, 2 * reach)
     steps = [lower + (upper - lower) * index / _STEPS for index in range(_STEPS + 1)]
     return [0.0, *(position for position in steps if abs(position) > 1e-6)]
+
+
+class Pairing(NamedTuple):
+    """Two robots, B under the names of A.
+
+    ``bodies`` are the bodies of A (by their topmost link) that B has too, with those of B; ``links`` and ``joints`` are
+    the names in A of what B calls otherwise, by B's name without its prefix; ``prefix`` is what all names of
+    ``prefixed`` ("A", "B" or "") begin with. ``steps`` are all new names of links and joints, of A and of B.
+    """
+
+    a: Bodies
+    b: Bodies
+    bodies: Mapping[str, str]
+    links: Names
+    joints: Names
+    prefix: str
+    prefixed: str
+    tolerance: float
+    steps: tuple[list[tuple[Names, Names]], list[tuple[Names, Names]]]
+
+    @property
+    def shared(self) -> list[str]:
+        """The links that both robots have, in the order of A's tree."""
+        return [link.name for link in self.a.robot.walk() if link.name in self.b.robot.link]
+
+    def pair_of_joints(self, top: str) -> tuple[Joint | None, Joint | None]:
+        """Return the joints that move a body of A and its counterpart in B."""
+        return self.a.robot.joint_to.get(top), self.b.robot.joint_to.get(self.bodies[top])
+
+    def rename_leaves(self, at: int, found: Leaves, other: Leaves) -> Leaves:
+        """Return leaves of A or B under the common names; ``other`` are those of the other robot."""
+        for links, joints in self.steps[at]:
+            found = with_joint_names(with_link_names(found, links, other), joints, other)
+        return found
+
+
+def pair(a: Side, b: Side, tolerance: float, prefix: str | None = None) -> Pairing:
+    """Pair two robots, link by link. ``prefix`` is what all names of B begin with; None: find it out."""
+    robots, at = [a.robot, b.robot], 1
+    steps: tuple[list[tuple[Names, Names]], list[tuple[Names, Names]]] = ([], [])
+    if prefix is None:
+        found = [prefix_of(robots[1 - side], robots[side]) for side in (0, 1)]
+        at = 1 if found[1] or not found[0] else 0
+        prefix = found[at]
+    if prefix:
+        names = without_prefix(robots[at].link, prefix), without_prefix(robots[at].joint, prefix)
+        robots[at] = renamed_robot(robots[at], *names)
+        steps[at].append(names)
+    links = new_link_names(*(leaves(replace(robot, edges=())) for robot in robots[::-1]))
+    other = renamed_robot(robots[1], links, {})
+    joints = new_joint_names(leaves(other), leaves(robots[0]))
+    # A name that a joint of B gets must be free, or become free.
+    for name in sorted({name for name in other.joint if name not in joints} & set(joints.values())):
+        joints[name] = f"{name} (of B)"
+    one, other = robots[0], renamed_robot(other, {}, joints)
+    steps[1].append((links, joints))
+    first, second = Bodies(one, a.printing, _split(one, other)), Bodies(other, b.printing, _split(other, one))
+    # The body of B for each body of A: the one of its joint, or else the one that shares most links.
+    rated: list[tuple[bool, int, int, str, str]] = []
+    for index, (top, members) in enumerate(first.members.items()):
+        goals = [second.top[name] for name in members if name in second.top]
+        for goal in dict.fromkeys(goals):
+            mine, theirs = one.joint_to.get(top), other.joint_to.get(goal)
+            other_joint = mine is None or theirs is None or mine.name != theirs.name
+            rated.append((other_joint, -goals.count(goal), index, top, goal))
+    found_bodies: dict[str, str] = {}
+    for _, _, _, top, goal in sorted(rated):
+        if top not in found_bodies and goal not in found_bodies.values():
+            found_bodies[top] = goal
+    bodies = {top: found_bodies[top] for top in first.members if top in found_bodies}
+    return Pairing(first, second, bodies, links, joints, prefix, "AB"[at] if prefix else "", tolerance, steps)
+
+
+def _split(one: Robot, other: Robot) -> frozenset[str]:
+    found = []
+    for joint in one.joints:
+        twin = other.joint_to.get(joint.child)
+        if joint.is_fixed and twin is not None and not twin.is_fixed:
+            elsewhere = twin.name in one.joint and not one.joint[twin.name].is_fixed
+            if twin.parent == joint.parent or (twin.name == joint.name and not elsewhere):
+                found.append(joint.name)
+    return frozenset(found)
+
+
+def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bool) -> Iterator[Item]:
+    """Yield new, removed and renamed links and joints; what is attached to a new or removed link goes with it."""
+    a, b = pairing.a.robot, pairing.b.robot
+    for robot, other, word in ((a, b, REMOVED), (b, a, NEW)):
+        heads: dict[str, str] = {}
+        below: dict[str, list[str]] = {}
+        for link in robot.walk():
+            name, joint = link.name, robot.joint_to.get(link.name)
+            if name not in other.link and name not in not_carried:
+                heads[name] = heads.get(joint.parent, name) if joint is not None else name
+                below.setdefault(heads[name], []).append(name)
+        for head, names in below.items():
+            joint, link = robot.joint_to.get(head), robot.link[head]
+            what = "link" if link.inertial or link.collision or link.visual else "frame"
+            how = [f"{joint.type} on {joint.parent}", joint.name] if joint is not None else ["the root"]
+            values = (head, None) if word == REMOVED else (None, head)
+            yield Item(NAME, head, "existence", existence(word, what, head, how, names[1:]), *values)
+    for top in pairing.bodies:  # one has no joint now that had one
+        mine, theirs = pairing.pair_of_joints(top)
+        joint, word = (mine, REMOVED) if mine is not None else (theirs, NEW)
+        if joint is not None and (mine is None or theirs is None):
+            text = f"{word}: joint {joint.name} ({joint.type}, {joint.parent} to {joint.child})"
+            values = (joint.name, None) if word == REMOVED else (None, joint.name)
+            yield Item(JOINT, joint.name, "existence", text, *values)
+    # The keys are the names in B without its prefix.
+    for new, old in sorted(pairing.links.items(), key=lambda pair: pairing.a.order[pair[1]]):
+        yield Item(NAME, old, "name", describe_rename("link", old, new), old, new)
+    for new, old in pairing.joints.items():
+        joint = a.joint.get(old)
+        if joint is not None and (fixed_names or not joint.is_fixed):
+            yield Item(NAME, old, "name", describe_rename("joint", old, new), old, new)

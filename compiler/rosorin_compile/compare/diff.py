@@ -1,25 +1,31 @@
 """Compare two robots by meaning, whatever they were written in, for a person who asks what differs.
 
-B is put under the names of A first (``pairing``); then frames, masses, shapes and the rest are compared, each seen from
+B is put under the names of A first (``bodies``); then frames, masses, shapes and the rest are compared, each seen from
 the nearest thing that both have. What a format cannot contain is reported as not compared, never as a difference.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from rosorin_compile.formats.urdf.write import carriers, inertials_at
-from rosorin_compile.model import Robot
-from rosorin_compile.model.looks import shows_collision
+from rosorin_compile.model import Inertial
+from rosorin_compile.model.colours import shows_collision
+from rosorin_compile.model.link import together
 
-from .difference import DEFAULT_TOLERANCE, KINDS, YAML, Difference, Item, Report, Side
-from .frames import compare_frames
-from .masses import compare_masses
+from .bodies import Bodies, Pairing, compare_names, pair
+from .describe import Describer
+from .difference import DEFAULT_TOLERANCE, KINDS, MASS, YAML, Difference, Item, Report, Side
+from .frame_poses import compare_frames
 from .names import renamed_robot
-from .pairing import Pairing, compare_names, pair
+from .precision import Precision
 from .sections import compare_sections
-from .sentences import several
+from .sentences import row, several
 from .shapes import compare_shapes
+from .walk import Difference as Leaf
+from .walk import compare_leaves, inertial_leaves
 
 
 def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefix: str | None = None) -> Difference:
@@ -33,33 +39,42 @@ def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefi
         a, b = (side._replace(robot=side.robot.as_said()) for side in (a, b))
     pairing = pair_sides(a, b, tolerance, prefix)
     missing, not_compared = not_carried(pairing, a, b)
-    report = Report([], _prefix_note(pairing, a, b), not_compared)
+    report = Report([], [], not_compared)
+    if pairing.prefixed:
+        names = (b if pairing.prefixed == "B" else a).robot.link
+        cut = sum(name.startswith(pairing.prefix) for name in names)
+        some = "" if cut == len(names) else f"{cut} of {len(names)} of "
+        report.notes.append(f'{some}the names of {pairing.prefixed} begin with "{pairing.prefix}"')
     frames = compare_frames(pairing, report)
     topics = compare_sections(pairing, (a, b), frames.flipped, report)
     if "mass" not in topics:
-        compare_masses(pairing, frames.origins, report)
-    for purpose in [one for one in ("collision", "visual") if one not in topics]:
+        _compare_masses(pairing, frames.origins, report)
+    for purpose in [purpose for purpose in ("collision", "visual") if purpose not in topics]:
         compare_shapes(pairing, (a, b), frames.origins, purpose, report)
     report.items.extend(compare_names(pairing, missing, "fixed joint name" not in topics))
     if a.robot.name != b.robot.name and a.format.names_robot and b.format.names_robot:
         report.notes.append(f"the robot is called {a.robot.name} in A, {b.robot.name} in B")
-    items = _arranged(pairing, report.items)
-    return Difference(a, b, items, tuple(report.notes), tuple(report.not_compared), tolerance)
+    order = {name: index for index, name in enumerate([*pairing.a.order, *pairing.b.order])}
+    for bodies in (pairing.b, pairing.a):
+        order |= {joint.name: order[joint.child] for joint in bodies.robot.joints if joint.name not in bodies.order}
+    order |= pairing.a.order
+    items = sorted(report.items, key=lambda item: (KINDS.index(item.kind), order.get(item.name, len(order))))
+    return Difference(a, b, tuple(items), tuple(report.notes), tuple(report.not_compared), tolerance)
 
 
 def pair_sides(a: Side, b: Side, tolerance: float, prefix: str | None) -> Pairing:
     """Return two robots under common names, as they are compared; they keep the order of their links and joints."""
     a, b = _without_made_visuals(a, b), _without_made_visuals(b, a)
-    for side, other in ((a, b), (b, a)):
+    for at, side, other in ((1, a, b), (0, b, a)):
         output = other.format.output(side.robot)
         if other.format.names is not None and output is not None:  # a description says how an artifact calls its links
             names = other.format.names(output)
             free = {new: old for new, old in names.items() if old not in other.robot.link}
-            changed = other._replace(robot=renamed_robot(other.robot, free, {}))
-            pairing = pair(*((a, changed) if other is b else (changed, b)), tolerance, prefix)
-            steps = pairing.steps
-            found = (steps[0], [(free, {}), *steps[1]]) if other is b else ([(free, {}), *steps[0]], steps[1])
-            return pairing._replace(steps=found)
+            sides = [a, b]
+            sides[at] = other._replace(robot=renamed_robot(other.robot, free, {}))
+            pairing = pair(sides[0], sides[1], tolerance, prefix)
+            pairing.steps[at].insert(0, (free, {}))
+            return pairing
     return pair(_carrying(a, b), _carrying(b, a), tolerance, prefix)
 
 
@@ -100,46 +115,76 @@ def not_carried(pairing: Pairing, a: Side, b: Side) -> tuple[frozenset[str], lis
     names: set[str] = set()
     lines: list[str] = []
     for robot, other, side, its in ((pairing.a.robot, pairing.b.robot, a, b), (pairing.b.robot, pairing.a.robot, b, a)):
-        output = _output_without(robot, side, its)
-        absent = [link.name for link in robot.walk() if link.name not in other.link]
-        left = [name for name in absent if output or _is_left_out(robot, name, side, its)]
+        format, left = its.format, [link.name for link in robot.walk() if link.name not in other.link]
+        name = ""
+        if side.format is YAML and format.links is not None and len(its.robot.links) != len(robot.links):
+            # An output of a description may have the very links of the other file.
+            outputs = [one for one in robot.outputs if one.backend == format.name and format.is_withheld(one)]
+            name = next((one.name for one in outputs if set(format.links(robot, one)) == set(its.robot.link)), "")
+        if not name and format is YAML:
+            left = [link for link in left if side.format.adds is not None and side.format.adds(robot, link, its.robot)]
+        elif not name:
+            left = [link for link in left if format.leaves_out is not None and format.leaves_out(robot, link)]
         names.update(left)
         if left:
             why = (its if side.format is YAML or its.format is not YAML else side).format.why
-            why = f"its output {output} has no such links" if output else why
+            why = f"its output {name} has no such links" if name else why
             lines.append(f"{several(left)} of {side.label}: {why}")
     return frozenset(names), lines
 
 
-def _output_without(robot: Robot, side: Side, other: Side) -> str:
-    """Return the output of a description that has the very links of the other file, and not all; empty if none."""
-    links = other.format.links
-    if side.format is not YAML or links is None or len(other.robot.links) == len(robot.links):
-        return ""
-    outputs = [one for one in robot.outputs if one.backend == other.format.name and other.format.is_withheld(one)]
-    return next((one.name for one in outputs if set(links(robot, one)) == set(other.robot.link)), "")
+def _compare_masses(pairing: Pairing, origins: Mapping[str, str], report: Report) -> None:
+    """Report what differs in the masses of links, and of bodies as a whole where links share them out otherwise.
+
+    ``origins`` are the frames in which bodies of A are compared as a whole.
+    """
+    precisions = pairing.a.precision, pairing.b.precision
+
+    def differences(name: str, *sides: tuple[Inertial | None, Precision]) -> Sequence[Leaf]:
+        old, new = ({("link", name): inertial_leaves(inertial)} for inertial, _ in sides)
+        return compare_leaves(old, new, (sides[0][1], sides[1][1]), pairing.tolerance)
+
+    robots, found = (pairing.a.robot, pairing.b.robot), dict[str, Sequence[Leaf]]()
+    for name in pairing.shared:
+        inertials = [(robot.link[name].inertial, known) for robot, known in zip(robots, precisions, strict=True)]
+        found[name] = differences(name, *inertials)
+    for top, goal in pairing.bodies.items():
+        members = pairing.a.members[top], pairing.b.members[goal]
+        differing = {name for name in members[0] if found.get(name)}
+        for robot, names, others in zip(robots, members, members[::-1], strict=True):
+            differing |= {name for name in names if name not in others and robot.link[name].inertial is not None}
+        if len(differing) > 1 or differing - found.keys():
+            wholes = (_whole(side, names, origins[top]) for side, names in zip(pairing[:2], members, strict=True))
+            if not differences(top, *wholes):
+                links = several(sorted(differing, key=lambda name: (name not in found, name)))
+                text = f"the mass of the body of {top} is shared out otherwise ({links}); as a whole it is the same"
+                report.notes.append(text)
+                found |= dict.fromkeys(differing, ())
+    describer = Describer(pairing.a.robot, ({}, {}), precisions, pairing.tolerance)
+    for name in pairing.shared:
+        for ((_, _, quantity), old, new), text in describer.describe(found[name]):
+            if quantity == "mass":
+                item = Item(MASS, name, quantity, text, old, new, "kg")
+            elif quantity == "inertia":
+                item = Item(MASS, name, quantity, text, row(old), row(new), "kg*m^2")
+            else:
+                item = Item(MASS, name, quantity, text, row(old), row(new), "m", math.dist(old, new))
+            report.items.append(item)
 
 
-def _is_left_out(robot: Robot, link: str, side: Side, other: Side) -> bool:
-    """Return True if the file of the other robot lacks a link of this one by the nature of a format."""
-    if other.format is YAML:
-        return side.format.adds is not None and side.format.adds(robot, link, other.robot)
-    return other.format.leaves_out is not None and other.format.leaves_out(robot, link)
-
-
-def _prefix_note(pairing: Pairing, a: Side, b: Side) -> list[str]:
-    if not pairing.prefixed:
-        return []
-    robot = (b if pairing.prefixed == "B" else a).robot
-    cut = sum(name.startswith(pairing.prefix) for name in robot.link)
-    some = "" if cut == len(robot.links) else f"{cut} of {len(robot.links)} of "
-    return [f'{some}the names of {pairing.prefixed} begin with "{pairing.prefix}"']
-
-
-def _arranged(pairing: Pairing, items: list[Item]) -> tuple[Item, ...]:
-    order = {name: index for index, name in enumerate([*pairing.a.order, *pairing.b.order])}
-    for bodies in (pairing.b, pairing.a):
-        order |= {joint.name: order[joint.child] for joint in bodies.robot.joints if joint.name not in bodies.order}
-    order |= pairing.a.order
-    last = len(order)
-    return tuple(sorted(items, key=lambda item: (KINDS.index(item.kind), order.get(item.name, last))))
+def _whole(bodies: Bodies, names: Sequence[str], frame: str) -> tuple[Inertial | None, Precision]:
+    """Return the inertial of the links of a body in one of its frames, and how well it is known."""
+    links = [(inertial, name) for name in names if (inertial := bodies.robot.link[name].inertial) is not None]
+    parts = [(inertial, bodies.relative(frame, name)) for inertial, name in links]
+    if not parts or not any(inertial.mass for inertial, _ in parts):
+        return None, bodies.precision
+    whole = together([(inertial, place.transform) for inertial, place in parts])
+    centres = [place.transform.apply(inertial.pose.xyz) for inertial, place in parts]
+    reach = max(math.dist(centre, whole.pose.xyz) for centre in centres)
+    length = max(place.length + bodies.precision("xyz", *one.pose.xyz) for one, place in parts)
+    masses = math.fsum(bodies.precision("mass", one.mass) for one, _ in parts)
+    spread = {
+        "xyz": length + reach * masses / abs(whole.mass or 1.0),
+        "ixx": masses * reach**2 + 4 * abs(whole.mass) * reach * length,
+    }
+    return whole, lambda key, *values: len(parts) * bodies.precision(key, *values) + spread.get(key, 0.0)

@@ -5,52 +5,51 @@ What one of two formats has no word for is a topic that is not compared; how muc
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import fields, replace
 from functools import cache
 from typing import Any
 
 from rosorin_compile.formats import FORMATS, Format
 from rosorin_compile.formats.format import lacks
-from rosorin_compile.formats.gazebo_elements import Key, followers_of, meanings, spelt
+from rosorin_compile.formats.gazebo import Key, followers_of, meanings, spelt
 from rosorin_compile.language.schema import sections
-from rosorin_compile.model import Joint, Robot
+from rosorin_compile.model import Robot
 from rosorin_compile.model.joint import Dynamics
-from rosorin_compile.source.wording import plural
+from rosorin_compile.source.wording import phrase
 
+from .bodies import Pairing
 from .describe import Describer
 from .difference import JOINT, LIMIT, OTHER, SHAPE, YAML, Item, Report, Side
-from .pairing import Pairing
 from .sentences import is_number, size_of, text_of
 from .shapes import ONE_BOX, has_one_box
-from .walk import Difference, Leaves, Shapes, compare_leaves, leaves, section_words
+from .walk import Difference, Leaves, compare_leaves, leaves, section_words
 
-# The topics that a format may lack: a key of the language, the word for an entry, the kind of thing, and how its
+# The topics that a format may lack: a key of the language, what it is called, the kind of thing, and how its
 # quantities begin.
 _TOPICS: Mapping[str, tuple[str, ...]] = {
-    "mass": ("links.inertial", "mass", "link", "mass", "centre of mass", "inertia"),
-    "collision": ("links.collision.box.size", "collision shape", "link", "collision"),
-    "visual": ("links.visual", "visual shape", "link", "visual"),
-    "effort": ("joints.limit.effort", "effort limit", "joint", "limit effort"),
-    "velocity": ("joints.limit.velocity", "velocity limit", "joint", "limit velocity"),
-    "mimic": ("joints.mimic", "mimic", "joint", "mimic"),
+    "mass": ("links.inertial", "masses", "link", "mass", "centre of mass", "inertia"),
+    "collision": ("links.collision.box.size", "collision shapes", "link", "collision"),
+    "visual": ("links.visual", "visual shapes", "link", "visual"),
+    "effort": ("joints.limit.effort", "effort limits", "joint", "limit effort"),
+    "velocity": ("joints.limit.velocity", "velocity limits", "joint", "limit velocity"),
+    "mimic": ("joints.mimic", "mimic joints", "joint", "mimic"),
     "dynamics": ("joints.dynamics.damping", "damping or friction", "joint", "damping", "friction"),
     "armature": ("joints.dynamics.armature", "armature", "joint", "armature"),
-    "stiffness": ("joints.dynamics.stiffness", "spring", "joint", "stiffness", "spring"),
-    "simulation": ("root", "thing of a simulation", "", ""),
-    "actuator": ("joints.actuator", "actuator", "joint", "actuator", "kp", "kv"),
-    "calibration": ("joints.calibration", "calibration", "joint", "calibration"),
-    "safety": ("joints.safety_controller", "safety controller", "joint", "safety"),
-    "pose": ("poses.positions", "named pose", "pose", ""),
-    "servo": ("servos.rad_per_pulse", "servo group", "servo of", ""),
-    "sensor": ("sensors.type", "sensor", "sensor", ""),
+    "stiffness": ("joints.dynamics.stiffness", "springs", "joint", "stiffness", "spring"),
+    "simulation": ("root", "values for simulation", "", ""),
+    "actuator": ("joints.actuator", "actuators", "joint", "actuator", "kp", "kv"),
+    "calibration": ("joints.calibration", "calibrations", "joint", "calibration"),
+    "safety": ("joints.safety_controller", "safety controllers", "joint", "safety"),
+    "pose": ("poses.positions", "named poses", "pose", ""),
+    "servo": ("servos.rad_per_pulse", "servo groups", "servo of", ""),
+    "sensor": ("sensors.type", "sensors", "sensor", ""),
     "drive": ("drive", "drive", "drive", ""),
-    "contact": ("disabled_contacts", "disabled contact", "contacts", ""),
-    "publisher": ("joints.publisher", "publisher", "frame", "publisher", "topic"),
-    "edge": ("edges", "transform of other nodes", "", ""),
-    "fixed joint name": ("sensors.joint", "name of fixed joints", "", ""),
-    "urdf_elements": ("urdf_elements", "element for URDF alone", "", ""),
+    "contact": ("disabled_contacts", "disabled contacts", "contacts", ""),
+    "publisher": ("joints.publisher", "publishers", "frame", "publisher", "topic"),
+    "edge": ("edges", "transforms of other nodes", "", ""),
+    "fixed joint name": ("sensors.joint", "names of fixed joints", "", ""),
+    "urdf_elements": ("urdf_elements", "elements for URDF alone", "", ""),
 }
 # What every format has of some kinds of things.
 _ALWAYS = {
@@ -77,11 +76,18 @@ def compare_sections(
     old, new = (_leaves(side.robot, lacking, sides) for side in sides)
     old = pairing.rename_leaves(0, old, new)
     new = pairing.rename_leaves(1, new, old)
-    topics, lines = _not_compared(sides, robots, (old, new))
-    report.not_compared.extend(lines)
+    topics = _not_compared(sides, robots, (old, new), report)
     for side, robot in zip((old, new), robots, strict=True):
         _without_topics(side, topics, robot)
-    _only_shared(old, new, robots, flipped)
+    placed = {*robots[0].joint_to, *robots[1].joint_to}
+    for thing in {**old, **new}:
+        kind, name = thing
+        first, second = old.get(thing), new.get(thing)
+        if first is not None and second is not None:
+            _reduce(thing, (first, second), robots, flipped)
+        elif kind in ("joint", "link", "height map") or (kind == "frame" and name in placed):
+            old.pop(thing, None)  # a link or joint that only one robot has is reported elsewhere
+            new.pop(thing, None)
     _without_equals(old, new)
     if "urdf_elements" not in topics:
         _add_elements(old, new, robots)
@@ -96,7 +102,12 @@ def compare_sections(
 def _leaves(robot: Robot, lacking: frozenset[str], sides: tuple[Side, Side]) -> Leaves:
     """Return the leaves of a robot in a form that does not depend on the formats of the two sides."""
     if "simulation" in lacking and "actuator" not in lacking:  # an MJCF has one damping of joint and drive
-        robot = replace(robot, joints=tuple(map(_with_braking, robot.joints)))
+        joints = []
+        for joint in robot.joints:
+            actuator = joint.actuator and type(joint.actuator)(kp=joint.actuator.kp, kv=joint.actuator.kv)
+            dynamics = replace(joint.dynamics or Dynamics(), damping=joint.braking)
+            joints.append(replace(joint, dynamics=dynamics, actuator=actuator))
+        robot = replace(robot, joints=tuple(joints))
     if sides[0].format is not sides[1].format:
         sensors = (replace(one, simulated=(), stamps=(), gazebo=()) for one in robot.sensors)
         robot = replace(robot, sensors=tuple(sensors))
@@ -123,12 +134,6 @@ def _leaves(robot: Robot, lacking: frozenset[str], sides: tuple[Side, Side]) -> 
     return found
 
 
-def _with_braking(joint: Joint) -> Joint:
-    actuator = joint.actuator and type(joint.actuator)(kp=joint.actuator.kp, kv=joint.actuator.kv)
-    dynamics = replace(joint.dynamics or Dynamics(), damping=joint.braking)
-    return replace(joint, dynamics=dynamics, actuator=actuator)
-
-
 def _topic(thing: tuple[str, str], quantity: str, robot: Robot) -> str | None:
     """Return the topic of a leaf; None for what every format has. A section of a package is a topic of its own."""
     kind, name = thing
@@ -147,14 +152,11 @@ def _topic(thing: tuple[str, str], quantity: str, robot: Robot) -> str | None:
     if kind == "pose" and quantity and quantity not in robot.joint:
         return "simulation"
     found = (topic for topic, (_, _, of, *words) in _TOPICS.items() if of == kind and quantity.startswith(tuple(words)))
-    return next(found, _section_topics().get(kind, "simulation"))
-
-
-@cache
-def _section_topics() -> Mapping[str, str]:
-    """Return the topics of sections by the word for an entry; one of a package is a topic of its own."""
-    words = {word: sections()[name].topic or "" for name, word in section_words().items() if name in sections()}
-    return words | {word: word for word in _words_of_packages()}
+    if kind in _words_of_packages():
+        return kind
+    known = sections()
+    of_section = (known[name].topic or "" for name, word in section_words().items() if word == kind and name in known)
+    return next(found, next(of_section, "simulation"))
 
 
 @cache
@@ -172,53 +174,34 @@ def _lacking(format: Format) -> frozenset[str]:
 
 
 def _not_compared(
-    sides: tuple[Side, Side], robots: tuple[Robot, Robot], both: tuple[Leaves, Leaves]
-) -> tuple[frozenset[str], list[str]]:
-    """Return the topics that are not compared between two robots of these formats, and the sentences that say so."""
-    counts = [_counts(found, robot) for found, robot in zip(both, robots, strict=True)]
-    alike = sides[0].format is sides[1].format
-    topics: set[str] = set() if alike else set(_OF_DESCRIPTIONS)
-    lines: list[str] = []
+    sides: tuple[Side, Side], robots: tuple[Robot, Robot], both: tuple[Leaves, Leaves], report: Report
+) -> frozenset[str]:
+    """Return the topics that are not compared between two robots of these formats, and report them."""
+    has: list[set[str]] = []
+    for found, robot in zip(both, robots, strict=True):
+        things = ((thing, quantity) for thing, entry in found.items() for quantity in entry or ("",))
+        has.append({_topic(*leaf, robot) or "" for leaf in things if leaf[0][0] != "root in simulation"})
+        has[-1] |= {"fixed joint name" for joint in robot.joints if joint.is_fixed}
+        if robot.urdf_elements or any(one.urdf_elements for some in (robot.links, robot.joints) for one in some):
+            has[-1].add("urdf_elements")
+    equal_formats = sides[0].format is sides[1].format
+    topics: set[str] = set() if equal_formats else set(_OF_DESCRIPTIONS)
     for at, (side, other) in enumerate((sides, sides[::-1])):
         lacking = _lacking(side.format)
         lost = [topic for topic in _TOPICS if topic in lacking - _lacking(other.format)]
-        lost += [] if side.format is YAML else [topic for topic in counts[1 - at] if topic in _words_of_packages()]
-        empty = [t for t in _WHOLE if not alike and t not in lacking and not counts[at][t]]
-        for missing, why in ((lost, "a format without a word for it"), (empty, "which leaves out all of it")):
-            words = []
-            for topic in missing:
-                word, of, rest = _TOPICS.get(topic, ("", topic))[1].partition(" of ")
-                count = counts[1 - at][topic]
-                words += [f"{count} {plural(word, count)}{of}{rest}"] if count else []
-            lines += [f"{', '.join(words)}: {side.label} is {side.format.named}, {why}"] if words else []
+        lost += [] if side.format is YAML else sorted(has[1 - at] & _words_of_packages())
+        empty = [t for t in _WHOLE if not equal_formats and t not in lacking | has[at]]
+        for missing, why in ((lost, "has no word for it"), (empty, "leaves out all of it")):
+            words = [_TOPICS.get(topic, ("", topic))[1] for topic in missing if topic in has[1 - at]]
+            if words:
+                report.not_compared.append(f"{phrase(words)}: {side.label} is {side.format.named}, which {why}")
         topics |= {*lost, *empty, *lacking}
-    if not alike and "contact" not in topics:
+    if not equal_formats and "contact" not in topics:
         # What a simulation excludes besides are the contacts of neighbours.
         topics.add("contact")
-        some = [one["contact"] for one in counts]
-        if any(some):
-            lines.append(f"{some[0]} and {some[1]} disabled contacts: a simulation adds those of neighbours")
-    return frozenset(topics), lines
-
-
-def _counts(found: Leaves, robot: Robot) -> Counter[str]:
-    things: set[tuple[str, Any]] = set()
-    for (kind, name), entry in found.items():
-        for quantity, value in (entry or {"": None}).items():
-            topic = _topic((kind, name), quantity, robot) or ""
-            keys: Iterable[Any] = [(kind, name)]
-            if topic == "publisher":
-                keys = [value] if quantity == "publisher" else []
-            elif isinstance(value, Shapes):
-                keys = enumerate([name] * len(value.shapes))
-            elif isinstance(value, frozenset):
-                keys = value
-            things |= {(topic, key) for key in keys if kind != "root in simulation"}  # every robot has that
-    counts = Counter(topic for topic, _ in things)
-    counts["fixed joint name"] = len([joint for joint in robot.joints if joint.is_fixed])
-    texts = [robot.urdf_elements, *(one.urdf_elements for some in (robot.links, robot.joints) for one in some)]
-    counts["urdf_elements"] = sum(map(len, texts))
-    return counts
+        if "contact" in has[0] | has[1]:
+            report.not_compared.append("disabled contacts: a simulation adds those of neighbours")
+    return frozenset(topics)
 
 
 def _without_topics(found: Leaves, topics: frozenset[str], robot: Robot) -> None:
@@ -235,20 +218,6 @@ def _without_topics(found: Leaves, topics: frozenset[str], robot: Robot) -> None
             continue
         if kind not in _ALWAYS or (kind == "frame" and all(one in topics for one in of.values())):
             del found[thing]
-
-
-def _only_shared(old: Leaves, new: Leaves, robots: tuple[Robot, Robot], flipped: Mapping[str, bool]) -> None:
-    """Remove leaves that are compared elsewhere, and links and joints that only one robot has."""
-    placed = {*robots[0].joint_to, *robots[1].joint_to}
-    for thing in {**old, **new}:
-        kind, name = thing
-        first, second = old.get(thing), new.get(thing)
-        own = kind in ("joint", "link", "height map") or (kind == "frame" and name in placed)
-        if own and (first is None or second is None):
-            old.pop(thing, None)
-            new.pop(thing, None)
-        elif first is not None and second is not None:
-            _reduce(thing, (first, second), robots, flipped)
 
 
 def _reduce(

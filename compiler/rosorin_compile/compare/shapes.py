@@ -9,14 +9,14 @@ from typing import NamedTuple
 from rosorin_compile.formats import FORMATS, Format
 from rosorin_compile.formats.format import lacks
 from rosorin_compile.model import Box, Capsule, Ellipsoid, HeightMap, Mesh, Shape, Transform
+from rosorin_compile.model.colours import is_own
 from rosorin_compile.model.geometry import IDENTITY, pose_of
-from rosorin_compile.model.looks import is_own
 from rosorin_compile.model.shape import GROUNDED, ROWS, Rgba, plain
 from rosorin_compile.source.progress import Progress
 
+from .bodies import Pairing
 from .describe import shapes_change
 from .difference import SHAPE, VISUAL, YAML, Item, Report, Side
-from .pairing import Pairing
 from .precision import Precision, join_errors
 from .sentences import colour_change, row, several
 from .solids import Solid, largest_step, match, same_colour, same_space, solid_of
@@ -140,35 +140,35 @@ class _Comparison:
             rest = [[one for one in some if not isinstance(one.geometry, HeightMap)] for some in shapes]
             has_map = [len(some) < len(all_of) for some, all_of in zip(rest, shapes, strict=True)]
             if self.one_box is not None and name in mine and name in theirs:
+                placed = [[shape.in_link for shape in some] for some in rest]
+                is_simple = [
+                    [(type(one.geometry), one.pose) for one in some] in ([], [(Box, IDENTITY)]) for some in placed
+                ]
                 why = "a height map on one side, boxes on the other" if has_map[0] != has_map[1] else ""
-                if not all(map(_is_simple, rest)):
-                    why = f"{self.one_box.named} has one box along the axes of a link"
+                why = why if all(is_simple) else f"{self.one_box.named} has one box along the axes of a link"
                 if why:
                     self.not_comparable.setdefault(why, []).append(name)
                     continue
             for at, some in enumerate(rest if all(has_map) else shapes):
                 kept[at][name] = some
         rows = self._cut(0, kept[0], ROWS), self._cut(1, kept[1], ROWS)
-        return self._grounded(0, kept[0], rows, origin), self._grounded(1, kept[1], rows, origin)
+        for at in (0, 1):
+            # Height maps reach down to the ground if an output asks for it and more of the other side fit then.
+            maps = [name for name, some in kept[at].items() if any(isinstance(s.geometry, HeightMap) for s in some)]
+            if maps and any(one.options.get("height_maps") == GROUNDED for one in self.sides[at].robot.outputs):
+                low, other = self._cut(at, kept[at], GROUNDED), self._seen(1 - at, rows[1 - at], origin)
+                fits = [len(match(self._seen(at, some, origin), other).pairs) for some in (rows[at], low)]
+                if fits[1] > fits[0]:
+                    rows[at][:] = low
+                    note = f"the boxes of the height map of {maps[0]} reach down to z = 0 on one side"
+                    self.report.notes.append(note)
+        return rows
 
     def _cut(self, at: int, kept: Mapping[str, Sequence[Shape]], form: str) -> Pieces:
-        precision = self.bodies[at].precision
-        made = (pieces_of(name, some, precision, self.capsules, form, self.words) for name, some in kept.items())
-        return [piece for pieces in made for piece in pieces]
-
-    def _grounded(
-        self, at: int, kept: Mapping[str, Sequence[Shape]], rows: tuple[Pieces, Pieces], origin: str
-    ) -> Pieces:
-        """Return solids with height maps down to the ground, if an output asks for it and more of the other fit."""
-        maps = [name for name, some in kept.items() if any(isinstance(one.geometry, HeightMap) for one in some)]
-        if not maps or not any(o.options.get("height_maps") == GROUNDED for o in self.sides[at].robot.outputs):
-            return rows[at]
-        low, other = self._cut(at, kept, GROUNDED), self._seen(1 - at, rows[1 - at], origin)
-        fits = [len(match(self._seen(at, pieces, origin), other).pairs) for pieces in (rows[at], low)]
-        if fits[1] <= fits[0]:
-            return rows[at]
-        self.report.notes.append(f"the boxes of the height map of {maps[0]} reach down to z = 0 on one side")
-        return low
+        made: Pieces = []
+        for name, some in kept.items():
+            made += pieces_of(name, some, self.bodies[at].precision, self.capsules, form, self.words)
+        return made
 
     def _seen(self, at: int, pieces: Iterable[Piece], frame: str) -> list[Solid]:
         """Return solids in a frame of their body; empty: each in that of its link."""
@@ -236,14 +236,6 @@ class _Comparison:
             *(side.precision("rgba", *rgba) for side, rgba in zip(self.bodies, (old, new), strict=True))
         )
         return None if same_colour(old, new, known + self.tolerance) else (old, new)
-
-
-def _is_simple(shapes: Sequence[Shape]) -> bool:
-    """Return True if a driver's model can say what a link collides with: a box along its axes, or nothing."""
-    if not shapes:
-        return True
-    placed = shapes[0].move(IDENTITY.transform())
-    return len(shapes) == 1 and isinstance(placed.geometry, Box) and placed.pose == IDENTITY
 
 
 def _words(solid: Solid) -> str:

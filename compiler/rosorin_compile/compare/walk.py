@@ -15,8 +15,7 @@ from typing import Any, NamedTuple
 from rosorin_compile.model import Edge, HeightMap, Inertial, Joint, Link, Pose, Robot, Shape, Vector
 from rosorin_compile.model.geometry import IDENTITY, rotation_of_rpy
 from rosorin_compile.model.joint import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Publisher
-from rosorin_compile.model.link import limited_fields
-from rosorin_compile.model.mass import along_link
+from rosorin_compile.model.link import along_link, limited_fields
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.source.xml.elements import values_of
 

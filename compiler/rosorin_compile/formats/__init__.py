@@ -105,7 +105,7 @@ def _plugged() -> tuple[Mapping[str, Format], tuple[Diagnostic, ...]]:
     """Return the formats of plug-ins by name, and diagnostics; without plug-ins, nothing is imported."""
     if not any(plugin.group == "formats" for plugin in installed_plugins()):
         return {}, ()
-    from .plugged import plugin_formats
+    from .plugin_formats import plugin_formats
 
     return plugin_formats(tuple(filter(None, map(_built_in, _MODULES))))
 

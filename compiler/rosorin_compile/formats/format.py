@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from rosorin_compile.model import Robot
     from rosorin_compile.rules.case import Case
 
-    from .imported import Imported, Proof, ReadOptions
+    from .imported_robot import Imported, Proof, ReadOptions
     from .mesh_files import Searched
     from .templating import Templates
 

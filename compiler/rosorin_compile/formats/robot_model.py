@@ -22,7 +22,7 @@ from rosorin_compile.source.wording import mask_controls
 from .format import PLACES, Format, Opened
 
 if TYPE_CHECKING:
-    from .imported import Imported
+    from .imported_robot import Imported
     from .templating import Templates
 
 _RANGE_NOTE = "the driver's model does not say which pulses exist; these are those between the limits"
@@ -145,8 +145,8 @@ def _finite_json(text: str) -> Any:
 
 
 def _robot_of(model: Mapping[str, Any]) -> Robot:
-    from .imported import as_tree
-    from .reading import lower_artifact
+    from .imported_robot import as_tree
+    from .robot_files import lower_artifact
 
     tree = as_tree(_description(model, model["source"]), Source("the driver's model", "").span())
     for name, entry in model["joints"].items():
@@ -160,8 +160,8 @@ def _load(opened: Opened) -> Imported:
     from rosorin_compile.language.schema import subject
     from rosorin_compile.language.validator import misfits_of, validator, words_of
 
-    from .imported import Imported, as_tree
-    from .reading import accept
+    from .imported_robot import Imported, as_tree
+    from .robot_files import accept
 
     source, path = opened.source, opened.path
     start, wrong, tree = Span(source, 1, 1), list[Diagnostic](), None

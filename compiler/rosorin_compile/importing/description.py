@@ -7,40 +7,27 @@ of a section in a description of several.
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from graphlib import TopologicalSorter
 from itertools import pairwise
-from keyword import iskeyword
 from pathlib import Path as FilePath
 from typing import Any, TypeVar
 
-from rosorin_compile.formats.imported import Imported, Outputs
-from rosorin_compile.language.expression.functions import reserved_names
+from rosorin_compile.formats.imported_robot import Imported, Outputs
 from rosorin_compile.language.schema import fragment_at
-from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map, Path, Seq
 
 from .layout import Expression, Verbatim, angle_of, escape, layout, number, place_comments, within_part
 
-# The files besides the first one, in their order, with what their first lines say; others follow.
-_ABOUT = {
-    "parts": "The parts: what the robot has several times, written once; robot.yaml uses them.",
-    "links": "The links: masses, what they look like, what they collide with.",
-    "joints": "The joints: how the links hang together.",
-    "simulation": "What only a simulation has: how the robot stands, what drives it, what it measures and touches.",
-    "sensors": "The sensors: what each measures, and what Gazebo has of it.",
-    "control": "The hardware of ros2_control.",
-    "extensions": "What the language has no word for, as it stood in the source.",
-    "moveit": "What MoveIt has to know beside the URDF: groups of joints, end effectors, pairs that it need not check.",
-}
+# The files of a long description besides the first one, in their order; others follow.
+_FILES = ("parts", "links", "joints", "simulation", "sensors", "control", "extensions", "moveit")
 _BEHIND = {"let": "parts", "joints": "use"}  # they hang on links, as joints do
 _LAST = 1_000  # the place of keys that the schema does not have
+MAX_LINES = 150  # a longer description is split into files
 
 V = TypeVar("V")
-MAX_LINES = 150  # a longer description is split into files
 
 
 def tree_of(imported: Imported) -> Map:
@@ -56,37 +43,35 @@ def write(imported: Imported, wanted: Outputs, schema: str = "", split: bool | N
     machine.
     """
     document, root = _Document(imported.whole, imported.packages).build(wanted), Description.ROOT_FILE
-    head = [f"yaml-language-server: $schema={schema}"] if schema else []
 
-    def text(file: str, document: dict[str, Any], head: Sequence[str]) -> str:
-        remarks = place_comments(imported.comments, document, head, file == root)
+    def text(file: str, content: dict[str, Any]) -> str:
+        remarks = place_comments(imported.comments, content, file == root)
+        head = [f"yaml-language-server: $schema={schema}"] if schema else []
+        remarks[()] = [*head, *remarks.get((), ())]
         if file == root and wanted.lines:
-            remarks = remarks._replace(inside={**remarks.inside, ("outputs",): wanted.lines})
-        return layout(document, remarks)
+            remarks[("outputs",)] = [*remarks.get(("outputs",), ()), *wanted.lines]
+        return layout(content, remarks)
 
-    is_short = sum(len(value) for value in document.values() if isinstance(value, dict)) <= MAX_LINES
-    if split is False or (split is None and is_short):
-        whole = text(root, document, head)
-        if split is False or whole.count("\n") <= MAX_LINES:
-            return {root: whole}
-    parts: dict[str, dict[str, Any]] = {name: {} for name in _ABOUT}
+    single = text(root, document)
+    if split is False or (split is None and single.count("\n") <= MAX_LINES):
+        return {root: single}
+    parts: dict[str, dict[str, Any]] = {name: {} for name in _FILES}
     for section in list(document):
         if file := "parts" if section == "parts" else fragment_at((section,)).get("x-file"):
             parts.setdefault(file, {})[section] = document.pop(section)
-    parts = {name: part for name, part in parts.items() if part}
-    document["include"] = [f"{name}.yaml" for name in parts]
-    files = {root: text(root, sorted_sections(document), head)}
+    parts = {f"{name}.yaml": part for name, part in parts.items() if part}
+    document["include"] = list(parts)
     source = {"source": document["source"]} if "source" in document else {}
-    for name, part in parts.items():
-        about = _ABOUT.get(name) or fragment_at((next(iter(part)),)).get("description", name)
-        files[f"{name}.yaml"] = text(f"{name}.yaml", {**source, **part}, [*head, about])
-    return files
+    return {
+        root: text(root, sorted_sections(document)),
+        **{file: text(file, {**source, **part}) for file, part in parts.items()},
+    }
 
 
 def lines_of(tree: Map) -> int:
     """Return how many lines some sections of a description take."""
     made = _Document(tree)
-    return layout({key: made.value(value, (key,), None) for key, value in tree.items()}).count("\n")
+    return layout({key: made.value(value, (key,)) for key, value in tree.items()}).count("\n")
 
 
 class _Document:
@@ -97,33 +82,27 @@ class _Document:
 
     def build(self, wanted: Outputs) -> dict[str, Any]:
         """Return the document of the whole description."""
-        items = ((key, value) for key, value in self.tree.items() if value)
-        body = {key: self.value(value, (key,), self.tree.value_spans.get(key)) for key, value in items}
+        body = {key: self.value(value, (key,)) for key, value in self.tree.items() if value}
         document: dict[str, Any] = {"rosorin_compile": Verbatim("1"), **body}
         document["outputs"] = {name: _written(entry) for name, entry in wanted.entries.items()}
         return sorted_sections(document)
 
-    def value(self, value: Any, path: Path, span: Span | None) -> Any:
-        """Return one value as ``layout`` takes it."""
-        if isinstance(value, Map):
-            return self.mapping(value, path)
+    def value(self, value: Any, path: Path, _: object = None) -> Any:
+        """Return one value as ``layout`` takes it, without defaults, with the keys of mappings in their order."""
         if isinstance(value, Seq):
-            return [self.value(v, (*path, i), s) for i, (v, s) in enumerate(zip(value, value.value_spans, strict=True))]
+            return [self.value(item, (*path, index)) for index, item in enumerate(value)]
         if isinstance(value, str):
             return value if isinstance(value, Verbatim) else _in_packages(value, self.packages)
         if isinstance(value, (int, float)) and not isinstance(value, bool):
-            return number(value, span, angle_of(self.tree, path))
-        return value
-
-    def mapping(self, value: Map, path: Path) -> dict[str, Any]:
-        """Return a mapping without defaults, with its keys in their order."""
-        made: dict[str, Any] = {}
+            return number(value, angle_of(self.tree, path))
+        if not isinstance(value, Map):
+            return value
         own = within_part(path)
-        for key, item in value.items():
-            if not is_default((*own, key), item):
-                found = self.value(item, (*path, key), value.value_spans.get(key))
-                if found or key != "dynamics":
-                    made[key] = found
+        made = {
+            key: shown
+            for key, item in value.items()
+            if not is_default((*own, key), item) and ((shown := self.value(item, (*path, key))) or key != "dynamics")
+        }
         if len(own) == 1:
             return made
         return in_order(made) if own[0] == "let" else _sorted(made, _order(fragment_at(own)))
@@ -145,23 +124,7 @@ def _written(value: Any) -> Any:
         return {key: _written(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
         return [_written(item) for item in value]
-    return number(value, None) if isinstance(value, (int, float)) and not isinstance(value, bool) else value
-
-
-def identifier(text: str) -> str:
-    """Return a name for expressions that resembles a text."""
-    name = re.sub(r"[\W_]+", "_", text, flags=re.ASCII).strip("_").lower()
-    return name if name and not name[0].isdigit() else f"n_{name}".strip("_")
-
-
-def free_name(wanted: str, taken: Iterable[str]) -> str:
-    """Return a name that is not taken and has no meaning in expressions, with a number if necessary."""
-    reserved = {*reserved_names(), *taken}
-    name, number = wanted, 1
-    while name in reserved or iskeyword(name):
-        number += 1
-        name = f"{wanted}_{number}"
-    return name
+    return number(value) if isinstance(value, (int, float)) and not isinstance(value, bool) else value
 
 
 def sorted_sections(document: Mapping[str, V]) -> dict[str, V]:

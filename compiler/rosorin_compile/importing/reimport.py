@@ -57,21 +57,16 @@ class Request(NamedTuple):
 class Merged(NamedTuple):
     """The result of importing again.
 
-    ``before`` are the files of the description as they were read. ``files`` are to be written, with their records;
+    ``files`` are to be written, with their records; ``before`` are the files of the description as they were read.
     ``removed`` are files and records that the source no longer produces. ``refused``: nothing is written.
     """
 
-    before: dict[str, str]
-    files: dict[str, str]
-    removed: list[str]
-    diagnostics: list[Diagnostic]
-    lines: list[str]
+    files: Mapping[str, str] = {}
+    before: Mapping[str, str] = {}
+    removed: Sequence[str] = ()
+    diagnostics: Sequence[Diagnostic] = ()
+    lines: Sequence[str] = ()
     refused: bool = False
-
-    @classmethod
-    def refuse(cls, *diagnostics: Diagnostic) -> Merged:
-        """Return the result of an import that writes nothing because of errors."""
-        return cls({}, {}, [], list(diagnostics), [], refused=True)
 
 
 def record_of(files: Mapping[str, str], words: Iterable[str]) -> dict[str, str]:
@@ -93,7 +88,7 @@ def is_record(name: str) -> bool:
 
 
 def read_record(folder: Path) -> Record | None:
-    """Return the record of the description in a folder, or None if it is missing or damaged. Raises OSError."""
+    """Return the record of the description in a folder, or None if it is missing or damaged. Raises RequestError."""
     try:
         first, _, root = _text(folder / f"{Description.ROOT_FILE}{ENDING}").partition("\n")
         line = first.removeprefix(_PROGRAM) if first.startswith(_PROGRAM) else ""
@@ -102,7 +97,10 @@ def read_record(folder: Path) -> Record | None:
         files = {path.relative_to(folder).as_posix().removesuffix(ENDING): _text(path) for path in paths}
     except (ValueError, FileNotFoundError, NotADirectoryError):
         return None
-    return Record(words, {**files, Description.ROOT_FILE: root}) if words else None
+    except OSError as problem:
+        raise RequestError(f"cannot read {folder}: {problem.strerror or type(problem).__name__}") from None
+    is_whole = words and os.path.lexists(folder / Description.ROOT_FILE)
+    return Record(words, {**files, Description.ROOT_FILE: root}) if is_whole else None
 
 
 def _text(path: Path) -> str:
@@ -112,18 +110,13 @@ def _text(path: Path) -> str:
 
 def recorded(folder: Path, words: Sequence[str]) -> Record | None:
     """Return the record of the description in a folder, or None. Raises RequestError if it is of another import."""
-    try:
-        record = read_record(folder)
-    except OSError as problem:
-        raise RequestError(f"cannot read {folder}: {problem.strerror or type(problem).__name__}") from None
-    if record is None or not os.path.lexists(folder / Description.ROOT_FILE):
-        return None
-    if not is_same_source(record.words, words):
+    record = read_record(folder)
+    if record is not None and not is_same_source(record.words, words):
         message = f"{folder} is of another import: rosorin-compile import {source_of(record.words)}; "
         message += f"this one is: {source_of(words)}"
         raise RequestError(f"{message}; name a folder with -o, or another robot with --name")
-    missing = [option for option in record.words[1:] if option.startswith("--") and option not in words]
-    if missing:
+    missing = [option for option in (record.words[1:] if record else ()) if option[:2] == "--" and option not in words]
+    if record is not None and missing:
         message = f"{folder} was imported with {phrase(missing)}: rosorin-compile import {shlex.join(record.words)}"
         raise RequestError(f"{message}; give the same options, or name a folder with -o")
     return record
@@ -148,79 +141,62 @@ def import_again(folder: Path, record: Record, theirs: Mapping[str, str], reques
     Raises RequestError for a file that cannot be read.
     """
     source = printable(Path(request.words[0]).name)
-    ours = _read_files(folder, {**record.files, **theirs})
-    marked = [problem for name, text in ours.items() if (problem := _marks(folder / name, text))]
+    ours, marked = dict[str, str](), list[Diagnostic]()
+    for name in {**record.files, **theirs}:
+        path = folder / name
+        try:
+            if not is_file(path):
+                continue
+            ours[name] = _text(path)
+            if _MARK.search(ours[name]):  # conflict marks of an earlier merge
+                parse_yaml(Source(str(path), ours[name]))
+        except LoadError as problem:
+            marked.append(problem.diagnostic)
+        except OSError as problem:
+            raise RequestError(f"cannot read {path}: {problem.strerror or type(problem).__name__}") from None
+        except ValueError:
+            raise RequestError(f"{path} is not UTF-8 text: nothing is merged into it") from None
     if marked:
-        return Merged.refuse(*marked)
+        return Merged(diagnostics=marked, refused=True)
     files: dict[str, str] = {}
     removed = [f"{name}{ENDING}" for name in record.files if name not in theirs]
     found: list[Diagnostic] = []
     for name in {**record.files, **theirs}:
         base, own, new = record.files.get(name), ours.get(name), theirs.get(name)
-        if new is None:
-            if own is not None and own == base:
-                removed.append(name)
-            elif own is not None:
-                message = f"{folder / name} was edited, and the newer {source} has nothing for it: it stays"
-                found.append(_left(message, "remove it if you do not need it"))
-        elif own is None:
-            if base is None:
-                files[name] = new
-            elif base != new:
-                message = f"{folder / name} was deleted, and the newer {source} changes it: it is not written again"
-                found.append(_left(message, "to get it back, import into a new folder with -o"))
-        elif own == base or new in (base, own):
-            files[name] = new if own == base else own
-        else:
+        if new is None and own == base is not None:
+            removed.append(name)
+        elif new is None and own is not None:
+            message = f"{folder / name} was edited, and the newer {source} has nothing for it: it stays"
+            found.append(Diagnostic("import-file-left", WARNING, message, help="remove it if you do not need it"))
+        elif own is None and base is not None and new not in (None, base):
+            message = f"{folder / name} was deleted, and the newer {source} changes it: it is not written again"
+            help = "to get it back, import into a new folder with -o"
+            found.append(Diagnostic("import-file-left", WARNING, message, help=help))
+        elif new is not None and own == base:
+            files[name] = new
+        elif own is not None and new in (base, own):
+            files[name] = own
+        elif own is not None and new is not None:
             try:
                 files[name] = _merge_texts(base or "", own, new, source, request.keep_ours)
             except _NoGit as problem:
                 message = f"{folder} was edited, and the changes of the newer {source} cannot be merged: {problem}"
                 help = "install git, and import again; or import into a new folder with -o"
-                return Merged.refuse(error("import-no-git", message, None, help))
+                return Merged(diagnostics=[error("import-no-git", message, None, help)], refused=True)
             if mark := _MARK.search(files[name]):
-                found.append(_conflict(folder / name, files[name], mark.start(), source))
-    lines = _report(record, ours, theirs, files, source)
+                message = f"the newer {source} changes lines of {name} that were edited here: "
+                message += f"{count_of(len(_MARK.findall(files[name])), 'conflict')}; both versions are in the file"
+                line = files[name].count("\n", 0, mark.start()) + 1
+                span = Span(Source(str(folder / name), files[name]), line, 1, 7)
+                help = "choose a version at each <<<<<<<, and remove the marks"
+                found.append(error("import-conflict", message, span, help))
     written = {name: text for name, text in files.items() if text != ours.get(name)}
-    return Merged(ours, {**written, **record_of(theirs, request.words)}, removed, found, lines)
-
-
-def _read_files(folder: Path, names: Iterable[str]) -> dict[str, str]:
-    """Return the files of a description that exist. Raises RequestError."""
-    texts = {}
-    for name in names:
-        path = folder / name
-        try:
-            if is_file(path):
-                texts[name] = _text(path)
-        except OSError as problem:
-            raise RequestError(f"cannot read {path}: {problem.strerror or type(problem).__name__}") from None
-        except ValueError:
-            raise RequestError(f"{path} is not UTF-8 text: nothing is merged into it") from None
-    return texts
-
-
-def _marks(path: Path, text: str) -> Diagnostic | None:
-    """Return the error about the conflict marks of an earlier merge, or None."""
-    if _MARK.search(text):
-        try:
-            parse_yaml(Source(str(path), text))
-        except LoadError as problem:
-            return problem.diagnostic
-    return None
-
-
-def _left(message: str, help: str) -> Diagnostic:
-    return Diagnostic("import-file-left", WARNING, message, help=help)
-
-
-def _conflict(path: Path, text: str, start: int, source: str) -> Diagnostic:
-    """Return the error about the conflicts in a merged file, the first of which begins at ``start``."""
-    count = count_of(len(_MARK.findall(text)), "conflict")
-    message = f"the newer {source} changes lines of {path.name} that were edited here: {count}"
-    message += "; both versions are in the file"
-    span = Span(Source(str(path), text), text.count("\n", 0, start) + 1, 1, 7)
-    return error("import-conflict", message, span, "choose a version at each <<<<<<<, and remove the marks")
+    lines = [f"changes of the newer {source}: {', '.join(written)}"] if written else []
+    if dict(theirs) == record.files:
+        lines = [f"{source} is as it was when it was imported before"]
+    edited = [name for name, base in record.files.items() if name in theirs and ours.get(name) not in (None, base)]
+    lines += [f"edited here, and kept: {', '.join(edited)}"] if edited else []
+    return Merged({**written, **record_of(theirs, request.words)}, ours, removed, found, lines)
 
 
 class _NoGit(Exception):
@@ -234,7 +210,6 @@ def _merge_texts(base: str, ours: str, theirs: str, source: str, keep_ours: bool
         raise _NoGit("git is not installed")
     windows = "\r\n" in ours and "\n" not in ours.replace("\r\n", "")
     texts = {"ours": ours.replace("\r\n", "\n") if windows else ours, "base": base, "theirs": theirs}
-    labels = ("edited here", "imported before", f"newer {source}")
     # Neither the repository around the description nor the configuration of the user changes the result.
     environment = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
     environment |= {"GIT_CONFIG_NOSYSTEM": "1", "GIT_CONFIG_GLOBAL": os.devnull, "LC_ALL": "C"}
@@ -242,9 +217,8 @@ def _merge_texts(base: str, ours: str, theirs: str, source: str, keep_ours: bool
         with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as stage:
             for side, text in texts.items():
                 Path(stage, side).write_bytes(text.encode())
-            options = ["--ours"] if keep_ours else ["--diff3"]
-            options += [word for label in labels for word in ("-L", label)]
-            command = [git, "merge-file", "-p", *options, *texts]
+            command = [git, "merge-file", "-p", "--ours" if keep_ours else "--diff3"]
+            command += ["-L", "edited here", "-L", "imported before", "-L", f"newer {source}", *texts]
             done = subprocess.run(command, cwd=stage, env=environment, capture_output=True, check=False)  # noqa: S603
             merged = done.stdout.decode()
     except (OSError, ValueError) as problem:
@@ -252,20 +226,6 @@ def _merge_texts(base: str, ours: str, theirs: str, source: str, keep_ours: bool
     if not 0 <= done.returncode <= _MOST_CONFLICTS:
         raise _NoGit(f"git merge-file fails: {printable(done.stderr.decode('utf-8', 'replace').strip())}")
     return merged.replace("\n", "\r\n") if windows else merged
-
-
-def _report(
-    record: Record, ours: Mapping[str, str], theirs: Mapping[str, str], files: Mapping[str, str], source: str
-) -> list[str]:
-    """Return the summary lines about merged and kept files."""
-    if dict(theirs) == record.files:
-        lines = [f"{source} is as it was when it was imported before"]
-    else:
-        taken = [name for name in files if name in theirs and files[name] != ours.get(name)]
-        lines = [f"changes of the newer {source}: {', '.join(taken)}"] if taken else []
-    edited = [name for name, base in record.files.items() if name in theirs and ours.get(name) not in (None, base)]
-    lines += [f"edited here, and kept: {', '.join(edited)}"] if edited else []
-    return lines
 
 
 def remove(folder: Path, merged: Merged) -> None:

@@ -14,10 +14,10 @@ from rosorin_compile.compare.describe import Describer
 from rosorin_compile.compare.precision import NOISE, Precision
 from rosorin_compile.compare.walk import compare_leaves, leaves
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.compiled import Compiled, compile_robot
-from rosorin_compile.formats.gazebo_elements import element_differences, followers_of
-from rosorin_compile.formats.imported import Imported, Outputs, Proof
-from rosorin_compile.formats.reading import outputs_of
+from rosorin_compile.formats.compilation import Compiled, compile_robot
+from rosorin_compile.formats.gazebo import element_differences, followers_of
+from rosorin_compile.formats.imported_robot import Imported, Outputs, Proof
+from rosorin_compile.formats.robot_files import outputs_of
 from rosorin_compile.model import Robot
 from rosorin_compile.request import Request
 from rosorin_compile.source import files
@@ -37,11 +37,10 @@ from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map
 
 from .description import write
+from .elements.sensors import without_collisions
+from .mesh_names import seen_from
 from .repeats import with_parts
-from .report import seen_from
-from .words.sensors import without_collisions
 
-_MAX_MESSAGE = 300
 _MAX_DIFFERENCES = 20
 
 
@@ -91,22 +90,52 @@ def _round_trip(
     """Return the round trip of ``shown``, the same robot, perhaps with parts."""
     Progress.step("proving the import")
     schema, outputs = schema_beside(folder), outputs_of(imported)
-    with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
-        stage = Path(name)
+    texts = write(shown, outputs, schema)
+    compiled = _compiled(texts, imported.packages)
+    if has_errors(compiled.diagnostics):
+        # Most often only MuJoCo needs more than the source has, a mass for instance.
+        outputs = outputs_of(imported, _first_error(compiled.diagnostics))
         texts = write(shown, outputs, schema)
-        compiled = _compiled(stage, texts, imported.packages)
-        if has_errors(compiled.diagnostics):
-            # Most often only MuJoCo needs more than the source has, a mass for instance.
-            outputs = outputs_of(imported, _first_error(compiled.diagnostics))
-            texts = write(shown, outputs, schema)
-            compiled = _compiled(stage, texts, imported.packages)
-        trip = RoundTrip(texts, outputs, _relocated(compiled.diagnostics, folder), shown)
-        if not trip.diagnostics:
-            trip = _compared(imported, compiled, trip, plain)
-        if trip.diagnostics:
-            return trip
+        compiled = _compiled(texts, imported.packages)
+    trip = RoundTrip(texts, outputs, [], shown)
+    for one in (one for one in compiled.diagnostics if one.severity == ERROR):
+        if one.span is not None:  # in the folder where the description is going to be
+            source = Source(str(folder / Path(one.span.source.path).name), one.span.source.text)
+            one = replace(one, span=one.span._replace(source=source), related=())
+        trip.diagnostics.append(one)
+    if trip.diagnostics:
+        return trip
+    before, made = imported._replace(tree=plain or imported.whole).robot, compiled.robot
+    if before is None or made is None:
+        return trip._replace(diagnostics=[_differs("the description cannot be compared with the source", [])])
+    found = [] if plain is None else _element_changes(before, made)
+    if plain is not None:  # elements that became sections were compared as elements
+        made_plain = replace(
+            made,
+            urdf_elements=before.urdf_elements,
+            sensors=before.sensors,
+            edges=before.edges,
+            publishers=before.publishers,
+            modes=before.modes,
+            control=before.control,
+            drive=before.drive,
+        )
+    found += model_differences(before, made if plain is None else made_plain, 0.0)
+    diagnostics = [_differs("the description would not be the same robot", found)] if found else []
+    diagnostics += agreement(made, compiled.artifacts)
+    moving = [[joint.name for joint in robot.joints if not joint.is_fixed] for robot in (before, made)]
+    trip = trip._replace(diagnostics=diagnostics, reordered=moving[0] != moving[1])
+    if diagnostics:
+        return trip
     proof = _proof(imported, shown, outputs, folder, packages)
-    return trip._replace(proof=proof, untold=(_untold(proof),) if proof.wrong else ())
+    if not proof.wrong:
+        return trip._replace(proof=proof)
+    count = len(proof.texts)
+    what = f"{count_of(count, 'thing')} {'comes' if count == 1 else 'come'} out otherwise than in the source"
+    message = f"{what}, and nothing above says so: {phrase(list(proof.wrong))}"
+    help = "please report it with the file; --lenient writes it all the same"
+    untold = Diagnostic("import-untold", ERROR, message, None, _some(proof.texts), help)
+    return trip._replace(proof=proof, untold=(untold,))
 
 
 def schema_beside(folder: Path) -> str:
@@ -115,24 +144,12 @@ def schema_beside(folder: Path) -> str:
     return (Path("..") / schema).as_posix() if files.is_file(folder.parent / schema) else ""
 
 
-def _compiled(stage: Path, texts: Mapping[str, str], packages: Mapping[str, Path]) -> Compiled:
-    """Write the files of a description to a folder, and compile them with all digits."""
-    for name, text in texts.items():
-        (stage / name).write_text(text, "utf-8")
-    return compile_robot(stage / Description.ROOT_FILE, packages=packages, exact=True)
-
-
-def _compared(imported: Imported, compiled: Compiled, trip: RoundTrip, plain: Map | None) -> RoundTrip:
-    """Compare the source with the description, and the artifacts with the description, each as its format proves it."""
-    source, made = imported._replace(tree=plain or imported.whole).robot, compiled.robot
-    if source is None or made is None:
-        return trip._replace(diagnostics=[_failed("the description cannot be compared with the source", [])])
-    moving = [[joint.name for joint in robot.joints if not joint.is_fixed] for robot in (source, made)]
-    found = [] if plain is None else element_changes(source, made)
-    found += model_differences(source, made if plain is None else without_words(made, source), 0.0)
-    diagnostics = [_failed("the description would not be the same robot", found)] if found else []
-    diagnostics += agreement(made, compiled.artifacts)
-    return trip._replace(diagnostics=diagnostics, reordered=moving[0] != moving[1])
+def _compiled(texts: Mapping[str, str], packages: Mapping[str, Path]) -> Compiled:
+    """Compile the files of a description with all digits."""
+    with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as stage:
+        for name, text in texts.items():
+            Path(stage, name).write_text(text, "utf-8")
+        return compile_robot(Path(stage, Description.ROOT_FILE), packages=packages, exact=True)
 
 
 def _proof(imported: Imported, shown: Imported, outputs: Outputs, folder: Path, packages: Mapping[str, Path]) -> Proof:
@@ -164,35 +181,11 @@ def _proof(imported: Imported, shown: Imported, outputs: Outputs, folder: Path, 
     return format.prove(imported, made, meshes)
 
 
-def _untold(proof: Proof) -> Diagnostic:
-    """Return the error about differences that no message of the import names."""
-    count = len(proof.texts)
-    what = "comes out" if count == 1 else "come out"
-    message = f"{count_of(count, 'thing')} {what} otherwise than in the source, and nothing above says so"
-    message += f": {phrase(list(proof.wrong))}"
-    help = "please report it with the file; --lenient writes it all the same"
-    return Diagnostic("import-untold", ERROR, message, None, _some(proof.texts), help)
-
-
 def _first_error(diagnostics: Sequence[Diagnostic]) -> str:
-    message = next(" ".join(d.message.split()) for d in diagnostics if d.severity == ERROR)
-    return message if len(message) <= _MAX_MESSAGE else f"{message[:_MAX_MESSAGE]}..."
+    return next(" ".join(d.message.split()) for d in diagnostics if d.severity == ERROR)
 
 
-def _relocated(diagnostics: Sequence[Diagnostic], folder: Path) -> list[Diagnostic]:
-    """Return errors with places in the folder where the description is going to be."""
-    found = []
-    for one in (one for one in diagnostics if one.severity == ERROR):
-        if one.span is not None:
-            source = one.span.source
-            place = one.span._replace(source=Source(str(folder / Path(source.path).name), source.text))
-            one = replace(one, span=place, related=())
-        found.append(one)
-    return found
-
-
-def _failed(what: str, found: Sequence[str]) -> Diagnostic:
-    """Return the error about a round trip that failed."""
+def _differs(what: str, found: Sequence[str]) -> Diagnostic:
     help = "this is a fault of rosorin-compile; please report it with the file"
     return error("import-differs", what, None, help, _some(found))
 
@@ -218,7 +211,7 @@ def model_differences(one: Robot, other: Robot, tolerance: float = NOISE) -> lis
     return [text for _, text in describer.describe(compare_leaves(*sides, known, tolerance))]
 
 
-def element_changes(source: Robot, made: Robot) -> list[str]:
+def _element_changes(source: Robot, made: Robot) -> list[str]:
     """Return how the elements of a URDF of a source differ from those of its description.
 
     Both have elements for Gazebo for friction and springs; the description has some for sensors and hardware, too.
@@ -231,17 +224,3 @@ def element_changes(source: Robot, made: Robot) -> list[str]:
         after += format.brings(made, output)
     texts = without_collisions(before), without_collisions(after)
     return element_differences(*texts, followers_of(source, made.asks_for_humble))
-
-
-def without_words(robot: Robot, source: Robot) -> Robot:
-    """Return a robot with the sections of its source instead of those that elements became."""
-    return replace(
-        robot,
-        urdf_elements=source.urdf_elements,
-        sensors=source.sensors,
-        edges=source.edges,
-        publishers=source.publishers,
-        modes=source.modes,
-        control=source.control,
-        drive=source.drive,
-    )

@@ -68,7 +68,6 @@ class Node(NamedTuple):
     in_parts: bool = False
     in_types: bool = False
     accepted: Sequence[str] = ()
-    reckoned: bool | None = None
     whole: bool = False
     called: str = ""
     explained: bool | str = False
@@ -134,25 +133,16 @@ def annotated_sections(whole: Mapping[str, Any]) -> dict[str, Node]:
         if not found:
             return base
         made = (base or Node())._replace(**found)
+        words = [word for word, value in ((MIRROR, made.mirror), (INSIDE, made.inside), (SPELT, made.spelt)) if value]
+        if made.gives and not made.scope:
+            words.append(GIVES)
+        elif (kind := made.names or made.gives) and made.scope != ROBOT:
+            words += [kind, *ALSO.get(kind, ())]
         below = (made.keys, made.others, made.items, *made.properties.values())
-        return made._replace(of=frozenset(_own(made)).union(*(one.of for one in below if one is not None)))
+        return made._replace(of=frozenset(words).union(*(one.of for one in below if one is not None)))
 
     nodes = {key: node_of(fragment) for key, fragment in whole["properties"].items()}
     return {key: node for key, node in nodes.items() if node is not None}
-
-
-def _own(node: Node) -> Iterator[str]:
-    if node.mirror:
-        yield MIRROR
-    if node.inside:
-        yield INSIDE
-    if node.spelt:
-        yield SPELT
-    if node.scope != ROBOT:
-        if node.gives and not node.scope:
-            yield GIVES
-        elif kind := node.names or node.gives:
-            yield from (kind, *ALSO.get(kind, ()))
 
 
 def check_annotations(piece: Any, own: Mapping[str, Any]) -> None:

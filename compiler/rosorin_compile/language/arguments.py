@@ -68,30 +68,23 @@ def declared_arguments(
         return [], reader.diagnostics
     entries = root["args"] if isinstance(root.get("args"), Map) else Map(root.span)
     expanded = expand(path, arguments, None, packages=packages)
-    written = Written()
-    found = []
-    for name in entries:
-        argument = _argument(name, entries, written)
+    written, found = Written(), list[Argument]()
+    for name, entry in entries.items():
+        table: Mapping[str, Any] = entry if isinstance(entry, Map) else {"default": entry} if entry is not None else {}
+        choice, spans = table.get("one_of"), entry.value_spans if isinstance(entry, Map) else {}
+        span = spans.get("default", entries.value_spans[name])
+        default = written.text(span) if "default" in table else ""
+        choices = choice.value_spans if isinstance(choice, Seq) else [spans["one_of"]] if choice else []
+        kind, allowed = str(table.get("type") or "any"), tuple(map(written.text, choices))
+        help, place = " ".join(str(table.get("help") or "").split()), entries.key_spans[name]
+        argument = Argument(name, kind, allowed, "default" not in table, default, help, place)
         if name in arguments or name in reader.given:
-            spans = getattr(arguments, "value_spans", {})
-            place = spans.get(name) if name in arguments else reader.given[name][1].span
-            text = str(arguments[name]) if place is None else written.text(place)
-            argument = argument._replace(value=text, set_at=place)
+            values = getattr(arguments, "value_spans", {})
+            set_at = values.get(name) if name in arguments else reader.given[name][1].span
+            text = str(arguments[name]) if set_at is None else written.text(set_at)
+            argument = argument._replace(value=text, set_at=set_at)
         found.append(argument)
     return found, arrange(d for d in expanded.diagnostics if d.rule in _OF_ARGUMENTS)
-
-
-def _argument(name: str, entries: Map, written: Written) -> Argument:
-    entry, span = entries[name], entries.key_spans[name]
-    if not isinstance(entry, Map):  # NAME: DEFAULT
-        default = "" if entry is None else written.text(entries.value_spans[name])
-        return Argument(name, "any", (), entry is None, default, "", span)
-    default = written.text(entry.value_spans["default"]) if "default" in entry else ""
-    choice = entry.get("one_of")
-    spans = choice.value_spans if isinstance(choice, Seq) else [entry.value_spans["one_of"]] if choice else []
-    help = " ".join(str(entry.get("help") or "").split())
-    kind, allowed = str(entry.get("type") or "any"), tuple(map(written.text, spans))
-    return Argument(name, kind, allowed, "default" not in entry, default, help, span)
 
 
 def choices(arguments: Sequence[Argument], values: Mapping[str, Any]) -> list[Choice]:
@@ -261,8 +254,11 @@ def with_wanted(tree: Map, wanted: Sequence[str], formats: Mapping[str, Format])
         return tree, errors
     section = listed.copy()
     for name in new:
-        entry = Map(span, Instance(_ADDED, span, tree.via))
-        entry.put("file", _file(formats[name], robot, section), span, span)
+        entry, format = Map(span, Instance(_ADDED, span, tree.via)), formats[name]
+        usual = (format.file or f"{{}}.{format.name}").format(re.sub(r"[^\w.-]", "_", robot))
+        taken = {str(one.get("file")).casefold() for one in section.values() if isinstance(one, Map)}
+        names = (usual if number == 1 else f"{number}_{usual}" for number in count(1))
+        entry.put("file", next(file for file in names if file.casefold() not in taken), span, span)
         section.put(name, entry, span, span)
     made = tree.copy()
     place = (tree.key_spans["outputs"], tree.value_spans["outputs"]) if "outputs" in tree else (span, span)
@@ -273,10 +269,3 @@ def with_wanted(tree: Map, wanted: Sequence[str], formats: Mapping[str, Format])
 def is_listed(entry: object) -> bool:
     """Return True if an entry of outputs is in the description, and was not added for a request."""
     return not (isinstance(entry, Map) and entry.via is not None and entry.via.message == _ADDED)
-
-
-def _file(format: Format, robot: str, listed: Map) -> str:
-    usual = (format.file or f"{{}}.{format.name}").format(re.sub(r"[^\w.-]", "_", robot))
-    taken = {str(entry.get("file")).casefold() for entry in listed.values() if isinstance(entry, Map)}
-    names = (usual if number == 1 else f"{number}_{usual}" for number in count(1))
-    return next(name for name in names if name.casefold() not in taken)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import posixpath
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -49,7 +49,12 @@ class Reference(NamedTuple):
 def references(tags: tuple[str, ...], attributes: Mapping[str, str], text: str) -> Iterator[Reference]:
     """Yield the names in one element, given the ``tags`` that lead to it, its own last, its attributes and text."""
     tag, top = tags[-1], tags[0]
-    for kind, attribute in _named(tags, attributes):
+    named = [(_ATTRIBUTES[attribute], attribute) for attribute in attributes if attribute in _ATTRIBUTES]
+    if top in REFERRING and tag in ("link", "joint", "passive_joint"):
+        named.insert(0, (LINK if tag == "link" else JOINT, "name"))
+    if tags == ("gazebo",):
+        named.insert(0, (EITHER, "reference"))
+    for kind, attribute in named:
         name = attributes.get(attribute, "").strip()
         if _is_name(name):
             inside = f" in <{top}>" if len(tags) > 1 else ""
@@ -70,14 +75,6 @@ def named_in(text: str) -> Iterator[Reference]:
     """Yield the names in some elements; none of what is no XML."""
     for element in found_in(text):
         yield from references(element.tags, element.attributes, element.text)
-
-
-def _named(tags: tuple[str, ...], attributes: Iterable[str]) -> Iterator[tuple[str, str]]:
-    if tags == ("gazebo",):
-        yield EITHER, "reference"
-    if tags[0] in REFERRING and tags[-1] in ("link", "joint", "passive_joint"):
-        yield LINK if tags[-1] == "link" else JOINT, "name"
-    yield from ((_ATTRIBUTES[attribute], attribute) for attribute in attributes if attribute in _ATTRIBUTES)
 
 
 @lru_cache(maxsize=2_000)

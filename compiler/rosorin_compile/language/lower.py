@@ -1,35 +1,144 @@
 """Lower: make the robot from a tree that ``validate`` accepts.
 
-Each section is converted by its record (``Section``), those of plug-ins in the same way. Only what prevents a value
-from being made is reported; whether the robot makes sense is for the rules.
+Each section is converted by its record (``Section``), those of plug-ins in the same way; ``Lowering`` is the state of
+the conversion. ``record_of`` fills each field of a dataclass from the key of the same name, so that a new key needs a
+field in the model and nothing here. Only what prevents a value from being made is reported; whether the robot makes
+sense is for the rules.
 """
 
 from __future__ import annotations
 
+import os
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Hashable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
+from functools import cache, partial
 from graphlib import CycleError, TopologicalSorter
-from typing import Any, NamedTuple
+from pathlib import Path as FilePath
+from types import NoneType, UnionType
+from typing import Any, NamedTuple, Protocol, TypeVar, Union, get_args, get_origin, get_type_hints
 
-from rosorin_compile.model import Robot
+from rosorin_compile.model import Edge, Inertial, Joint, Link, Pose, Publisher, Robot, Vector
 from rosorin_compile.model.sections import ENTRIES, ITEMS, ONE, Section, Sections, own_sections
-from rosorin_compile.source.diagnostics import Diagnostic, UnknownName
+from rosorin_compile.model.servos import ServoGroup
+from rosorin_compile.model.simulation import Attribute, Values
+from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, UnknownName, error
+from rosorin_compile.source.files import is_file
+from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.plugins import Plugin, aside, failed_plugin
 from rosorin_compile.source.rule_registry import find_declared
 from rosorin_compile.source.tree import Map, Path
 
+from .expand.provenance import problem_at
 from .expand.scope import Scope
-from .lowering import Lowering
-from .records import named_records, plain, record_of
 from .schema import fragment_at, plugin_sections, resolve, schema
-from .suppressions import is_accepted
+from .suppressions import is_accepted, names_at
 from .symbols import Symbol, SymbolTable
 
+T = TypeVar("T")
+Convert = Callable[[Any], Any]
 Report = Callable[[Diagnostic, str], None]
 Place = Callable[[str, str, Path], None]
 _ACCEPTABLE = {"shape-size": find_declared("shape-size")}
+
+
+class LoweringError(Exception):
+    """A value that cannot be converted; ``path`` is that of the mistake in the tree."""
+
+    def __init__(self, rule: str, message: str, path: Path = (), help: Help = "") -> None:
+        super().__init__(message)
+        self.rule, self.message, self.path, self.help = rule, message, path, help
+
+
+class Lowering:
+    """The state of a conversion. Called, it reports a problem."""
+
+    def __init__(self, tree: Map, scope: Scope | None) -> None:
+        self.tree, self.scope = tree, scope
+        self.places: dict[tuple[str, str], Path] = {}
+        self.frames: dict[str, tuple[str, Path]] = {}  # of each joint: its child, and where that is written
+        self.diagnostics: list[Diagnostic] = []
+        self.nodes: dict[str, Publisher] = {}
+        self.edges: list[Edge] = []
+        self.links: list[Link] = []
+        self.joints: list[Joint] = []
+        self.urdf_elements: list[str] = []
+        self.servos: tuple[ServoGroup, ...] = ()
+        self.solids: dict[object, Inertial] = {}  # of mesh files by file and scale
+        self._shared: dict[Hashable, Any] = {}
+
+    def __call__(
+        self, rule: str, message: str, path: Path, help: Help = "", related: tuple[Related, ...] = (), key: bool = False
+    ) -> None:
+        """Report a problem at a path of the tree, or at the last key of the path."""
+        diagnostic = problem_at(self.scope, self.tree, path, rule, message, help, related, key)
+        self.diagnostics.append(replace(diagnostic, of=names_at(self.tree, path)))
+
+    def share(self, key: Hashable, make: Callable[[], T]) -> T:
+        """Return what ``make`` returns; the same object for the same key, unless problems were reported."""
+        if key in self._shared:
+            known: T = self._shared[key]
+            return known
+        before, made = len(self.diagnostics), make()
+        if len(self.diagnostics) == before:
+            self._shared[key] = made
+        return made
+
+    @contextmanager
+    def reporting(self, where: str = "") -> Iterator[None]:
+        """Report a LoweringError; ``where`` is appended to its message."""
+        try:
+            yield
+        except LoweringError as problem:
+            self(problem.rule, problem.message + where, problem.path, problem.help)
+
+    def accepts(self, problem: LoweringError) -> bool:
+        """Return True, and report the problem, if the description accepts it."""
+        diagnostic = replace(error(problem.rule, "", None), of=names_at(self.tree, problem.path))
+        if not is_accepted(self.tree, diagnostic, _ACCEPTABLE):
+            return False
+        self(problem.rule, problem.message, problem.path, problem.help)
+        return True
+
+    def place(self, kind: str, name: str, path: Path) -> None:
+        """Record where a name is defined; report a second definition."""
+        first = self.places.get((kind, name))
+        if first is None:
+            self.places[kind, name] = path
+        else:
+            related = (Related("first defined here", self.tree.locate(first, key=True).span),)
+            self("duplicate-name", f'the {kind} "{name}" is defined twice', path, "rename one", related)
+
+    def place_joint(self, name: str, path: Path, frame: str, frame_path: Path) -> None:
+        """Record where a joint and its child frame are defined; report a frame that has a joint already."""
+        child, first = self.frames.setdefault(name, (frame, frame_path))
+        if child != frame or first == frame_path:
+            self.place("joint", name, path)
+            return
+        related = (Related("first said here", self.tree.locate(first).span),)
+        message = f'frame "{frame}" is defined twice: by {owner_of_frame(first)} and by {owner_of_frame(frame_path)}'
+        help = "give each a frame of its own"
+        if first[0] == "joints":
+            help = f'a sensor brings the joint to its frame along: remove joint "{name}", or name another frame'
+        self("duplicate-name", message, frame_path, help, related)
+
+    def mesh_file(self, name: str, path: Path) -> FilePath | None:
+        """Return the file of a mesh of a link: relative to the file of the link, or in a package."""
+        here, first = (FilePath(span.source.path) for span in (self.tree.locate(path).span, self.tree.span))
+        folders = [here.parent, first.parent]
+        source = self.tree.get("source")
+        if isinstance(source, Map) and isinstance(source.get("folder"), str):
+            folders.append(first.parent / source["folder"])
+        packages = Packages({}, os.environ, here)
+        found = (packages.resolve(name, folder) for folder in folders)
+        return next((file for file in found if file is not None and is_file(file)), None)
+
+
+def owner_of_frame(path: Path) -> str:
+    """Return in words what defines a frame, given the path of its name: a joint, or (an optical frame of) a sensor."""
+    what = "joint" if path[0] == "joints" else "sensor"
+    return f'{"the optical frame of " if "optical" in path[2:] else ""}{what} "{path[1]}"'
 
 
 class Lowered(NamedTuple):
@@ -46,7 +155,7 @@ class Lowered(NamedTuple):
 
 def lower(tree: Map, scope: Scope | None = None) -> Lowered:
     """Return the robot of a tree without errors; ``scope``, if known, is that of its expressions."""
-    lowering = Lowering(tree, scope, _ACCEPTABLE)
+    lowering = Lowering(tree, scope)
 
     def report(diagnostic: Diagnostic, section: str) -> None:
         """Report a problem of the plug-in of a section, at that section."""
@@ -187,3 +296,125 @@ def _place_added(before: Robot, made: Robot, symbols: SymbolTable, section: str,
             joints[joint.name] -= 1
             path = defined.get(("joint", joint.name)) or defined.get(("link", joint.child)) or (section,)
             place("joint", joint.name, path)
+
+
+class Problem(Protocol):
+    """Reports a problem at a path of the tree, or at the last key of the path."""
+
+    def __call__(self, rule: str, message: str, path: Path, help: Help = "", *, key: bool = False) -> None: ...
+
+
+def entries_of(tree: Mapping[str, Any], section: str) -> list[tuple[str, Any]]:
+    """Return the entries of a section in the order of the model: by name, or as they are written (x-ordered)."""
+    entries = (tree.get(section) or {}).items()
+    return list(entries) if fragment_at((section,)).get("x-ordered") else sorted(entries)
+
+
+def record_of(kind: Callable[..., T], entry: Mapping[str, Any] | None, /, **given: Any) -> T:
+    """Return a dataclass whose fields come from the keys of an entry, or from ``given``; else they have defaults.
+
+    A field of type ``Pose`` comes from ``xyz`` (m) and ``rpy`` (rad); one called ``values`` has the remaining keys.
+    """
+    entry = entry or {}
+    converters, poses, has_values = _fields(kind)
+    found = {name: convert(entry[name]) for name, convert in converters.items() if name in entry and name not in given}
+    for name in poses:
+        if name not in given:
+            found[name] = pose_of_entry(entry)
+    if has_values and "values" not in given:
+        found["values"] = values_of(entry, ("xyz", "rpy", "source", *converters))
+    return kind(**found, **given)
+
+
+def named_records(kind: Callable[..., T], entries: Mapping[str, Any] | None) -> dict[str, T]:
+    """Return the records of entries by name, each with its name if it has a field for that."""
+    names = {str(name): {"name": str(name)} if "name" in _fields(kind)[0] else {} for name in entries or ()}
+    return {name: record_of(kind, (entries or {})[name], **given) for name, given in names.items()}
+
+
+def _records(kind: Callable[..., T], value: Any) -> tuple[T, ...]:
+    """Return the records of a list of entries, of entries by name, of a list of names, or of one name."""
+    if isinstance(value, Mapping):
+        return tuple(named_records(kind, value).values())
+    items = [value] if isinstance(value, str) else value or ()
+    return tuple(record_of(kind, None, name=str(i)) if isinstance(i, str) else record_of(kind, i) for i in items)
+
+
+def vector_of(value: Any, default: Vector = (0.0, 0.0, 0.0)) -> Vector:
+    """Return three numbers of a description as a vector."""
+    if value is None:
+        return default
+    x, y, z = value
+    return (float(x), float(y), float(z))
+
+
+def pose_of_entry(entry: Mapping[str, Any]) -> Pose:
+    """Return the pose given by ``xyz`` (m) and ``rpy`` (rad) of an entry."""
+    return Pose(vector_of(entry.get("xyz")), vector_of(entry.get("rpy")))
+
+
+def plain(value: Any) -> Any:
+    """Return a value without places and sources: quantities as numbers in SI units, lists as tuples."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items() if key != "source"}
+    if isinstance(value, list):
+        return tuple(plain(item) for item in value)
+    if isinstance(value, float):
+        return float(value)
+    return str(value) if isinstance(value, str) else value
+
+
+def values_of(entry: Mapping[str, Any] | None, known: Collection[str] = ()) -> dict[str, Attribute]:
+    """Return MJCF attributes by name; ``known`` are other keys of the entry."""
+    return {key: _attribute_of(value) for key, value in sorted((entry or {}).items()) if key not in known}
+
+
+def renamed_values(entry: Mapping[str, Any], words: Mapping[str, str]) -> dict[str, Attribute]:
+    """Return the values of an entry under the names that MJCF has for its keys."""
+    return {word: _attribute_of(entry[key]) for key, word in words.items() if key in entry}
+
+
+def _attribute_of(value: Any) -> Attribute:
+    if isinstance(value, list):
+        return tuple(_attribute_of(item) for item in value)  # type: ignore[misc]
+    if value is None or isinstance(value, bool):
+        return value
+    return str(value) if isinstance(value, str) else float(value)
+
+
+@cache
+def _fields(kind: Any) -> tuple[dict[str, Convert], tuple[str, ...], bool]:
+    """Return the converters of fields by name, the names of fields that are poses, and whether it has ``values``."""
+    types = get_type_hints(kind)
+    hints = {field.name: types[field.name] for field in fields(kind)}
+    poses = tuple(name for name, hint in hints.items() if hint is Pose)
+    has_values = hints.get("values") == Values
+    return {name: _converter(hint) for name, hint in hints.items() if hint is not Pose}, poses, has_values
+
+
+def _converter(hint: Any) -> Convert:
+    """Return the conversion to a type: quantities become numbers in SI units, lists (or one item) become tuples."""
+    if hint == Values:
+        return values_of
+    if hint is float:
+        return float
+    kind = get_origin(hint)
+    inner = [_converter(one) for one in get_args(hint) if one not in (NoneType, Ellipsis)]
+    if kind in (Union, UnionType):
+        if len(inner) != 1:
+            return plain
+        return lambda value: None if value is None else inner[0](value)
+    if kind is tuple and is_dataclass(get_args(hint)[0]):
+        return partial(_records, get_args(hint)[0])
+    if kind is tuple and len(inner) == 1:
+        return lambda value: tuple(map(inner[0], value if isinstance(value, (list, tuple)) else [value]))
+    if kind is tuple:
+        return lambda value: tuple(convert(one) for convert, one in zip(inner, value, strict=True))
+    if isinstance(kind, type) and issubclass(kind, Mapping):
+        of = get_args(hint)[1]
+        if isinstance(of, type) and is_dataclass(of):
+            return lambda value: named_records(of, value)
+        return lambda value: {key: inner[1](one) for key, one in value.items()}
+    if isinstance(hint, type) and is_dataclass(hint):
+        return lambda value: record_of(hint, value)
+    return lambda value: value

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import ast
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from itertools import islice
@@ -14,10 +14,9 @@ from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.tree import Instance, Map, Path, Place, Seq, has, maker
 from rosorin_compile.source.units import NUMBER, Quantity, describe
 
-from .expand.expansion import Failed
 from .expand.provenance import scope_of
-from .expand.scope import Scope
-from .expression import ExpressionError, evaluate, parse_expression, pieces
+from .expand.scope import Failed, Scope
+from .expression import ExpressionError, evaluate, pieces
 from .symbols import MOUNT
 
 MAX_LEVELS = 6
@@ -25,6 +24,9 @@ MAX_NAMES = 40
 _POSE = ("xyz", "rpy")
 _OF_USE = ("name", "frame")  # every part and sensor type has these names
 MAX_TEXT = 80
+# A name with the keys behind it, such as rows[0].mass; texts in quotes are skipped.
+_NAME = re.compile(r"""'[^']*'|"[^"]*"|(?<![\w.])([^\W\d]\w*)((?:\.[^\W\d]\w*|\[[^][]*\])*)""")
+_STEP = re.compile(r"\.([^\W\d]\w*)|\[([^][]*)\]")
 
 _Places = dict[tuple[int, int], "Piece"]
 
@@ -178,8 +180,7 @@ class Origins:
 
     def meaning_of(self, name: str) -> Meaning | None:
         """Return the meaning of an argument or a named value of the description, or None if there is none."""
-        place = self.root.places.get(name)
-        return None if place is None else self._meaning(name, place, self.root, self.root, 0)
+        return self._meaning(name, "", self.root, self.root, 0) if name in self.root.places else None
 
     def _stack(self, place: Place) -> tuple[Step, ...]:
         steps = []
@@ -230,25 +231,22 @@ class Origins:
         return tuple(self._names(piece.value, scope, 0))
 
     def _names(self, value: Any, scope: Scope, level: int) -> Iterator[Meaning]:
-        found: dict[str, tuple[Place, Scope]] = {}
-        for node, name in _names_used(value):
+        for name, keys in list(dict.fromkeys(_names_used(value)))[:MAX_NAMES]:
             if (owner := scope.owner(name)) is not None:
-                entry = _entry_of_table(node, scope)
-                found.setdefault(ast.unparse(node) if entry else name, (entry or owner.places[name], owner))
-        for name, (place, owner) in list(found.items())[:MAX_NAMES]:
-            yield self._meaning(name, place, owner, scope, level)
+                yield self._meaning(name, keys, owner, scope, level)
 
-    def _meaning(self, name: str, place: Place, owner: Scope, scope: Scope, level: int) -> Meaning:
+    def _meaning(self, name: str, keys: str, owner: Scope, scope: Scope, level: int) -> Meaning:
+        entry, at = _entry(name, keys, scope)
+        place, value = at or owner.places[name], _shown(entry)
         piece = self.written.entry(place.span) or self.written.value(place.span)
         path = piece.path if piece is not None else ()
-        value = _shown(_value(ast.parse(name, mode="eval").body, scope))
         if name in _OF_USE and owner.via is not None and not {"params", "let", "for", "with"} & set(path):
-            return Meaning(name, value, f"{name} of what uses it", self.where(owner.via.span))
+            return Meaning(name + keys, value, f"{name} of what uses it", self.where(owner.via.span))
         if path[:1] == ("args",) and len(path) == 2 and name in self.arguments:
-            return Meaning(name, value, "argument, set on the command line", None)
+            return Meaning(name + keys, value, "argument, set on the command line", None)
         defined_by, inside = self._definition(name, path, owner)
         names = tuple(self._names(piece.value, inside, level + 1)) if piece is not None and level < MAX_LEVELS else ()
-        return Meaning(name, value, defined_by, self.where(place.span), names)
+        return Meaning(name + keys, value, defined_by, self.where(place.span), names)
 
     def _definition(self, name: str, path: Path, owner: Scope) -> tuple[str, Scope]:
         if name in owner.looped:
@@ -266,49 +264,35 @@ class Origins:
         return "named value" if "let" in path else "table", owner
 
 
-def _names_used(value: Any) -> Iterator[tuple[ast.expr, str]]:
-    """Yield the names in the expressions of a value, each with the keys that follow it: body, body.length, rows[0]."""
+def _names_used(value: Any) -> Iterator[tuple[str, str]]:
+    """Yield the names in the expressions of a value, each with the keys behind it: body, body.length, rows[0]."""
     if isinstance(value, (Map, Seq)):
         for item in value.values() if isinstance(value, Map) else value:
             yield from _names_used(item)
     for piece in pieces(value) if isinstance(value, str) else ():
         if piece.is_expression:
-            with suppress(ExpressionError, SyntaxError, ValueError):
-                tree = parse_expression(piece.text).body
-                bound = {
-                    one.id for one in ast.walk(tree) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)
-                }
-                yield from ((node, name) for node, name in _chains(tree) if name not in bound)
+            yield from _chains(piece.text)
 
 
-def _chains(node: ast.AST) -> Iterator[tuple[ast.expr, str]]:
-    base, inner = node, []
-    while isinstance(base, (ast.Attribute, ast.Subscript)):
-        inner += [base.slice] if isinstance(base, ast.Subscript) else []
-        base = base.value
-    if isinstance(base, ast.Name) and isinstance(node, ast.expr):
-        yield node, base.id
-    else:
-        inner = list(node.args) if isinstance(node, ast.Call) else list(ast.iter_child_nodes(node))  # type: ignore[arg-type]
-    for child in inner:
-        yield from _chains(child)
+def _chains(text: str) -> Iterator[tuple[str, str]]:
+    for name, keys in _NAME.findall(text):
+        if name:  # no text in quotes
+            yield name, keys
+            yield from (chain for _, index in _STEP.findall(keys) for chain in _chains(index))
 
 
-def _entry_of_table(node: ast.expr, scope: Scope) -> Place | None:
-    """Return where the entry that ``table.key`` or ``table[key]`` reaches was written."""
-    if isinstance(node, (ast.Attribute, ast.Subscript)):
-        table = _value(node.value, scope)
-        key = node.attr if isinstance(node, ast.Attribute) else _value(node.slice, scope)
-        if isinstance(key, (str, int)) and has(table, key):
-            return Place(table.value_spans[key], table.via)
-    return None
-
-
-def _value(node: ast.expr, scope: Scope) -> Any:
-    try:
-        return evaluate(ast.unparse(node), scope.lookup)
-    except (ExpressionError, Failed, KeyError, ValueError):
-        return None
+def _entry(name: str, keys: str, scope: Scope) -> tuple[Any, Place | None]:
+    """Return the value of a name, or of an entry of it, and where the entry was written; None if there is none."""
+    place: Place | None = None
+    with suppress(Failed, KeyError, ExpressionError):
+        value = scope.lookup(name)
+        for key, index in _STEP.findall(keys):
+            step = key or evaluate(index, scope.lookup)
+            if not has(value, step):
+                return None, None
+            place, value = Place(value.value_spans[step], value.via), value[step]
+        return value, place
+    return None, None
 
 
 def _shown(value: Any) -> str:

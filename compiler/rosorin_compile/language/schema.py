@@ -72,7 +72,7 @@ def plugged_sections() -> Mapping[str, Section[Any]]:
 
 def piece(section: Section[Any]) -> dict[str, Any]:
     """Return the fragment of the schema of a section, with the annotations that all sections of plug-ins have."""
-    defaults: dict[str, Any] = {"x-reckoned": True, "x-compared": section.schema.get("x-called", section.name)}
+    defaults: dict[str, Any] = {"x-compared": section.schema.get("x-called", section.name)}
     if section.form in (ENTRIES, ITEMS):
         defaults["x-merge"] = section.form
     if section.form == ENTRIES:

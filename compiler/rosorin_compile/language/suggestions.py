@@ -33,6 +33,14 @@ from .symbols import MOUNT
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 MAX_SHOWN = 60
 SPELLED_OUT = 5  # a word of so many letters is not a symbol of a unit: it may be the name of one, misspelt
+_SIGNS = {"\u00b2": "^2", "\u00b3": "^3", "**": "^", "\u00b7": "*", "\u22c5": "*", "\u00d7": "*", " per ": "/"}
+_TO_ASCII = {0x2212: "-", 0x2013: "-", 0x2014: "-", 0xA0: " "}  # signs that look like a minus or a space
+_UNMEASURED = ("todo", "tbd", "tba", "fixme", "unknown", "?", "??", "???", "n/a", "na", "none", "xxx", "-", "x")
+_AXES = {"x": "[1, 0, 0]", "y": "[0, 1, 0]", "z": "[0, 0, 1]"}
+_EXAMPLES = {"rpy": "[ROLL, PITCH, YAW]", "rgba": "[RED, GREEN, BLUE, OPACITY]", "axis": "[0, 0, 1]"}
+_VECTORS = (("roll", "pitch", "yaw"), ("r", "p", "y"), ("x", "y", "z"), ("r", "g", "b", "a"))
+_TRUE = ("yes", "y", "on", "true", "1", "enabled")
+_FALSE = ("no", "n", "off", "false", "0", "disabled")
 
 
 @cache
@@ -75,23 +83,15 @@ def _keys_within(fragment: Any) -> Iterator[tuple[str, Mapping[str, Any]]]:
         yield from _keys_within(inner)
 
 
-def plain(word: str) -> str:
-    """Return a word as it is compared: small letters and digits alone."""
-    return re.sub(r"[^a-z0-9]", "", word.casefold())
-
-
-def _synonym(word: str, table: Mapping[str, str], known: Iterable[str]) -> str | None:
-    meaning = table.get(plain(word))
-    return meaning if meaning in set(known) else None
+def _meaning(word: str, table: Mapping[str, str]) -> str:
+    """Return what a table has for a word, compared by small letters and digits alone."""
+    return table.get(re.sub(r"[^a-z0-9]", "", word.casefold()), "")
 
 
 def way_out(word: str, table: Mapping[str, str]) -> str:
     """Return the sentence that a table has for a word; "" if it has none, or another word alone."""
-    meaning = table.get(plain(word), "")
+    meaning = _meaning(word, table)
     return meaning if " " in meaning else ""
-
-
-_SIGNS = {"\u00b2": "^2", "\u00b3": "^3", "**": "^", "\u00b7": "*", "\u22c5": "*", "\u00d7": "*", " per ": "/"}
 
 
 def unit_meant(text: str, wanted: Sequence[str]) -> str:
@@ -104,9 +104,13 @@ def unit_meant(text: str, wanted: Sequence[str]) -> str:
     split = re.sub(r"^(kg|g)(mm|cm|m)(?![a-z])", r"\1*\2", unit)  # kgm2 is kg*m2
     guesses = [_factors(unit, {}), _factors(unit, {"nm": "Nm", "kg": "kgf"}), _factors(split, {})]
     known = [guess for guess in guesses if guess and parse_unit(guess) is not None]
-    dimensions = [unit[1] for unit in map(parse_unit, wanted) if unit is not None]
+    dimensions = _dimensions(wanted)
     fitting = [guess for guess in known if (parse_unit(guess) or (0, None))[1] in dimensions]
     return (fitting or known or [""])[0]
+
+
+def _dimensions(units: Sequence[str]) -> list[Dimension]:
+    return [unit[1] for unit in map(parse_unit, units) if unit is not None]
 
 
 def _factors(unit: str, others: Mapping[str, str]) -> str:
@@ -125,20 +129,28 @@ def _factors(unit: str, others: Mapping[str, str]) -> str:
     return "".join(pieces)
 
 
-def _units_like(wanted: Sequence[str]) -> list[str]:
-    dimensions: list[Dimension] = [unit[1] for unit in map(parse_unit, wanted) if unit is not None]
-    return [name for name, (_, dimension) in UNITS.items() if dimension in dimensions] or list(UNITS)
-
-
-_UNKNOWN = ("todo", "tbd", "tba", "fixme", "unknown", "?", "??", "???", "n/a", "na", "none", "xxx", "-", "x")
-
-
 def number_meant(text: str, wanted: Sequence[str], key: str = "") -> str:
     """Return the help for a text where a number belongs; ``wanted`` are the units that are valid there."""
     number = text.strip()
-    if help := _of_digits(text, number, wanted, key) or _of_reference(number):
+    if isinstance(text, Text) and _is_number(number):
+        return f"write it without the quotes: {number}"
+    tidy = re.sub(r"(?<=\d)[_'\u2019 ](?=\d{3}(\D|$))", "", number.translate(_TO_ASCII).rstrip(",;").strip())
+    if tidy != number and _is_number(tidy):
+        return f"write {tidy}"
+    if comma := re.fullmatch(r"([-+]?\d+),(\d+(?:\s*\D.*)?)", number):
+        return f"a number has a point, not a comma: {comma[1]}.{comma[2]}"
+    if found := re.fullmatch(rf"[~\u2248<>=]*\s*({_NUMBER})\s*(?!\d|[-+*/(]\s*\d)(\S.*)", tidy, re.DOTALL):
+        if key and not wanted:
+            return "write a plain number, without a unit"
+        if unit := unit_meant(found[2], wanted):
+            return (
+                f"unknown unit {found[2]}; write {found[1]} {unit}" if found[2] != unit else f"write {found[1]} {unit}"
+            )
+        if re.fullmatch(r"[A-Za-z][\w^*/-]*", found[2]):
+            return f'unknown unit "{found[2]}"; {Suggestion(found[2], _units_like(wanted))()}'
+    if help := _expression_meant(number):
         return help
-    if number.casefold() in _UNKNOWN:
+    if number.casefold() in _UNMEASURED:
         return "not known yet? write the best guess, with source: {status: stand_in, note: ...}"
     if parse_unit(number) or unit_meant(number, wanted) in _units_like(wanted):
         return "a number is missing before the unit"
@@ -148,48 +160,20 @@ def number_meant(text: str, wanted: Sequence[str], key: str = "") -> str:
     return f"write a number, {quantity}or an expression ${{...}}"
 
 
-def _of_digits(text: str, plain_text: str, wanted: Sequence[str], key: str) -> str:
-    if isinstance(text, Text) and _is_number(plain_text):
-        return f"write it without the quotes: {plain_text}"
-    tidy = plain_text.translate({0x2212: "-", 0x2013: "-", 0x2014: "-", 0xA0: " "}).rstrip(",;").strip()
-    tidy = re.sub(r"(?<=\d)[_'\u2019 ](?=\d{3}(\D|$))", "", tidy)
-    if tidy != plain_text and _is_number(tidy):
-        return f"write {tidy}"
-    if comma := re.fullmatch(r"([-+]?\d+),(\d+(?:\s*\D.*)?)", plain_text):
-        return f"a number has a point, not a comma: {comma[1]}.{comma[2]}"
-    if re.fullmatch(rf"{_NUMBER}\s*%", plain_text):
-        return f"write {float(plain_text.rstrip(' %')) / 100:g}"
-    found = re.fullmatch(rf"[~\u2248<>=]*\s*({_NUMBER})\s*(\S.*)?", tidy, re.DOTALL)
-    number, rest = (found[1], (found[2] or "").strip()) if found else ("", "")
-    if not found or re.match(r"[-+*/(]\s*\d|\d", rest):
-        return ""
-    about = re.match(r"([A-Za-z*/^\d]*)\s*(\+-|\+/-|\u00b1)", rest)
-    if about or rest in UNITS or not rest:
-        value = f"{number} {about[1] if about else rest}".strip()
-        return f"write {value} alone; the rest is for source: {{note: ...}}"
-    if key and not wanted:
-        return "write a plain number, without a unit"
-    if unit := unit_meant(rest, wanted):
-        return f"unknown unit {rest}; write {number} {unit}"
-    if re.fullmatch(r"[A-Za-z][\w^*/-]*", rest):
-        return f'unknown unit "{rest}"; {Suggestion(rest, _units_like(wanted))()}'
-    return ""
+def _units_like(wanted: Sequence[str]) -> list[str]:
+    dimensions = _dimensions(wanted)
+    return [name for name, (_, dimension) in UNITS.items() if dimension in dimensions] or list(UNITS)
 
 
-def _of_reference(text: str) -> str:
+def _expression_meant(text: str) -> str:
+    """Return the help for a text that is a name or a calculation of another language: $(arg m), {{m}}, 2*M_PI."""
     if found := re.fullmatch(r"(?:\$\(|\$|\{\{?|%\(?|<|@)\s*([A-Za-z_]\w*)\s*(?:\)s?|\}\}?|%|>)?", text):
         return f'write "${{{found[1]}}}", with {found[1]} under args or let'
     formula = text.replace("math.", "").replace("^", "**").replace("M_PI", "pi")
-    inner = re.fullmatch(r"\{(.*)\}", formula)
-    formula = inner[1] if inner else formula
-    fraction = re.fullmatch(rf"({_NUMBER})\s*/\s*({_NUMBER})\s*([A-Za-z].*)", formula)
-    if fraction and parse_unit(fraction[3]) and float(fraction[2]):
-        return f"write {float(fraction[1]) / float(fraction[2]):g} {fraction[3]}"
-    if len(text) > MAX_SHOWN:
-        return ""
+    formula = formula[1:-1] if formula.startswith("{") and formula.endswith("}") else formula
     is_sum = re.search(r"[-+*/(]", formula) and re.search(r"\d|pi|\w\s*[-+*/]\s*\w", formula)
     try:
-        is_expression = formula in ("pi", "tau") or bool(is_sum and compile_expression(formula))
+        is_expression = formula in ("pi", "tau") or (is_sum and len(text) <= MAX_SHOWN and compile_expression(formula))
     except ExpressionError:
         return ""
     return f'a calculation is an expression: "${{{formula}}}"' if is_expression else ""
@@ -213,13 +197,6 @@ def numbers_in(text: str) -> list[str]:
     return found
 
 
-_AXES = {"x": "[1, 0, 0]", "y": "[0, 1, 0]", "z": "[0, 0, 1]"}
-_EXAMPLES = {"rpy": "[ROLL, PITCH, YAW]", "rgba": "[RED, GREEN, BLUE, OPACITY]", "axis": "[0, 0, 1]"}
-_VECTORS = (("roll", "pitch", "yaw"), ("r", "p", "y"), ("x", "y", "z"), ("r", "g", "b", "a"))
-_TRUE = ("yes", "y", "on", "true", "1", "enabled")
-_FALSE = ("no", "n", "off", "false", "0", "disabled")
-
-
 def number_in(value: Any, key: str) -> str:
     """Return the help for a mapping or a list where a number belongs, under a key."""
     inner = list(value.values()) if isinstance(value, Map) else list(value) if isinstance(value, Seq) else []
@@ -235,14 +212,11 @@ def list_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
     is_of_numbers = items.get("type") == "number"
     if isinstance(value, Map):
         small = {name.casefold(): name for name in value}
-        for names in _VECTORS:
-            if small and set(small) <= set(names):
-                given = [_short(value[small[name]]) if name in small else "01"[name == "a"] for name in names]
-                return f"write the numbers alone: [{', '.join(given)}]"
-        if list(value) in ([key], ["xyz"]):
-            return f"write {key}: {_short(next(iter(value.values())))}"
-        first = next(iter(value), "").lstrip("-*\u2013\u2022").strip()
-        return "" if is_of_numbers else f'its items begin with "- ": write "- {first}: ..."' if first else "write []"
+        names = next((names for names in _VECTORS if small and set(small) <= set(names)), ())
+        if names:
+            numbers = [_short(value[small[name]]) if name in small else "01"[name == "a"] for name in names]
+            return f"write the numbers alone: [{', '.join(numbers)}]"
+        return f"write {example}" if is_of_numbers else 'each item begins with "- "'
     if isinstance(value, str):
         if len(listed := numbers_in(value)) > 1 and is_of_numbers:
             return f"write [{', '.join(listed)}]"
@@ -250,9 +224,9 @@ def list_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
             return f"write {axis.replace('1', '-1') if value.startswith('-') else axis}"
         if items.get("type") == "string" or items.get("$ref", "").endswith("/name"):
             return f"write [{', '.join(value.replace(',', ' ').split())}]"
-        return f"write {example}" if is_of_numbers else 'its items are below it, each after "- "'
+        return f"write {example}" if is_of_numbers else 'each item begins with "- "'
     if isinstance(value, (int, float)) and not isinstance(value, bool):
-        text = value.text if isinstance(value, Quantity) else f"{value:g}"
+        text = _short(value)
         known = {"scale": f"write [{', '.join([text] * 3)}]", "rpy": f"write [0, 0, {text}] for a turn about z"}
         return known.get(key) or (f"write {example}" if is_of_numbers else f"write [{text}]")
     return ""
@@ -260,69 +234,42 @@ def list_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
 
 def items_meant(value: Seq, fragment: Mapping[str, Any]) -> str:
     """Return the help for a list with a wrong number of items."""
-    if fragment.get("items", {}).get("type") != "number":
-        return ""
-    if len(value) == 1 and isinstance(value[0], str) and len(listed := numbers_in(value[0])) > 1:
+    is_of_numbers = fragment.get("items", {}).get("type") == "number"
+    if is_of_numbers and len(value) == 1 and isinstance(value[0], str) and len(listed := numbers_in(value[0])) > 1:
         return f'separate its items by ",": [{", ".join(listed)}]'
-    if all(type(item) is int for item in value) and len(value) == 2 * fragment.get("maxItems", 0):
+    if is_of_numbers and all(type(item) is int for item in value) and len(value) == 2 * fragment.get("maxItems", 0):
         pairs = (f"{first}.{second}" for first, second in zip(value[::2], value[1::2], strict=True))
         return f"a number has a point, not a comma: [{', '.join(pairs)}]"
     return ""
 
 
-def mapping_meant(value: Any, path: Sequence[str | int], fragment: Mapping[str, Any]) -> str:
-    """Return the help for a value where a mapping belongs, at a path, by its fragment of the schema."""
+def mapping_meant(value: Any, fragment: Mapping[str, Any]) -> str:
+    """Return the help for a value where a mapping belongs, by its fragment of the schema."""
     legal, required = fragment.get("properties", {}), fragment.get("required", ())
     if isinstance(value, str) and value.startswith("<"):
         return "this is XML: write it in YAML, or keep it under urdf_elements"
     if isinstance(value, str) and (found := re.fullmatch(r"([\w./-]+)\s*(?::=|[:= ])\s*(.*)", value, re.DOTALL)):
         return f"write {found[1]}: {found[2]}".strip() if not legal or found[1] in legal else ""
-    if not legal and isinstance(value, Seq):
-        first = value[0] if value else None
-        name = first.get("name") or next(iter(first), "NAME") if isinstance(first, Map) else first or "NAME"
-        return f'each entry is a name with its keys, without "- ": {name}: {{...}}'
-    if not legal and isinstance(value, str) and value:
-        return f'a ":" is missing: write {value}: ...' if len(value.split()) == 1 else ""
+    if isinstance(value, Seq) and not legal:
+        return "each entry is a name with its keys: NAME: {...}"
+    if isinstance(value, Seq) and value and all(isinstance(item, Map) and set(item) <= set(legal) for item in value):
+        return 'write its keys without "- "'
     if value is None:
         return "indent its keys below it" if legal else "indent its entries below it, or remove it"
-    if isinstance(value, Seq) and legal and all(isinstance(item, Map) and set(item) <= set(legal) for item in value):
-        return 'write its keys without "- "'
-    if not value and not isinstance(value, (int, float)):
-        return "write {} for an empty one"
-    for key in (*required, *legal):
-        if _may_be(value, key, resolve(legal[key]) if key in legal else {}):
-            shown = ", ".join([_short(value), *(f"{other}: ..." for other in required if other != key)])
-            return f"write {path[-1]}: {{{key}: {shown}}}" if isinstance(path[-1], str) else f"write {key}: {shown}"
+    if isinstance(value, str) and value and not legal:
+        return f'a ":" is missing: write {value}: ...'
     keys = required or [key for key in legal if key not in {"source", *keys_of_xml()}][:4]
-    return f"write {{{', '.join(f'{key}: ...' for key in keys)}}}" if keys else ""
-
-
-def _may_be(value: Any, key: str, part: Mapping[str, Any]) -> bool:
-    if value in part.get("enum", ()):
-        return True
-    kind = "string" if isinstance(value, str) else "array" if isinstance(value, Seq) else "number"
-    wanted = part.get("type", "")
-    if (
-        "enum" in part
-        or key in {*keys_of_xml(), "name"}
-        or kind not in ([wanted] if isinstance(wanted, str) else wanted)
-    ):
-        return False
-    is_flat = kind != "array" or not any(isinstance(item, (Map, Seq)) for item in value)
-    has_count = kind != "array" or part.get("minItems", len(value)) == len(value)
-    return has_count and (is_flat or part.get("items", {}).get("type") not in ("number", "string"))
+    only = _short(value) if len(keys) == 1 and isinstance(value, (str, int, float)) else "..."
+    return f"write {{{', '.join(f'{key}: {only}' for key in keys)}}}" if keys else ""
 
 
 def text_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
     """Return the help for a value where a text belongs, under a key, by its fragment of the schema."""
-    if isinstance(value, Map) and fragment is schema()["$defs"]["element"]:
-        return "an element is a text of XML: write - <NAME .../>"
     if isinstance(value, (bool, int, float)):
         return "put it in quotes to make it text"
-    inner = list(value.values()) if isinstance(value, Map) else list(value) if isinstance(value, Seq) else []
-    name = value.get("name") if isinstance(value, Map) else None
-    name = inner[0] if len(inner) == 1 else name
-    return f"write {key}: {name if isinstance(name, str) else 'NAME'}" if value is None or inner else ""
+    if isinstance(value, Map) and fragment is schema()["$defs"]["element"]:
+        return "an element is a text of XML: write - <NAME .../>"
+    return f"write {key}: NAME"
 
 
 def flag_meant(value: Any) -> str:
@@ -335,9 +282,6 @@ def flag_meant(value: Any) -> str:
 
 
 def _short(value: Any) -> str:
-    if isinstance(value, Seq):
-        is_plain = all(isinstance(item, (int, float, str)) for item in value) and len(value) < 7
-        return f"[{', '.join(_short(item) for item in value)}]" if is_plain else "[...]"
     if isinstance(value, Quantity):
         return value.text
     return f"{value:g}" if isinstance(value, float) else str(value)[:MAX_SHOWN]
@@ -345,53 +289,52 @@ def _short(value: Any) -> str:
 
 def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str, path: Sequence[str | int] = ()) -> str:
     """Return the help for a key that the entry at a path cannot have."""
-    table, inner = words_for(kind), entry.get(key)
-    said, key = key, key.removeprefix("xacro:")
-    if help := _of_layout(said, entry, known) or way_out(key, table):
+    table, word, inner = words_for(kind), key.removeprefix("xacro:"), entry.get(key)
+    if (written := _key_and_value(word)) and written[0] in known:
+        return f"write {written[0]}: {'...' if written[1][:1] in '{[' else written[1]}"
+    keys = list(entry)
+    before = keys[keys.index(key) - 1] if key in keys[1:] else ""
+    if help := text_meant_by(key, entry) or way_out(word, table):
         return help
-    close = _synonym(key, table, known)
+    if before and type(entry[before]) is int and inner is None and re.match(r"\d+\s*\D*$", key):
+        return f"a number has a point, not a comma: {before}: {entry[before]}.{key}"
+    if before and entry[before] is None and key in resolve(known.get(before) or {}).get("properties", {}):
+        return f'"{key}" is a key of {before}: indent it deeper than "{before}"'
+    close = _meaning(word, table)
     is_entry = len(path) == 2 and isinstance(inner, Map) and inner and known.keys() >= set(inner)
-    if is_entry and not close and nearest(key, known) is None:
-        return f'"{said}" has the keys of an entry of {path[0]}: indent it as far as "{path[1]}"'
+    if is_entry and close not in known and nearest(word, known) is None:
+        return f'"{key}" has the keys of an entry of {path[0]}: indent it as far as "{path[1]}"'
     legal, other = f"legal: {', '.join(sorted(known))}", _data()["others"].get(kind)
-    if close:
+    if close in known:
         return f"{suggest(close)} ({legal})"
     instead = f"{other} ({legal})" if other else ""
     if kind == "pose":
         instead = f"joints belong in positions: {{{key}: ...}} or in pulses: {{{key}: ...}}"
-    return Suggestion(key, known, instead=instead, details=legal)()
+    return Suggestion(word, known, instead=instead, details=legal)()
 
 
-def _of_layout(key: str, entry: Map, known: Mapping[str, Any]) -> str:
-    if key[:1] in "\u00a0\u3000\u200b\ufeff" and key[:1]:
-        return "it begins with a space that YAML does not know: type the spaces again"
-    if (glued := re.match(r"\s*([\w.-]+)\s*[:=]\s*(.*)", key, re.DOTALL)) and glued[1] in known:
-        return f"write {glued[1]}: {glued[2]}"
-    if (colon := re.match(r"\s*([\w.-]+)\s+([{\[].*)", key, re.DOTALL)) and colon[1] in known:
-        return f'a ":" is missing: {colon[1]}: {"{...}" if colon[2][0] == "{" else "[...]"}'
-    keys = list(entry)
-    before = keys[keys.index(key) - 1] if key in entry and keys.index(key) else ""
-    if not before:
-        return ""
-    if help := text_meant_by(key, entry):
-        return help
-    part = re.fullmatch(r"(\d+)\s*(\D.*)?", key)
-    if part and entry[key] is None and type(entry[before]) is int and (not part[2] or parse_unit(part[2])):
-        return f"a number has a point, not a comma: {before}: {entry[before]}.{key}"
-    if entry[before] is None and key in resolve(known.get(before) or {}).get("properties", {}):
-        return f'"{key}" is a key of {before}: indent it deeper than "{before}"'
-    return ""
+def _key_and_value(key: str) -> tuple[str, str] | None:
+    """Return the key and the value of a key that YAML read with its value: mass:1, mass=1, limit {lower: 0}."""
+    found = re.match(r"\s*([\w.-]+)(?:\s*[:=]\s*|\s+(?=[{\[]))(.*)", key, re.DOTALL)
+    return (found[1], found[2]) if found else None
 
 
 def _texts_with_commas(entry: Map) -> list[list[str]]:
     """Return the keys of each text with a comma: of ``{note: a, b}``, YAML takes "b" for a key without a value."""
     runs: list[list[str]] = []
     for before, key in pairwise(entry):
-        if _goes_on(entry, before, key):
-            if runs and runs[-1][-1] == before:
-                runs[-1].append(key)
-            elif type(entry[before]) is str:
-                runs.append([before, key])
+        value, span = entry[before], entry.key_spans[key]
+        if entry[key] is not None or not isinstance(value, (str, NoneType)):
+            continue
+        begin = entry.key_spans[before] if value is None else entry.value_spans[before]
+        lines = [begin.source.line(number) for number in range(begin.line, span.line + 1)]
+        lines[-1] = lines[-1][: span.column - 1]
+        if "".join(lines)[begin.column - 1 + begin.length :].strip() != ",":  # nothing else is between
+            continue
+        if runs and runs[-1][-1] == before:
+            runs[-1].append(key)
+        elif type(value) is str:
+            runs.append([before, key])
     return runs
 
 
@@ -409,30 +352,19 @@ def text_tails(entry: Map, unknown: Collection[str]) -> set[str]:
     return {key for run in _texts_with_commas(entry) for before, key in pairwise(run) if before in unknown}
 
 
-def _goes_on(entry: Map, before: str, key: str) -> bool:
-    """Return True for a key without a value behind another entry, with nothing but a comma between."""
-    value, span = entry[before], entry.key_spans[key]
-    begin = entry.key_spans[before] if value is None else entry.value_spans[before]
-    if entry[key] is not None or not isinstance(value, (str, NoneType)):
-        return False
-    lines = [begin.source.line(number) for number in range(begin.line, span.line + 1)]
-    lines[-1] = lines[-1][: span.column - 1]
-    return "".join(lines)[begin.column - 1 + begin.length :].strip() == ","
-
-
 def is_meant(key: str, wanted: str, kind: str, known: Iterable[str]) -> bool:
     """Return True if the help for an unknown key leads to the one that is missing."""
-    names, table = list(known), words_for(kind)
-    if _synonym(key, table, names) == wanted or f"{wanted}: " in way_out(key, table):
+    table, written = words_for(kind), _key_and_value(key)
+    if _meaning(key, table) == wanted or f"{wanted}: " in way_out(key, table):
         return True
-    return re.split(r"[:=]", key)[0].strip() == wanted or nearest(key, names) == wanted
+    return (written is not None and written[0] == wanted) or nearest(key, list(known)) == wanted
 
 
 def word_meant(word: str, known: Iterable[str], kind: str = "") -> str:
     """Return the help for a word that is not one of ``known``; ``kind`` is that of its synonyms."""
-    table = synonyms("values", kind) or words_for(kind)
-    close = _synonym(word, table, known)
-    return way_out(word, table) or (suggest(close) if close else Suggestion(word, [*known])())
+    table, names = synonyms("values", kind) or words_for(kind), list(known)
+    close = _meaning(word, table)
+    return way_out(word, table) or (suggest(close) if close in names else Suggestion(word, names)())
 
 
 def suggest_name(

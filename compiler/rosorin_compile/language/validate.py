@@ -15,7 +15,7 @@ from rosorin_compile.source.wording import count_of, hidden_letter, in_words, su
 
 from . import suggestions
 from .expand.provenance import problem_at
-from .schema import Steps, backend_of, part_at, resolve, sections, subject, unit_at, with_outputs
+from .schema import Steps, backend_of, part_at, resolve, subject, unit_at, with_outputs
 from .validator import Misfit, misfits_of, validator_of
 
 if TYPE_CHECKING:
@@ -56,21 +56,20 @@ def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = Non
     return diagnostics
 
 
-_known: dict[tuple[Any, ...], tuple[dict[str, Any], Any]] = {}
-_MOST_KNOWN = 100
+_validators: dict[tuple[Any, ...], tuple[dict[str, Any], Any]] = {}
+_MOST_VALIDATORS = 100
 
 
 def _schema_and_validator(outputs: Any, formats: Mapping[str, Format]) -> tuple[dict[str, Any], Any]:
-    """Return the schema of descriptions with these outputs and its validator, cached by their names and formats."""
     schema = with_outputs(outputs, formats)
     options = schema["properties"]["outputs"].get("properties", {})
     # The options of a format live as long as the program: they are compared by identity.
     key = tuple((name, *map(id, one["properties"].values())) for name, one in options.items())
-    if key not in _known:
-        if len(_known) >= _MOST_KNOWN:
-            _known.clear()
-        _known[key] = schema, validator_of(schema)
-    return _known[key]
+    if key not in _validators:
+        if len(_validators) >= _MOST_VALIDATORS:
+            _validators.clear()
+        _validators[key] = schema, validator_of(schema)
+    return _validators[key]
 
 
 _Dimensions = tuple[Dimension, ...]
@@ -108,7 +107,9 @@ class _Walk:
                 dimensions = allowed[step]
                 if dimensions is not None and item.dimension not in dimensions:
                     self.misfits.append((steps, item, dimensions))
-            if isinstance(item, float) and not -MOST <= item <= MOST and not (math.isfinite(item) and _is_free(steps)):
+            # A limit may be 1.8e308, and masses have their own rules.
+            is_free = "limit" in steps or key == "mass"
+            if isinstance(item, float) and not -MOST <= item <= MOST and not (math.isfinite(item) and is_free):
                 self.not_finite.append((steps, float(item)))
         sound = before == len(self.not_finite) + len(self.misfits)
         if sound or value.via is None or not value.via.made:  # an error in a part is reported for each instance
@@ -126,75 +127,71 @@ class _Walk:
         return None if units is None else tuple(unit[1] for unit in parsed if unit is not None)
 
 
-def _is_free(steps: Steps) -> bool:
-    """Return True for a number that nothing is calculated with: a limit may be 1.8e308, masses have their own rules."""
-    reckoned, node = False, sections().get(str(steps[0]))
-    for step in steps[1:]:
-        if node is None:
-            break
-        reckoned = reckoned if node.reckoned is None else node.reckoned
-        node = node.step_to(step)
-    return not (reckoned if node is None or node.reckoned is None else node.reckoned)
-
-
 # Sections that expansion removes: the schema of the plain tree lacks them.
 _EXPANDED = ("parts", "sensor_types", "use")
 _SIGNS = {"&": "an anchor", "#": "a comment", "!": "a tag"}
-_LIMITS = {"minimum": "{where} is {value}, less than {limit}", "maximum": "{where} is {value}, more than {limit}"}
-_LIMITS |= {"exclusiveMinimum": "{where} is {value}, and has to be more than {limit}"}
-_LIMITS |= {"exclusiveMaximum": "{where} is {value}, and has to be less than {limit}"}
-_LIMITS |= {"multipleOf": "{where} is {value}, no multiple of {limit}", "uniqueItems": "{where} has an item twice"}
-_LIMITS |= {"maxLength": "{where} is longer than {limit}", "minLength": "{where} is shorter than {limit}"}
 _TYPES = {"string": "text", "number": "a number", "integer": "a whole number", "boolean": "true or false"}
 _TYPES |= {"object": "a mapping", "array": "a list"}
+# The rule and the message of each keyword that needs no more than its value.
+_SIMPLE = {
+    "minimum": ("wrong-value", "{where} is {value}, less than {wanted}"),
+    "maximum": ("wrong-value", "{where} is {value}, more than {wanted}"),
+    "exclusiveMinimum": ("wrong-value", "{where} is {value}, and has to be more than {wanted}"),
+    "exclusiveMaximum": ("wrong-value", "{where} is {value}, and has to be less than {wanted}"),
+    "multipleOf": ("wrong-value", "{where} is {value}, no multiple of {wanted}"),
+    "uniqueItems": ("wrong-value", "{where} has an item twice"),
+    "minLength": ("wrong-value", "{where} is shorter than {wanted} letters"),
+    "maxLength": ("wrong-value", "{where} is longer than {wanted} letters"),
+    "minProperties": ("missing-key", "{where} is empty: write one of {keys}"),
+    "maxProperties": ("wrong-value", "{where} has more than one key: write one of {keys}"),
+    "const": ("wrong-value", "{where} cannot be {value}: this tool knows only {wanted}"),
+    "pattern": ("bad-name", '{where} cannot be "{value}"'),
+}
 
 
 class _Report:
+    """Turns a misfit into diagnostics."""
+
     def __init__(self, tree: Map, misfit: Misfit, schema: Mapping[str, Any], scope: Scope | None) -> None:
         self.tree, self.misfit, self.scope = tree, misfit, scope
         self.path, self.where = misfit.path, subject(misfit.path)
-        self.keyword = "propertyNames" if "propertyNames" in misfit.schema_path[-2:-1] else misfit.keyword
         self.part, self.defined = part_at(misfit.schema_path[:-1], schema)
         self.kind = (self.defined or str(self.path[0])) if self.path else "top"
-        self.meaning = _sentence(str(self.part.get("description", "")))
         self.value = value_at(tree, tuple(self.path))
 
     def diagnostics(self) -> list[Diagnostic]:
-        wanted, where, value = self.misfit.wanted, self.where, self.value
-        if self.keyword in ("minItems", "maxItems"):
-            count = f"at {'least' if self.keyword == 'minItems' else 'most'} {wanted}"
+        """Return the diagnostics: none for what another misfit causes."""
+        wanted, where, value, keyword = self.misfit.wanted, self.where, self.value, self.misfit.keyword
+        meaning = _sentence(str(self.part.get("description", "")))
+        if "propertyNames" in self.misfit.schema_path[-2:-1]:
+            name = str(self.misfit.value)
+            form = "no markup, no quotes; spaces only within" if self.defined else "use letters, digits and _"
+            path, message = [*self.path, name], f'"{name}" cannot be a name in {where}'
+            return self._make("bad-name", message, _odd_letter(name) or form, path, True)
+        if keyword in ("required", "dependencies"):
+            return self._missing_key()
+        if keyword == "type":
+            return self._wrong_type()
+        if keyword == "additionalProperties":
+            return self._unknown_keys()
+        if keyword in ("minItems", "maxItems"):
+            count = f"at {'least' if keyword == 'minItems' else 'most'} {wanted}"
             count = wanted if self.part.get("minItems") == self.part.get("maxItems") else count
             message = f"{where} has {count_of(len(value), 'item')}, not {count}"
-            return self._make(
-                "wrong-length", message, lambda: suggestions.items_meant(value, self.part) or self.meaning
-            )
-        if self.keyword == "minLength" and not value:
+            help = partial(suggestions.items_meant, value, self.part)
+            return self._make("wrong-length", message, lambda: help() or meaning)
+        if keyword == "minLength" and not value:
             return self._make("empty-text", f"{where} is empty", "write a text, or leave the key out")
-        if words := _LIMITS.get(self.keyword):
-            limit = count_of(wanted, "letter") if self.keyword.endswith("Length") else wanted
-            message = words.format(where=where, value=value, limit=limit)
-            return self._make("wrong-value", message, "" if self.keyword in ("minimum", "maximum") else self.meaning)
-        if self.keyword == "propertyNames":
-            name = self.misfit.value
-            form = "no markup, no quotes; spaces only within" if self.defined else "use letters, digits and _"
-            message = f'"{name}" cannot be a name in {where}'
-            return self._make("bad-name", message, _odd_letter(str(name)) or form, [*self.path, name], True)
-        if self.keyword == "enum":
+        if keyword == "enum":
             kind = {"joint": "joint type", "source": "status"}.get(self.kind, "")
             kind = "which gazebo" if self.path[-1] == "gazebo" else kind
             return [not_allowed(self.tree, self.path, value, wanted, kind, self.scope)]
-        reports = {"required": self._missing_key, "dependencies": self._missing_key, "type": self._wrong_type}
-        if report := {**reports, "additionalProperties": self._unknown_keys}.get(self.keyword):
-            return report()
+        rule, message = _SIMPLE.get(keyword, ("wrong-shape", f"{{where}} does not fit the schema: {keyword}"))
+        if keyword in ("minimum", "maximum", "minProperties", "maxProperties", "const"):  # the message says it all
+            meaning = ""
         keys = ", ".join(self.part.get("properties", {}))
-        others = {
-            "minProperties": ("missing-key", f"{where} is empty", f"legal keys: {keys}"),
-            "maxProperties": ("wrong-value", f"{where} has more than one key", f"write one of {keys}"),
-            "const": ("wrong-value", f"{where} cannot be {value}", f"this tool knows only {wanted}"),
-            "pattern": ("bad-name", f'{where} cannot be "{value}"', _odd_letter(str(value)) or self.meaning),
-        }
-        unknown = ("wrong-shape", f"{where} does not fit the schema: {self.keyword}", self.meaning)
-        return self._make(*others.get(self.keyword, unknown))
+        message = message.format(where=where, value=value, wanted=wanted, keys=keys)
+        return self._make(rule, message, (_odd_letter(str(value)) if keyword == "pattern" else "") or meaning)
 
     def _make(
         self, rule: str, message: str, help: str | Callable[[], str] = "", path: Steps | None = None, key: bool = False
@@ -216,8 +213,7 @@ class _Report:
     def _missing_key(self) -> list[Diagnostic]:
         key = self.misfit.key
         legal = self.part.get("properties", {})
-        others = [other for other in self.value if other not in legal]
-        meant = [other for other in others if suggestions.is_meant(other, key, self.kind, legal)]
+        meant = [one for one in self.value if one not in legal and suggestions.is_meant(one, key, self.kind, legal)]
         if key == "inertia" and any("of" in swaps(other) for other in self.value):
             return []  # which is in the place of it, and reported
         if meant and self.path[:1] != ["outputs"]:
@@ -251,12 +247,13 @@ class _Report:
 
     def _type_help(self, types: list[str], units: list[str]) -> str:
         value, key = self.value, next((str(step) for step in reversed(self.path) if isinstance(step, str)), "")
+        is_number = not {"number", "integer"}.isdisjoint(types)
         if value is None:
             span = self.tree.locate(self.path).span
             sign = span.source.line(span.line)[span.column - 1 :].lstrip()[:1]
             if sign in _SIGNS:
                 return f'"{sign}" begins {_SIGNS[sign]} here: put the text in quotes'
-        if set(types) & {"number", "integer"} and isinstance(value, str):
+        if is_number and isinstance(value, str):
             return suggestions.number_meant(value, units, key)
         if "integer" in types and isinstance(value, Quantity):
             return f"write {float(value):g}: a plain number, without a unit"
@@ -265,10 +262,8 @@ class _Report:
         if "array" in types:
             return suggestions.list_meant(value, key, self.part)
         if "object" in types:
-            first = next(iter(value[0]), "") if isinstance(value, Seq) and value and isinstance(value[0], Map) else ""
-            way_out = suggestions.way_out(first, suggestions.words_for(self.kind))
-            return way_out or suggestions.mapping_meant(value, self.path, self.part)
-        if value is None and "number" in types:
+            return suggestions.mapping_meant(value, self.part)
+        if value is None and is_number:
             return "write the number behind the colon, or leave the key out"
         if types == ["boolean"]:
             return suggestions.flag_meant(value) or "write true or false"

@@ -67,7 +67,10 @@ def inline_references(whole: Mapping[str, Any]) -> dict[str, Any]:
             return part
         if not isinstance(part.get("$ref"), str):
             made = {key: of(one) for key, one in part.items() if key != "$defs"}
-            return {**made, "pattern": _in_python(made["pattern"])} if isinstance(made.get("pattern"), str) else made
+            if isinstance(pattern := made.get("pattern"), str):  # as JavaScript reads it
+                pattern = pattern.replace("\\d", "[0-9]").replace("\\s", r"\s\ufeff")
+                made["pattern"] = pattern[:-1] + r"(?!\n)$" if pattern.endswith("$") else pattern
+            return made
         name = part["$ref"]
         if name not in done:
             target: Any = whole
@@ -81,11 +84,6 @@ def inline_references(whole: Mapping[str, Any]) -> dict[str, Any]:
 
     made: dict[str, Any] = of(whole)
     return made
-
-
-def _in_python(pattern: str) -> str:
-    pattern = pattern.replace("\\d", "[0-9]").replace("\\s", r"\s\ufeff")
-    return pattern[:-1] + r"(?!\n)$" if pattern.endswith("$") else pattern
 
 
 def misfits_of(validator: Any, value: Any) -> list[Misfit]:

@@ -22,8 +22,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
+from rosorin_compile.source.cache import of_robot
+
 from .bounds import radius_about
-from .cached import of_robot
 from .geometry import Transform, Vector, dot, unit
 from .link import NO_SOURCE, Source
 from .shape import Capsule, Cylinder, Sphere

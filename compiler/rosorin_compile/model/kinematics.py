@@ -5,12 +5,11 @@
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-from .geometry import Pose, Quaternion, Rows, Transform, Vector, unit
+from .geometry import Pose, Transform, unit
 from .joint import UNPUBLISHED, Joint, Publisher, motion
 
 if TYPE_CHECKING:
@@ -105,7 +104,6 @@ class Graph:
         for step in steps:
             self.moves.setdefault(step.parent, []).append(Move(step, False))
             self.moves.setdefault(step.child, []).append(Move(step, True))
-        self.published = {step.child for step in steps if step.publishers}  # frames with a parent in tf2
 
     @property
     def frames(self) -> tuple[str, ...]:
@@ -233,56 +231,3 @@ class Kinematics:
         matrices[:, :3, :3] = [transform.rows for transform in transforms]
         matrices[:, :3, 3] = [transform.xyz for transform in transforms]
         return matrices
-
-
-# The operations of tf2 on rotations in the same order (``tf2/LinearMath``, equal in Humble and Jazzy): even signs and
-# zeros of a result are those of tf2.
-
-
-def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
-    """Return the rotation ``b``, then ``a``, as quaternions (x, y, z, w)."""
-    ax, ay, az, aw = a
-    bx, by, bz, bw = b
-    x, y = aw * bx + ax * bw + ay * bz - az * by, aw * by + ay * bw + az * bx - ax * bz
-    return x, y, aw * bz + az * bw + ax * by - ay * bx, aw * bw - ax * bx - ay * by - az * bz
-
-
-def rotate(q: Quaternion, v: Vector) -> Vector:
-    """Return a vector turned by a quaternion (x, y, z, w)."""
-    x, y, z, w = q
-    a, b, c = v
-    turned = (w * a + y * c - z * b, w * b + z * a - x * c, w * c + x * b - y * a, -x * a - y * b - z * c)
-    return multiply(turned, (-x, -y, -z, w))[:3]
-
-
-def rows_of(quaternion: Quaternion) -> Rows:
-    """Return the rotation matrix of a quaternion (x, y, z, w)."""
-    x, y, z, w = quaternion
-    s = 2.0 / (x * x + y * y + z * z + w * w)
-    xs, ys, zs = x * s, y * s, z * s
-    wx, wy, wz = w * xs, w * ys, w * zs
-    xx, xy, xz = x * xs, x * ys, x * zs
-    yy, yz, zz = y * ys, y * zs, z * zs
-    first, second = (1.0 - (yy + zz), xy - wz, xz + wy), (xy + wz, 1.0 - (xx + zz), yz - wx)
-    return first, second, (xz - wy, yz + wx, 1.0 - (xx + yy))
-
-
-def rows_of_rpy(angles: Vector) -> Rows:
-    """Return the rotation matrix of fixed-axis roll, pitch, yaw in radians, like tf2's ``Matrix3x3::setRPY``."""
-    (si, ci), (sj, cj), (sh, ch) = ((math.sin(angle), math.cos(angle)) for angle in angles)
-    cc, cs, sc, ss = ci * ch, ci * sh, si * ch, si * sh
-    return ((cj * ch, sj * sc - cs, sj * cc + ss), (cj * sh, sj * ss + cc, sj * cs - sc), (-sj, cj * si, cj * ci))
-
-
-def rpy_of(rows: Rows) -> Vector:
-    """Return fixed-axis roll, pitch, yaw (rad) like ``getRPY`` of tf2; the yaw is zero where the pitch is +-90 degrees.
-
-    A pitch of zero is -0.0, since tf2 negates an arc sine.
-    """
-    down = rows[2][0]
-    if abs(down) >= 1:
-        return (math.atan2(rows[2][1], rows[2][2]), math.copysign(math.pi / 2, -down), 0.0)
-    pitch = -math.asin(down)
-    level = math.cos(pitch)
-    roll = math.atan2(rows[2][1] / level, rows[2][2] / level)
-    return (roll, pitch, math.atan2(rows[1][0] / level, rows[0][0] / level))

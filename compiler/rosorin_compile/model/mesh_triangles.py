@@ -120,12 +120,28 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bo
     if kind not in TriangleMesh.FORMATS:
         known = ", ".join(f".{name}" for name in TriangleMesh.FORMATS)
         raise _unreadable(f"{path} is none of {known}", "convert it; the ending of the name says the format")
-    data = _read(path)
+    try:
+        data = files.read_bytes(path, MAX_BYTES + 1)
+    except (FileNotFoundError, NotADirectoryError):
+        raise NotThere.new("mesh-unreadable", f'there is no file "{path}"', "check the name") from None
+    except (OSError, ValueError) as problem:
+        reason = getattr(problem, "strerror", None) or str(problem)
+        raise _unreadable(f"cannot read {path}: {reason}", "check the name and the permissions") from None
+    if len(data) > MAX_BYTES:
+        raise _unreadable(f"{path} is larger than {MAX_BYTES:,} bytes", "reduce the number of triangles")
+    if not data:
+        raise ExtractProblem.new("mesh-empty", f"{path} is an empty file", "export it again")
     text = data.replace(b"\0", b"") if kind == "dae" else b""  # UTF-16 as well
     if re.search(rb"<!\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):  # a small file could be endless, or read other files
         raise _unreadable(f"{path} has a DTD, which no mesh needs", "remove the <!DOCTYPE ...>")
-    if not _are_finite(text):
-        raise _unreadable(f"{path} has corners that are not finite numbers")
+    # pycollada takes positions that are not numbers of 32 bits for zero.
+    for name in re.findall(rb"""semantic=["']POSITION["']\s+source=["']#([^"']+)["']""", text):
+        array = re.search(rb"<source\s+id=.%s.[^>]*>\s*<float_array[^>]*>([^<]*)" % re.escape(name), text)
+        corners = None
+        with np.errstate(over="ignore"), suppress(ValueError):
+            corners = np.array(array[1].split() if array else (), np.float64).astype(np.float32)
+        if corners is None or not np.isfinite(corners).all():
+            raise _unreadable(f"{path} has corners that are not finite numbers")
     parsed = [piece for piece in _parse(path, kind, data, coloured) if len(piece[0])]
     if not parsed:
         raise ExtractProblem.new("mesh-empty", f"{path} has no triangle", "name a mesh that has a surface")
@@ -141,19 +157,6 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bo
     runs = groupby(parsed, lambda piece: piece[1])
     colours = tuple((sum(len(piece) for piece, _ in run), colour) for colour, run in runs)
     return TriangleMesh(path.name, triangles, colours if coloured else ())
-
-
-def _are_finite(text: bytes) -> bool:
-    """Return True if the positions in the text of a DAE are finite numbers of 32 bits; pycollada takes NaN for zero."""
-    import numpy as np
-
-    for name in re.findall(rb"""semantic=["']POSITION["']\s+source=["']#([^"']+)["']""", text):
-        array = re.search(rb"<source\s+id=.%s.[^>]*>\s*<float_array[^>]*>([^<]*)" % re.escape(name), text)
-        with np.errstate(over="ignore"), suppress(ValueError):
-            if np.isfinite(np.array(array[1].split() if array else (), np.float64).astype(np.float32)).all():
-                continue
-        return False
-    return True
 
 
 def mesh_inertial(path: Path, scale: Sequence[float]) -> Inertial:
@@ -176,21 +179,6 @@ def _unreadable(message: str, help: str = "export it again") -> ExtractProblem:
 def _missing(message: str) -> ExtractProblem:
     help = f"{pip_install('import')} brings what reads meshes"
     return ExtractProblem.new("extra-missing", f"{message}, which is not installed", help)
-
-
-def _read(path: Path) -> bytes:
-    try:
-        data = files.read_bytes(path, MAX_BYTES + 1)
-    except (FileNotFoundError, NotADirectoryError):
-        raise NotThere.new("mesh-unreadable", f'there is no file "{path}"', "check the name") from None
-    except (OSError, ValueError) as problem:
-        reason = getattr(problem, "strerror", None) or str(problem)
-        raise _unreadable(f"cannot read {path}: {reason}", "check the name and the permissions") from None
-    if len(data) > MAX_BYTES:
-        raise _unreadable(f"{path} is larger than {MAX_BYTES:,} bytes", "reduce the number of triangles")
-    if not data:
-        raise ExtractProblem.new("mesh-empty", f"{path} is an empty file", "export it again")
-    return data
 
 
 def _parse(path: Path, kind: str, data: bytes, coloured: bool) -> list[tuple[Floats, Colour | None]]:
@@ -236,17 +224,12 @@ def _pieces(path: Path, loaded: Any) -> Iterator[tuple[Floats, Colour | None]]:
         if broken := int(((faces < 0) | (faces >= len(corners))).any(axis=1).sum()):
             raise _unreadable(f"{path} has {count_of(broken, 'triangle')} with a corner that the file does not have")
         triangles = TriangleMesh.place(corners[faces], matrix[:3, :3].tolist(), matrix[:3, 3].tolist())
-        yield triangles[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0 else triangles, _colour(mesh)
-
-
-def _colour(mesh: Any) -> Colour | None:
-    """Return the colour of the material of a Trimesh (sRGB, 0 to 1), or None if it has none."""
-    material = getattr(mesh.visual, "material", None)
-    colour = getattr(material, "main_color", None)
-    if colour is None or getattr(material, "name", "") == _NAMELESS:
-        return None
-    red, green, blue = (float(part) / 255 for part in colour[:3])
-    return red, green, blue
+        triangles = triangles[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0 else triangles
+        material, colour = getattr(mesh.visual, "material", None), None
+        main = getattr(material, "main_color", None)
+        if main is not None and getattr(material, "name", "") != _NAMELESS:
+            colour = float(main[0]) / 255, float(main[1]) / 255, float(main[2]) / 255
+        yield triangles, colour
 
 
 class _Resolver:

@@ -7,13 +7,12 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, reduce
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
+from rosorin_compile.source.cache import of_robot
 from rosorin_compile.source.diagnostics import UnknownName
 
-from .cached import of_robot
 from .geometry import Pose, Transform
 from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Joint, Publisher
-from .link import NO_SOURCE, Inertial, Link, Source
-from .mass import together
+from .link import NO_SOURCE, Inertial, Link, Source, together
 from .sections import Sections
 from .shape import Material, Rgba, Shape
 from .simulation import AT_ORIGIN, GazeboSensor, Root, Simulated, Values
@@ -21,8 +20,8 @@ from .simulation import AT_ORIGIN, GazeboSensor, Root, Simulated, Values
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rosorin_compile.ros.moveit import Moveit
     from rosorin_compile.ros.sections.control.hardware import Block
+    from rosorin_compile.ros.sections.moveit import Moveit
 
     from .drive import Drive, Driving
     from .frame_tree import Row

@@ -19,8 +19,19 @@ from rosorin_compile.source.cache import cache_folder
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic
 from rosorin_compile.source.wording import printable
 
-from .single_file import OutputError, is_generated, kept_name
-from .staging import STAGING_NAME, entries_below, link_or_copy, lock, put_in_place, staging_folder, sync, write_files
+from .atomic_files import (
+    STAGING_NAME,
+    OutputError,
+    entries_below,
+    is_generated,
+    kept_name,
+    link_or_copy,
+    lock,
+    put_in_place,
+    staging_folder,
+    sync,
+    write_files,
+)
 
 MAX_FOREIGN = 200  # files that are not artifacts, above which this does not look like an output folder
 Decision = Literal["replace", "keep", "refuse"]  # keep: under another name
@@ -169,25 +180,23 @@ def _update(
             raise OutputError("output-in-the-way", message, "move it away, or give the artifact another name")
     old = {name: (folder / name).read_bytes() for name in contents if (folder / name).is_file()}
     unchanged = {name for name in old if old[name] == contents[name]}
-    renamed = {}
-    for name in (name for name in old if not prune and name not in unchanged):
-        decision = judge(name, old[name], contents[name]) if judge else "replace"
+    fresh = {name: data for name, data in contents.items() if name not in unchanged}
+    written, renamed = tuple(fresh), {}
+    for name in (name for name in written if name in old and not prune):
+        decision = judge(name, old[name], contents[name]) if judge is not None else "replace"
         if decision == "refuse":
             message = f"this tool did not write {shown / name}: it is not replaced"
             raise OutputError("output-not-ours", message, "move it away, or give the new file another name or folder")
         if decision == "keep":
             renamed[name] = kept_name(folder / name).relative_to(folder).as_posix()
+            fresh[renamed[name]] = old[name]
     foreign = [name for name, is_folder in present.items() if name not in (parents if is_folder else contents)]
-    foreign_files = tuple(printable(name) for name in foreign if not present[name])
-    written = tuple(name for name in contents if name not in unchanged)
     if not exists or written or (prune and foreign):
-        kept_names = {*unchanged, *(name for name in parents if present.get(name)), *(() if prune else foreign)}
-        carried = {name: is_folder for name, is_folder in present.items() if name in kept_names}
-        fresh = {name: contents[name] for name in written} | {kept: old[name] for name, kept in renamed.items()}
-        _replace(
-            folder, carried, fresh, [name for name in present if name not in carried and name not in fresh], durable
-        )
-    kept, removed = ((), foreign_files) if prune else (foreign_files, ())
+        dropped = {name for name in present if name in fresh or (prune and name in foreign)}
+        carried = {name: is_folder for name, is_folder in present.items() if name not in dropped}
+        _replace(folder, carried, fresh, sorted(dropped - fresh.keys()), durable)
+    others = tuple(printable(name) for name in foreign if not present[name])
+    kept, removed = ((), others) if prune else (others, ())
     return WriteResult(written, tuple(sorted(unchanged)), kept, removed, tuple(renamed.items()))
 
 
@@ -234,7 +243,7 @@ def _replace(
                 (new / name).mkdir()
             else:
                 link_or_copy(folder / name, new / name)
-        write_files(new, fresh, durable)
+        write_files(new, fresh, durable=durable)
         for name in (*reversed([name for name in carried if carried[name]]), ""):
             with suppress(OSError, AttributeError):  # Windows has no chown
                 status = (folder / name).stat()

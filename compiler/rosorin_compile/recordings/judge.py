@@ -9,7 +9,7 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Sensor, Transform
 from rosorin_compile.model.kinematics import NoWay
-from rosorin_compile.output.committed import compare
+from rosorin_compile.output.golden_check import compare
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Help, Suggestion
 from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.progress import Progress

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from rosorin_compile.formats.compiled import emit, emit_published
+from rosorin_compile.formats.compilation import emit, emit_published
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Robot

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 from rosorin_compile.formats.templating import Templates
@@ -16,9 +16,9 @@ from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, error, phrase
 
 from . import nav2, robot_localization
-from .controllers.filled import COMMAND, drivers, fill
+from .controllers.write import COMMAND, drivers, fill, namespace_of
 from .navigation import frames_of, stated_topic
-from .parameters.files import distro_of
+from .parameter_files import distro_of
 from .ports import (
     IMU,
     IN,
@@ -39,7 +39,6 @@ from .ports import (
 
 CONTROL, MOVEIT, NAV2 = "control", "moveit", "nav2"
 DRIVER, NODE = "driver", "node"
-_SENSOR_PARAMETER = "sensor_name"
 _DEFAULT_SOURCE = "scan"  # of nav2_bringup/params/nav2_params.yaml
 _SCANS = "sensor_msgs/msg/LaserScan"
 _OBSTACLE_MESSAGES = (_SCANS, "sensor_msgs/msg/PointCloud2")
@@ -94,33 +93,31 @@ class Graph:
         for port in those:
             for key, topic, message in _topics(port, values) if port.exists(values) else ():
                 full = full_topic(topic, namespace, own)
-                end = End(name, full_topic(moved.get(full, full), namespace, own), message, port, key)
-                side = "subscription" if port.direction == IN else "publisher"
-                override = values.get(f"qos_overrides.{end.topic}.{side}.reliability", "")
-                end = replace(end, reliability=str(override))
-                (self.read if port.direction == IN else self.published).append(end)
+                full = full_topic(moved.get(full, full), namespace, own)
+                side, ends = ("subscription", self.read) if port.direction == IN else ("publisher", self.published)
+                override = str(values.get(f"qos_overrides.{full}.{side}.reliability", ""))
+                ends.append(End(name, full, message, port, key, override))
 
 
 def _topics(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
     """Yield the parameters of a port, each with the topic and the type of its messages."""
-    if port.each:
-        found = list(_sources(port, values))
-        yield from found or ([("", _DEFAULT_SOURCE, _SCANS)] if port.role == OBSTACLES else [])
-    elif "<n>" in port.parameter:
+    if "<n>" in port.parameter:
         pattern = re.compile(port.parameter.replace("<n>", r"\d+"))
         yield from ((key, str(value), port.type) for key, value in values.items() if pattern.fullmatch(key))
-    else:
+        return
+    if not port.each:
         yield port.parameter, port.name(values), port.message(values)
-
-
-def _sources(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
-    last = port.each.rpartition(".")[2]
+        return
+    last, found = port.each.rpartition(".")[2], False
     for key, value in values.items():
         if key.rpartition(".")[2] == last:
-            within = key.removesuffix(last)
             for name in value.split() if isinstance(value, str) else value:
-                own = {word: values.get(f"{within}{name}.{word}") for word in ("topic", "data_type", "type")}
+                words = ("topic", "data_type", "type")
+                own = {word: values.get(f"{key.removesuffix(last)}{name}.{word}") for word in words}
                 yield key, str(own["topic"] or name), source_message(own)
+                found = True
+    if port.role == OBSTACLES and not found:
+        yield "", _DEFAULT_SOURCE, _SCANS
 
 
 def source_message(values: Mapping[str, Any]) -> str:
@@ -130,75 +127,58 @@ def source_message(values: Mapping[str, Any]) -> str:
     return f"sensor_msgs/msg/{kind}"
 
 
-def graph_of(robot: Robot, starts: Sequence[str], topics: Mapping[str, str] | None = None) -> Graph:
-    """Return the graph of what a package starts; ``topics`` are those of sensors that its options name."""
+def graph_of(robot: Robot, starts: Sequence[str]) -> Graph:
+    """Return the graph of what a package starts."""
     made = Graph(starts=tuple(starts))
     first: dict[str, Output] = {}
     for output in robot.outputs:
         first.setdefault(output.backend, output)
-    control = first.get("controllers")
-    namespace = str(control.options.get("namespace", "")).strip("/") if control else ""
+    control, navigation = first.get("controllers"), first.get(NAV2) if NAV2 in starts else None
+    namespace = namespace_of(control) if control else ""
     made.add("robot_state_publisher", ports("", node="robot_state_publisher"), {}, namespace)
     if CONTROL in starts and control is not None:
-        _add_controllers(made, robot, control, namespace, NAV2 in starts and NAV2 in first)
-    parameters = _parameters(robot, first, starts)
-    distribution = distro_of(first[NAV2]) if NAV2 in first else ""
-    for port in ports(distribution) if NAV2 in starts and NAV2 in first else ():
-        silent = _is_silent(parameters.get(port.node, {}))
-        if port.node not in made.nodes and port.group in ("nav2", "localization", "slam") and not silent:
-            made.add(port.node, ports(distribution, node=port.node), parameters.get(port.node, {}))
+        commands = {driver.name: driver.command for driver in drivers(robot)} if navigation is not None else {}
+        distribution = distro_of(control)
+        made.add("controller_manager", ports(distribution, node="controller_manager"), {}, namespace)
+        for one in fill(robot, distribution):
+            name, those = one.controller.name, controller_ports(one.type, distribution)
+            remaps = [(port.topic, "/tf") for port in those if port.role == TF and port.topic != "/tf"]
+            remaps += [(commands[name], COMMAND)] if name in commands else []
+            if not one.controller.inactive:
+                made.add(name, those, one.values, namespace, remaps)
+    parameters: dict[str, Mapping[str, Any]] = {}
+    for backend, view in ((NAV2, nav2.view), ("robot_localization", robot_localization.view)):
+        if backend in first and NAV2 in starts:
+            parameters |= {name.rpartition("/")[2]: one for name, one in view(robot, first[backend]).node.items()}
+    if navigation is not None:
+        frames, distribution = frames_of(robot, navigation)[0], distro_of(navigation)
+        if frames is not None:  # the launch file has them
+            parameters.setdefault("slam_toolbox", nav2.seen_by_slam(robot, navigation, frames))
+        for port in ports(distribution):
+            values = parameters.get(port.node, {})
+            silent = values.get("tf_broadcast") is False or values.get("transform_publish_period") == 0.0
+            if port.node not in made.nodes and port.group in ("nav2", "localization", "slam") and not silent:
+                made.add(port.node, ports(distribution, node=port.node), values)
     for name, values in parameters.items():
         if "world_frame" in values:
             moved = robot_localization.remaps(robot, first["robot_localization"]) if CONTROL in starts else []
             made.add(name, ports("", node="ekf"), values, remaps=moved)
     if MOVEIT in starts:
         made.add("move_group", ports("", node="move_group"), {}, namespace)
-    _add_drivers(made, robot, topics or {})
-    return made
-
-
-def _is_silent(values: Mapping[str, Any]) -> bool:
-    return values.get("tf_broadcast") is False or values.get("transform_publish_period") == 0.0
-
-
-def _parameters(robot: Robot, first: Mapping[str, Output], starts: Sequence[str]) -> dict[str, Mapping[str, Any]]:
-    found: dict[str, Mapping[str, Any]] = {}
-    for backend, view in ((NAV2, nav2.view), ("robot_localization", robot_localization.view)):
-        if backend in first and NAV2 in starts:
-            found |= {name.rpartition("/")[2]: one for name, one in view(robot, first[backend]).node.items()}
-    if NAV2 in first and NAV2 in starts and (frames := frames_of(robot, first[NAV2])[0]) is not None:
-        found.setdefault("slam_toolbox", nav2.seen_by_slam(robot, first[NAV2], frames))  # the launch file has them
-    return found
-
-
-def _add_controllers(made: Graph, robot: Robot, output: Output, namespace: str, navigates: bool) -> None:
-    driving = {driver.name: driver for driver in drivers(robot)}
-    made.add("controller_manager", ports(distro_of(output), node="controller_manager"), {}, namespace)
-    for one in fill(robot, distro_of(output)):
-        name = one.controller.name
-        if one.controller.inactive:
-            continue
-        those = controller_ports(one.type, distro_of(output))
-        remaps = [(port.topic, "/tf") for port in those if port.role == TF and port.topic != "/tf"]
-        if navigates and name in driving:
-            remaps.append((driving[name].command, COMMAND))
-        made.add(name, those, one.values, namespace, remaps)
-
-
-def _add_drivers(made: Graph, robot: Robot, topics: Mapping[str, str]) -> None:
-    broadcast = {one.values.get(_SENSOR_PARAMETER) for one in fill(robot, "")} if CONTROL in made.starts else set()
-    for sensor, topic, message in topics_of_sensors(robot, topics):
+    broadcast = {one.values.get("sensor_name") for one in fill(robot, "")} if CONTROL in starts else set()
+    for sensor, topic, message in topics_of_sensors(robot):
         if sensor.name not in broadcast:
             node = f"driver of {sensor.name}"
             made.nodes[node] = DRIVER
             qos = "reliable" if sensor.type == "imu" else "best_effort"  # as drivers of such sensors publish
             port = Port(node, OUT, topic, sensor.type, qos=qos)
             made.published.append(End(node, full_topic(topic, "", ""), message, port))
+    return made
 
 
-def topics_of_sensors(robot: Robot, topics: Mapping[str, str] | None = None) -> Iterator[tuple[Sensor, str, str]]:
-    """Yield the sensors with a topic, in ``topics`` or in the description, with it and the type of its messages."""
-    given = dict(topics or {})
+def topics_of_sensors(robot: Robot) -> Iterator[tuple[Sensor, str, str]]:
+    """Yield the sensors with a topic in the description, with it and the type of its messages."""
+    given: dict[str, str] = {}
     for backend, key in ((NAV2, "sources"), ("robot_localization", "inputs")):
         output = next((one for one in robot.outputs if one.backend == backend), None)
         for entry in ((output.options.get(key) or {}) if output is not None else {}).values():
@@ -271,8 +251,8 @@ def _open(robot: Robot, made: Graph, end: End, others: Sequence[End]) -> Iterato
             if role == ODOMETRY and end.port.node == "ekf":
                 help += f"; or controller: {there.node}, where another node publishes {end.topic} without --control"
     elif role == JOINT_STATES and CONTROL in made.starts:
-        message = f"{what}, and no joint_state_broadcaster is started: {symptom}"
-        yield Diagnostic("package-external", NOTE, message, help="add it to controllers, or start the driver")
+        what, help = f"{what}, and no joint_state_broadcaster is started", "add it to controllers, or start the driver"
+        yield Diagnostic("package-external", NOTE, f"{what}: {symptom}", help=help)
         return
     else:
         return

@@ -22,12 +22,11 @@ from rosorin_compile.model import (
     STATIC_TRANSFORM_PUBLISHER,
     Joint,
     Pose,
-    Publisher,
     Robot,
     Transform,
 )
 from rosorin_compile.output import is_generated
-from rosorin_compile.output.ros_packages import is_launch_file
+from rosorin_compile.output.package_folder import is_launch_file
 from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source, Span
 from rosorin_compile.source.files import read_bytes
@@ -190,35 +189,28 @@ def _calls_in(tree: ast.AST, function: ast.FunctionDef | None = None) -> Iterato
 
 
 def _python_node(words: Mapping[str, ast.expr], names: Names, span: Span) -> LaunchNode:
-    def text(key: str) -> str:
-        return str((_known(words[key], names) if key in words else None) or "")
-
-    program = text("executable") or text("node_executable")
-    given = [_argument_words(words[key], names) for key in ("arguments", "ros_arguments") if key in words]
-    arguments = None if None in given else tuple(word for each in given if each is not None for word in each)
-    if "src" in words and "dst" in words:
-        pair = [_known(words["src"], names), _known(words["dst"], names)]
-        return LaunchNode("", program, arguments, _remaps([pair], span), span)
-    pairs = _known(words["remappings"], names) if "remappings" in words else []
-    return LaunchNode(text("name") or program, program, arguments, _remaps(pairs, span), span)
-
-
-def _remaps(pairs: Any, span: Span) -> tuple[Remap, ...] | None:
-    rows: list[Any] = pairs if isinstance(pairs, list) else [None]
-    if not all(isinstance(row, list) and len(row) == 2 and all(isinstance(one, str) for one in row) for row in rows):
-        return None
-    return tuple(Remap(old, new, span) for old, new in rows)
-
-
-def _argument_words(node: ast.expr, names: Names) -> tuple[str | None, ...] | None:
-    """Return a list of arguments as words; launch joins an argument that is a list of pieces."""
-    found: Any = _known(node, names)
-    if found is None and isinstance(node, ast.List | ast.Tuple):
-        found = [_known(item, names) for item in node.elts]
-    if not isinstance(found, list):
-        return None
-    joined = ("".join(one) if isinstance(one, list) and all(isinstance(e, str) for e in one) else one for one in found)
-    return tuple(word if isinstance(word, str) else None for word in joined)
+    known = {key: _known(word, names) for key, word in words.items()}
+    program = str(known.get("executable") or known.get("node_executable") or "")
+    arguments: list[str | None] = []
+    is_known = True
+    for key in ("arguments", "ros_arguments"):
+        node, found = words.get(key), known.get(key, [])
+        if found is None and isinstance(node, ast.List | ast.Tuple):
+            found = [_known(item, names) for item in node.elts]
+        is_known = is_known and isinstance(found, list)
+        for one in found if isinstance(found, list) else ():  # launch joins an argument that is a list of pieces
+            word = "".join(one) if isinstance(one, list) and all(isinstance(each, str) for each in one) else one
+            arguments.append(word if isinstance(word, str) else None)
+    pairs = known.get("remappings", [])
+    is_for_all = "src" in known and "dst" in known
+    if is_for_all:
+        pairs = [[known["src"], known["dst"]]]
+    remaps: tuple[Remap, ...] | None = None
+    if isinstance(pairs, list) and all(isinstance(pair, list) and len(pair) == 2 for pair in pairs):
+        is_plain = all(isinstance(name, str) for pair in pairs for name in pair)
+        remaps = tuple(Remap(old, new, span) for old, new in pairs) if is_plain else None
+    name = "" if is_for_all else str(known.get("name") or program)
+    return LaunchNode(name, program, tuple(arguments) if is_known else None, remaps, span)
 
 
 def _bind(function: ast.FunctionDef, call: ast.Call | None, names: Names) -> dict[str, Any]:
@@ -370,15 +362,12 @@ def check_node(robot: Robot, node: LaunchNode) -> Iterator[Diagnostic]:
         if parts := list(_differences(joint, static)):
             yield report("deployed-launch-differs", f"{edge} is not as described: {', '.join(parts)}", node.span)
     else:
-        names = dict.fromkeys(map(_owner, owners))
+        names = dict[str, None]()
+        for owner in owners:
+            of_urdf = ", from the URDF" if owner.kind == ROBOT_STATE_PUBLISHER else ""
+            names[f"{owner.name}{of_urdf}" if owner.publishes else "nobody"] = None
         message = f"{edge} is published here, but the description gives it to {' or '.join(names)}"
         yield report("deployed-launch-owner", message, node.span)
-
-
-def _owner(publisher: Publisher) -> str:
-    if not publisher.publishes:
-        return "nobody"
-    return f"{publisher.name}, from the URDF" if publisher.kind == ROBOT_STATE_PUBLISHER else publisher.name
 
 
 def _differences(joint: Joint, static: StaticTransform) -> Iterator[str]:

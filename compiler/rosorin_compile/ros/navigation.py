@@ -16,13 +16,13 @@ from rosorin_compile.rules.publishers import holds, modes_in
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Help, Suggestion, phrase, quote
 from rosorin_compile.source.tree import Path, exists
 
-from .parameters.tables import kinds
+from .node_kinds import kinds
 
 AMCL, SLAM, FILTER = "amcl", "slam_toolbox", "ekf"
 _NO_FILTER = "navsat"  # a node of robot_localization that is none
 
 
-class Found(NamedTuple):
+class Problem(NamedTuple):
     """What is wrong with an output, or the robot for it; ``path`` is below the entry, or at the top if absolute."""
 
     rule: str
@@ -63,8 +63,12 @@ class Frames(NamedTuple):
         return list(mine.values())
 
 
-def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Found]]:
+def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Problem]]:
     """Return the frames of navigation, and what is wrong with them; ``output`` may name which of several."""
+
+    def wrong(message: str, help: Help, path: Path = ()) -> tuple[None, list[Problem]]:
+        return None, [Problem("navigation-frames", message, path, help, key=not path)]
+
     edges = enumerate(robot.edges)
     nodes = [(index, edge) for index, edge in edges if edge.publisher.kind != UNPUBLISHED and not edge.joint]
     leads = [Lead(edge.parent, edge.child, edge.publisher, ("edges", index)) for index, edge in nodes]
@@ -72,32 +76,27 @@ def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Found]]
     every = dict.fromkeys((lead.parent, lead.child) for lead in entering)
     if not every:
         message = f"no edge leads to the robot: it has no publisher for odom -> {robot.root}"
-        help = f"add one to edges: {{parent: odom, child: {robot.root}, publisher: NAME}}, with a node of publishers"
-        return None, [Found("navigation-frames", message, (), help, key=True)]
-    asked = output.options.get("odom_frame")
-    pairs = [pair for pair in every if asked in (None, pair[0])]
+        edge = f"{{parent: odom, child: {robot.root}, publisher: NAME}}"
+        return wrong(message, f"add one to edges: {edge}, with a node of publishers")
+    odom_frame, map_frame = output.options.get("odom_frame"), output.options.get("map_frame")
+    pairs = [pair for pair in every if odom_frame in (None, pair[0])]
     if not pairs:
-        parents = Suggestion(str(asked), {parent for parent, _ in every})
-        message = f'"{asked}" is not the frame of an odometry'
-        return None, [Found("navigation-frames", message, ("odom_frame",), parents)]
+        parents = Suggestion(str(odom_frame), {parent for parent, _ in every})
+        return wrong(f'"{odom_frame}" is not the frame of an odometry', parents, ("odom_frame",))
     below = {lead.child for lead in leads}
     pairs = [pair for pair in pairs if pair[0] in below] or pairs
     if len(pairs) > 1:
         message = f"there is more than one odometry: {phrase(f'{parent} -> {child}' for parent, child in pairs)}"
-        return None, [Found("navigation-frames", message, (), "say which: odom_frame: NAME", key=True)]
-    (odom, moved), (map_, wrong) = pairs[0], _map(leads, pairs[0][0], output.options.get("map_frame"))
-    return (None if wrong else Frames(map_, odom, moved, tuple(leads))), wrong
-
-
-def _map(leads: Sequence[Lead], odom: str, asked: str | None) -> tuple[str, list[Found]]:
+        return wrong(message, "say which: odom_frame: NAME")
+    odom, moved = pairs[0]
     maps = list(dict.fromkeys(lead.parent for lead in leads if lead.child == odom))
-    if asked is not None and asked not in maps:
-        message = f'no edge leads from "{asked}" to "{odom}"'
-        return "", [Found("navigation-frames", message, ("map_frame",), Suggestion(asked, maps))]
-    if asked is None and len(maps) > 1:
+    if map_frame is not None and map_frame not in maps:
+        message = f'no edge leads from "{map_frame}" to "{odom}"'
+        return wrong(message, Suggestion(map_frame, maps), ("map_frame",))
+    if map_frame is None and len(maps) > 1:
         message = f'edges lead to "{odom}" from {quote(maps)}'
-        return "", [Found("navigation-frames", message, (), "say which is the map: map_frame: NAME", key=True)]
-    return asked or next(iter(maps), ""), []
+        return wrong(message, "say which is the map: map_frame: NAME")
+    return Frames(map_frame or next(iter(maps), ""), odom, moved, tuple(leads)), []
 
 
 def kind_of(publisher: Publisher) -> str:
@@ -127,7 +126,7 @@ def stated_topic(robot: Robot, name: str) -> str:
     return ""
 
 
-def diagnose(case: Case, output: Output, find: Callable[[Robot, Output], Sequence[Found]]) -> Iterator[Diagnostic]:
+def diagnose(case: Case, output: Output, find: Callable[[Robot, Output], Sequence[Problem]]) -> Iterator[Diagnostic]:
     """Yield what ``find`` finds wrong with an output, at its place; nothing of a robot that is no tree."""
     if not case.robot.is_tree:
         return

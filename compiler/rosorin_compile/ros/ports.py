@@ -14,9 +14,8 @@ from typing import Any
 from rosorin_compile.source import files
 from rosorin_compile.source.project import data_folder
 
-VELOCITY, ODOMETRY, OBSTACLES, SCAN, IMU, TF, JOINT_STATES = (
-    *("velocity", "odometry", "obstacles", "scan", "imu", "tf", "joint_states"),
-)
+VELOCITY, ODOMETRY, OBSTACLES, SCAN = "velocity", "odometry", "obstacles", "scan"
+IMU, TF, JOINT_STATES = "imu", "tf", "joint_states"
 IN, OUT = "in", "out"
 _STAMPED = "Stamped"
 
@@ -91,20 +90,19 @@ def short_type(message: str) -> str:
     return message.rpartition("/")[2]
 
 
-def _port(owner: str, entry: Mapping[str, Any], distribution: str, group: str, package: str) -> Port:
+def _port(owner: str, entry: Mapping[str, Any], distribution: str, group: str, package: str = "") -> Port:
     direction = IN if IN in entry else OUT
-    known = {key: entry[key] for key in Port.__dataclass_fields__ if key in entry and key not in ("stamped", "when")}
-    parameter, stamped = "", False
+    known = {key: entry[key] for key in Port.__dataclass_fields__ if key in entry}
+    known |= {"node": owner, "direction": direction, "group": group, "package": package}
+    known |= {"topic": entry.get("bringup", {}).get(distribution, entry[direction])}
+    known |= {"when": tuple(entry.get("when", {}).items()), "stamped": False}
     for key, defaults in entry.get("stamped", {}).items():
         default = defaults.get(distribution)
         if default is not None:
-            parameter, stamped = key, bool(default) or group == "control"
+            known |= {"stamp_parameter": key, "stamped": bool(default) or group == "control"}
         elif group == "control":  # a controller without the parameter takes messages with a header alone
-            parameter, stamped = "", True
-    known |= {"node": owner, "direction": direction, "group": group, "package": package}
-    known["topic"] = entry.get("bringup", {}).get(distribution, entry[direction])
-    when = tuple(entry.get("when", {}).items())
-    return Port(**known, when=when, stamp_parameter=parameter, stamped=stamped)
+            known |= {"stamp_parameter": "", "stamped": True}
+    return Port(**known)
 
 
 @cache
@@ -120,8 +118,8 @@ def _of_nodes(distribution: str) -> tuple[Port, ...]:
 def ports(distribution: str, *, node: str = "", role: str = "", direction: str = "", group: str = "") -> Iterator[Port]:
     """Yield the ports of stock nodes in a distribution; empty arguments do not restrict them."""
     for port in _of_nodes(distribution_of_ports(distribution)):
-        wanted = ((node, port.node), (role, port.role), (direction, port.direction), (group, port.group))
-        if all(value in ("", actual) for value, actual in wanted):
+        filters = ((node, port.node), (role, port.role), (direction, port.direction), (group, port.group))
+        if all(value in ("", actual) for value, actual in filters):
             yield port
 
 
@@ -129,7 +127,7 @@ def ports(distribution: str, *, node: str = "", role: str = "", direction: str =
 def controller_ports(plugin: str, distribution: str) -> tuple[Port, ...]:
     """Return the ports of a controller or broadcaster of a type; none of a type without a table."""
     entries = facts("ros2_ports")["controllers"]["types"].get(plugin, ())
-    return tuple(_port(plugin, one, distribution_of_ports(distribution), "control", "") for one in entries)
+    return tuple(_port(plugin, one, distribution_of_ports(distribution), "control") for one in entries)
 
 
 def port_of(plugin: str, distribution: str, role: str) -> Port | None:

@@ -6,7 +6,8 @@ The edges say whether it publishes, and what: with odom -> base its world is the
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from typing import Any
 
 from rosorin_compile.formats.templating import Templates
@@ -15,9 +16,9 @@ from rosorin_compile.model.drive import driving_of
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Suggestion, error, phrase, quote
 
-from .controllers.filled import drivers
-from .navigation import FILTER, Found, Frames, Lead, diagnose, frames_of, kind_of, stated_topic
-from .parameters.files import Node, Parameters, distro_of, parameter_file, parameters_of, text
+from .controllers.write import drivers
+from .navigation import FILTER, Frames, Lead, Problem, diagnose, frames_of, kind_of, stated_topic
+from .parameter_files import Node, Parameters, distro_of, parameter_file, parameters_of, text
 from .ports import facts
 
 # What a filter estimates, in the order of its fifteen booleans (robot_localization: filter_common.hpp).
@@ -34,78 +35,94 @@ def _about(kind: str) -> Mapping[str, Any]:
     return found
 
 
-def _filter_of(robot: Robot, output: Output, frames: Frames) -> tuple[str, Lead | None, list[Found]]:
-    """Return the name of the filter that an output is for, what it publishes, or None, and what is wrong with it."""
-    filters = {one.name: one for one in robot.publishers if kind_of(one) == FILTER}
-    named = output.options.get("node")
-    if named is None and len(filters) > 1:
-        message = f"the robot has several filters, {quote(filters)}"
-        return "", None, [Found("filter-unclear", message, (), "an output for each: node: NAME", key=True)]
-    if named is not None and named not in filters and (filters or named in [one.name for one in robot.publishers]):
-        suggestion = Suggestion(named, filters, none="its publisher says package: robot_localization")
-        return (
-            "",
-            None,
-            [Found("filter-unclear", f'"{named}" is no filter of robot_localization', ("node",), suggestion)],
-        )
-    name = named or next(iter(filters), _USUAL)
-    owned = frames.transforms_of(filters[name]) if name in filters else []
-    if not owned:
-        message = f'no edge is of "{name}": it is written with publish_tf: false'
-        return name, None, [Found("filter-owns-nothing", message, severity=NOTE, key=True)]
-    possible = ((frames.odom, frames.moved), (frames.map, frames.odom))
-    wrong = [lead for lead in owned if (lead.parent, lead.child) not in possible] or owned[1:]
-    if wrong:
-        message = f'"{name}" is to publish {phrase(map(str, owned))}: a filter publishes either '
-        message += f"{frames.odom} -> {frames.moved} or {frames.map or 'map'} -> {frames.odom}"
-        return name, None, [Found("navigation-owner", message, wrong[0].path, absolute=True)]
-    return name, owned[0], []
-
-
 def _inputs_of(output: Output) -> Mapping[str, Mapping[str, Any]]:
     return output.options.get("inputs") or {}
 
 
-def _inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Found]:
-    """Yield what is wrong with the inputs."""
+def _content(robot: Robot, output: Output) -> tuple[Node | None, Lead | None, list[Problem]]:
+    """Return the parameters of a filter, what it publishes, and what is wrong; no parameters if that is an error."""
+    frames, wrong = frames_of(robot, output)
+    if frames is None:
+        return None, None, wrong
+    filters = {one.name: one for one in robot.publishers if kind_of(one) == FILTER}
+    named = output.options.get("node")
+    name = str(named or next(iter(filters), _USUAL))
+    owned = frames.transforms_of(filters[name]) if name in filters else []
+    possible = ((frames.odom, frames.moved), (frames.map, frames.odom))
+    if named is None and len(filters) > 1:
+        message = f"the robot has several filters, {quote(filters)}"
+        wrong.append(Problem("filter-unclear", message, (), "an output for each: node: NAME", key=True))
+    elif named is not None and named not in filters and (filters or named in [one.name for one in robot.publishers]):
+        suggestion = Suggestion(named, filters, none="its publisher says package: robot_localization")
+        message = f'"{named}" is no filter of robot_localization'
+        wrong.append(Problem("filter-unclear", message, ("node",), suggestion))
+    elif not owned:
+        message = f'no edge is of "{name}": it is written with publish_tf: false'
+        wrong.append(Problem("filter-owns-nothing", message, severity=NOTE, key=True))
+    elif others := [lead for lead in owned if (lead.parent, lead.child) not in possible] or owned[1:]:
+        message = f'"{name}" is to publish {phrase(map(str, owned))}: a filter publishes either '
+        message += f"{frames.odom} -> {frames.moved} or {frames.map or 'map'} -> {frames.odom}"
+        wrong.append(Problem("navigation-owner", message, others[0].path, absolute=True))
+    wrong += _check_inputs(robot, output, frames)
+    if any(one.severity == ERROR for one in wrong):
+        return None, None, wrong
+    lead = owned[0] if owned else None
+    values: dict[str, Any] = {}
+    if "frequency" in output.options:
+        values["frequency"] = output.options["frequency"]
+    if "two_d_mode" in output.options or robot.drive is not None:
+        values["two_d_mode"] = output.options.get("two_d_mode", True)
+    values["publish_tf"] = lead is not None
+    values |= {"map_frame": frames.map} if frames.map else {}
+    values |= {"odom_frame": frames.odom, "base_link_frame": frames.moved}
+    values["world_frame"] = frames.odom if lead is None else lead.parent
+    for key, one in _inputs_of(output).items():
+        kind = key.rstrip("0123456789")
+        uses = one.get("uses") or usual(robot, kind, frames.moved)
+        values |= {key: topic(robot, key, one), f"{key}_config": [state in uses for state in STATES]}
+        values |= {f"{key}_{word}": one[word] for word in _about(kind)["keys"] if word in one}
+    return Node(name, "ekf", values), lead, wrong
+
+
+def _check_inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Problem]:
     rule, inputs = "filter-input", _inputs_of(output)
     imus = {sensor.name for sensor in robot.sensors if sensor.type == "imu"}
     if not inputs:
         message = "the filter has no inputs: it estimates nothing"
-        yield Found(rule, message, (), "add inputs: {odom0: {topic: NAME}}", WARNING, key=True)
+        yield Problem(rule, message, (), "add inputs: {odom0: {topic: NAME}}", WARNING, key=True)
     for name, one in inputs.items():
         path, match = ("inputs", name), _NAME.fullmatch(name)
         if match is None:
             help = "write odom0, pose0, twist0 or imu0, and so on"
-            yield Found(rule, f'a filter has no input "{name}"', path, help, key=True)
+            yield Problem(rule, f'a filter has no input "{name}"', path, help, key=True)
             continue
         kind, uses, about = match[1], one.get("uses"), _about(match[1])
         gap = next((at for at in range(int(match[2])) if f"{kind}{at}" not in inputs), None)
         if gap is not None:
             message = f'"{name}" would never be read: there is no {kind}{gap}'
-            yield Found(rule, message, path, f"number them from 0: {kind}{gap}", key=True)
+            yield Problem(rule, message, path, f"number them from 0: {kind}{gap}", key=True)
         sensor = one.get("sensor")
         if sensor is not None and sensor not in imus:
             suggestion = Suggestion(sensor, imus, none="the robot has no IMU")
-            yield Found(rule, f'there is no IMU "{sensor}"', (*path, "sensor"), suggestion)
+            yield Problem(rule, f'there is no IMU "{sensor}"', (*path, "sensor"), suggestion)
         if not topic(robot, name, one):
-            yield Found(rule, f'"{name}" has no topic', path, "add topic: NAME", key=True)
+            yield Problem(rule, f'"{name}" has no topic', path, "add topic: NAME", key=True)
         controller, driving = one.get("controller"), [driver.name for driver in drivers(robot)]
         if controller is not None and (controller not in driving or kind != "odom"):
             message = f'"{controller}" is no controller of the drive, whose odometry "{name}" could be'
-            yield Found(rule, message, (*path, "controller"), Suggestion(controller, driving))
+            yield Problem(rule, message, (*path, "controller"), Suggestion(controller, driving))
         for index, state in enumerate(uses or ()):
             if state not in about["states"]:
                 message = f'"{name}" has no {state}: its messages have {phrase(about["states"])}'
-                yield Found(rule, message, (*path, "uses", index), "remove it")
+                yield Problem(rule, message, (*path, "uses", index), "remove it")
         if uses is not None and not uses:
-            yield Found(rule, f'nothing of "{name}" is used', (*path, "uses"), "name what is, or remove the input")
+            yield Problem(rule, f'nothing of "{name}" is used', (*path, "uses"), "name what is, or remove the input")
         if uses is None and not usual(robot, kind, frames.moved):
             message = f'"{name}" does not list the values that are used'
             message += ", and the robot has no drive" if robot.drive is None and kind != "pose" else ""
-            yield Found(rule, message, path, f"such as uses: [{', '.join(about['example'])}]", key=True)
+            yield Problem(rule, message, path, f"such as uses: [{', '.join(about['example'])}]", key=True)
         for key in sorted(one.keys() - {*about["keys"], "topic", "sensor", "controller", "uses"}):
-            yield Found(rule, f'"{name}" has no {key}', (*path, key), "remove it", key=True)
+            yield Problem(rule, f'"{name}" has no {key}', (*path, key), "remove it", key=True)
 
 
 def remaps(robot: Robot, output: Output) -> list[tuple[str, str]]:
@@ -123,20 +140,15 @@ def usual(robot: Robot, kind: str, base: str) -> tuple[str, ...]:
     Wheels give velocities. A base that cannot go sideways has a speed of 0 there, which is worth as much as one that
     was measured; but at the axle alone: where the frame ``base`` is elsewhere, it goes sideways as the base turns.
     """
-    drive = robot.drive
-    if drive is None or kind == "pose":
+    if robot.drive is None or kind == "pose":
         return ()
     if kind == "imu":
         return ("vyaw",)
-    return ("vx", "vy", "vyaw") if drive.slides or _at_axle(robot, base) else ("vx", "vyaw")
-
-
-def _at_axle(robot: Robot, base: str) -> bool:
-    try:
+    at_axle = False
+    with suppress(ValueError, KeyError):  # which the rules about drives report
         driving = driving_of(robot)
-    except (ValueError, KeyError):  # which the rules about drives tell
-        return False
-    return abs(robot.transform(base, driving.frame).apply((*driving.centre, 0.0))[0]) < _NEAR
+        at_axle = abs(robot.transform(base, driving.frame).apply((*driving.centre, 0.0))[0]) < _NEAR
+    return ("vx", "vy", "vyaw") if robot.drive.slides or at_axle else ("vx", "vyaw")
 
 
 def topic(robot: Robot, name: str, one: Mapping[str, Any]) -> str:
@@ -144,34 +156,7 @@ def topic(robot: Robot, name: str, one: Mapping[str, Any]) -> str:
     if "topic" in one or not name.startswith("imu"):
         return str(one.get("topic", ""))
     known = [sensor.name for sensor in robot.sensors if sensor.type == "imu"]
-    sensor = one.get("sensor") or (known[0] if len(known) == 1 else "")
-    return stated_topic(robot, sensor)
-
-
-def _content(robot: Robot, output: Output) -> tuple[Node | None, Lead | None, list[Found]]:
-    """Return the parameters of a filter, what it publishes, and what is wrong; no parameters if that is an error."""
-    frames, wrong = frames_of(robot, output)
-    if frames is None:
-        return None, None, wrong
-    name, lead, more = _filter_of(robot, output, frames)
-    wrong += [*more, *_inputs(robot, output, frames)]
-    if any(one.severity == ERROR for one in wrong):
-        return None, None, wrong
-    values: dict[str, Any] = {}
-    if "frequency" in output.options:
-        values["frequency"] = output.options["frequency"]
-    if "two_d_mode" in output.options or robot.drive is not None:
-        values["two_d_mode"] = output.options.get("two_d_mode", True)
-    values["publish_tf"] = lead is not None
-    values |= {"map_frame": frames.map} if frames.map else {}
-    values |= {"odom_frame": frames.odom, "base_link_frame": frames.moved}
-    values["world_frame"] = frames.odom if lead is None else lead.parent
-    for key, one in _inputs_of(output).items():
-        kind = key.rstrip("0123456789")
-        values[key] = topic(robot, key, one)
-        values[f"{key}_config"] = booleans(one.get("uses") or usual(robot, kind, frames.moved))
-        values |= {f"{key}_{word}": one[word] for word in _about(kind)["keys"] if word in one}
-    return Node(name, "ekf", values), lead, wrong
+    return stated_topic(robot, one.get("sensor") or (known[0] if len(known) == 1 else ""))
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
@@ -195,15 +180,6 @@ def view(robot: Robot, output: Output) -> Parameters:
     """Return what the parameter file of a filter is meant to contain."""
     node = _content(robot, output)[0]
     return parameters_of(output, [node] if node is not None else [])
-
-
-def booleans(uses: Sequence[str]) -> list[bool]:
-    """Return the fifteen booleans of an input.
-
-    >>> "".join("x" if one else "." for one in booleans(("vx", "vyaw")))
-    '......x....x...'
-    """
-    return [state in uses for state in STATES]
 
 
 FORMAT = parameter_file(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 
-from rosorin_compile.language.lowering import owner_of_frame
+from rosorin_compile.language.lower import owner_of_frame
 from rosorin_compile.language.schema import joint_unit, subject
 from rosorin_compile.language.symbols import MOUNT, Symbol
 from rosorin_compile.model import Cylinder, Joint, Robot

@@ -10,9 +10,9 @@ from typing import Any
 
 from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, HeightMap, Joint, Link, Mesh, Robot, Shape, Sphere
 from rosorin_compile.model.bounds import ball_of, bounds_of
-from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.geometry import Transform, Vector
 from rosorin_compile.model.shape import Material
+from rosorin_compile.source.cache import of_robot
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, nearest
 from rosorin_compile.source.rule_registry import JOINTS, NUMBERS, rule
 from rosorin_compile.source.tree import Path, Seq, value_at

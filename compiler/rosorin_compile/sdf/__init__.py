@@ -23,7 +23,7 @@ from rosorin_compile.formats.format import (
     Unsupported,
     xml_syntax,
 )
-from rosorin_compile.formats.gazebo_elements import unsupported_drives
+from rosorin_compile.formats.gazebo import unsupported_drives
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Output

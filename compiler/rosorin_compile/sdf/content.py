@@ -10,19 +10,19 @@ Other elements are in an ``<sdf>`` of the robot, a link, a joint or a shape, wit
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.formats.format import Placed
-from rosorin_compile.formats.gazebo_elements import with_noise
+from rosorin_compile.formats.gazebo import with_noise
 from rosorin_compile.model import Inertial, Joint, Limit, Link, Mesh, Output, Robot, Shape
 from rosorin_compile.model.geometry import IDENTITY, pose_of
 from rosorin_compile.source.diagnostics import Diagnostic, Source
 from rosorin_compile.source.tree import Text
-from rosorin_compile.source.xml.elements import attribute_value, indent_lines
+from rosorin_compile.source.xml.elements import attribute_value, indent_lines, numbers_of
 from rosorin_compile.source.xml.markup import Element, MarkupError, parse
 
 if TYPE_CHECKING:
@@ -247,7 +247,12 @@ def sort_elements(robot: Robot, carrier: Mapping[str, str], joints: Collection[s
     waiting += [(block.get("reference"), element) for block in blocks for element in block.children]
     for name, element in waiting:
         tag, is_own = element.tag, element.parent is not None and element.parent.tag == "sdf"
-        numbers = _numbers(element) if tag in OF_COLLISIONS and not is_own else ""
+        numbers = ""
+        if tag in OF_COLLISIONS and not is_own:
+            with suppress(ValueError):  # else it is damaged
+                words = element.get("value") or element.text
+                numbers_of(words, OF_COLLISIONS[tag][2])
+                numbers = " ".join(words.split())
         if tag in _FOR_CONVERSION:
             continue
         if not name and tag in OF_MODEL:
@@ -262,16 +267,6 @@ def sort_elements(robot: Robot, carrier: Mapping[str, str], joints: Collection[s
         else:
             found.left_out[f"<{tag}>{f' of {name}' if name else ''}"] = None
     return found
-
-
-def _numbers(element: Element) -> str:
-    """Return the numbers of an element for collisions, its text or its ``value``; empty if it is damaged."""
-    words = (element.get("value") or element.text).split()
-    try:
-        finite = all(math.isfinite(float(word)) for word in words)
-    except ValueError:
-        return ""
-    return " ".join(words) if finite and len(words) == OF_COLLISIONS[element.tag][2] else ""
 
 
 def collision_elements(numbers: Mapping[str, str], present: Collection[str]) -> list[str]:

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from rosorin_compile.formats.urdf.reading import NAME
+from rosorin_compile.formats.xml_reader import NAME
 from rosorin_compile.model import Transform
 from rosorin_compile.source.diagnostics import Related, Span, Suggestion, count_of, quote
 from rosorin_compile.source.xml.elements import kept_text
@@ -99,7 +99,7 @@ def relative_to(pose: Element | None) -> Attribute | None:
     return found if found is not None and found.value else None
 
 
-class SdfReading(SdfValues):
+class SdfReader(SdfValues):
     """One reading of an SDF: its models, and the place of everything in them."""
 
     _poses: dict[Node, Transform]

@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile.formats.format import Opened, Placed
-from rosorin_compile.formats.imported import Imported, ReadOptions, as_tree, comments_of
-from rosorin_compile.formats.reading import accept, lower_artifact
+from rosorin_compile.formats.imported_robot import Imported, ReadOptions, as_tree, comments_of
+from rosorin_compile.formats.robot_files import accept, lower_artifact
 from rosorin_compile.formats.urdf.read import plain
-from rosorin_compile.formats.urdf.reading import NAME
+from rosorin_compile.formats.xml_reader import NAME
 from rosorin_compile.model import Robot, Transform
 from rosorin_compile.rules.urdf_elements import sdf_elements
 from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, has_errors
@@ -25,7 +25,7 @@ from rosorin_compile.source.wording import count_of, first_of, mask_controls, ph
 from rosorin_compile.source.xml.markup import Element, MarkupError, correction, name_of, parse_artifact
 
 from .content import OF_LINK, OF_MODEL, SOLIDS, WORLD, keep, wrap
-from .models import FRAME, LINK, Node, Scope, SdfReading, relative_to
+from .models import FRAME, LINK, Node, Scope, SdfReader, relative_to
 from .read_joints import Bodies, Entries, Joints, is_near
 from .values import WrittenPose, is_true, name_span
 
@@ -39,7 +39,7 @@ _WATER = 1000  # kg/m^3, the density of an inertial that is to be computed and h
 
 def read_sdf(opened: Opened) -> Imported:
     """Return the robot of an SDF."""
-    reading, document = SdfReading(opened.options, opened.path), opened.xml
+    reading, document = SdfReader(opened.options, opened.path), opened.xml
     top = reading.top(document.root, opened.path)
     sections = None if top is None else _Robot(reading, top).read()
     diagnostics = reading.all_diagnostics()
@@ -79,7 +79,7 @@ def read(text: str) -> Robot:
 class _Robot:
     """Makes the sections of a description from a model."""
 
-    def __init__(self, reading: SdfReading, top: Scope) -> None:
+    def __init__(self, reading: SdfReader, top: Scope) -> None:
         self.reading, self.top = reading, top
         self.bodies = Bodies(reading, top)
         self.entries = Entries({}, {}, {})
@@ -89,41 +89,13 @@ class _Robot:
         self.of_pieces = "fixed" if any(map(is_true, static)) else "floating"  # joints that hold pieces without a joint
 
     def read(self) -> dict[str, Any] | None:
-        top, reading, bodies = self.top, self.reading, self.bodies
+        top, reading, bodies, links = self.top, self.reading, self.bodies, self.entries.links
         if not bodies.links and not has_errors(reading.diagnostics):
             help = "add <link>: readers of SDF refuse a model without"
             reading.error("no-links", f'the model "{top.name}" has no links', top.element.span, help)
         if reading.canonical(top) is None or has_errors(reading.diagnostics):
             return None
-        self._name_nodes()
-        roots = bodies.roots()
-        world = self._world_link(roots)
-        if world:
-            self.entries.links[world] = {}
-        for node in bodies.members:
-            self.entries.links[node.called] = {}
-            reading.paths[id(node.element)] = ("links", node.called)
-            if node.kind == FRAME:
-                reading.check(node.element, ("pose",), ("name", "attached_to"), None)
-        Links(bodies, self.entries).read()
-        joints = Joints(bodies, self.entries)
-        joints.read(world)
-        for node in roots if world else ():
-            joints.fix(node, world, bodies.local_pose(node, None), self.of_pieces)
-        spans = {node.called: name_span(node.element) for node in bodies.members}
-        links = self.entries.links
-        made: dict[str, Any] = {"robot": Placed(top.name, name_span(top.element))}
-        made["links"] = {name: Placed(links[name], spans.get(name, top.element.span)) for name in links}
-        self._keep_elements(top)
-        for name, found in self.entries.gazebo.items():
-            self._put("gazebo", found, reference=name)
-        optional = {"joints": self.entries.joints, "root": self._root(roots, world), "constraints": self.constraints}
-        return made | {key: value for key, value in (optional | self.holder).items() if value}
-
-    # Names and the world
-
-    def _name_nodes(self) -> None:
-        for nodes in (self.bodies.members, [joint.node for joint in self.bodies.joints]):
+        for nodes in (bodies.members, [joint.node for joint in bodies.joints]):
             taken: set[str] = set()
             for node in nodes:
                 first = node.scope.prefix + node.name
@@ -133,21 +105,42 @@ class _Robot:
                 taken.add(node.called)
                 if node.called != first:
                     message = f'the {node.kind} "{first}" is called "{node.called}" in the description'
-                    self.reading.note("import-changed", message, node.element.span)
-
-    def _world_link(self, roots: list[Node]) -> str:
-        """Return the link that is the world, if the model is joined to it or is in several pieces."""
-        is_joined = any(joint.parent is None for joint in self.bodies.joints)
-        if len(roots) < 2 and not is_joined:
-            return ""
-        name = WORLD
-        while name in {node.called for node in self.bodies.members}:
-            name += "_"
-        if roots:
-            pieces = quote([node.called for node in roots], 3)
-            message = f'no joint in the SDF moves {pieces}: {self.of_pieces} joints to a link "{name}" are added'
-            self.reading.note("import-converted", message, roots[0].element.span)
-        return name
+                    reading.note("import-changed", message, node.element.span)
+        # The world is a link if the model is joined to it or is in several pieces.
+        roots, world = bodies.roots(), ""
+        if len(roots) > 1 or any(joint.parent is None for joint in bodies.joints):
+            world = WORLD
+            while world in {node.called for node in bodies.members}:
+                world += "_"
+            links[world] = {}
+            if roots:
+                pieces = quote([node.called for node in roots], 3)
+                message = f'no joint in the SDF moves {pieces}: {self.of_pieces} joints to a link "{world}" are added'
+                reading.note("import-converted", message, roots[0].element.span)
+        for node in bodies.members:
+            links[node.called] = {}
+            reading.paths[id(node.element)] = ("links", node.called)
+            if node.kind == FRAME:
+                reading.check(node.element, ("pose",), ("name", "attached_to"), None)
+        for node in bodies.links:
+            self._link(node)
+        massless = [node for node in bodies.links if all(one.tag != "inertial" for one in node.element.children)]
+        if massless:
+            names = first_of([node.called for node in massless], 3)
+            message = f"{count_of(len(massless), 'link')} without <inertial> ({names}): 1 kg, as readers of SDF take it"
+            reading.note("import-converted", message, massless[0].element.span)
+        joints = Joints(bodies, self.entries)
+        joints.read(world)
+        for node in roots if world else ():
+            joints.fix(node, world, bodies.local_pose(node, None), self.of_pieces)
+        spans = {node.called: name_span(node.element) for node in bodies.members}
+        made: dict[str, Any] = {"robot": Placed(top.name, name_span(top.element))}
+        made["links"] = {name: Placed(links[name], spans.get(name, top.element.span)) for name in links}
+        self._keep_elements(top)
+        for name, found in self.entries.gazebo.items():
+            self._put("gazebo", found, reference=name)
+        optional = {"joints": self.entries.joints, "root": self._root(roots, world), "constraints": self.constraints}
+        return made | {key: value for key, value in (optional | self.holder).items() if value}
 
     def _root(self, roots: list[Node], world: str) -> dict[str, Any]:
         if world or not roots:
@@ -211,35 +204,21 @@ class _Robot:
         self.reading.paths[id(element)] = ("constraints", name)
         return True
 
+    # Links
 
-class Links:
-    """Reads the links of a model into entries."""
-
-    def __init__(self, bodies: Bodies, entries: Entries) -> None:
-        self.bodies, self.entries, self.reading = bodies, entries, bodies.reading
-
-    def read(self) -> None:
-        for link in self.bodies.links:
-            element = link.element
-            self._inertial(link)
-            for child in element.children:
-                if child.tag in ("visual", "collision"):
-                    self._shape(child, link)
-            for child in self.reading.rest(element, ("pose", "inertial", "visual", "collision"), ("name",)):
-                if child.tag in OF_LINK:
-                    pose = self.reading.single(child, "pose")
-                    owner, _ = self._placed(pose, link)
-                    text = self.reading.text_of(child, link.scope, None if owner is link else pose)
-                    self.entries.gazebo.setdefault(owner.called, []).append((child, text))
-                else:
-                    self._keep(child, link)
-        massless = [link for link in self.bodies.links if all(one.tag != "inertial" for one in link.element.children)]
-        if massless:
-            names = [node.called for node in massless]
-            which = f'link "{names[0]}" has' if len(names) == 1 else f"{count_of(len(names), 'link')} have"
-            which += f" no <inertial> ({first_of(names, 3)})" if len(names) > 1 else " no <inertial>"
-            message = f"{which}: readers of SDF take 1 kg, and so does the description"
-            self.reading.note("import-converted", message, massless[0].element.span)
+    def _link(self, link: Node) -> None:
+        self._inertial(link)
+        for child in link.element.children:
+            if child.tag in ("visual", "collision"):
+                self._shape(child, link)
+        for child in self.reading.rest(link.element, ("pose", "inertial", "visual", "collision"), ("name",)):
+            if child.tag in OF_LINK:
+                pose = self.reading.single(child, "pose")
+                owner, _ = self._placed(pose, link)
+                text = self.reading.text_of(child, link.scope, None if owner is link else pose)
+                self.entries.gazebo.setdefault(owner.called, []).append((child, text))
+            else:
+                self._keep(child, link)
 
     def _keep(self, element: Element, link: Node) -> None:
         text = wrap("sdf", [self.reading.text_of(element, link.scope)])
@@ -332,21 +311,16 @@ class Links:
         elif material is not None and (look := self._look(material, made, link)):
             rest.append(wrap("material", texts(look)))
         for child in reading.rest(element, ("pose", "geometry", "material"), ("name",)):
-            friction = self._friction(child) if child.tag == "surface" else None
-            if friction is not None:
-                made["contact"] = Placed({"friction": Placed([friction], friction.span)}, child.span)
+            # A surface that has nothing but the same friction in both directions is a contact.
+            ode = _only_descendant(child, "friction", "ode") if child.tag == "surface" else None
+            found = {one.tag: reading.one(ode, one.tag) for one in ode.children} if ode is not None else {}
+            mu, other = found.get("mu"), found.get("mu2")
+            if mu is not None and found.keys() <= {"mu", "mu2"} and (other is None or mu.value == other.value):
+                made["contact"] = Placed({"friction": Placed([mu], mu.span)}, child.span)
             else:
                 rest += texts([child])
         if rest:
             keep(made, element, wrap("sdf", rest))
-
-    def _friction(self, surface: Element) -> Placed | None:
-        """Return the coefficient of a surface that has nothing else, equal in both directions."""
-        ode = _only_descendant(surface, "friction", "ode")
-        found = {child.tag: self.reading.one(ode, child.tag) for child in ode.children} if ode is not None else {}
-        mu, other = found.get("mu"), found.get("mu2")
-        same = other is None or (mu is not None and mu.value == other.value)
-        return mu if found.keys() <= {"mu", "mu2"} and same else None
 
     def _look(self, material: Element, made: dict[str, Any], link: Node) -> list[Element]:
         """Set the colour and the image of a visual; return what else its material has."""

@@ -16,7 +16,7 @@ from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, Suggestio
 from rosorin_compile.source.xml.markup import Element, name_of, place
 
 from .content import OF_JOINT, WORLD, keep, wrap
-from .models import FRAME, JOINT, LINK, OWN, Node, Scope, SdfReading, relative_to
+from .models import FRAME, JOINT, LINK, OWN, Node, Scope, SdfReader, relative_to
 from .values import WrittenPose, clean_number, is_true, name_span
 
 _NEAR = 1e-10  # m, and entries of rotations: smaller values are rounding errors
@@ -61,7 +61,7 @@ def is_near(transform: Transform) -> bool:
 class Bodies:
     """The bodies of a model, and the joints between them."""
 
-    def __init__(self, reading: SdfReading, top: Scope) -> None:
+    def __init__(self, reading: SdfReader, top: Scope) -> None:
         self.reading, self.top = reading, top
         nodes = list(top.all_nodes())
         self.links = [node for node in nodes if node.kind == LINK]
@@ -96,7 +96,18 @@ class Bodies:
         return None if node is None else self._body.get(node)
 
     def _join(self, node: Node) -> None:
-        reading, kind = self.reading, self._kind(node.element)
+        reading, attribute = self.reading, node.element.attributes.get("type")
+        reading.need(node.element, "type")
+        kind, problem = "", f"{name_of(node.element)} is of type"
+        if attribute is None or attribute.value in _TYPES:
+            kind = "" if attribute is None else attribute.value
+        elif attribute.value not in _NOT_CARRIED:
+            suggestion = Suggestion(attribute.value, (*_TYPES, *_NOT_CARRIED))
+            reading.error("joint-type", f'{problem} "{attribute.value}", which is unknown', attribute.span, suggestion)
+        else:
+            message, help = f'{problem} "{attribute.value}", which no description has', f"use {phrase(_TYPES)}"
+            if reading.lenient("sdf-joint", message, attribute.span, help, "leaves it out"):
+                reading.cannot_carry(name_of(node.element), attribute.span)
         parent, child = (self._end(node, end) for end in ("parent", "child"))
         if not parent or not child or not kind:
             return
@@ -115,21 +126,6 @@ class Bodies:
             message = f'two joints move link "{body.name}", "{first.node.name}" and "{node.name}": a loop, or swapped'
             if reading.lenient("two-parents", message, node.element.span, "remove one", "leaves the second out"):
                 reading.cannot_carry(name_of(node.element), node.element.span)
-
-    def _kind(self, element: Element) -> str:
-        """Return the type of a joint; empty after an error, and for one that is left out."""
-        reading, attribute = self.reading, element.attributes.get("type")
-        reading.need(element, "type")
-        kind = "" if attribute is None else attribute.value
-        if attribute is None or kind in _TYPES:
-            return kind
-        message, help = f'{name_of(element)} is of type "{kind}", which', f"make it one of {phrase(_TYPES)}"
-        if kind not in _NOT_CARRIED:
-            suggestion = Suggestion(kind, (*_TYPES, *_NOT_CARRIED))
-            reading.error("joint-type", f"{message} SDF does not have", attribute.span, suggestion)
-        elif reading.lenient("sdf-joint", f"{message} no description has", attribute.span, help, "leaves it out"):
-            reading.cannot_carry(name_of(element), attribute.span)
-        return ""
 
     def _end(self, node: Node, end: str) -> tuple[Node | None, Span] | None:
         """Return the link or frame at an end of a joint, None for the world, with its place; None after an error."""
@@ -226,7 +222,14 @@ class Joints:
             entry[end] = Placed(link, place(next(one for one in element.children if one.tag == end)))
         entry |= pose.entry(element.span)
         self.entries.joints[node.called] = Placed(entry, name_span(element))
-        self._keep_elements(node, entry)
+        kept = []
+        for one in reading.rest(element, _READ, ("name", "type")):
+            if one.tag in OF_JOINT:
+                self.entries.gazebo.setdefault(node.called, []).append((one, reading.text_of(one, node.scope)))
+            else:
+                kept.append(reading.text_of(one, node.scope))
+        if kept:
+            keep(entry, element, wrap("sdf", kept))
         if has_axis:
             there = joint.there if is_at and not is_near(joint.there) else Transform()
             span = (axis or element).span
@@ -237,17 +240,6 @@ class Joints:
             self._details(node, entry, axis)
         if not is_at:
             self.fix(joint.child, child, WrittenPose(joint.there, element=joint.child.written.element))
-
-    def _keep_elements(self, node: Node, entry: dict[str, Any]) -> None:
-        kept = []
-        for one in self.reading.rest(node.element, _READ, ("name", "type")):
-            if one.tag in OF_JOINT:
-                text = self.reading.text_of(one, node.scope)
-                self.entries.gazebo.setdefault(node.called, []).append((one, text))
-            else:
-                kept.append(self.reading.text_of(one, node.scope))
-        if kept:
-            keep(entry, node.element, wrap("sdf", kept))
 
     def _direction(self, node: Node, axis: Element | None) -> tuple[Vector, list[Placed] | None] | None:
         """Return the direction of an axis in the frame of its joint, and its numbers if they are that; None: an error.

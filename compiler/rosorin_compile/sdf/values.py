@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import Placed
-from rosorin_compile.formats.imported import ReadOptions
-from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS, UNITS, Reading
+from rosorin_compile.formats.imported_robot import ReadOptions
+from rosorin_compile.formats.xml_reader import ANGLES, LENGTHS, UNITS, XmlReader
 from rosorin_compile.model import Pose, Transform
 from rosorin_compile.rules.urdf_elements import sdf_elements
 from rosorin_compile.source.diagnostics import Span
@@ -72,7 +72,7 @@ def name_span(element: Element) -> Span:
     return element.attributes["name"].span if "name" in element.attributes else element.span
 
 
-class SdfValues(Reading):
+class SdfValues(XmlReader):
     """One reading of an SDF and of the files that it includes; ``files`` are all of them, the first one first."""
 
     def __init__(self, options: ReadOptions, file: Path) -> None:

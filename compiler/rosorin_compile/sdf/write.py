@@ -12,11 +12,11 @@ from dataclasses import astuple, replace
 
 from markupsafe import escape
 
-from rosorin_compile.formats.gazebo_elements import DISTRIBUTIONS, distribution, drive_blocks, sensor_lines, with_noise
+from rosorin_compile.formats.gazebo import DISTRIBUTIONS, distribution, drive_blocks, sensor_lines, with_noise
 from rosorin_compile.formats.templating import Templates, attributes, comment
 from rosorin_compile.model import Joint, Mesh, Output, Pose, Robot, Sensor, Shape, Transform
+from rosorin_compile.model.colours import with_visuals
 from rosorin_compile.model.geometry import IDENTITY
-from rosorin_compile.model.looks import with_visuals
 from rosorin_compile.model.shape import ROWS
 from rosorin_compile.model.simulation import CLASSIC, Entry, GazeboSensor
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_of, quote

@@ -1,5 +1,6 @@
-"""The user's cache folder (XDG), for compiled templates and names of written artifacts; everything works without it.
+"""Cache results of functions of a robot with the robot; and the user's cache folder (XDG).
 
+The folder has compiled templates and names of written artifacts; everything works without it.
 ``ROSORIN_COMPILE_CACHE`` names another folder, or disables the cache if it is ``off``.
 """
 
@@ -7,13 +8,31 @@ from __future__ import annotations
 
 import os
 import stat
+from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
+from typing import Any, TypeVar, cast
 
 from . import system
 from .files import label
 
+Function = TypeVar("Function", bound=Callable[..., Any])
+
 _ELSEWHERE = "ROSORIN_COMPILE_CACHE names another folder (off: no cache)"
 _refused: list[tuple[str, str]] = []
+
+
+def of_robot(work: Function) -> Function:
+    """Cache the results of a function of a robot with the robot."""
+
+    @wraps(work)
+    def cached(robot: Any, *arguments: Any, **named: Any) -> Any:
+        key = (work.__module__, work.__qualname__, arguments, *named.items())
+        if key not in robot.worked_out:
+            robot.worked_out[key] = work(robot, *arguments, **named)
+        return robot.worked_out[key]
+
+    return cast("Function", cached)
 
 
 def cache_folder(name: str) -> Path | None:

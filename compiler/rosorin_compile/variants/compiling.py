@@ -15,7 +15,7 @@ from importlib.metadata import distributions
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.formats.compiled import Compiled, Variant, compile_robot
+from rosorin_compile.formats.compilation import Compiled, Variant, compile_robot
 from rosorin_compile.output import OutputError, check_names, digest, encode
 from rosorin_compile.request import Request, prove
 from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, has_errors

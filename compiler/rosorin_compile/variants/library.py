@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.formats.compiled import Compiled, Variant
+from rosorin_compile.formats.compilation import Compiled, Variant
 from rosorin_compile.language.arguments import declared_arguments as declared_arguments
 from rosorin_compile.language.arguments import from_python
 from rosorin_compile.request import FilePath, Packages, Request, Values

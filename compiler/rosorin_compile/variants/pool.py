@@ -15,7 +15,7 @@ from concurrent.futures import CancelledError, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any
 
-from rosorin_compile.formats.compiled import Variant
+from rosorin_compile.formats.compilation import Variant
 from rosorin_compile.output import OutputError
 from rosorin_compile.source import system
 from rosorin_compile.source.diagnostics import error

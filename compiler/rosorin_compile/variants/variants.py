@@ -12,7 +12,7 @@ from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
-from rosorin_compile.formats.compiled import Variant
+from rosorin_compile.formats.compilation import Variant
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, Suggestion, error, nearest
 from rosorin_compile.source.load import LoadError, parse_yaml, read_utf8

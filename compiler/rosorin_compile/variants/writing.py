@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
-from rosorin_compile.formats.compiled import Variant
+from rosorin_compile.formats.compilation import Variant
 from rosorin_compile.language.arguments import declared_arguments as declared_arguments
 from rosorin_compile.output import OutputError
 from rosorin_compile.request import FilePath, Packages, Request, Values, Warn

@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.formats.mesh_files import TEXTURE, Places
-from rosorin_compile.language.explain import explain
-from rosorin_compile.language.explain_text import lines
+from rosorin_compile.language.explain import explain, lines
 from rosorin_compile.output import OutputError, write_file
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, Span, UnknownName, printable
@@ -22,7 +21,7 @@ from .page.data import robot_data
 from .page.images import Data, Embedding, companions, tables
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.compiled import Understood
+    from rosorin_compile.formats.compilation import Understood
     from rosorin_compile.model import Robot
     from rosorin_compile.rules.case import Case
 

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
-from rosorin_compile.formats.imported import ReadOptions  # noqa: E402
-from rosorin_compile.formats.reading import read_robot  # noqa: E402
+from rosorin_compile.formats.imported_robot import ReadOptions  # noqa: E402
+from rosorin_compile.formats.robot_files import read_robot  # noqa: E402
 from rosorin_compile.formats.templating import Templates  # noqa: E402
 from rosorin_compile.formats.urdf import write as urdf  # noqa: E402
 from rosorin_compile.language.lower import lower  # noqa: E402

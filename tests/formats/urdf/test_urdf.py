@@ -16,7 +16,7 @@ from rosorin_compile.formats.urdf import write as urdf
 from rosorin_compile.model import Capsule, Joint, Link, Output, Robot, Shape, Transform
 from support.machines import BOX, TESTER
 from support.robots import compiled, texts
-from support.urdf_robots import emit, link, numbers, parsed
+from support.urdf_robots import emit, parsed
 
 STATES = 200
 
@@ -109,19 +109,6 @@ def test_two_engines_place_every_frame_where_the_model_does(tmp_path: Path) -> N
     made = compiled()
     assert made.robot is not None
     assert worst_of(made.robot, texts(made)["rosorin.urdf"], tmp_path / "robot.urdf") < 2e-6
-
-
-def test_each_shape_is_itself() -> None:
-    arm = link(emit(TESTER), "arm")
-    sphere, box, cylinder = arm.iterfind("collision")
-    assert sphere.find("geometry/sphere").attrib == {"radius": "0.3"}  # type: ignore[union-attr]
-    assert numbers(box.find("geometry/box").get("size")) == [0.2, 0.4, 0.5]  # type: ignore[union-attr]
-    assert cylinder.find("geometry/cylinder").attrib == {"radius": "0.1", "length": "0.4"}  # type: ignore[union-attr]
-    painted, mesh = arm.iterfind("visual")
-    assert painted.find("material/color").get("rgba") == "1 0 0.25 1"  # type: ignore[union-attr]
-    assert mesh.find("material").get("name") == "steel"  # type: ignore[union-attr]
-    address = {"filename": "package://robot/a&b.stl", "scale": "0.001 0.001 0.002"}
-    assert mesh.find("geometry/mesh").attrib == address  # type: ignore[union-attr]
 
 
 def test_colours_without_a_name_get_one_each() -> None:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import random
-import re
 import subprocess
 import sys
-from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from collections.abc import Iterable
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -17,7 +15,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from rosorin_compile.compare.artifacts import agreement
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.formats.urdf import write as urdf
 from rosorin_compile.formats.urdf.write import inertials_at
@@ -35,11 +32,10 @@ from rosorin_compile.model import (
     Transform,
 )
 from rosorin_compile.model import Robot as Model
+from rosorin_compile.model.colours import own_colours, with_visuals
 from rosorin_compile.model.joint import UNPUBLISHED, Mimic
-from rosorin_compile.model.looks import own_colours, with_visuals
 from support import sdformat
-from support.paths import ROOT
-from support.robots import compiled, compiled_text, sound, texts
+from support.robots import compiled, compiled_text, texts
 from support.urdf_robots import emit
 
 OURS = Publisher(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER)
@@ -154,32 +150,6 @@ def test_the_sum_in_the_urdf_is_the_sum_of_the_robot(seed: int, frames: str) -> 
     assert read.is_close(of_model(robot, top), size=20.0)
 
 
-def test_many_random_robots_leave_mass_out() -> None:
-    """The property above would say nothing of robots that leave nothing out."""
-    moved = 0
-    for seed in range(100):
-        robot = machine(seed)
-        inside = {name for joint in robot.in_urdf() for name in (joint.parent, joint.child)}
-        moved += bool(inside) and any(link.inertial and link.name not in inside for link in robot.links)
-    assert moved > 30
-
-
-WHEELED = (ROOT / "parts" / "wheels.yaml").read_text("utf-8")
-
-
-def test_rollers_of_wheels_weigh_in_the_urdf(tmp_path: Path) -> None:
-    mujoco = pytest.importorskip("mujoco", minversion="4")
-    lines = WHEELED.partition("<!-- file: descriptions/mecanum/robot.yaml -->")[2].partition("```yaml")[2]
-    example = "\n".join(line.removeprefix("  ") for line in lines.partition("```")[0].splitlines())
-    text = example.replace("outputs:", "outputs:\n  urdf: {file: mecanum.urdf}")
-    robot, made, _ = sound(compiled_text(tmp_path, text))
-    assert len(robot.in_urdf()) < len(robot.joints)
-    mass = sum(float(one.get("value", "")) for one in ET.fromstring(made["urdf"]).iter("mass"))
-    total = mujoco.MjModel.from_xml_string(made["mjcf"]).body_mass.sum()
-    assert mass == pytest.approx(sum(link.inertial.mass for link in robot.links if link.inertial), rel=1e-12)
-    assert mass == pytest.approx(total, rel=1e-12)
-
-
 def test_a_mass_that_stays_where_it_is_stays_as_it_is_written() -> None:
     inertial = Inertial(0.1 + 0.2, Pose((0.1, 0.2, 0.3), (0.4, 0.5, 0.6)), 1.0, 1.1, 1.2, 0.01)
     robot = Model("r", (Link("a", inertial), Link("b")), (Joint("j", "fixed", "a", "b", publisher=NOBODY),))
@@ -219,22 +189,6 @@ def test_pinocchio_has_all_bodies_of_the_reference_robot() -> None:
     top, read = of_urdf(SIM, robot)
     assert top == "base_link"
     assert read.is_close(of_model(robot, "base_link"), size=0.5)
-
-
-def test_mujoco_reads_the_masses_of_the_mjcf_out_of_the_urdf() -> None:
-    mujoco = pytest.importorskip("mujoco", minversion="4")
-    # Without this MuJoCo's reader of URDF merges the fixed links.
-    kept = SIM.replace(
-        '<robot name="rosorin">', '<robot name="rosorin"><mujoco><compiler fusestatic="false"/></mujoco>'
-    )
-    read = mujoco.MjModel.from_xml_string(kept)
-    ours = mujoco.MjModel.from_xml_string(texts(compiled(arguments={"base": "fixed"}))["rosorin.xml"])
-    assert {read.body(i).name: read.body_mass[i] for i in range(1, read.nbody)} == {
-        ours.body(i).name: pytest.approx(ours.body_mass[i], rel=1e-12)
-        for i in range(1, ours.nbody)
-        if ours.body_mass[i]
-    }
-    assert {read.joint(i).name for i in range(read.njnt)} == {ours.joint(i).name for i in range(ours.njnt)}
 
 
 BULLET = """import sys, pybullet as p
@@ -319,39 +273,3 @@ def test_a_link_without_visuals_is_seen_as_its_collision_shapes_in_one_colour() 
     text = emit(robot, {"visuals": "from_collision", "elements": []})
     assert {name: len(link.findall("visual")) for name, link in links(text).items()} == {"a": 2, "b": 1, "c": 2}
     assert "<visual" not in emit(boxes("a", "b"))
-
-
-def test_frames_in_the_urdf_of_simulators_are_proved(tmp_path: Path) -> None:
-    """A mass that is carried is held against the sum, not against that of the link alone."""
-    text = HELD.replace("elements: [collision]}", "number_format: exact}")
-    made = compiled_text(tmp_path, text)
-    robot, _, _ = sound(made)
-    spoilt = [replace(a, text=a.text.replace('<mass value="2"/>', '<mass value="1"/>')) for a in made.artifacts]
-    assert spoilt != list(made.artifacts)
-    assert [d.message for d in agreement(robot, spoilt)] == [
-        "held.urdf is not as it is meant to be: mast mass 2 -> 1 kg (-1.0 kg)"
-    ]
-
-
-def of(robot: Model) -> Mapping[str, float]:
-    return {name: one.mass for name, one in inertials_at(robot, {robot.root}).items()}
-
-
-def test_a_joint_that_simulators_miss_is_told(tmp_path: Path) -> None:
-    made = compiled_text(tmp_path, HELD)
-    robot, _, _ = sound(made)
-    lost = re.compile(r'  <joint name="fan_joint".*?</joint>\n', re.DOTALL)
-    spoilt = [replace(artifact, text=lost.sub("", artifact.text)) for artifact in made.artifacts]
-    assert [d.message for d in agreement(robot, spoilt) if "fan" in d.message]
-
-
-def test_masses_above_the_urdf_are_carried_by_its_root() -> None:
-    weight = Inertial(1.0, Pose(), 0.1, 0.1, 0.1)
-    joints = (
-        Joint("a", "fixed", "floor", "base", publisher=NOBODY),
-        Joint("b", "revolute", "base", "arm", publisher=OURS),
-        Joint("c", "fixed", "floor", "dock", publisher=NOBODY),
-    )
-    robot = Model("r", tuple(Link(name, weight) for name in ("floor", "base", "arm", "dock")), joints)
-    assert {name: one.mass for name, one in inertials_at(robot, {"base", "arm"}).items()} == {"base": 3.0, "arm": 1.0}
-    assert of(replace(robot, joints=tuple(replace(j, publisher=NOBODY) for j in joints))) == {"floor": 4.0}

@@ -9,7 +9,7 @@ import yaml
 from jsonschema import Draft7Validator
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from support.meshes import box
 from support.paths import data_text
 from support.robots import compiled

@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.source.diagnostics import text as report
 from support.paths import DATA
 

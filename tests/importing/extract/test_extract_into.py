@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.importing.extract.replace_map import changes, find_map, replace_map
 from rosorin_compile.model import HeightMap
 from rosorin_compile.model.mesh_triangles import ExtractProblem

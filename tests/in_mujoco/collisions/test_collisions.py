@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.mujoco.collisions.matrix import Search
+from rosorin_compile.mujoco.collisions import Search
 from support.commands import Shown, ask, write_files
 from support.paths import DATA
 

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.formats.mesh_files import Places
-from rosorin_compile.mujoco.collisions.matrix import FAR, TOUCH, Search
-from rosorin_compile.mujoco.physics.scene import read_meshes
+from rosorin_compile.mujoco.collisions import FAR, TOUCH, Search
+from rosorin_compile.mujoco.solids import read_meshes
 from rosorin_compile.request import Request
-from rosorin_compile.ros.srdf.planning import Planning, urdf_of
+from rosorin_compile.ros.srdf.planning import planning_of
 from rosorin_compile.source.project import Description
 from support.coal import Coal
 from support.paths import ROOT, ROSORIN, data_text
@@ -65,13 +65,12 @@ def both(path: Path, outputs: Path) -> tuple[Search, Coal]:
     description = Description("judged", path, outputs)
     known = Request(description).understand().case
     assert known is not None
-    urdf = urdf_of(known.robot)
-    assert urdf is not None
-    planning = Planning(known.robot, urdf)
+    planning = planning_of(known.robot)
+    assert planning is not None
     files = Places(path, outputs, {}, os.environ).meshes(known.tree, known.robot.outputs)
     _, meshes, problems = read_meshes(known, files)
     assert not problems
-    (text,) = (one.text for one in compile_robot(path).artifacts if one.output == urdf.name)
+    (text,) = (one.text for one in compile_robot(path).artifacts if one.output == planning.urdf.name)
     for name, file in files.items():
         text = text.replace(f'"{name}"', f'"{file.absolute()}"')
     return Search(planning, meshes), Coal(text)

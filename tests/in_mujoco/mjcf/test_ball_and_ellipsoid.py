@@ -7,7 +7,7 @@ import pytest
 
 from rosorin_compile.joint_values import position
 from rosorin_compile.model import Ellipsoid, Shape
-from rosorin_compile.model.mass import inertial_of
+from rosorin_compile.model.link import inertial_of
 from rosorin_compile.source.diagnostics import RequestError
 from support.paths import data_text
 from support.robots import compiled_text

@@ -10,7 +10,7 @@ import pytest
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
-from rosorin_compile.formats.imported import ReadOptions  # noqa: E402
+from rosorin_compile.formats.imported_robot import ReadOptions  # noqa: E402
 from rosorin_compile.formats.templating import Templates  # noqa: E402
 from rosorin_compile.language.lower import lower  # noqa: E402
 from rosorin_compile.model import Cylinder, HeightMap, Joint, Limit, Link, Mesh, Output, Pose, Robot, Shape, Sphere  # noqa: E402

@@ -16,7 +16,7 @@ pytest.importorskip("mujoco", minversion="4")
 
 from dataclasses import replace
 
-from rosorin_compile.formats.imported import ReadOptions
+from rosorin_compile.formats.imported_robot import ReadOptions
 from rosorin_compile.model import Joint
 from rosorin_compile.mujoco.mjcf.robot import read_mjcf
 from support.mjcf_oracle import Case, frames_differ, imported, inertias_differ, limits_differ, shapes_differ

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.mujoco.mjcf import proof
+from rosorin_compile.mujoco.mjcf import process
 from support.commands import Shown
 from support.paths import data_text
 
@@ -87,8 +87,13 @@ def test_the_next_line_makes_an_mjcf_with_all_files(
     way: str, vendor: Path, capsys: Shown, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path, asked = write_robot(vendor, way), []
-    real = proof.prove_in_child
-    monkeypatch.setattr(proof, "prove_in_child", lambda source, what: asked.append(what["text"]) or real(source, what))
+    real = process._in_child
+
+    def watched(job: str, request: Any, seconds: int) -> Any:
+        asked.extend([request["text"]] if job == "prove" else [])
+        return real(job, request, seconds)
+
+    monkeypatch.setattr(process, "_in_child", watched)
     assert main(["import", str(path)]) == 0
     said = capsys.readouterr()
     assert "MuJoCo's model of the MJCF is that of the source, in every field but its appearance" in said.out
@@ -141,12 +146,13 @@ def test_an_mjcf_that_mujoco_does_not_load_is_not_written(
     vendor: Path, capsys: Shown, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A fault of ours is told with the words of MuJoCo, and is no success."""
-    real = proof.prove_in_child
+    real = process._in_child
 
-    def damaged(source: Path, what: dict[str, Any]) -> Any:
-        return real(source, {**what, "text": what["text"].replace('geom2="finger"', 'geom2="nothing"')})
+    def damaged(job: str, request: dict[str, Any], seconds: int) -> Any:
+        text = request.get("text", "").replace('geom2="finger"', 'geom2="nothing"')
+        return real(job, {**request, "text": text}, seconds)
 
-    monkeypatch.setattr(proof, "prove_in_child", damaged)
+    monkeypatch.setattr(process, "_in_child", damaged)
     assert main(["import", str(write_robot(vendor, "beside"))]) == 1
     said = capsys.readouterr().err
     assert "error[import-untold]" in said

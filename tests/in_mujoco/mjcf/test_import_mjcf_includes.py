@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from rosorin_compile.formats.imported import ReadOptions
+from rosorin_compile.formats.imported_robot import ReadOptions
 from rosorin_compile.mujoco.mjcf.robot import read_mjcf
 from support.paths import data_text
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.imported import ReadOptions
+from rosorin_compile.formats.imported_robot import ReadOptions
 from rosorin_compile.mujoco.mjcf import process
 from rosorin_compile.mujoco.mjcf.robot import read_mjcf
 from rosorin_compile.source.system import pip_install

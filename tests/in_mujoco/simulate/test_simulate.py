@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.mujoco.simulate import simulation
+from rosorin_compile.mujoco import simulation
 from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.project import Description

@@ -18,7 +18,7 @@ from judges.planted.planting import Planted, drawn, one_of_each, planted, plante
 from rosorin_compile.compare.artifacts import disagreements
 from rosorin_compile.formats import Artifact
 from rosorin_compile.model import Robot
-from rosorin_compile.output.committed import compare
+from rosorin_compile.output.golden_check import compare
 from support.paths import ROOT, ROSORIN
 from support.robots import compiled
 

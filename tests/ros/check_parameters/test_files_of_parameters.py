@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.ros.parameters.files import NoParameters, Section, nodes_of, read_sections
+from rosorin_compile.ros.parameter_files import NoParameters, Section, nodes_of, read_sections
 from rosorin_compile.source.diagnostics import Source
 from support.paths import data_text
 

@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from rosorin_compile import check_parameters
-from rosorin_compile.formats.compiled import Compiled, compile_robot
+from rosorin_compile.formats.compilation import Compiled, compile_robot
 from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import NOTE, has_errors
 from rosorin_compile.source.project import Description

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from support.launch import Command, Context, Failed, LaunchConfiguration, Started, command_line, parsed, performed, read
 from support.packages import FORMS, clean, names_in
 from support.paths import DATA, DOCS

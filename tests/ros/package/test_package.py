@@ -56,14 +56,14 @@ def test_package_xml_by_catkin_pkg(tmp_path: Path, kind: str) -> None:
 
 
 def test_the_view_shows_frames_that_exist(tmp_path: Path) -> None:
-    package = written(tmp_path, "--topic", "lidar=/scan_raw")
+    package = written(tmp_path)
     view = yaml.safe_load((package / "rviz/rosorin.rviz").read_text("utf-8"))["Visualization Manager"]
     links = [element.get("name") for element in ET.parse(package / "urdf/rosorin.urdf").iter("link")]
     assert view["Global Options"]["Fixed Frame"] == links[0] == "base_link"
     shown = {display["Class"]: display for display in view["Displays"]}
     assert shown["rviz_default_plugins/RobotModel"]["Description Topic"]["Value"] == "robot_description"
     scan = shown["rviz_default_plugins/LaserScan"]
-    assert (scan["Topic"]["Value"], scan["Enabled"], scan["Name"]) == ("/scan_raw", True, "lidar")
+    assert (scan["Topic"]["Value"], scan["Enabled"], scan["Name"]) == ("/scan", True, "lidar")
     cloud = shown["rviz_default_plugins/PointCloud2"]
     assert (cloud["Topic"]["Value"], cloud["Enabled"]) == ("", False)
 
@@ -232,19 +232,16 @@ def test_a_folder_of_somebody_else_is_left_alone(tmp_path: Path, name: str, caps
 def test_what_was_said_once_holds_the_next_time(tmp_path: Path) -> None:
     words = ["--maintainer", "Ada & L. <ada@example.org>", "--license", "MIT", "--package-version", "1.2.3"]
     words += ["--url", "https://example.org/a?b=1&c=2"]
-    words += ["--name", "mine", "--build-type", "ament_python", "--topic", "lidar=/scan"]
+    words += ["--name", "mine", "--build-type", "ament_python"]
     package = written(tmp_path, *words)
     before = {name: (package / name).read_bytes() for name in names_in(package)}
     written(tmp_path)
     assert {name: (package / name).read_bytes() for name in names_in(package)} == before
-    written(tmp_path, "--package-version", "1.3.0", "--topic", "camera=/points")
+    written(tmp_path, "--package-version", "1.3.0")
     text = (package / "package.xml").read_text("utf-8")
     assert "<version>1.3.0</version>" in text
     assert '<maintainer email="ada@example.org">Ada &amp; L.</maintainer>' in text
     assert '<url type="website">https://example.org/a?b=1&amp;c=2</url>' in text
-    view = (package / "rviz/rosorin.rviz").read_text("utf-8")
-    assert '"/scan"' in view
-    assert '"/points"' in view
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.ros.parameters.files import nodes_of
+from rosorin_compile.ros.parameter_files import nodes_of
 from support.launch import Failed, Started, read
 from support.nav2_bringup import NODES, ON_TF, SENDERS, TAKES, write_nav2_bringup
 from support.packages import clean

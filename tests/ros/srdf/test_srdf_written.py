@@ -6,12 +6,12 @@ from typing import Any
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.formats.imported import Imported, ReadOptions
-from rosorin_compile.formats.reading import join, read_robot
+from rosorin_compile.formats.compilation import compile_robot
+from rosorin_compile.formats.imported_robot import Imported, ReadOptions
+from rosorin_compile.formats.robot_files import join, read_robot
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import DisabledCollision, Robot
-from rosorin_compile.ros.moveit import Ball, Moveit, VirtualJoint
+from rosorin_compile.ros.sections.moveit import Ball, Moveit, VirtualJoint
 from rosorin_compile.source.diagnostics import has_errors
 from support.cases import as_xml_comment, check
 from support.commands import Shown, ask

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli.main import COMPLETE, main
-from rosorin_compile.cli.registry import commands
+from rosorin_compile.cli.main import COMPLETE, commands, main
 from support.commands import HANDY, Shown, complete
 from support.shells import environment, shell
 

@@ -9,7 +9,7 @@ import jsonschema
 import pytest
 import yaml
 
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.model import Robot
 from support.commands import write_files
 from support.comparing import DIFF, changed, compared, told

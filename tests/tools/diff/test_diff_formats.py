@@ -17,8 +17,8 @@ from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import YAML, Side
 from rosorin_compile.compare.precision import printed_precision
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.compilation import compile_robot
+from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Output, Robot
@@ -53,12 +53,8 @@ def test_the_artifacts_of_the_reference_robot_are_that_robot(file: str) -> None:
 
 @pytest.mark.parametrize("file", CASES["silent"])
 def test_the_artifacts_of_the_arm_are_the_arm(arm: Path, file: str) -> None:
-    for one, other, contacts in (
-        (DIFF / "arm.yaml", arm / file, "1 and 2"),
-        (arm / file, DIFF / "arm.yaml", "2 and 1"),
-    ):
-        lines = CASES["silent"][file]
-        expected = [line.format(arm=DIFF / "arm.yaml", file=arm / file, contacts=contacts) for line in lines]
+    for one, other in ((DIFF / "arm.yaml", arm / file), (arm / file, DIFF / "arm.yaml")):
+        expected = [line.format(arm=DIFF / "arm.yaml", file=arm / file) for line in CASES["silent"][file]]
         found = compared(one, other)
         assert found["differences"] == []
         assert found["not_compared"] == expected

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.compiled import understand
+from rosorin_compile.formats.compilation import understand
 from rosorin_compile.language.explain import Explanation, Number, explain
 from rosorin_compile.language.expression import evaluate
 from rosorin_compile.model import Robot, Transform

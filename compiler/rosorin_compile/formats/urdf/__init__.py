@@ -1,7 +1,7 @@
 """URDF: what robot_state_publisher, MoveIt and most other readers take.
 
-``write`` decides what a URDF contains and writes it, with blocks of ``gazebo``. ``read`` reads URDFs, with ``reading``,
-which readers of other XML formats share.
+``write`` decides what a URDF contains and writes it, with the blocks of ``gazebo``. ``read`` reads URDFs, with
+``xml_reader``, which readers of other XML formats share.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 
 from .. import format
 from ..format import Asked, Format, Unsupported, xml_syntax
-from ..gazebo_elements import unsupported_drives
+from ..gazebo import unsupported_drives
 from . import write
 from .write import ELEMENTS, Content, check, frames_of, links_of
 

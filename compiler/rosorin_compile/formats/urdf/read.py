@@ -24,9 +24,9 @@ from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.wording import and_more, mask_controls, phrase
 from rosorin_compile.source.xml.markup import Document, Element, name_of, parse_artifact
 
-from ..imported import Imported, ReadOptions, comments_of
-from ..reading import accept, lower_artifact
-from .reading import ANGLES, LENGTHS, NAME, PLAIN, Reading, lacks, numbers, put
+from ..imported_robot import Imported, ReadOptions, comments_of
+from ..robot_files import accept, lower_artifact
+from ..xml_reader import ANGLES, LENGTHS, NAME, PLAIN, XmlReader, lacks, numbers, put
 
 # Types of joints, with the units of their positions.
 TYPES = {"revolute": "rad", "continuous": "rad", "prismatic": "m", "fixed": "", "floating": "", "planar": "m"}
@@ -114,7 +114,7 @@ def plain(robot: Robot) -> Robot:
     return replace(robot, source=NO_SOURCE, joints=joints, outputs=())
 
 
-class _Reader(Reading):
+class _Reader(XmlReader):
     """Reads the elements of a <robot> into the tree of a description."""
 
     attributes = frozenset(name for table in (TEXTS, NUMBERS) for names in table.values() for name in names)

@@ -17,24 +17,23 @@ from markupsafe import Markup
 
 from rosorin_compile.model import Inertial, Joint, Link, Output, Pose, Robot
 from rosorin_compile.model.bounds import radius_about, reach_along
-from rosorin_compile.model.cached import of_robot
+from rosorin_compile.model.colours import with_visuals
 from rosorin_compile.model.geometry import IDENTITY, Transform, dot, minus, plane_axes, pose_of, unit
 from rosorin_compile.model.joint import Dynamics
-from rosorin_compile.model.looks import with_visuals
-from rosorin_compile.model.mass import together
+from rosorin_compile.model.link import together
 from rosorin_compile.model.sections import sections_in_urdf
 from rosorin_compile.model.shape import ROWS, Box, Capsule, Cylinder, Ellipsoid, Material, Mesh, Shape, plain
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.case import number as rounded
+from rosorin_compile.source.cache import of_robot
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Span, error
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
 from rosorin_compile.source.wording import count_of, plural, quote
 from rosorin_compile.source.xml.elements import indent_lines
 
-from ..gazebo_elements import distribution, drive_blocks
+from ..gazebo import distribution, drive_blocks, gazebo_blocks
 from ..mesh_files import urdf_file_name
 from ..templating import Templates, attribute, attributes, comment
-from .gazebo import gazebo_blocks
 
 _UNSTABLE = "A warning: damping * step > 2 * inertia at a joint: simulators with explicit steps of 1/240 s, such as "
 _UNSTABLE += "PyBullet, diverge."

@@ -202,5 +202,5 @@ def _plain(holder: Map | Seq, key: Any) -> Any:
     if isinstance(value, Seq):
         return [_plain(value, index) for index in range(len(value))]
     if isinstance(value, (int, float)) and not isinstance(value, bool):
-        return number(value, holder.value_spans[key])
+        return number(value)
     return value if isinstance(value, bool) else str(value)

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.formats.imported import ReadOptions
-from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.imported_robot import ReadOptions
+from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.model import Mesh, Robot
 from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh, load_mesh
 from rosorin_compile.request import Request

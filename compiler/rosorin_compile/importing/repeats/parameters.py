@@ -8,15 +8,16 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from keyword import iskeyword
 from typing import Any
 
+from rosorin_compile.language.expression.functions import reserved_names
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.tree import Path
 from rosorin_compile.source.units import Quantity
 
-from ..description import free_name, identifier
 from ..layout import ROTATING, Expression, escape, in_degrees
 from .nodes import is_number
 
@@ -53,32 +54,37 @@ class Parameter:
         has_default = self.kind != "sign" and count > 1 and 2 * count >= len(self.values)
         return next(value for value in self.values if repr(value) == text) if has_default else None
 
+    @property
+    def entry(self) -> dict[str, Any]:
+        """Its entry under ``params``."""
+        if self.kind == "sign":
+            return {"type": "integer", "one_of": [1, -1]}
+        entry = {} if self.kind == "any" else {"type": self.kind}
+        return entry if self.default is None else {**entry, "default": self.default}
+
 
 class Parameters:
     """The parameters of one part.
 
     ``uses``, ``prefixes`` and ``mirrored`` have the name of the use, the prefix of its names and whether it is
-    mirrored, for each instance. ``first`` are the first numbers in the names of the instances, if these are numbered.
+    mirrored, for each instance. ``count`` is the number of values that became expressions.
     """
 
-    def __init__(
-        self, uses: Sequence[str], prefixes: Sequence[str], mirrored: Sequence[bool], first: Sequence[int] | None
-    ) -> None:
+    def __init__(self, uses: Sequence[str], prefixes: Sequence[str], mirrored: Sequence[bool]) -> None:
         self.uses, self.prefixes, self.mirrored = uses, prefixes, mirrored
-        self.count = 0  # of values that became expressions
+        self.count = 0
         self._index: dict[Any, Parameter] = {}
-        if first is not None:
-            self._index["first"] = Parameter("first", "integer", first)
-
-    @property
-    def all(self) -> list[Parameter]:
-        """All parameters."""
-        return list(self._index.values())
 
     @property
     def given(self) -> list[Parameter]:
         """The parameters that a use gives."""
-        return [one for one in self.all if not one.is_derived]
+        return [one for one in self._index.values() if not one.is_derived]
+
+    @property
+    def derived(self) -> dict[str, Expression]:
+        """The parameters that the part computes."""
+        names = [one.name for one in self._index.values() if one.is_derived]
+        return dict.fromkeys(names, Expression("${-1 if mirrored else 1}"))
 
     def replace(self, values: Mapping[Path, Sequence[Any]], owner: str, kind: str) -> dict[Path, Any]:
         """Return an expression for each value, or list of values, that differs between instances.
@@ -121,21 +127,19 @@ class Parameters:
             word = _WORDS.get(words[-1], words[-1])
             if isinstance(path[-1], int) and words[-1] in _AXES:
                 word = _AXES[words[-1]][path[-1]]
-            self._index[key] = Parameter(self._free(word, owner), kind, values)
+            taken = [one.name for one in self._index.values()]
+            if owner and _identifier(word) in taken:
+                word = f"{re.sub(r'[$][{][^}]*[}]', '', owner)}_{word}"
+            self._index[key] = Parameter(free_name(_identifier(word), taken), kind, values)
         return self._index[key].name
-
-    def _free(self, word: str, owner: str) -> str:
-        taken = [one.name for one in self.all]
-        if owner and identifier(word) in taken:
-            word = f"{re.sub(r'[$][{][^}]*[}]', '', owner)}_{word}"
-        return free_name(identifier(word), taken)
 
     def _signed(self, values: Sequence[Any], kind: str) -> str:
         """Return the product of the first value with a sign parameter."""
         signs = tuple(1 if value == values[0] else -1 for value in values)
         if signs not in self._index:
             is_derived = any(self.mirrored) and signs == tuple(-1 if flag else 1 for flag in self.mirrored)
-            name = self._free("side" if is_derived else "direction", "")
+            word = "side" if is_derived else "direction"
+            name = free_name(word, [one.name for one in self._index.values()])
             self._index[signs] = Parameter(name, "sign", signs, is_derived)
         shown = _in_degrees(values[0], kind)
         text = shown.text if isinstance(shown, Quantity) and shown.text else exact(shown)
@@ -159,6 +163,22 @@ class Parameters:
             after = f".{min(endings)}" if len(endings) == 1 and all("." in t[len(before) :] for t in texts) else ""
         name = parameter("text", [text[len(before) : len(text) - len(after)] for text in texts])
         return f"{escape(before)}${{{name}}}{escape(after)}"
+
+
+def free_name(wanted: str, taken: Iterable[str]) -> str:
+    """Return a name that is not taken and has no meaning in expressions, with a number if necessary."""
+    reserved = {*reserved_names(), *taken}
+    name, number = wanted, 1
+    while name in reserved or iskeyword(name):
+        number += 1
+        name = f"{wanted}_{number}"
+    return name
+
+
+def _identifier(text: str) -> str:
+    """Return a name for expressions that resembles a text."""
+    name = re.sub(r"[\W_]+", "_", text, flags=re.ASCII).strip("_").lower()
+    return name if name and not name[0].isdigit() else f"n_{name}".strip("_")
 
 
 def _is_sign(values: Sequence[Any]) -> bool:

@@ -1,22 +1,26 @@
-"""Find subtrees of equal shape, and move them into parts where a part and its uses read better."""
+"""Find subtrees of equal shape, and move them into parts where a part and its uses read better.
+
+A part has short names, and a use puts its own before them: ``left`` and ``wheel`` make ``left_wheel``. Where the
+differing word is elsewhere (``hip_FL_joint``), names in the part contain ``${name}``, and the use has no prefix.
+"""
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any
+import re
+from collections import Counter, defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
-from rosorin_compile.formats.imported import BEFORE, INSIDE, Comment, as_tree
+from rosorin_compile.formats.imported_robot import BEFORE, INSIDE, Comment, Imported, as_tree
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.tree import Map, Path
 
-from ..description import free_name, lines_of
+from ..description import lines_of
 from ..layout import Expression, Verbatim
 from .nodes import MOUNT, REFERENCES, Node, deep_copy, equal_shapes, is_number, is_pose, mirror_node, nodes_of, table
-from .parameters import Parameters
-from .part_names import is_left, part_name, split
+from .parameters import Parameters, free_name
 
 MAX_PARAMETERS = 6
 _MIN_SAVED = 8  # lines in total
@@ -24,6 +28,27 @@ _SAVED_BY_USE = 3  # lines that each use has to save
 _MAX_SHARE = 0.8  # of the lines without the part
 _WORK = 60  # comparisons for each node of the robot, so that the search is linear
 _PARAMETER_COST = 4  # expressions that are as hard to read as a parameter, or a mirror
+
+_WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|[^A-Za-z\d]")
+_SEPARATORS = "_-./: "
+_SIDE = re.compile(r"left|right|l|r|[fmrhb]?[lr]|[lr][fmrhb]|front|rear|back|middle|mid|hind|upper|lower|\d+")
+_LEFT = re.compile(r"left|l|[fmrhb]l|l[fmrhb]")
+_GENERIC = ("link", "joint", "frame", "body", "base", "geom", "mesh", "fixed", "the", "robot", "jnt", "axis")
+_WHOLES = {
+    "finger": "finger knuckle phalanx proximal distal metacarpal mcp pip dip tip fingertip",
+    "leg": "leg hip thigh calf knee foot ankle shank shin haa hfe kfe coxa femur tibia toe",
+    "arm": "arm shoulder elbow forearm upperarm wrist",
+    "wheel": "wheel tire tyre hub axle",
+}
+_PART_OF = {word: whole for whole, words in _WHOLES.items() for word in words.split()}
+
+
+class Split(NamedTuple):
+    """The names and prefixes of the uses, by instance, and the names inside the part (``rests``)."""
+
+    uses: list[str]
+    prefixes: list[str]
+    rests: list[str]
 
 
 @dataclass
@@ -38,35 +63,34 @@ class Part:
     cost: int
 
 
-@dataclass
-class Result:
+class _Result:
     """The parts of a robot by name, its comments, and how many comparisons of nodes are left."""
 
-    span: Span
-    comments: list[Comment]
-    budget: int
-    parts: dict[str, Map] = field(default_factory=dict)
-    names: set[str] = field(default_factory=set)
+    def __init__(self, imported: Imported) -> None:
+        self.span, self.comments = imported.whole.span, list(imported.comments)
+        self.budget = _WORK * len(imported.whole.get("links") or ())
+        self.parts: dict[str, Map] = {}
 
 
-def with_parts(tree: Map, comments: Iterable[Comment]) -> tuple[Map, list[Comment]]:
-    """Return the tree of a robot whose repeated structures are parts and uses, with the comments in their places."""
-    result = Result(tree.span, list(comments), _WORK * len(tree.get("links") or ()))
-    made = _Body(tree, (), result).with_uses()
-    if result.parts:
-        use = made.pop("use")
-        made.put("parts", table(tree.span, result.parts), tree.span, tree.span)
-        made.put("use", use, tree.span, tree.span)
-    return made, result.comments
+def with_parts(imported: Imported) -> Imported:
+    """Return a robot whose repeated structures are parts and uses; the same object if it has none."""
+    result = _Result(imported)
+    made = _Body(imported.whole, (), result).with_uses()
+    if not result.parts:
+        return imported
+    use = made.pop("use")
+    made.put("parts", table(result.span, result.parts), result.span, result.span)
+    made.put("use", use, result.span, result.span)
+    return imported._replace(tree=made, comments=result.comments)
 
 
 class _Body:
     """A robot or a part at a path of the description, in which repeated subtrees are found."""
 
-    def __init__(self, body: Map, path: Path, result: Result) -> None:
+    def __init__(self, body: Map, path: Path, result: _Result) -> None:
         self.body, self.path, self.result = body, path, result
         self.nodes = nodes_of(body)
-        self.uses: list[tuple[int, str, Map]] = []
+        self.uses: list[tuple[int, str, Map]] = []  # with the rank of the joint that carries it
         self.covered: set[int] = set()
         # By section and name: the path in the part, that of the use, and if it is the top of the first instance.
         self.homes: dict[Path, tuple[Path, Path, bool, bool]] = {}
@@ -79,38 +103,33 @@ class _Body:
             members = [start for start in group if start not in self.covered]
             if len(members) < 2 or self._try(members):
                 continue
-            equal: dict[Any, list[int]] = defaultdict(list)
+            equal: dict[Any, list[int]] = defaultdict(list)  # of four legs, those in front may be one part
             for start in members:
-                equal[self._sizes(start)].append(start)
-            for some in equal.values():  # of four legs, those in front may be one part and those behind another
+                row = self.nodes[start : start + self.nodes[start].size]
+                numbers = [item for node in row for item in node.values.items() if is_number(item[1])]
+                numbers = [(path, abs(value)) for path, value in numbers if not is_pose(path)]
+                equal[tuple(numbers)].append(start)
+            for some in equal.values():
                 if 1 < len(some) < len(members):
                     self._try(some)
         if not self.uses:
             return self.body
         made = self.body.copy()
         for section in ("links", "joints"):
-            left = self.body[section].copy()
+            made[section] = self.body[section].copy()
             for name in self.body[section]:
                 if (section, name) in self.homes:
-                    del left[name]
-            made[section] = left
+                    del made[section][name]
         uses = {name: entry for _, name, entry in sorted(self.uses, key=lambda use: use[0])}
         made.put("use", table(self.body.span, uses), self.body.span, self.body.span)
         self._move_comments()
         return made
 
-    def _sizes(self, start: int) -> tuple[Any, ...]:
-        """Return the numbers of a subtree without their signs."""
-        row = self.nodes[start : start + self.nodes[start].size]
-        values = [item for node in row[1:] for item in node.values.items()]
-        values += [(path, value) for path, value in row[0].values.items() if not is_pose(path)]
-        return tuple((path, abs(value)) for path, value in values if is_number(value))
-
     def _try(self, members: list[int]) -> bool:
         """Make a part of instances, all without a mirror or those of the other side with one, if it is worth it."""
-        base = next((start for start in members if is_left(self.nodes[start].link)), members[0])
-        members = [base, *(start for start in members if start != base)]
-        rows = [self.nodes[start : start + self.nodes[base].size] for start in members]
+        base = next((start for start in members if any(map(_LEFT.fullmatch, _words(self.nodes[start].link)))), None)
+        members = sorted(members, key=lambda start: start != base)
+        rows = [self.nodes[start : start + self.nodes[start].size] for start in members]
         choices = [[""] * len(rows)]
         for mirror in ("y", "x"):
             place: Path = ("joint", "xyz", "xyz".index(mirror))
@@ -120,10 +139,9 @@ class _Body:
         part = min((one for one in made if one is not None), key=lambda one: one.cost, default=None)
         if part is None or not self._is_worth(rows[0], part):
             return False
-        self.result.names.add(part.name)
-        if part.has_prefix:
-            part.entry = _Body(part.entry, ("parts", part.name), self.result).with_uses()
         self.result.parts[part.name] = part.entry
+        if part.has_prefix:
+            self.result.parts[part.name] = _Body(part.entry, ("parts", part.name), self.result).with_uses()
         first = min(rows, key=lambda row: row[0].rank[0])
         for start, row, use in zip(members, rows, part.uses, strict=True):
             self.uses.append((row[0].rank[1], use, part.uses[use]))
@@ -136,21 +154,18 @@ class _Body:
 
     def _make(self, rows: Sequence[list[Node]], mirrors: Sequence[str]) -> Part | None:
         """Return a part made of instances, or None if the language cannot express it."""
-        size = len(rows[0])
-        self.result.budget -= len(rows) * size
+        self.result.budget -= len(rows) * len(rows[0])
         names = [[name for node in row for name in node.names] for row in rows]
         parted = split(list(zip(*names, strict=True))) if self.result.budget >= 0 else None
         if parted is None:
             return None
-        name = free_name(part_name(parted.uses, parted.rests), self.result.names)
+        name = free_name(_part_name(parted.uses, parted.rests), self.result.parts)
         uses, taken = parted.uses, {use for _, use, _ in self.uses}
-        if parted.first:
-            uses = [f"{name}_{sorted(parted.first).index(number) + 1}" for number in parted.first]
         if taken.intersection(uses):
             uses = [f"{use}_{name}" for use in uses]
             if taken.intersection(uses) or not all(parted.prefixes):
                 return None
-        parameters = Parameters(parted.uses, parted.prefixes, list(map(bool, mirrors)), parted.first)
+        parameters = Parameters(parted.uses, parted.prefixes, list(map(bool, mirrors)))
         renames = [dict(zip(some, parted.rests, strict=True)) for some in names]
         terms: list[dict[Path, Any]] = []
         for offset, nodes in enumerate(zip(*rows, strict=True)):
@@ -168,44 +183,27 @@ class _Body:
                     if path[0] == section and path not in terms[-1] and (offset or not is_pose(path))
                 }
                 terms[-1] |= parameters.replace(compared, renames[0][owner], nodes[0].kind)
-        if len(parameters.given) > min(MAX_PARAMETERS, size + 2):
+        if len(parameters.given) > min(MAX_PARAMETERS, len(rows[0]) + 2):
             return None
-        entries = {}
-        for index, (use, prefix) in enumerate(zip(uses, parted.prefixes, strict=True)):
+        span, entries = self.result.span, {}
+        for index, (use, prefix, row) in enumerate(zip(uses, parted.prefixes, rows, strict=True)):
+            joint = row[0].entries["joint"]
             entry: dict[str, Any] = {"part": name, **({} if prefix == f"{use}_" else {"prefix": prefix})}
-            entries[use] = self._use(entry, rows[index][0], mirrors[index], parameters, index)
+            entry |= {"parent": row[0].carrier, **{key: joint[key] for key in ("xyz", "rpy") if any(joint[key])}}
+            entry |= {"mirror": Verbatim(mirrors[index])} if mirrors[index] else {}
+            values_of_use = {
+                one.name: one.values[index]
+                for one in parameters.given
+                if one.default is None or repr(one.values[index]) != repr(one.default)
+            }
+            entry |= {"with": as_tree(values_of_use, span)} if values_of_use else {}
+            entries[use] = table(span, entry)
+        links, joints = _sections(rows[0], terms, renames[0], span)
+        params = as_tree({one.name: one.entry for one in parameters.given}, span)
+        body = {"params": params, "let": table(span, parameters.derived), "links": links, "joints": joints}
+        made = table(span, {key: value for key, value in body.items() if value})
         cost = _PARAMETER_COST * (len(parameters.given) + any(mirrors)) + parameters.count
-        made = self._entry(rows[0], terms, renames[0], parameters)
         return Part(name, made, entries, renames[0], all(parted.prefixes), cost)
-
-    def _entry(
-        self, nodes: list[Node], terms: list[dict[Path, Any]], names: Mapping[str, str], parameters: Parameters
-    ) -> Map:
-        """Return an entry of ``parts``."""
-        span = self.result.span
-        links, joints = _sections(nodes, terms, names, span)
-        params: dict[str, Any] = {}
-        for one in parameters.given:
-            params[one.name] = {} if one.kind == "any" else {"type": one.kind}
-            params[one.name] |= {} if one.default is None else {"default": one.default}
-            if one.kind == "sign":
-                params[one.name] = {"type": "integer", "one_of": [1, -1]}
-        lets = {one.name: Expression("${-1 if mirrored else 1}") for one in parameters.all if one.is_derived}
-        sections = {"params": as_tree(params, span), "let": table(span, lets), "links": links, "joints": joints}
-        return table(span, {key: value for key, value in sections.items() if value})
-
-    def _use(self, entry: dict[str, Any], root: Node, mirror: str, parameters: Parameters, index: int) -> Map:
-        """Return an entry of ``use``; ``index`` is that of the instance, ``root`` its first node."""
-        span, joint = self.result.span, root.entries["joint"]
-        entry["parent"] = root.carrier
-        entry |= {key: joint[key] for key in ("xyz", "rpy") if any(joint[key])}
-        if mirror:
-            entry["mirror"] = Verbatim(mirror)
-        pairs = [(one.name, one.values[index], one.default) for one in parameters.given]
-        given = {name: value for name, value, default in pairs if default is None or repr(value) != repr(default)}
-        if given:
-            entry["with"] = as_tree(given, span)
-        return table(span, entry)
 
     def _is_worth(self, nodes: list[Node], part: Part) -> bool:
         """Return True if a part and its uses are shorter than the subtrees by enough, and the part is not trivial."""
@@ -248,22 +246,81 @@ def _sections(
     ``terms`` are expressions that replace values of a node.
     """
     links, joints = Map(span), Map(span)
-    filled = []
-    for node, replacements in zip(nodes, terms, strict=True):
-        filled.append((node, deep_copy(node.entries)))
+    filled = [(node, deep_copy(node.entries)) for node in nodes]
+    for (_, entries), replacements in zip(filled, terms, strict=True):
         for path, term in replacements.items():
-            holder = filled[-1][1]
+            holder = entries
             for step in path[:-1]:
                 holder = holder[step]
             holder[path[-1]] = term
     for node, entries in sorted(filled, key=lambda one: one[0].rank[0]):
         links.put(names[node.link], entries["link"], span, span)
     for node, entries in sorted(filled, key=lambda one: one[0].rank[1]):
-        is_top, moves = node is nodes[0], entries["joint"]
+        is_top = node is nodes[0]
         carrier = MOUNT if is_top else names[node.carrier]
-        joint = table(span, {"type": node.kind, "parent": carrier, "child": names[node.link]})
-        for key, value in moves.items():
-            if key != "type" and not (is_top and key in ("xyz", "rpy")):
-                joint.put(key, value, span, moves.value_spans[key])
-        joints.put(names[node.joint], joint, span, span)
+        joint = {"type": node.kind, "parent": carrier, "child": names[node.link], **entries["joint"]}
+        moves = {key: value for key, value in joint.items() if not (is_top and key in ("xyz", "rpy"))}
+        joints.put(names[node.joint], table(span, moves), span, span)
     return links, joints
+
+
+def split(names: Sequence[Sequence[str]]) -> Split | None:
+    """Return how the names of instances are composed, or None if the language cannot compose them.
+
+    ``names`` has a row for each named thing, with its name in each instance.
+
+    >>> split([["left_wheel", "right_wheel"], ["left_axle", "right_axle"]])
+    Split(uses=['left', 'right'], prefixes=['left_', 'right_'], rests=['wheel', 'axle'])
+    >>> split([["hip_FL", "hip_FR"], ["thigh_FL", "thigh_FR"]]).rests
+    ['hip_${name}', 'thigh_${name}']
+    """
+    ends: list[tuple[str, str]] = []  # what all instances of a name begin and end with
+    uses: list[str] = []  # what is between, by instance
+    for row in names:
+        pieces = [_WORD.findall(name) for name in row]
+        differing = [place for place, some in enumerate(zip(*pieces, strict=False)) if len(set(some)) > 1]
+        if len(set(map(len, pieces))) > 1 or not differing or any("$" in name for name in row):
+            return None
+        first, last = differing[0], differing[-1] + 1
+        between = ["".join(some[first:last]) for some in pieces]
+        if len(set(between)) < len(row) or uses not in ([], between):
+            return None
+        uses = between
+        ends.append(("".join(pieces[0][:first]), "".join(pieces[0][last:])))
+    word = _WORD.findall(ends[0][0])[-1:]
+    while word and all(head.endswith(word[0]) for head, _ in ends):  # leg1, leg2: equal words belong to the use
+        uses = [f"{word[0]}{use}" for use in uses]
+        ends = [(head.removesuffix(word[0]), tail) for head, tail in ends]
+        word = _WORD.findall(ends[0][0])[-1:]
+    separators = uses[0][: len(uses[0]) - len(uses[0].lstrip(_SEPARATORS))]
+    if not any(head for head, _ in ends) and not separators:
+        marks = {tail[:1] for _, tail in ends}
+        mark = min(marks) if len(marks) == 1 and marks <= set(_SEPARATORS) else ""
+        rests = [tail.removeprefix(mark) for _, tail in ends]
+        if all(rests) and MOUNT not in rests:
+            return Split(uses, [use + mark for use in uses], rests)
+    composed: list[str] = [Expression(f"{head}{separators}${{name}}{tail}") for head, tail in ends]
+    return Split([use.removeprefix(separators) for use in uses], [""] * len(uses), composed)
+
+
+def _words(name: str) -> list[str]:
+    """Return the words of a name in lower case, without expressions."""
+    return [word.lower() for word in _WORD.findall(re.sub(r"\$\{[^}]*\}", "_", name)) if word.isalnum()]
+
+
+def _part_name(uses: Sequence[str], rests: Sequence[str]) -> str:
+    """Return a name for a part with these uses and inner names: wheel for left and wheel_link, wheel_joint."""
+
+    def specific(name: str) -> list[str]:
+        return [word for word in _words(name) if not _SIDE.fullmatch(word) and word not in _GENERIC]
+
+    is_large = len(rests) > 2
+    for group in (uses, rests):
+        common = [word for word in specific(group[0]) if len(word) > 2 and all(word in _words(name) for name in group)]
+        if common:
+            return _PART_OF.get(common[-1], common[-1]) if is_large else common[-1]
+    votes = Counter(_PART_OF[word] for name in rests for word in set(_words(name)) if word in _PART_OF)
+    if votes and is_large:
+        return votes.most_common(1)[0][0]
+    words = [word for word in specific(rests[0]) if len(word) > 1]
+    return words[-1] if words else "limb" if is_large else "piece"

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from rosorin_compile.formats.format import Format, Opened
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.imported import Imported
+    from rosorin_compile.formats.imported_robot import Imported
     from rosorin_compile.source.xml.markup import Document
 
 __all__ = ["FORMAT"]

@@ -11,7 +11,6 @@ import glob
 import json
 import math
 import os
-import re
 import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -44,7 +43,7 @@ class OutOfTime(BaseException):
 
 
 class NotMarkup(Exception):
-    """A file that is no XML, or not safe to read."""
+    """A file that is no XML, or not safe to read: its name, and what is wrong."""
 
 
 class MissingPackage(Exception):
@@ -54,11 +53,6 @@ class MissingPackage(Exception):
         return f'the package "{self.args[0]}" is not found'
 
 
-def out_of_time(seconds: float) -> str:
-    """Return the error of a file that calculates for more than some seconds."""
-    return f"it calculates for more than {seconds:g} s"
-
-
 class Context(dict[str, Any]):
     """The context of substitutions. xacro 2.1.1 does not set the file that is read, which $(dirname) needs."""
 
@@ -66,11 +60,11 @@ class Context(dict[str, Any]):
         super().__init__()
         self.stack = stack
 
-    def get(self, key: str, default: Any = None) -> Any:
-        return self.stack()[-1] if key == "filename" and self.stack() else super().get(key, default)
-
     def __getitem__(self, key: str) -> Any:
         return self.stack()[-1] if key == "filename" and self.stack() else super().__getitem__(key)
+
+    def get(self, key: str, default: Any = None) -> Any:
+        return self[key] if key == "filename" and self.stack() else super().get(key, default)
 
 
 def main(run: Callable[[dict[str, Any]], dict[str, Any]] | None = None) -> None:
@@ -94,6 +88,10 @@ def main(run: Callable[[dict[str, Any]], dict[str, Any]] | None = None) -> None:
 
 def _limit(seconds: float) -> None:
     """Bound the resources of the process, and let it end with its parent, as far as the system can."""
+
+    def end(*_: object) -> None:
+        raise OutOfTime
+
     with suppress(ImportError):
         import resource
 
@@ -102,16 +100,12 @@ def _limit(seconds: float) -> None:
             with suppress(OSError, ValueError):  # a shell may have set less
                 resource.setrlimit(kind, most)
     with suppress(AttributeError, OSError):  # Windows
-        signal.signal(signal.SIGPROF, _end)
+        signal.signal(signal.SIGPROF, end)
         signal.setitimer(signal.ITIMER_PROF, seconds)
     with suppress(ImportError, OSError, AttributeError):  # Linux
         import ctypes
 
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-
-
-def _end(*_: object) -> None:
-    raise OutOfTime
 
 
 class Expansion:
@@ -120,7 +114,6 @@ class Expansion:
     def __init__(self, request: dict[str, Any]) -> None:
         self.file: str = request["file"]
         self.text: str | None = request.get("text")  # expanded in place of the file
-        self.seconds: float = request["seconds"]
         self.given: dict[str, str] = request["arguments"]
         self.packages = Packages({k: Path(v) for k, v in request["packages"].items()}, os.environ, Path(self.file))
         self.files: dict[str, int] = {}
@@ -131,8 +124,8 @@ class Expansion:
     def answer(self) -> dict[str, Any]:
         """Return the expanded text or the error, with the files that were read and the places of all elements.
 
-        ``places`` are those of the elements of the text, ``at`` that of the error; ``missing`` is the kind and the
-        name of what is not there.
+        ``places`` are those of the elements of the text, ``at`` that of the error, ``folders`` those of this machine
+        that the text may name.
         """
         try:
             xacro: Any = import_module("xacro")
@@ -142,15 +135,19 @@ class Expansion:
         answer: dict[str, Any] = {}
         try:
             document = self.expand(xacro, dict(self.given))
-            _name_packages(document, self.packages, [*map(str, xacro.all_includes), self.file])
+            files = [*map(str, xacro.all_includes), self.file]
+            for node in elements(document):
+                if node.tagName in _NAMING and node.hasAttribute("filename"):
+                    node.setAttribute("filename", portable(node.getAttribute("filename"), self.packages, files))
             answer["places"] = [_place(node) for node in elements(document)]
-            answer["folders"] = _folders(self.packages, xacro.all_includes, self.file)
             answer["packages"] = {name: str(folder) for name, folder in self.packages.found_packages()}
+            folders = [*answer["packages"].values(), *(str(Path(os.path.abspath(name)).parent) for name in files)]
+            answer["folders"] = [folder for folder in dict.fromkeys(folders) if len(Path(folder).parts) > 1]
             answer["text"] = document.toprettyxml(indent="  ")
         except Exception as problem:  # whatever the file does is an answer
             answer |= _error(problem) | {"at": _place_of_error(problem)}
         except OutOfTime as problem:
-            answer |= {"error": out_of_time(self.seconds), "at": _place_of_error(problem)}
+            answer |= {"is_late": True, "at": _place_of_error(problem)}
         except (SystemExit, KeyboardInterrupt):
             answer["error"] = "it ends the program that expands it"
         if "text" not in answer:
@@ -269,26 +266,12 @@ def _without_declaration(text: str) -> str:
     return '<?xml version="1.0"?>' + "\n" * text.count("\n", 0, end) + text[end:]
 
 
-def _name_packages(document: Any, packages: Packages, files: Sequence[str]) -> None:
-    """Give meshes and textures names that hold on any machine; ``files`` made the document, the first one last.
+def portable(name: str, packages: Packages, files: Sequence[str]) -> str:
+    """Return the name of a file that holds on any machine: in its package, or relative to the last of the files.
 
     ``$(find arm)/meshes/a.stl`` becomes ``package://arm/meshes/a.stl``; ``$(dirname)/a.stl`` outside of any package
     becomes a name relative to the xacro.
     """
-    for node in elements(document):
-        if node.tagName in _NAMING and node.hasAttribute("filename"):
-            node.setAttribute("filename", portable(node.getAttribute("filename"), packages, files))
-
-
-def _folders(packages: Packages, includes: Sequence[object], file: str) -> list[str]:
-    """Return the folders of this machine that the expanded text may name: of packages, and of the files read."""
-    found = [str(folder) for _, folder in packages.found_packages()]
-    found += [str(Path(os.path.abspath(str(name))).parent) for name in (*includes, file)]
-    return [folder for folder in dict.fromkeys(found) if len(Path(folder).parts) > 1]
-
-
-def portable(name: str, packages: Packages, files: Sequence[str]) -> str:
-    """Return the name of a file that holds on any machine: in its package, or relative to the last of the files."""
     path = unquote(name.removeprefix("file://")) if name.startswith("file://") else name
     if not Path(path).is_absolute():
         return name
@@ -309,18 +292,14 @@ def _error(problem: BaseException) -> dict[str, Any]:
     """Return the cause of an exception; xacro wraps one into another."""
     for cause in causes(problem):
         if isinstance(cause, MissingPackage):
-            return {"missing": ["package", cause.args[0]]}
+            return {"package": cause.args[0]}
         if isinstance(cause, NotMarkup):
-            return {"markup": cause.args[0], "message": cause.args[1]}
+            return {"markup": cause.args[0], "error": cause.args[1]}
         if isinstance(cause, RecursionError):
             return {"error": "macros or properties call each other without end"}
         if isinstance(cause, MemoryError):
             return {"error": "it needs more memory than there is"}
-    if type(problem).__name__ == "ArgException" or "Undefined substitution argument" in str(problem):
-        return {"missing": ["argument", str(problem).rsplit(" ", 1)[-1]]}
-    if variable := re.search(r"environment variable '(.+?)'", str(problem)):
-        return {"missing": ["variable", variable[1]]}
-    return {"error": str(problem) or repr(problem), "line": getattr(problem, "lineno", 0)}
+    return {"error": str(problem) or repr(problem)}
 
 
 def causes(problem: BaseException) -> Iterator[BaseException]:
@@ -333,9 +312,6 @@ def causes(problem: BaseException) -> Iterator[BaseException]:
             visited.add(id(cause))
             yield cause
             waiting += [cause.__cause__, cause.__context__, getattr(cause, "exc", None)]
-
-
-# Places.
 
 
 def elements(document: minidom.Document) -> Iterator[Any]:
@@ -351,19 +327,13 @@ def _place_of_error(problem: BaseException) -> Place | None:
     """Return the place of the element that xacro was at when it failed; of an endless recursion the outermost."""
     found: Place | None = None
     step = problem.__traceback__
-    while step is not None:
-        found = _place_in_frame(step.tb_frame) or found
-        if found is not None and isinstance(problem, RecursionError):
-            break
+    while step is not None and (found is None or not isinstance(problem, RecursionError)):
+        frame: Any = step.tb_frame
+        if frame.f_globals.get("__name__", "").startswith("xacro"):
+            nodes = [frame.f_locals.get(name) for name in _ELEMENT_VARIABLES]
+            found = next((_place(node) for node in nodes if node is not None), None) or found
         step = step.tb_next
     return found
-
-
-def _place_in_frame(frame: Any) -> Place | None:
-    if not frame.f_globals.get("__name__", "").startswith("xacro"):
-        return None
-    names = (name for name in _ELEMENT_VARIABLES if frame.f_locals.get(name) is not None)
-    return next((_place(frame.f_locals[name]) for name in names), None)
 
 
 def _place(node: Any) -> Place | None:

@@ -8,19 +8,18 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 from xml.sax.saxutils import escape
 
 from rosorin_compile.formats.urdf.read import NUMBERS as ATTRIBUTES
 from rosorin_compile.formats.urdf.read import SHAPES
-from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS
+from rosorin_compile.formats.xml_reader import ANGLES, LENGTHS
 
 from ..description import in_order
 from ..layout import Expression, Verbatim
 from .ir import Call, Comment, Element, If, Macro, Words
-from .nodes import Failed, all_of, as_text, call, fold, negate, plain_node
-from .symbols import Symbol
+from .symbols import Failed, all_of, as_text, call, fold, negate, plain_node
 from .values import Values
 
 _WITHOUT_EFFECT = {"fixed": ("axis", "limit", "mimic", "dynamics"), "floating": ("axis", "limit")}
@@ -44,7 +43,6 @@ class Entries:
     def __init__(self, values: Values, write_macro: Callable[[Macro], dict[str, Any]]) -> None:
         self.values = values
         self.write_macro = write_macro
-        self.xml = XmlText(values, self.condition, self.call_text)
         self.inner: list[str] = []
         self._kind: Any = ""  # the type of the joint that is written
         self._position = ""  # the unit of its position
@@ -122,22 +120,22 @@ class Entries:
             yield "rgba", self._numbers(node)["rgba"], None
         elif level == "material" and tag == "texture":
             if node.attributes.get("filename"):
-                yield tag, values.text(node.attributes["filename"], file=True), None
+                yield tag, values.file(node.attributes["filename"]), None
         elif level == "geometry" and tag in SHAPES:
             file = node.attributes.get("filename")
-            made = {} if file is None else {"file": values.text(file, file=True)}
+            made = {} if file is None else {"file": values.file(file)}
             yield tag, {**made, **self._numbers(node)}, None
         elif level == "joint" and tag in ("parent", "child"):
-            yield tag, values.text(node.attributes.get("link", []), name=True), None
+            yield tag, values.text(node.attributes.get("link", [])), None
         elif level == "joint" and tag == "axis":
             yield tag, self._numbers(node)["xyz"], None
         elif level == "joint" and tag in _JOINT_PARTS:
-            made = {"joint": values.text(node.attributes["joint"], name=True)} if tag == "mimic" else {}
+            made = {"joint": values.text(node.attributes["joint"])} if tag == "mimic" else {}
             if tag == "limit" and self._kind in ("revolute", "prismatic"):
                 made = {"lower": Verbatim("0"), "upper": Verbatim("0")}
             yield tag, {**made, **self._numbers(node)}, None
         elif level in ("link", "joint", "visual", "collision"):
-            yield "urdf_elements", [self.xml.text(node)], None
+            yield "urdf_elements", [self.xml(node)], None
         else:
             raise Failed(f"<{tag}> in <{level}> has no word")
 
@@ -160,12 +158,10 @@ class Entries:
 
     def _numbers(self, node: Element) -> dict[str, Any]:
         """Return the numbers of an element by attribute, without those that are defaults anyway."""
-        macro = self.values.macro
-        pose = self.values.names.pose.get(macro, {}) if macro is not None and node.tag == "origin" else {}
         made: dict[str, Any] = {}
         for name, (count, attribute_unit) in ATTRIBUTES[node.tag].items():
             pieces = node.attributes.get(name)
-            if pieces is None or (name in pose and isinstance(pieces[0], Symbol) and pieces[0].variable is pose[name]):
+            if pieces is None:
                 continue
             unit = self._position if attribute_unit == "q" else attribute_unit
             value = self.values.list_of(pieces, count, unit) if count > 1 else self.values.number(pieces, unit)
@@ -193,7 +189,7 @@ class Entries:
         """Return a macro within links or joints, or in kept elements, as a value, and its keys. Raises Failed."""
         self.inner = []
         if macro.level == "xml":
-            text = "\n".join(self.xml.lines(macro.body, ""))
+            text = "\n".join(self._lines(macro.body, ""))
             return Expression(text) if "${" in text else text, {}
         entry = self.finish(self.fragment(macro.body, macro.level))
         inner = [item for key, value in entry.items() for item in (value if key in _LISTS else [value])]
@@ -221,33 +217,23 @@ class Entries:
             return None
         return Expression(f"${{{self.call_text(body[0])}}}")
 
+    # Elements that are kept as text.
 
-# Elements that are kept as text.
-
-
-class XmlText:
-    """Writes elements as text; ``call_text`` returns the call of a macro as an expression."""
-
-    def __init__(self, values: Values, condition: Callable[[If], ast.expr], call_text: Callable[[Call], str]) -> None:
-        self.values, self.condition, self.call_text = values, condition, call_text
-
-    def text(self, node: Element) -> Any:
+    def xml(self, node: Element) -> Any:
         """Return an element as a text, or an Expression."""
-        self.values.is_xml = True
-        lines = self.lines([node], "")
-        self.values.is_xml = False
+        lines = self._lines([node], "")
         whole = "".join(line.strip() for line in lines)
         if len(lines) == 3 and len(whole) <= _WIDTH and "<!--" not in whole:
             lines = [whole]
         text = lines[0] if len(lines) == 1 else "\n".join([*lines, ""])
         return Expression(text) if "${" in text else text
 
-    def lines(self, nodes: list[Any], pad: str) -> list[str]:
+    def _lines(self, nodes: list[Any], pad: str) -> list[str]:
         """Return the lines of nodes. Raises Failed."""
         lines: list[str] = []
         for at, node in enumerate(nodes):
             if isinstance(node, Words):
-                text = str(self.values.join_pieces(node.pieces, escape))
+                text = str(self.values.text(node.pieces, escape))
                 lines += [pad + line.strip() for line in text.splitlines() if line.strip()]
             elif isinstance(node, Comment):
                 if "--" not in node.text and "${" not in node.text:
@@ -267,10 +253,10 @@ class XmlText:
         decided = fold(condition)
         other = following[0].body if following and _is_opposite(node, following[0]) else []
         if isinstance(decided, bool):
-            return self.lines(node.body if decided else other, pad)
+            return self._lines(node.body if decided else other, pad)
         sides: list[ast.expr] = []
         for body in (node.body, other):
-            text = " ".join(self.lines([one for one in body if not isinstance(one, Comment)], ""))
+            text = " ".join(self._lines([one for one in body if not isinstance(one, Comment)], ""))
             made = node_of(Expression(text) if "${" in text else text) if text else ast.Constant("")
             if made is None:
                 raise Failed("a condition in a kept element has expressions of its own", node.test.node)
@@ -284,13 +270,12 @@ class XmlText:
         for name, pieces in node.attributes.items():
             if name.startswith("xmlns"):
                 continue
-            is_name = name in ("reference", "link", "joint") or node.tag in ("link", "joint")
             is_file = name == "filename" and node.tag in ("mesh", "texture")
-            value = str(self.values.text(pieces, name=is_name, file=is_file))
+            value = str(self.values.file(pieces) if is_file else self.values.text(pieces))
             if any(letter in value for letter in '&<"'):
-                value = str(self.values.join_pieces(pieces, lambda one: escape(one, {'"': "&quot;"})))
+                value = str(self.values.text(pieces, lambda one: escape(one, {'"': "&quot;"})))
             head += f' {name}="{value}"'
-        inner = self.lines(node.body, f"{pad}  ")
+        inner = self._lines(node.body, f"{pad}  ")
         if not inner:
             return [f"{pad}<{head}/>"]
         only = len(node.body) == 1 and isinstance(node.body[0], Words)
@@ -316,41 +301,27 @@ def conditional(value: Any, when: Condition) -> Any:
     return {IF: condition, **value} if isinstance(value, dict) else {IF: condition, "value": value}
 
 
-def merge(key: str, found: list[Alternative], sure: list[Condition] | None = None) -> Any:
+def merge(key: str, found: list[Alternative], sure: Sequence[Condition] = ()) -> Any:
     """Return alternatives as one value, or None if they cannot be one.
 
     ``sure`` are conditions of which one holds anyway.
     """
-    found = [one for one in found if one[1] is not None] + [one for one in found if one[1] is None]
-    whens = [when for _, when in found]
+    found = sorted(found, key=lambda one: one[1] is None)
+    values, whens = [value for value, _ in found], [when for _, when in found]
     if whens.count(None) > 1:
         return None
-    is_covered = covers(whens, sure)
-    when = None if is_covered else any_of(whens)
-    values = [value for value, _ in found]
+    known = {as_text(when): when for when in whens if when is not None}
+    is_covered = None in whens or any(as_text(negate(when)) in known for when in known.values())
+    is_covered |= bool(sure) and all(one is not None and as_text(one) in known for one in sure)
+    any_of = next(iter(known.values())) if len(known) == 1 else ast.BoolOp(ast.Or(), list(known.values()))
     if all(value == values[0] for value in values):
-        return conditional(values[0], when)
+        return conditional(values[0], None if is_covered else any_of)
     if all(isinstance(value, dict) for value in values):
         made: Any = _tables(found)
-        return None if made is None else conditional(made, when)
+        return None if made is None else conditional(made, None if is_covered else any_of)
     if all(isinstance(value, list) and any(isinstance(item, dict) for item in value) for value in values):
         return _lists(found)
     return _chain(key, found, is_covered)
-
-
-def covers(whens: list[Condition], sure: list[Condition] | None = None) -> bool:
-    """Return True if one of some conditions holds whenever one of ``sure`` does."""
-    known = {as_text(when) for when in whens if when is not None}
-    is_either = any(as_text(negate(when)) in known for when in whens if when is not None)
-    return None in whens or is_either or bool(sure and all(one is not None and as_text(one) in known for one in sure))
-
-
-def any_of(whens: list[Condition]) -> Condition:
-    """Return the condition that one of several holds, or None if that is always so."""
-    nodes = {as_text(when): when for when in whens if when is not None}
-    if None in whens:
-        return None
-    return next(iter(nodes.values())) if len(nodes) == 1 else ast.BoolOp(ast.Or(), list(nodes.values()))
 
 
 def _tables(found: list[Alternative]) -> dict[Any, Any] | None:
@@ -388,20 +359,13 @@ def _chain(key: str, found: list[Alternative], is_covered: bool) -> Any:
 
 def node_of(value: Any) -> ast.expr | None:
     """Return a value of a document as an expression, or None for a mapping."""
-    if isinstance(value, Expression):
-        return _of_text(value)
-    if isinstance(value, Verbatim):
-        return _parsed(str(value))
-    if isinstance(value, (str, bool)):
-        return plain_node(value)
     if isinstance(value, list):
         items = [node for item in value if (node := node_of(item)) is not None]
         return ast.List(items, ast.Load()) if len(items) == len(value) else None
-    return None
-
-
-def _of_text(value: str) -> ast.expr | None:
-    """Return a text with expressions in it as one expression."""
+    if isinstance(value, Verbatim):
+        return _parsed(str(value))
+    if not isinstance(value, Expression):
+        return plain_node(value) if isinstance(value, (str, bool)) else None
     made: ast.expr | None = None
     pieces = [piece for piece in _EXPRESSION.split(value) if piece]
     if any("${" in piece and not piece.startswith("${") for piece in pieces):

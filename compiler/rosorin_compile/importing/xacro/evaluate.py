@@ -1,20 +1,52 @@
-"""Evaluate the expressions of a xacro: Python computes the example, and the language gets the expression.
+"""Evaluate the expressions and the conditions of a xacro while it runs with symbols.
 
-This module runs in the child process.
+Python computes the example of an expression, and the language gets the expression. What a condition that depends on an
+argument contains stays in the document, and properties that it sets depend on it. This module runs in the child
+process.
 """
 
 from __future__ import annotations
 
 import ast
+import glob
+import os
+import re
 from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .nodes import Failed, call, literal, negate, plain_node, variables_in
-from .symbols import TOKEN, UNKNOWN, Symbol, example_of, is_known, join_pieces, symbol_of, type_of, with_tokens
+from rosorin_compile.source import files
+from rosorin_compile.source.packages import Packages
+from rosorin_compile.source.project import Description
+
+from .child import causes, portable
+from .symbols import (
+    TOKEN,
+    UNKNOWN,
+    Failed,
+    Pieces,
+    Restart,
+    Symbol,
+    as_text,
+    call,
+    example_of,
+    is_known,
+    join_pieces,
+    literal,
+    negate,
+    pieces_of,
+    plain_node,
+    symbol_of,
+    type_of,
+    variables_in,
+    with_tokens,
+)
 
 if TYPE_CHECKING:
     from .program import Program
 
+MAX_FILES = 20
 _ANGULAR = ("acos", "asin", "atan", "atan2", "radians")
 # Functions of Python, of its mathematics and of its texts, lists and tables that the language has by the same name.
 _FUNCTIONS = """
@@ -38,14 +70,15 @@ class Evaluator:
     def _symbol(self, tree: ast.expr) -> Symbol:
         return symbol_of(self.eval(tree))
 
-    def _made(self, node: ast.expr, template: ast.expr, parts: list[Symbol], kind: str = "") -> Symbol:
-        """Return a symbol; its example is that of a template with the names _0, _1 for the examples of its parts."""
-        known = all(map(is_known, parts))
+    def _made(self, tree: ast.expr, node: ast.expr, items: dict[ast.expr, Symbol], kind: str = "") -> Symbol:
+        """Return a symbol; its example is that of a tree in which the ``items`` have their examples."""
+        known = all(map(is_known, items.values()))
         value: Any = UNKNOWN
-        if all(one.value is not UNKNOWN for one in parts):
-            names = {f"_{index}": one.value for index, one in enumerate(parts)}
+        if all(one.value is not UNKNOWN for one in items.values()):
+            names = {one: f"_{index}" for index, one in enumerate(items)}
+            examples = {names[one]: symbol.value for one, symbol in items.items()}
             try:
-                value = self.program.xacro.safe_eval(ast.unparse(ast.fix_missing_locations(template)), names)
+                value = self.program.xacro.safe_eval(ast.unparse(_with_names(tree, names)), examples)
             except Exception:
                 if known:
                     raise
@@ -69,17 +102,16 @@ class Evaluator:
         base = self.eval(tree.value)
         if isinstance(base, self.program.xacro.NameSpace):
             return self.program.read(base, tree.attr, own=True)
-        key = ast.Constant(tree.attr)
-        return self._entry(symbol_of(base), symbol_of(tree.attr), ast.Subscript(_part(0), key, ast.Load()))
+        subscript = ast.Subscript(tree.value, ast.Constant(tree.attr), ast.Load())
+        return self._entry(subscript, symbol_of(base), symbol_of(tree.attr))
 
     def _subscript(self, tree: ast.Subscript) -> Any:
         if isinstance(tree.slice, ast.Slice):
             return self._computed(tree)
-        template = ast.Subscript(_part(0), _part(1), ast.Load())
-        return self._entry(self._symbol(tree.value), self._symbol(tree.slice), template)
+        return self._entry(tree, self._symbol(tree.value), self._symbol(tree.slice))
 
-    def _entry(self, base: Symbol, key: Symbol, template: ast.expr) -> Symbol:
-        made = self._made(ast.Subscript(base.node, key.node, ast.Load()), template, [base, key])
+    def _entry(self, tree: ast.Subscript, base: Symbol, key: Symbol) -> Symbol:
+        made = self._made(tree, ast.Subscript(base.node, key.node, ast.Load()), {tree.value: base, tree.slice: key})
         if isinstance(base.node, ast.Dict) and key.constant is not None:
             pairs = zip(base.node.keys, base.node.values, strict=True)
             found = [value for one, value in pairs if getattr(one, "value", None) == key.constant]
@@ -116,13 +148,13 @@ class Evaluator:
         test = self._symbol(tree.test)
         if test.known:
             return self.eval(tree.body if test.value else tree.orelse)
-        return self.program.conditions.choice(test, self._symbol(tree.body), self._symbol(tree.orelse))
+        return choice(test, self._symbol(tree.body), self._symbol(tree.orelse))
 
     def _unaryop(self, tree: ast.UnaryOp) -> Symbol:
         item = self._symbol(tree.operand)
         if isinstance(tree.op, ast.Not):
-            return self._made(negate(item.as_truth()), ast.UnaryOp(ast.Not(), _part(0)), [item], "boolean")
-        return self._made(ast.UnaryOp(tree.op, item.as_number()), ast.UnaryOp(tree.op, _part(0)), [item])
+            return self._made(tree, negate(item.as_truth()), {tree.operand: item}, "boolean")
+        return self._made(tree, ast.UnaryOp(tree.op, item.as_number()), {tree.operand: item})
 
     def _binop(self, tree: ast.BinOp) -> Any:
         left, right = self._symbol(tree.left), self._symbol(tree.right)
@@ -130,23 +162,25 @@ class Evaluator:
             return self._computed(tree)
         if isinstance(tree.op, ast.Add) and left.type == right.type == "text":
             return symbol_of(join_pieces([left, right]))
-        template = ast.BinOp(_part(0), tree.op, _part(1))
-        return self._made(ast.BinOp(left.node, tree.op, right.node), template, [left, right])
+        return self._made(tree, ast.BinOp(left.node, tree.op, right.node), {tree.left: left, tree.right: right})
 
     def _compare(self, tree: ast.Compare) -> Symbol:
-        items = [self._symbol(one) for one in (tree.left, *tree.comparators)]
+        sides = {one: self._symbol(one) for one in (tree.left, *tree.comparators)}
+        items = [*sides.values()]
         self.program.note_comparison(items)
-        template = ast.Compare(_part(0), tree.ops, [_part(index) for index in range(1, len(items))])
         node = self._equality(items, tree.ops[0]) if len(items) == 2 else None
         node = node or ast.Compare(items[0].node, tree.ops, [one.node for one in items[1:]])
-        return self._made(node, template, items, "boolean")
+        return self._made(tree, node, sides, "boolean")
 
     def _equality(self, items: list[Symbol], operator: ast.cmpop) -> ast.expr | None:
         """Return the comparison of a flag or a number with a constant, which may be a text."""
-        item, other = items if not _is_constant(items[0]) else items[::-1]
+        constants = [one for one in items if one.known and not any(variables_in([one.node]))]
+        if not isinstance(operator, (ast.Eq, ast.NotEq)) or not constants:
+            return None
+        other = constants[-1]
+        item = items[0] if other is items[1] else items[1]
         value = literal(other.value)
-        is_alike = isinstance(item.value, str) == isinstance(other.value, str)
-        if not isinstance(operator, (ast.Eq, ast.NotEq)) or not _is_constant(other) or not is_alike:
+        if isinstance(item.value, str) != isinstance(other.value, str):
             return None
         if item.type == "boolean" and value in (0, 1):
             return item.node if bool(value) == isinstance(operator, ast.Eq) else negate(item.node)
@@ -158,37 +192,31 @@ class Evaluator:
     # Lists, tables and calls.
 
     def _list(self, tree: ast.List | ast.Tuple) -> Symbol:
-        items = [self._symbol(one) for one in tree.elts]
-        template = ast.List([_part(index) for index in range(len(items))], ast.Load())
-        return self._made(ast.List([one.node for one in items], ast.Load()), template, items, "list")
+        items = {one: self._symbol(one) for one in tree.elts}
+        return self._made(tree, ast.List([one.node for one in items.values()], ast.Load()), items, "list")
 
     _tuple = _list
 
     def _dict(self, tree: ast.Dict) -> Symbol:
-        keys = [self._symbol(one) for one in tree.keys if one is not None]
-        return self._table(keys, [self._symbol(one) for one in tree.values])
-
-    def _table(self, keys: list[Symbol], values: list[Symbol]) -> Symbol:
-        names: list[Any] = [_part(index) for index in range(len(keys) * 2)]
-        template = ast.Dict(names[: len(keys)], names[len(keys) :])
-        return self._made(
-            ast.Dict([one.node for one in keys], [one.node for one in values]), template, keys + values, "table"
-        )
+        items = {one: self._symbol(one) for one in (*tree.keys, *tree.values) if one is not None}
+        keys: list[ast.expr | None] = [items[one].node for one in tree.keys if one is not None]
+        return self._made(tree, ast.Dict(keys, [items[one].node for one in tree.values]), items, "table")
 
     def _call(self, tree: ast.Call) -> Any:
         function: Any = tree.func
         owner = self.eval(function.value) if isinstance(function, ast.Attribute) else None
         name = function.attr if isinstance(function, ast.Attribute) else getattr(function, "id", "")
         if name == "dict" and tree.keywords and not tree.args:
-            keys = [symbol_of(one.arg) for one in tree.keywords]
-            return self._table(keys, [self._symbol(one.value) for one in tree.keywords])
+            return self._dict(
+                ast.Dict([ast.Constant(one.arg) for one in tree.keywords], [one.value for one in tree.keywords])
+            )
         is_plain = not tree.keywords and not any(isinstance(one, ast.Starred) for one in tree.args)
         if isinstance(owner, Symbol) and is_plain and name in _METHODS.split():
-            return self._function(name, [owner, *map(self._symbol, tree.args)], True)
+            return self._function(tree, name, {function.value: owner})
         if isinstance(owner, Symbol) or not is_plain or any(isinstance(one, ast.Lambda) for one in ast.walk(tree)):
             return self._computed(tree)
         if name == "load_yaml":
-            return self.program.loaded.load(self._symbol(tree.args[0]))
+            return self.program.named.load(self._symbol(tree.args[0]))
         if name == "dotify":
             return self.eval(tree.args[0])
         if name == "arg":
@@ -199,15 +227,12 @@ class Evaluator:
             return item if item.type == "text" else Symbol(item.as_text(), value, "text", item.known, [item])
         if name not in _FUNCTIONS.split():
             return self._computed(tree)
-        return self._function(name, [self._symbol(one) for one in tree.args], False, self.eval(function))
+        return self._function(tree, name, {})
 
-    def _function(self, name: str, items: list[Symbol], is_method: bool, function: Any = None) -> Symbol:
-        """Return the call of a function that the language has, too."""
-        parts: list[Any] = [_part(index) for index in range(len(items))]
-        if is_method:
-            template = ast.Call(ast.Attribute(_part(0), name, ast.Load()), parts[1:], [])
-        else:
-            template = ast.Call(_part(len(items)), parts, [])
+    def _function(self, tree: ast.Call, name: str, owner: dict[ast.expr, Symbol]) -> Symbol:
+        """Return the call of a function, or of a method of an owner, that the language has, too."""
+        arguments = owner | {one: self._symbol(one) for one in tree.args}
+        items = list(arguments.values())
         node: ast.expr = call(name, *(one.node for one in items))
         if name == "split" and items[0].type == "list":
             node = items[0].node
@@ -215,7 +240,8 @@ class Evaluator:
             node = items[0].as_number()
         elif name in _ANGULAR:
             node = call("float", node)
-        return self._made(node, template, items if is_method else [*items, Symbol(None, function, "", True)])
+        called = {} if owner else {tree.func: Symbol(None, self.eval(tree.func), "", True)}
+        return self._made(tree, node, arguments | called)
 
     def _computed(self, tree: ast.expr) -> Any:
         """Return the value of what the language has no word for. Raises Failed if it is not known."""
@@ -239,9 +265,195 @@ class Evaluator:
         return symbol_of(list(value) if isinstance(value, Iterator) else value)
 
 
-def _is_constant(item: Symbol) -> bool:
-    return item.known and not any(variables_in([item.node]))
+def _with_names(tree: Any, names: dict[ast.expr, str]) -> Any:
+    """Return a copy of a tree in which some nodes are names."""
+    if isinstance(tree, list):
+        return [_with_names(one, names) for one in tree]
+    if not isinstance(tree, ast.AST):
+        return tree
+    if tree in names:
+        return ast.Name(names[tree], ast.Load())
+    return type(tree)(**{field: _with_names(value, names) for field, value in ast.iter_fields(tree)})
 
 
-def _part(index: int) -> ast.expr:
-    return ast.Name(f"_{index}", ast.Load())
+def choice(test: Symbol, then: Symbol, other: Symbol) -> Symbol:
+    """Return one of two values, by a condition."""
+    node, is_same = _without_not(test.as_truth())
+    if not is_same:
+        then, other = other, then
+    if as_text(then.node) == as_text(other.node):
+        return then
+    value: Any = UNKNOWN if test.value is UNKNOWN else (then if bool(test.value) == is_same else other).value
+    if then.declared_type == other.declared_type == "list":
+        return Symbol(ast.IfExp(node, then.as_list(), other.as_list()), value, "list", False)
+    return Symbol(ast.IfExp(node, then.node, other.node), value, then.type if then.type == other.type else "", False)
+
+
+def _without_not(node: ast.expr) -> tuple[ast.expr, bool]:
+    """Return a condition without ``not``, and whether it is the same then."""
+    is_same = True
+    while isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
+        node, is_same = node.operand, not is_same
+    return node, is_same
+
+
+class Conditions:
+    """The conditions of one run; ``assumed`` are those of the branches that are evaluated, as text."""
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        self.assumed: dict[str, bool] = {}
+
+    def element(self, node: Any, macros: Any, symbols: Any) -> None:
+        """Evaluate ``<xacro:if>`` or ``<xacro:unless>``."""
+        program, text, holds = self.program, node.getAttribute("value"), node.tagName == "xacro:if"
+        program.take_comments(node)
+        test = program.eval_text(text, symbols)
+        if is_known(test):
+            decided: bool | None = bool(program.xacro.get_boolean_value(test, text))
+        else:
+            if type(literal(test.value)) in (int, float):
+                program.note_comparison([test, symbol_of(0), symbol_of(1)])
+            plain, is_same = _without_not(test.as_flag())
+            found = self.assumed.get(as_text(plain))
+            decided = None if found is None else found == is_same
+        if decided is None:
+            self._branch(node, test, holds, macros, symbols)
+        elif decided == holds:
+            program.eval_all(node, macros, symbols)
+            program.xacro.replace_node(node, by=node, content_only=True)
+        else:
+            program.xacro.replace_node(node, by=None)
+
+    def _branch(self, node: Any, test: Symbol, holds: bool, macros: Any, symbols: Any) -> None:
+        """Evaluate what depends on a condition, and let the properties that it sets depend on it, too."""
+        program = self.program
+        value = test.value is not UNKNOWN and bool(program.xacro.get_boolean_value(test, ""))
+        test = Symbol(test.as_flag(), value, "boolean", False)
+        before = [(table, dict(dict.items(table)), set(table.unevaluated)) for table in self._tables(symbols)]
+        defined = [(macro, macro.body) for table in self._tables(macros) for macro in dict.values(table)]
+        plain, is_same = _without_not(test.node)
+        key = as_text(plain)
+        self.assumed[key] = is_same == holds
+        node.removeAttribute("value")
+        node.tagName = node.nodeName = "xacro-if"
+        try:
+            program.eval_all(node, macros, symbols)
+        except Exception as problem:
+            chain = list(causes(problem))
+            is_endless = any(isinstance(one, RecursionError) for one in chain)
+            if any(isinstance(one, Restart) for one in chain) or (value == holds and not is_endless):
+                raise
+            reason = f"with another value of it, {' '.join(str(problem).split())[:120] or type(problem).__name__}"
+            if not program.blame([test.node], reason):
+                raise
+            raise Restart from None
+        finally:
+            self.assumed.pop(key, None)
+        if any(macro.body is not body for macro, body in defined):
+            raise Failed("a macro is defined in two ways", test.node)
+        node.setAttribute("test", str(test))
+        node.setAttribute("holds", str(int(holds)))
+        for table, values, unevaluated in before:
+            for name in [one for one in values if dict.get(table, one) is not values[one]]:
+                if not isinstance(dict.get(table, name), (str, int, float, Symbol, list, dict)):
+                    continue
+                new = table[name]
+                dict.__setitem__(table, name, values[name])
+                table.unevaluated.discard(name)
+                if name in unevaluated:
+                    table.unevaluated.add(name)
+                then, other = map(symbol_of, (new, table[name]) if holds else (table[name], new))
+                dict.__setitem__(table, name, choice(test, then, other))
+
+    def _tables(self, table: Any) -> Iterator[Any]:
+        """Yield a table and those above it."""
+        while isinstance(table, self.program.xacro.Table) and table is not table.root:
+            yield table
+            table = table.parent
+
+
+class NamedFiles:
+    """The packages and YAML files that a description names.
+
+    ``copied`` are the texts of files that it does not find in a package, ``folders`` those of its packages, and
+    ``unfound`` are the packages that it finds by an option only.
+    """
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        self.copied: dict[str, str] = {}
+        self.folders: dict[str, str] = {}
+        self.unfound: dict[str, None] = {}
+        self._found = Packages({}, os.environ, Path(program.request["folder"], Description.ROOT_FILE))
+
+    def finds(self, package: str) -> bool:
+        """Return True if the description finds a package by its name. Raises Failed if it is missing."""
+        folder, found = self.program.packages.find(package), self._found.find(package)
+        if folder is None:
+            raise Failed(f'the package "{package}" is not found')
+        self.folders[package] = str(folder)
+        return found is not None and files.resolve(found) == files.resolve(folder)
+
+    def load(self, name: Symbol) -> Symbol:
+        """Return the table of a YAML file."""
+        if name.value is UNKNOWN:
+            raise Failed("the file that is loaded is not known", name.node)
+        node: ast.expr = plain_node(self._copy(str(name.value)))
+        if not name.known:
+            for one in variables_in([name.node]):
+                one.names_file = True
+            for path in self._candidates(name):
+                self._copy(path)
+            node = symbol_of(join_pieces(self.name_of(pieces_of(name)))).node
+        value = self.program.xacro.load_yaml(str(name.value))
+        return Symbol(call("load", node), value, type_of(value), name.known)
+
+    def name_of(self, pieces: Pieces) -> Pieces:
+        """Return the name by which the description finds a YAML file; for one in a package its address."""
+        first = pieces[0] if pieces else ""
+        if not isinstance(first, Symbol) or not first.package:
+            return pieces
+        start, *rest = pieces_of(join_pieces([f"package://{first.package}", *pieces[1:]]))
+        return [self._address(start), *rest]
+
+    def _address(self, name: str) -> str:
+        package, _, rest = name.removeprefix("package://").partition("/")
+        return name if not name.startswith("package://") or self.finds(package) else rest
+
+    def _copy(self, name: str) -> str:
+        """Return the name of a YAML file in the description, to which it is copied unless that finds its package."""
+        path = os.path.abspath(str(self.program.xacro.abs_filename_spec(name)))
+        if "://" in name or name.startswith("/"):
+            name = self._address(portable(path, self.program.packages, [*self.program.files, self.program.file]))
+        else:
+            name = os.path.normpath(name)
+            name = Path(name).name if name.startswith("..") else name
+        if not name.startswith("package://"):
+            if Path(name).is_absolute() or ".." in Path(name).parts:
+                raise Failed(f"{Path(name).name} is not a file of the xacro or its packages")
+            with suppress(OSError, ValueError):  # xacro cannot read it either
+                self.copied[name] = files.read_text(Path(path))
+        return name
+
+    def _candidates(self, name: Symbol) -> list[str]:
+        """Return the files that arguments in a name choose from, and record the values that choose them."""
+        pattern, form, variables = "", "", []
+        for piece in pieces_of(name):
+            variable = piece.variable if isinstance(piece, Symbol) else None
+            if isinstance(piece, str) or piece.package:
+                text = piece if isinstance(piece, str) else str(piece.value)
+                pattern, form = pattern + glob.escape(text), form + re.escape(text)
+            elif variable is not None and variable.kind == "argument" and variable not in variables:
+                variables.append(variable)
+                pattern, form = f"{pattern}*", f"{form}([^/]+)"
+            else:
+                return []
+        if not re.search(r"\w", pattern):
+            return []
+        folder = Path(os.path.abspath(self.program.xacro.filestack[-1])).parent
+        found = sorted(glob.glob(pattern, root_dir=folder))[:MAX_FILES]  # noqa: PTH207 - an absolute pattern, too
+        for match in filter(None, (re.fullmatch(form, path) for path in found)):
+            for variable, value in zip(variables, match.groups(), strict=True):
+                variable.candidates.append(value)
+        return found

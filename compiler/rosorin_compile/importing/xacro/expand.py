@@ -1,8 +1,7 @@
 """Expand a xacro in a child process, and read what comes out as URDF.
 
 Expanding can run Python code of the authors of the file: xacro guards its expressions, but not well enough (see docs).
-So a warning comes first, and nothing is expanded if there is nothing to expand. Everything that is missing is reported
-at once, each at its place in the source.
+So a warning comes first, and nothing is expanded if there is nothing to expand.
 """
 
 from __future__ import annotations
@@ -14,32 +13,34 @@ import re
 import signal
 import subprocess
 import sys
+from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.formats.imported import Imported, ReadOptions
+from rosorin_compile.formats.imported_robot import Imported, ReadOptions
 from rosorin_compile.formats.urdf.read import read_urdf
+from rosorin_compile.source import diagnostics as report
 from rosorin_compile.source import system
-from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Source, Span, error
+from rosorin_compile.source.diagnostics import Diagnostic, MadeSpan, Related, Source, Span, error
 from rosorin_compile.source.files import label, record
 from rosorin_compile.source.messages import with_calls
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.wording import and_more
 from rosorin_compile.source.xml.elements import attribute_value
-from rosorin_compile.source.xml.markup import Document, MarkupError, name_of, parse, read_source
+from rosorin_compile.source.xml.markup import Document, Element, MarkupError, name_of, parse, read_source
 
-from .child import out_of_time
-from .expand_errors import COMMENT, Origins, Sources, expand_errors
 from .macros import how_to_call, macro_call, macros_of
 
+MAX_SECONDS = 30  # of CPU; ROSORIN_COMPILE_XACRO_SECONDS, which ``--xacro-seconds`` sets, is another number
+MAX_REMARKS = 10
+_PATIENCE, _START = 4, 60  # a child that waits may take so many times as long, and so many seconds more
+_MOST_RELATED = 12
 _TRUST = "ROSORIN_COMPILE_TRUST"  # 1: trust all files
 _TRUSTED_FILES = Path("rosorin-compile", "trusted")  # digests, in the configuration folder of the user
-MAX_SECONDS = 30  # of CPU; ROSORIN_COMPILE_XACRO_SECONDS, which ``--xacro-seconds`` sets, says another number
-_PATIENCE, _START = 4, 60  # so many times as long, and seconds more, may one take that waits
-_MORE_TIME = "make it smaller, or give it more time: --xacro-seconds S"
 
 _CHILD = (
     "import sys\n"
@@ -48,22 +49,89 @@ _CHILD = (
     "main()\n"
 )
 _SYMBOLIC = _CHILD.replace(".child", ".program")
-# Elements of xacro that make nothing by themselves.
+# Elements of xacro that make nothing by themselves, and those that make something; other names are macros.
 _DEFINING = ("arg", "include", "macro", "property")
-# Those that make something, where other names are macros.
 _MAKING = ("attribute", "call", "element", "if", "insert_block", "unless")
+_COMMENT = re.compile("<!--.*?-->", re.DOTALL)
+_ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)["']|\$\(arg\s+([^\s)]+)""")
+_EXPRESSION = re.compile(r"when evaluating expression '(.*?)'(?: when|$)")
+# How ``xacro.print_location`` begins its lines.
+_LOCATION = re.compile("when instantiating macro|instantiated from|included from|in file|when processing file")
+
+Place = Sequence[int]  # the number of a file, the offset of an element, the number of the call of a macro or -1
+
+
+class _Origins:
+    """Finds where elements of an expanded document are from: the files that xacro read, and the calls of macros."""
+
+    def __init__(self, answer: Mapping[str, Any], document: Document, path: Path) -> None:
+        self.calls: Sequence[Place] = answer.get("calls", ())
+        self.elements: dict[int, dict[int, Element]] = {}  # by their offsets, by the number of the file
+        for number, name in enumerate(answer.get("read", ())):
+            with suppress(MarkupError):  # a file that cannot be read any more
+                is_entry = os.path.abspath(name) == os.path.abspath(path)
+                opened = document if is_entry else parse(read_source(Path(os.path.normpath(name))))
+                self.elements[number] = {element.start: element for element in opened.root.iter()}
+
+    def element(self, place: Place | None) -> Element | None:
+        return None if place is None else self.elements.get(place[0], {}).get(place[1])
+
+    def via(self, place: Place) -> tuple[Related, ...]:
+        """Return the calls of macros that made an element, innermost first."""
+        found: list[Related] = []
+        call = place[2]
+        while call >= 0 and len(found) < _MOST_RELATED:
+            if element := self.element(self.calls[call]):
+                name = element.tag.removeprefix("xacro:")
+                found.append(Related(f'when expanding the macro "{name}"', element.span))
+            call = self.calls[call][2]
+        return tuple(found)
+
+    def connect(self, made: Document, places: Sequence[Place | None], otherwise: Span) -> None:
+        """Give the spans of an expanded document their place in the source; ``otherwise`` if that is not known."""
+        elements = list(made.root.iter())
+        starts = [element.start for element in elements]
+
+        def origin(start: int, length: int) -> Span:
+            index = max(0, bisect_right(starts, start) - 1)
+            element = elements[index]
+            is_in_tag = start < element.opened
+            while start >= element.end and element.parent is not None:
+                element, is_in_tag = element.parent, False
+            place = places[bisect_right(starts, element.start) - 1]
+            source = self.element(place)
+            if place is None or source is None:
+                return otherwise
+            span = MadeSpan(*(_span_in_tag(element, source, start, length) if is_in_tag else source.span))
+            span.text = made.source.text[start : start + length]
+            span.via = self.via(place)
+            return span
+
+        made.origin = origin
+
+
+def _span_in_tag(element: Element, origin: Element, start: int, length: int) -> Span:
+    """Return the place in the start tag of the element that another was made of."""
+    for name, attribute in element.attributes.items():
+        source = origin.attributes.get(name)
+        if source is None or not attribute.name_start <= start <= attribute.start + len(attribute.raw):
+            continue
+        if start < attribute.start:
+            return source.name_span
+        if source.raw == attribute.raw:
+            return origin.document.span(source.start + start - attribute.start, length)
+        return source.span
+    return origin.span
 
 
 def is_xacro(document: Document, path: Path) -> bool:
     """Return True if a document has elements or attributes of xacro, or, in a .xacro, ${} or $()."""
-    text = document.source.text
-    if "xacro:" in text:
-        for element in document.root.iter():
-            if element.tag.startswith("xacro:") or any(name.startswith("xacro:") for name in element.attributes):
-                return True
+    for element in document.root.iter() if "xacro:" in document.source.text else ():
+        if any(name.startswith("xacro:") for name in (element.tag, *element.attributes)):
+            return True
     declared = path.suffix.lower() == ".xacro" or "xmlns:xacro" in document.root.attributes
     # What xacro has made declares its prefix too, and often holds comments that it left alone.
-    return declared and re.search(r"\$[{(]", COMMENT.sub("", text)) is not None
+    return declared and re.search(r"\$[{(]", _COMMENT.sub("", document.source.text)) is not None
 
 
 def only_left_over(document: Document, path: Path) -> bool:
@@ -98,7 +166,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         return Imported(None, call.problems, files=(path,))
     warning = Diagnostic(
         "xacro-runs-code",
-        WARNING,
+        report.WARNING,
         f"{document.source.path} is expanded by xacro, which can run Python code of whoever wrote it",
         first,
         (),
@@ -107,18 +175,21 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
     trusted = options.trust or not untrusted_files([path])
     diagnostics = [] if trusted else [warning]
     if options.tell is not None:
-        options.tell(replace(warning, numbers=TRUSTED) if trusted else warning)
+        options.tell(replace(warning, numbers=report.TRUSTED) if trusted else warning)
         diagnostics = []
     system.needs("resource", system.NO_LIMITS)
     answer = _expand(path, options, None, call.text if call else None)
     for name, version in answer.get("recorded", ()):
         record(name, tuple(version))
-    files = _files(path, answer)
+    found = {os.path.abspath(path): path}
+    for name in answer.get("files", ()):
+        found.setdefault(os.path.abspath(name), Path(os.path.normpath(name)))
+    files = tuple(found.values())
     if trusted and not options.trust and (others := untrusted_files(files)):  # the list has the first file, not those
         diagnostics.append(replace(warning, message=f"{warning.message}: {label(others[0])} is not a trusted file"))
-    sources = Sources(_read_files(answer, document, path), answer.get("calls", ()))
+    origins = _Origins(answer, document, path)
     diagnostics += _remarks(answer, first)
-    problems = expand_errors(answer, document, path, sources, list(options.arguments), files)
+    problems = _errors(answer, document, path, origins, options, files)
     if problems:
         return Imported(None, [*diagnostics, *problems], (), files)
     try:
@@ -130,7 +201,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
     except MarkupError as failure:
         message = f"xacro makes something of {path.name} that is no XML: {failure.diagnostic.message}"
         return Imported(None, [*diagnostics, replace(failure.diagnostic, message=message, span=first)], (), files)
-    made.origin = Origins(made, answer["places"], sources, first)
+    origins.connect(made, [*answer["places"], None], first)  # the mount is from nowhere
     problem = None if any(child.tag == "link" for child in made.root.children) else _no_links(document, path, options)
     if problem is None and made.root.tag != "robot":
         help = f"write it to a file first: xacro {path.name} > {path.name.split('.')[0]}.xml"
@@ -146,6 +217,59 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
     read = read._replace(packages={name: Path(folder) for name, folder in answer["packages"].items()})
     own = _of_this_machine(made, answer["folders"])
     return read._replace(diagnostics=[*diagnostics, *map(with_calls, [*read.diagnostics, *own])])
+
+
+def _errors(
+    answer: Mapping[str, Any],
+    document: Document,
+    path: Path,
+    origins: _Origins,
+    options: ReadOptions,
+    files: Sequence[Path],
+) -> list[Diagnostic]:
+    """Return what kept a file from being expanded, or an argument that it does not have."""
+    first = document.root.span
+    if "absent" in answer:
+        message = "xacro, which expands .xacro files, is not installed"
+        return [error("extra-missing", message, first, system.pip_install("import"))]
+    missing = answer.get("package")
+    if "markup" not in answer and missing is None:  # these may declare arguments, too
+        known: set[str] = set()
+        for file in files:
+            with suppress(MarkupError):
+                known |= {declared or read for declared, read in _ARGUMENT.findall(read_source(file).text)}
+        if unknown := [one for one in options.arguments if one not in known]:
+            message = f'{path.name} has no argument "{unknown[0]}"'
+            suggestion = report.Suggestion(unknown[0], sorted(known), none="it has none")
+            return [error("unknown-argument", message, first, suggestion)]
+    if "text" in answer:
+        return []
+    stack = [document]
+    for name in answer.get("stack", ())[1:]:
+        with suppress(MarkupError):
+            stack.append(Document(read_source(Path(os.path.normpath(name)))))
+    element = origins.element(answer.get("at"))
+    text = " ".join(re.sub(r"<class '[^']*'>:", "", answer.get("error", "")).split())
+    text = re.sub(r"^(.+) \1$", r"\1", text)  # xacro repeats some errors
+    span = stack[-1].span(0) if element is None else element.span
+    if element is not None:  # the expression in it, if the error names it
+        tag = element.document.source.text[element.start : element.opened]
+        words = [f"${{{one}}}" for one in _EXPRESSION.findall(text)] if missing is None else [missing]
+        word = next((one for one in words if one in tag), "")
+        span = element.document.span(element.start + tag.index(word), len(word)) if word else span
+    calls = () if element is None else origins.via(answer["at"])
+    includes = [Related("included from", one.span(0)) for one in reversed(stack[:-1])]
+    related = (*calls, *includes[:_MOST_RELATED])
+    if "markup" in answer:
+        try:
+            parse(read_source(Path(os.path.normpath(answer["markup"])), span))
+        except MarkupError as problem:
+            return [replace(problem.diagnostic, related=(*problem.diagnostic.related, *related))]
+    if missing is not None:
+        help = f"say where it is: --package {missing}=PATH"
+        return [error("package-missing", f'the package "{missing}" is not found', span, help, related)]
+    message = f"xacro cannot expand the file: {text}"[:600]
+    return [error("xacro-error", message, span, answer.get("help", ""), related)]
 
 
 def _no_links(document: Document, path: Path, options: ReadOptions) -> Diagnostic | None:
@@ -181,6 +305,7 @@ def _without_mount(tree: Map, mount: str) -> Map:
 
 
 def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnostic]:
+    """Yield a warning if elements name files in some folders of this machine."""
     found: list[tuple[str, Span]] = []
     for element in made.root.iter() if any(folder in made.source.text for folder in folders) else ():
         values = [(attribute.value, attribute.span) for attribute in element.attributes.values()]
@@ -191,15 +316,23 @@ def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnos
         (message, span), *more = found
         help = "artifacts have it, too; let the xacro write package://PACKAGE/FILE where the reader takes that"
         message += f",{and_more(len(more))}" if more else ""
-        yield Diagnostic("import-machine-path", WARNING, message, span, (), help)
+        yield Diagnostic("import-machine-path", report.WARNING, message, span, (), help)
+
+
+def _remarks(answer: Mapping[str, Any], span: Span) -> list[Diagnostic]:
+    """Return what xacro printed while it made a robot as notes."""
+    text = re.sub("\x1b\\[[0-9;]*m", "", answer["printed"]) if "text" in answer else ""
+    lines = [line.strip() for line in text.splitlines() if line.strip() and not _LOCATION.match(line)]
+    return [Diagnostic("xacro-says", report.NOTE, one[:200], span) for one in list(dict.fromkeys(lines))[:MAX_REMARKS]]
 
 
 def _expand(
     path: Path, options: ReadOptions, plan: Mapping[str, Any] | None = None, text: str | None = None
 ) -> dict[str, Any]:
     """Run xacro in a child process on a file, or on a ``text`` in its place; with a ``plan``, on symbols."""
-    seconds = _seconds()
-    wait = _PATIENCE * seconds + _START
+    setting = os.environ.get("ROSORIN_COMPILE_XACRO_SECONDS", "")
+    is_number = setting.isascii() and setting.isdigit() and len(setting) < 9
+    seconds = (int(setting) if is_number else 0) or MAX_SECONDS
     request = {
         "file": str(path),
         "text": text,
@@ -210,75 +343,32 @@ def _expand(
         **(plan or {}),
     }
     variables = {**os.environ, "PYTHONHASHSEED": "0", "PYTHONDONTWRITEBYTECODE": "1", "PYTHONIOENCODING": "utf-8"}
+    answer: dict[str, Any]
     try:
         child = subprocess.run(  # noqa: S603 - our own module; the warning about what it runs is given
             [sys.executable, "-c", _CHILD if plan is None else _SYMBOLIC],
             input=json.dumps(request).encode(),
             capture_output=True,
             env=variables,
-            timeout=wait,
+            timeout=_PATIENCE * seconds + _START,
             check=False,
         )
+        output = child.stderr.decode("utf-8", "replace")
+        if child.returncode == -getattr(signal, "SIGXCPU", 0) < 0:  # in the midst of one number
+            answer = {"is_late": True}
+        else:
+            answer = {**json.loads(child.stdout), "printed": output}
     except subprocess.TimeoutExpired:
-        return {"error": f"it does not end within {wait:g} s", "help": _MORE_TIME, "stack": [str(path)]}
+        answer = {"is_late": True}
     except OSError as problem:
-        return {"error": f"no child process can be started: {problem}", "stack": [str(path)]}
-    output = child.stderr.decode("utf-8", "replace")
-    if child.returncode == -getattr(signal, "SIGXCPU", 0) < 0:  # in the midst of one number
-        return {"error": out_of_time(seconds), "help": _MORE_TIME, "stack": [str(path)]}
-    try:
-        answer: dict[str, Any] = json.loads(child.stdout)
+        answer = {"error": f"no child process can be started: {problem}"}
     except ValueError:
         last = output.strip().splitlines()[-1:] or [f"the process ended with {child.returncode}"]
-        answer = {"error": f"xacro broke down: {last[0]}", "stack": [str(path)]}
-    answer["said"] = output
-    if answer.get("error") == out_of_time(seconds):
-        answer["help"] = _MORE_TIME
+        answer = {"error": f"xacro broke down: {last[0]}"}
+    if answer.get("is_late"):
+        answer["error"] = f"it takes more than {seconds:g} s"
+        answer["help"] = "make it smaller, or give it more time: --xacro-seconds S"
     return answer
-
-
-def _seconds() -> float:
-    text = os.environ.get("ROSORIN_COMPILE_XACRO_SECONDS", "")
-    return int(text) if text.isascii() and text.isdigit() and 0 < len(text) < 9 and int(text) else MAX_SECONDS
-
-
-def _files(path: Path, answer: dict[str, Any]) -> tuple[Path, ...]:
-    files = {os.path.abspath(path): path}
-    for name in answer.get("files", ()):
-        files.setdefault(os.path.abspath(name), Path(os.path.normpath(name)))
-    return tuple(files.values())
-
-
-MAX_REMARKS = 10
-# How ``xacro.print_location`` begins its lines, with the file in those about files.
-_LOCATION = re.compile(
-    r"(?:when instantiating macro|instantiated from|(?:included from|in file|when processing file): *(.*))"
-)
-
-
-def _remarks(answer: dict[str, Any], span: Span) -> list[Diagnostic]:
-    """Return what xacro printed while it made a robot as notes."""
-    lines: list[str] = []
-    for line in re.sub("\x1b\\[[0-9;]*m", "", answer["said"]).splitlines() if "text" in answer else ():
-        location = _LOCATION.match(line)
-        if location is None:
-            lines += [line.strip()] if line.strip() else []
-        elif lines and location[1] and not lines[-1].endswith(")"):  # further lines say what that is included from
-            lines[-1] += f" ({label(Path(location[1]))})"
-    return [Diagnostic("xacro-says", NOTE, line[:200], span) for line in list(dict.fromkeys(lines))[:MAX_REMARKS]]
-
-
-def _read_files(answer: dict[str, Any], document: Document, path: Path) -> dict[int, Document]:
-    found: dict[int, Document] = {}
-    for number, name in enumerate(answer.get("read", ())):
-        if os.path.abspath(name) == os.path.abspath(path):
-            found[number] = document
-            continue
-        try:
-            found[number] = parse(read_source(Path(os.path.normpath(name))))
-        except MarkupError:
-            continue
-    return found
 
 
 def untrusted_files(files: Iterable[Path]) -> list[Path]:
@@ -289,22 +379,17 @@ def untrusted_files(files: Iterable[Path]) -> list[Path]:
     """
     if os.environ.get(_TRUST) == "1":
         return []
-    digests = _digests()
-    return [file for file in files if not digests or _digest(file) not in digests]
-
-
-def _digests() -> set[str]:
     base = Path(os.environ.get("XDG_CONFIG_HOME", ""))
     folder = base if base.is_absolute() else Path("~/.config").expanduser()
-    try:
+    digests: set[str] = set()
+    with suppress(OSError, ValueError):
         lines = (folder / _TRUSTED_FILES).read_text("utf-8").splitlines()
-    except (OSError, ValueError):
-        return set()
-    return {line.split()[0].lower() for line in lines if line.strip() and not line.startswith("#")}
-
-
-def _digest(file: Path) -> str:
-    try:
-        return hashlib.sha256(file.read_bytes()).hexdigest()
-    except OSError:
-        return ""
+        digests = {line.split()[0].lower() for line in lines if line.strip() and not line.startswith("#")}
+    untrusted = []
+    for file in files:
+        try:
+            is_trusted = bool(digests) and hashlib.sha256(file.read_bytes()).hexdigest() in digests
+        except OSError:
+            is_trusted = False
+        untrusted += [] if is_trusted else [file]
+    return untrusted

@@ -11,8 +11,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from .ir import COMMENTS, MARK, Macro, nodes_of
-from .nodes import Failed
-from .symbols import TOKEN, UNKNOWN, Restart, Symbol, symbol_of, with_tokens
+from .symbols import UNKNOWN, Failed, Restart, Symbol, symbol_of, with_tokens
 
 if TYPE_CHECKING:
     from .program import Program
@@ -23,6 +22,8 @@ _BODY = "xacro:macro"
 # Elements of a description whose content may become a named value; that of others is text.
 _SHAPES = ("link/visual", "link/collision")
 _ENTRIES = ("link", "joint", "link/inertial", *_SHAPES, *(f"{one}/geometry" for one in _SHAPES))
+
+Names = dict[str, dict[str, str]]  # the parameters that a block is, by block and attribute
 
 
 @dataclass(eq=False)
@@ -39,7 +40,8 @@ class Invocation:
 
     @property
     def key(self) -> str:
-        return place_key(self.definition)
+        """The place of the definition."""
+        return str(getattr(self.definition.body, MARK, None))
 
 
 class Calls:
@@ -137,9 +139,9 @@ class Calls:
                 raise xacro.XacroException(f"Undefined parameters [{name}]", macro=macro)
             call.values[name] = program.literal(value)
 
-    def _take_blocks(self, call: Invocation) -> dict[str, dict[str, str]]:
+    def _take_blocks(self, call: Invocation) -> Names:
         """Make the origins among the blocks of a call parameters; return their names by block and attribute."""
-        names: dict[str, dict[str, str]] = {}
+        names: Names = {}
         for block, element in call.blocks.items():
             if element.tagName != "origin" or element.childNodes or block.startswith("**"):
                 self.inline(call.key, "it has a block that is no origin")
@@ -169,42 +171,35 @@ class Calls:
         implicit = program.implicit.get(key, set())
         for name in sorted(implicit - call.values.keys()):
             call.values[name] = program.read(call.symbols, name) if name in call.symbols else None
-        given = {name: (symbol_of(value), name in call.defaulted) for name, value in call.values.items()}
+        values = {name: symbol_of(value) for name, value in call.values.items()}
         level = path.rpartition("/")[2] if path in _ENTRIES else "xml" if path else "robot"
         macro = self.macros.get(f"{key} {level}")
         if macro is None:
             macro = self.macros[f"{key} {level}"] = Macro(call.definition, key, level)
-            self._build(macro, call, path, given, blocks)
+            self._build(macro, call, path, values, blocks)
         for name, before in macro.reads.items():
             if name not in implicit and program.identity(call.symbols, name) != before:
                 program.implicit.setdefault(key, set()).add(name)
                 raise Restart
         program.take_comments(node)
-        for name, (value, _) in given.items():
+        for name, value in values.items():
             if name not in macro.parameters:
                 self.inline(key, f'its calls have different parameters: "{name}"')
             if value.value is not UNKNOWN and macro.parameters[name].type not in (value.declared_type, ""):
                 program.kinds[f"{key} {name}"] = ""
                 raise Restart
         made = node.ownerDocument.createElement("xacro-call")
-        made.rosorin_call = (macro, given)
+        made.rosorin_call = (macro, {name: (value, name in call.defaulted) for name, value in values.items()})
         setattr(made, MARK, getattr(node, MARK, None))
         setattr(made, COMMENTS, getattr(node, COMMENTS, []))
         program.xacro.replace_node(node, by=made)
 
-    def _build(
-        self,
-        macro: Macro,
-        call: Invocation,
-        path: str,
-        given: dict[str, tuple[Symbol, bool]],
-        blocks: dict[str, dict[str, str]],
-    ) -> None:
-        """Evaluate the body of a macro with symbols for its parameters."""
+    def _build(self, macro: Macro, call: Invocation, path: str, values: dict[str, Symbol], blocks: Names) -> None:
+        """Evaluate the body of a macro with symbols for its parameters, and for those that are its blocks."""
         program = self.program
         table = program.xacro.Table(call.symbols)
         table.rosorin_macro = macro
-        for name, (value, _) in given.items():
+        for name, value in values.items():
             kind = program.kinds.get(f"{macro.key} {name}", value.declared_type)
             made = macro.parameters[name] = program.variable("parameter", name, value.value, kind, macro)
             dict.__setitem__(table, name, Symbol(made.node, value.value, made.type, False))
@@ -219,12 +214,6 @@ class Calls:
         body = self._evaluated(call, table, path)
         self.building.pop()
         program.conditions.assumed = outer
-        materials = [one for one in body.getElementsByTagName("material") if _above(one) is body]
-        for one in materials if macro.level == "robot" else ():
-            is_known = all(Symbol.tokens[int(number)].known for number in TOKEN.findall(one.toxml()))
-            if one.parentNode is not body or not is_known:
-                self.inline(macro.key, "it defines materials of several values, which the robot shares")
-            call.node.parentNode.insertBefore(one, call.node)
         macro.body = nodes_of(body)
         self.called[macro.key] = True
 
@@ -258,16 +247,3 @@ class Calls:
             setattr(first, COMMENTS, [*getattr(node, COMMENTS), *getattr(first, COMMENTS, [])])
         xacro.import_xml_namespaces(parent, body.attributes)
         xacro.replace_node(node, by=body, content_only=True)
-
-
-def _above(node: Any) -> Any:
-    """Return the element that an element is in, but for conditions, or None."""
-    node = node.parentNode
-    while node is not None and node.nodeType == node.ELEMENT_NODE and node.tagName in _TRANSPARENT:
-        node = node.parentNode
-    return node if node is not None and node.nodeType == node.ELEMENT_NODE else None
-
-
-def place_key(macro: Any) -> str:
-    """Return the key of a macro: the place of its definition."""
-    return str(getattr(macro.body, MARK, None))

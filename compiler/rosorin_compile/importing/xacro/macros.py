@@ -14,8 +14,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.compiled import RobotReader
-from rosorin_compile.formats.imported import ReadOptions
+from rosorin_compile.formats.compilation import RobotReader
+from rosorin_compile.formats.imported_robot import ReadOptions
 from rosorin_compile.language.expand.files import IncludeError, Reader
 from rosorin_compile.language.expand.placing import is_vector
 from rosorin_compile.language.expression.functions import FUNCTIONS, kind_of

@@ -14,30 +14,29 @@ import math
 import os
 from collections.abc import Iterable
 from importlib import import_module
-from pathlib import Path
 from typing import Any
-
-from rosorin_compile.source import files
-from rosorin_compile.source.packages import Packages
-from rosorin_compile.source.project import Description
 
 from . import child
 from .child import Expansion, causes
-from .conditions import Conditions, LoadedFiles
-from .evaluate import Evaluator
+from .evaluate import Conditions, Evaluator, NamedFiles
 from .ir import COMMENTS, MARK, Macro
 from .macro_calls import Calls
-from .nodes import Failed, as_text, call, literal, usable, variables_in
 from .symbols import (
+    Failed,
     Restart,
     Symbol,
     Variable,
+    as_text,
+    call,
     example_of,
     is_known,
     join_pieces,
+    literal,
     pieces_of,
     symbol_of,
     type_of,
+    usable,
+    variables_in,
     with_tokens,
 )
 
@@ -65,7 +64,6 @@ class Program(Expansion):
         self.fixed: dict[str, list[str]] = dict(request["fixed"])
         self.kinds: dict[str, str] = {}
         self.implicit: dict[str, set[str]] = {}
-        self.packages_named = NamedPackages(self.packages, Path(request["folder"]))
 
     def answer_with_description(self) -> dict[str, Any]:
         """Return the documents of the description, or the error."""
@@ -94,12 +92,11 @@ class Program(Expansion):
         self.variables: list[Variable] = []
         self.arguments: dict[str, Variable] = {}
         self.constants: dict[str, Any] = {}  # the values of arguments that are not kept
-        self.refused: dict[Variable, str] = {}  # variables with values that xacro refuses, with the reason
         self.names: set[str] = set()
         self.defined: dict[str, tuple[str, Any]] = {}
         self.bound: dict[tuple[int, str], tuple[Any, str, Symbol]] = {}
         self.tables: list[Any] = []  # of ``bound``, so that their ids stay
-        self.macro_calls, self.conditions, self.loaded = Calls(self), Conditions(self), LoadedFiles(self)
+        self.macro_calls, self.conditions, self.named = Calls(self), Conditions(self), NamedFiles(self)
         self.xacro.all_includes[:] = []
         for name, text in self.given.items():
             if name not in self.fixed:
@@ -153,7 +150,7 @@ class Program(Expansion):
 
     def note_comparison(self, items: list[Symbol]) -> None:
         """Record the values that an argument is compared with: they are used to verify the translation."""
-        texts = [text for one in items for text in (one.value if isinstance(one.value, list) else [one.value])]
+        texts = [text for one in items for text in (one.value if isinstance(one.value, (list, tuple)) else [one.value])]
         texts = [one for one in texts if isinstance(one, (str, int, float)) and not isinstance(one, bool)]
         for one in items:
             if one.variable is not None:
@@ -422,26 +419,3 @@ class Program(Expansion):
             raise Failed("the file to include is named by it", name.node)
         node.setAttribute("filename", str(example_of(name)).replace("${", "$${"))
         self.own_include(node, macros, symbols, self.eval_all)
-
-
-class NamedPackages:
-    """The packages that a description names, with their ``folders``; it finds ``unfound`` ones by an option only."""
-
-    def __init__(self, packages: Packages, folder: Path) -> None:
-        self.packages = packages
-        self.folders: dict[str, str] = {}
-        self.unfound: dict[str, None] = {}
-        self._named = Packages({}, os.environ, folder / Description.ROOT_FILE)
-
-    def find(self, name: str) -> bool:
-        """Return True if the description finds a package by its name. Raises Failed if it is missing."""
-        folder, own = self.packages.find(name), self._named.find(name)
-        if folder is None:
-            raise Failed(f'the package "{name}" is not found')
-        self.folders[name] = str(folder)
-        return own is not None and files.resolve(own) == files.resolve(folder)
-
-    def address(self, name: str) -> str:
-        """Return the name by which the description finds a loaded file."""
-        package, _, rest = name.removeprefix("package://").partition("/")
-        return name if not name.startswith("package://") or self.find(package) else rest

@@ -1,36 +1,50 @@
 """Translate a xacro to a description with its macros and arguments, verified against what xacro makes.
 
 A child process writes the documents (``program``). What cannot be translated is given up there by name: a macro is
-expanded where it is called, an argument keeps its value. The result is compiled, and what differs names what is given
-up next.
+expanded where it is called, an argument keeps its value. The result is compiled for combinations of the arguments and
+compared with what xacro makes with them; what differs names what is given up next.
 """
 
 from __future__ import annotations
 
+import itertools
+import math
 import os
+import posixpath
+import re
+import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from itertools import groupby
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.imported import Imported, Outputs, ReadOptions
-from rosorin_compile.source.diagnostics import count_of, phrase
+from rosorin_compile.formats.compilation import compile_robot
+from rosorin_compile.formats.imported_robot import Imported, Outputs, ReadOptions
+from rosorin_compile.formats.robot_files import read_robot
+from rosorin_compile.language.expand.included_robots import move_files
+from rosorin_compile.source.diagnostics import Diagnostic, count_of, has_errors, phrase
 from rosorin_compile.source.files import exists, read_text
+from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
+from rosorin_compile.source.xml.elements import canonical, tree_of
 from rosorin_compile.source.xml.markup import MarkupError
 
-from ..description import _Document, _written, sorted_sections, tree_of
+from ..description import _Document, _written, sorted_sections
+from ..description import tree_of as whole_tree
 from ..layout import Remarks, Verbatim, layout
+from ..round_trip import model_differences
 from .expand import _expand
-from .verify import Combination, Comparison, Fault, Source, combinations, compare
 from .write_yaml import decode
 
 MAX_ATTEMPTS = 25
 MAX_SECONDS = 45.0  # of CPU, with its children
+MAX_COMBINATIONS = 16
 # What is made of the xacro begins and ends a file, in this order; other sections are between.
 _HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let", "materials", "parts", "links", "joints", "use")
 _TAIL = ("urdf_elements", "accept", "outputs")
+
+Combination = tuple[tuple[str, str], ...]  # the arguments that are not the default, with their values
 
 
 class Target(NamedTuple):
@@ -48,12 +62,11 @@ class Target(NamedTuple):
 
     def address(self, name: str, text: str) -> str:
         """Return the name of a file as the description includes it: that of another description if it is the same."""
-        if not self.shares or exists(self.folder / name):
-            return name
-        others = (
-            one for one in sorted(self.folder.parent.glob(f"*/{name}")) if read_text(one, errors="replace") == text
-        )
-        return next((f"../{one.relative_to(self.folder.parent).as_posix()}" for one in others), name)
+        if self.shares and not exists(self.folder / name):
+            for path in sorted(self.folder.parent.glob(f"*/{name}")):
+                if read_text(path, errors="replace") == text:
+                    return f"../{path.relative_to(self.folder.parent).as_posix()}"
+        return name
 
 
 class InlinedMacro(NamedTuple):
@@ -86,6 +99,14 @@ class _Flat(Exception):
     """The xacro cannot be translated at all."""
 
 
+class _Fault(NamedTuple):
+    """What is wrong with a translation, the names of macros that may be at fault, and with which arguments."""
+
+    text: str
+    macros: set[str]
+    combination: Combination
+
+
 def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outputs, target: Target) -> Translation:
     """Return the description of a xacro; without files, and with a reason, if it cannot be translated.
 
@@ -115,8 +136,7 @@ class _Search:
         if "urdf" in self.outputs:  # kept elements need no hardware or sensors of Gazebo
             urdf = self.outputs["urdf"]
             self.outputs["urdf"] = {key: one for key, one in urdf.items() if key not in ("control", "gazebo")}
-        self.source = Source(path, options, target.name, target.meshes)
-        self.source.known[()] = imported
+        self.robots: dict[Combination, Imported] = {(): imported}  # what xacro makes
         self.inlined: dict[str, str] = {}  # places of macros, with the reason
         self.fixed: dict[str, list[str]] = {}  # values of arguments, with the reason
         self.began = _seconds()
@@ -124,91 +144,118 @@ class _Search:
     def run(self) -> Translation:
         failing: Combination | None = None
         for _ in range(MAX_ATTEMPTS):
-            answer = self.answer()
-            choices = {one["name"]: one["choices"] for one in answer["arguments"]}
-            self.source.environment = [one["name"] for one in answer["arguments"] if one["environment"]]
-            rows, possible = combinations(choices)
+            if self.is_late():
+                raise _Flat(f"the translation takes more than {MAX_SECONDS:g} s")
+            folder = os.path.abspath(self.target.folder)
+            plan = {"inlined": self.inlined, "fixed": self.fixed, "folder": folder, "meshes": self.target.meshes}
+            answer = _expand(self.path, self.options, plan)
+            if "error" in answer:
+                raise _Flat(str(answer["error"]))
+            self.inlined, self.fixed = answer["inlined"], answer["fixed"]
+            rows, total = _combinations({one["name"]: one["choices"] for one in answer["arguments"]})
             invented = [((one["name"], text),) for one in answer["arguments"] for text in one["invented"]]
-            rows = sorted([*rows, *invented], key=lambda row: row != failing)  # what failed before fails first
+            every = sorted([*rows, *invented], key=lambda row: row != failing)  # what failed before fails first
+            variables = {one["name"]: one["value"] for one in answer["arguments"] if one["environment"]}
+            refused = self.expand(every, variables)
+            frozen: dict[str, list[str]] = {}
+            for name, value in variables.items():
+                others = [row for row in every if len(row) == 1 and row[0][0] == name]
+                if others and all(row in refused for row in others):
+                    reason = f"with another value of the environment variable {name} xacro makes no robot"
+                    frozen[name] = [value, reason]
+            if frozen:
+                self.fixed |= frozen
+                continue
             files = self.files(answer)
             packages = {**self.options.packages, **{name: Path(one) for name, one in answer["packages"].items()}}
-            result = compare(files, self.source, rows, packages, self.is_late)
-            if not result.faults and self.acceptances() != self.accepted_before:
-                continue  # other arguments break other rules
-            if result.faults:
-                failing = result.faults[0].combination
-                self.give_up(answer, result.faults)
-            elif not self.fix_refused(answer, rows, result.refused):
-                rows = [row for row in rows if row not in invented]
-                return self.finish(answer, files, result, rows, possible > len(rows))
+            compared = self.compare(files, [row for row in every if row not in refused], packages)
+            if isinstance(compared, _Fault):
+                failing = compared.combination
+                self.give_up(answer, compared)
+                continue
+            lines = [*self.report(answer), *_report_proof(compared, rows, refused, total)]
+            files = {name: text for name, text in files.items() if not name.startswith("../")}
+            return Translation(
+                files,
+                tuple({key: name for name, _, key in answer["macros"]}.values()),
+                tuple(InlinedMacro(*one) for one in answer["lost"]),
+                tuple(one["name"] for one in answer["arguments"] if one["used"]),
+                tuple((name, value) for name, (value, _) in self.fixed.items()),
+                tuple(compared),
+                tuple(lines),
+            )
         raise _Flat("nothing that was given up makes it the same robot")
-
-    def answer(self) -> dict[str, Any]:
-        """Return the documents with what has been given up so far."""
-        if self.is_late():
-            raise _Flat(f"the translation takes more than {MAX_SECONDS:g} s")
-        folder = os.path.abspath(self.target.folder)
-        plan = {"inlined": self.inlined, "fixed": self.fixed, "folder": folder, "meshes": self.target.meshes}
-        answer = _expand(self.path, self.options, plan)
-        if "error" in answer:
-            raise _Flat(str(answer["error"]))
-        self.inlined, self.fixed = answer["inlined"], answer["fixed"]
-        return answer
 
     def is_late(self) -> bool:
         return _seconds() - self.began > MAX_SECONDS
 
-    def acceptances(self) -> list[Any]:
-        """Return what the robots of all combinations have to be accepted for; each rule once."""
-        made: dict[tuple[str, str], dict[str, Any]] = {}
-        for imported in self.source.known.values():
-            for entry in (imported.tree.get("accept") if imported.tree is not None else None) or ():
-                key = (str(entry["rule"]), str(entry.get("reason") or ""))
-                known = made.setdefault(key, {"rule": key[0], "of": [], "reason": key[1]})
-                known["of"] += [str(one) for one in entry.get("of") or () if str(one) not in known["of"]]
-        return [{name: value for name, value in entry.items() if value} for entry in made.values()]
+    def expand(self, rows: Sequence[Combination], variables: Mapping[str, str]) -> list[Combination]:
+        """Let xacro make the robots of combinations of arguments, each once; return those that it refuses.
 
-    # Giving up.
+        ``variables`` are the arguments that are variables of the environment. The first two robots are always made, the
+        others unless it is late.
+        """
+        refused: list[Combination] = []
+        for number, row in enumerate(rows):
+            if row not in self.robots and (number < 2 or not self.is_late()):
+                arguments = {name: text for name, text in row if name not in variables}
+                options = replace(self.options, trust=True, tell=None)
+                options = replace(options, arguments={**self.options.arguments, **arguments})
+                if changed := {name: text for name, text in row if name in variables}:
+                    options = replace(options, environment={**(options.environment or os.environ), **changed})
+                read = read_robot(self.path, options)
+                if self.target.meshes is not None and read.tree is not None:
+                    read = read._replace(tree=move_files(read.tree, self.target.meshes))
+                self.robots[row] = read
+            made = self.robots.get(row)
+            if made is not None and (made.tree is None or has_errors(made.diagnostics)):
+                refused.append(row)
+        return refused
 
-    def give_up(self, answer: Mapping[str, Any], faults: Sequence[Fault]) -> None:
-        """Give up the macros that differences name, else the arguments that were changed, else all macros."""
-        if self.acceptances() != self.accepted_before:
-            return  # other arguments break other rules
-        text, _, row = faults[0]
-        named = {name for fault in faults for name in fault.macros}
-        macros = [key for name, ours, key in answer["macros"] if {name, ours} & named]
-        fixed = [name for name, _ in row if name not in self.fixed]
+    def compare(
+        self, files: Mapping[str, str], rows: Sequence[Combination], packages: Mapping[str, Path]
+    ) -> list[Combination] | _Fault:
+        """Compare a translation with the robots of xacro; return the combinations, or the first one that differs."""
+        compared: list[Combination] = []
+        with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
+            stage = Path(name, Description.FOLDER, "robot")  # other descriptions are next to it
+            for file, text in files.items():
+                (stage / file).parent.mkdir(parents=True, exist_ok=True)
+                (stage / file).write_text(text, "utf-8")
+            for number, row in enumerate(rows):
+                if number > 1 and (row not in self.robots or self.is_late()):
+                    break
+                Progress.step("proving the translation", number, len(rows))
+                compiled = compile_robot(stage / Description.ROOT_FILE, dict(row), packages=dict(packages), exact=True)
+                source = self.robots[row].robot
+                if has_errors(compiled.diagnostics) or compiled.robot is None or source is None:
+                    return _error(compiled.diagnostics, stage, row)
+                source = replace(source, name=self.target.name or source.name)
+                if texts := model_differences(_settled(source), _settled(compiled.robot)):
+                    return _Fault(texts[0][:200], set(_macros(texts, self.robots[row])), row)
+                compared.append(row)
+        return compared
+
+    def give_up(self, answer: Mapping[str, Any], fault: _Fault) -> None:
+        """Give up the macros that a difference names, else the arguments that were changed, else all of both."""
+        macros = [key for name, ours, key in answer["macros"] if {name, ours} & fault.macros]
+        fixed = [name for name, _ in fault.combination if name not in self.fixed]
         if not macros and not fixed:
             macros = [key for _, _, key in answer["macros"]]
             fixed = [one["name"] for one in answer["arguments"] if one["used"]]
+        reason = f"not proven: {fault.text}"
         if macros:
-            self.inlined |= dict.fromkeys(macros, f"not proven: {text}")
-            return
-        values = {one["name"]: one["value"] for one in answer["arguments"]}
-        self.fixed |= {name: [values[name], f"not proven: {text}"] for name in fixed}
-        if not fixed:
-            raise _Flat(text)
-
-    def fix_refused(
-        self, answer: Mapping[str, Any], rows: Sequence[Combination], refused: Sequence[Combination]
-    ) -> bool:
-        """Fix variables of the environment of which xacro takes no other value than the one they have."""
-        found = {}
-        for one in answer["arguments"]:
-            mine = [row for row in rows if len(row) == 1 and row[0][0] == one["name"]]
-            if one["environment"] and mine and all(row in refused for row in mine):
-                reason = f"with another value of the environment variable {one['name']} xacro makes no robot"
-                found[one["name"]] = [one["value"], reason]
-        self.fixed |= found
-        return bool(found)
-
-    # The result.
+            self.inlined |= dict.fromkeys(macros, reason)
+        elif fixed:
+            values = {one["name"]: one["value"] for one in answer["arguments"]}
+            self.fixed |= {name: [values[name], reason] for name in fixed}
+        else:
+            raise _Flat(fault.text)
 
     def files(self, answer: Mapping[str, Any]) -> dict[str, str]:
         """Return the files of the description."""
-        tree, root = tree_of(self.imported), Description.ROOT_FILE
+        tree, root = whole_tree(self.imported), Description.ROOT_FILE
         documents: dict[str, Any] = decode(answer["documents"])
-        documents = {name: {key: one for key, one in made.items() if one} for name, made in documents.items()}
         remarks: dict[str, dict[tuple[Any, ...], list[str]]] = {}
         for file, path, lines in answer["remarks"]:
             remarks.setdefault(file, {}).setdefault(tuple(path), []).extend(lines)
@@ -217,86 +264,133 @@ class _Search:
             lines = Remarks({(): [*first, *answer["heads"].get(name, ())], **remarks.get(name, {})})
             return layout({key: content[key] for key in sorted(content, key=_rank) if content[key]}, lines)
 
-        made = {name: text(name, one) for name, one in documents.items() if name != root and one}
+        made = {name: text(name, one) for name, one in documents.items() if name != root and any(one.values())}
         if not answer["copied"]:  # tables are named from the file
             made = {self.target.address(name, one): one for name, one in made.items()}
         head: dict[str, Any] = {"rosorin_compile": Verbatim("1"), "robot": self.target.name or decode(answer["name"])}
         head |= {"source": dict(tree["source"])} if "source" in tree else {}
         head |= {"include": list(made)} if made else {}
-        document = _Document(tree)
         others = {name: value for name, value in tree.items() if name not in (*_HEAD, *_TAIL)}
+        document = _Document(tree)
         tail = {name: document.value(value, (name,), None) for name, value in sorted_sections(others).items()}
-        self.accepted_before = self.acceptances()
-        tail["accept"] = self.accepted_before
+        tail["accept"] = self.acceptances()
         tail["outputs"] = {one: _written(entry) for one, entry in self.outputs.items()}
         first = [f"yaml-language-server: $schema={self.target.schema}"] if self.target.schema else []
         return {root: text(root, {**head, **tail, **documents.get(root, {})}, first), **made, **answer["copied"]}
 
-    def finish(
-        self,
-        answer: Mapping[str, Any],
-        files: dict[str, str],
-        result: Comparison,
-        rows: Sequence[Combination],
-        is_part: bool,
-    ) -> Translation:
-        kept = tuple({key: name for name, _, key in answer["macros"]}.values())
-        lost = tuple(InlinedMacro(*one) for one in answer["lost"])
-        used = tuple(one["name"] for one in answer["arguments"] if one["used"])
-        refused = [row for row in result.refused if row in rows]
-        late = len([row for row in rows if row not in result.compared]) - len(refused)
-        report = [*_report_macros(kept, lost, answer), *self.report_arguments(answer, used)]
-        for package in answer["unfound"]:
-            report.append(
-                f"it asks for the package {package}: source its workspace, or give --package {package}=FOLDER"
-            )
-        report += _report_proof(result.compared, is_part, refused, late)
-        fixed = tuple((name, value) for name, (value, _) in self.fixed.items())
-        files = {name: text for name, text in files.items() if not name.startswith("../")}
-        return Translation(files, kept, lost, used, fixed, tuple(result.compared), tuple(report))
+    def acceptances(self) -> list[Any]:
+        """Return what the robots of all combinations have to be accepted for; each rule once."""
+        made: dict[tuple[str, str], dict[str, Any]] = {}
+        for imported in self.robots.values():
+            for entry in (imported.tree.get("accept") if imported.tree is not None else None) or ():
+                key = (str(entry["rule"]), str(entry.get("reason") or ""))
+                known = made.setdefault(key, {"rule": key[0], "of": [], "reason": key[1]})
+                known["of"] += [str(one) for one in entry.get("of") or () if str(one) not in known["of"]]
+        return [{name: value for name, value in entry.items() if value} for entry in made.values()]
 
-    def report_arguments(self, answer: Mapping[str, Any], used: Sequence[str]) -> Iterator[str]:
-        """Yield the lines about arguments."""
-        unused = [one["name"] for one in answer["arguments"] if one["name"] not in (*used, *self.fixed)]
-        environment = [one["name"] for one in answer["arguments"] if one["environment"] and one["name"] in used]
+    def report(self, answer: Mapping[str, Any]) -> Iterator[str]:
+        """Yield the lines about macros, arguments and packages."""
+        kept = list({key: name for name, _, key in answer["macros"]}.values())
+        lost = [InlinedMacro(*one) for one in answer["lost"]]
+        if kept or lost:
+            line = f"{len(kept)} of {count_of(len(kept) + len(lost), 'macro')} kept"
+            how = f", {len(lost)} written out where {'it is' if len(lost) == 1 else 'they are'} called"
+            yield f"{line}{how}" if lost else line
+        yield from (f"  {one.name}: {one.reason}{f' ({one.at})' if one.at else ''}" for one in lost)
+        if answer["silent"]:
+            yield f"named values where they are called, because they only set properties: {phrase(answer['silent'])}"
+        if idle := list(dict.fromkeys(answer["uncalled"])):
+            yield f"left out, because nothing calls {_them(idle)}: {phrase(idle)}"
+        used = [one["name"] for one in answer["arguments"] if one["used"]]
         if used:
-            yield f"arguments kept: {phrase(list(used))}"
-        if unused:
+            yield f"arguments kept: {phrase(used)}"
+        if unused := [one["name"] for one in answer["arguments"] if one["name"] not in (*used, *self.fixed)]:
             yield f"arguments left out, because nothing uses {_them(unused)}: {phrase(unused)}"
-        if environment:
-            yield f"variables of the environment that are arguments now: {phrase(environment)}"
+        if variables := [one["name"] for one in answer["arguments"] if one["environment"] and one["used"]]:
+            yield f"variables of the environment that are arguments now: {phrase(variables)}"
         if self.fixed:
             values = [f"{name} ({' '.join(text.split())})" if text else name for name, (text, _) in self.fixed.items()]
             yield f"arguments replaced by their value: {phrase(values)}"
         for reason, names in groupby(self.fixed, lambda name: self.fixed[name][1]):
             yield f"  {phrase(list(names))}: {reason}"
+        for package in answer["unfound"]:
+            yield f"it asks for the package {package}: source its workspace, or give --package {package}=FOLDER"
 
 
-def _report_macros(kept: Sequence[str], lost: Sequence[InlinedMacro], answer: Mapping[str, Any]) -> Iterator[str]:
-    if kept or lost:
-        line = f"{len(kept)} of {count_of(len(kept) + len(lost), 'macro')} kept"
-        how = f", {len(lost)} written out where {'it is' if len(lost) == 1 else 'they are'} called"
-        yield f"{line}{how}" if lost else line
-    yield from (f"  {one.name}: {one.reason}{f' ({one.at})' if one.at else ''}" for one in lost)
-    executed, idle = answer["silent"], list(dict.fromkeys(answer["uncalled"]))
-    if executed:
-        yield f"named values where they are called, because they only set properties: {phrase(executed)}"
-    if idle:
-        yield f"left out, because nothing calls {_them(idle)}: {phrase(idle)}"
+def _combinations(choices: Mapping[str, Sequence[str]]) -> tuple[list[Combination], int]:
+    """Return the combinations that are compared, that of the defaults first, and how many there would be."""
+    several = {name: values for name, values in choices.items() if len(values) > 1}
+    total = math.prod(map(len, several.values()))
+    if total <= MAX_COMBINATIONS:
+        rows = [dict(zip(several, row, strict=True)) for row in itertools.product(*several.values())]
+    else:
+        rows = [{}, *({name: value} for name, values in several.items() for value in values[1:])]
+    made = [tuple((name, value) for name, value in row.items() if value != several[name][0]) for row in rows]
+    return list(dict.fromkeys(made)), total
 
 
 def _report_proof(
-    rows: Sequence[Combination], is_part: bool, refused: Sequence[Combination], late: int
+    compared: Sequence[Combination], rows: Sequence[Combination], refused: Sequence[Combination], total: int
 ) -> Iterator[str]:
-    how = "its arguments as they are" if len(rows) == 1 else f"{len(rows)} combinations of its arguments"
-    if is_part:
+    how = "its arguments as they are" if len(compared) == 1 else f"{len(compared)} combinations of its arguments"
+    if total > len(rows):
         how += " (the defaults, and each argument changed alone)"
     yield f"the same robot as xacro makes it, with {how}"
-    if late:
-        yield f"not compared, because that takes too long: {count_of(late, 'combination')}"
-    if refused:
-        first = " ".join(f"{name}:={value}" for name, value in refused[0])
-        yield f"not compared, because xacro refuses it: {first}"
+    if late := [row for row in rows if row not in compared and row not in refused]:
+        yield f"not compared, because that takes too long: {count_of(len(late), 'combination')}"
+    if first := next((row for row in refused if row in rows), None):
+        yield f"not compared, because xacro refuses it: {' '.join(f'{name}:={value}' for name, value in first)}"
+
+
+def _error(diagnostics: Sequence[Diagnostic], stage: Path, row: Combination) -> _Fault:
+    """Return errors of the compiler as a fault of the translation: of the parts and named values that they are in."""
+    errors = [one for one in diagnostics if has_errors([one])]
+    macros: set[str] = set()
+    for one in errors:
+        for span in (one.span, *(related.span for related in one.related)):
+            lines = span.source.text.splitlines()[: span.line] if span is not None else []
+            entries = [match[1] for line in lines if (match := re.match(r"  ([\w.-]+)[(:]", line))]
+            macros.update(entries[-1:])
+        macros.update(re.findall(r'part "(\w+)"', " ".join(related.message for related in one.related)))
+    span = errors[0].span if errors else None
+    text = errors[0].message.replace(f"{stage}/", "") if errors else "what is compiled is no robot"
+    where = f" ({Path(span.source.path).name}:{span.line})" if span is not None else ""
+    return _Fault(text + where, macros, row)
+
+
+def _macros(texts: Sequence[str], made: Imported) -> Iterator[str]:
+    """Yield the macros that made the links, joints and elements that sentences name."""
+    names = set(re.findall(r"[\w./-]+", " ".join(texts)))
+    tree = made.whole
+    spans = []
+    for section in ("links", "joints"):
+        spans += [tree[section].value_spans[name] for name in tree.get(section) or () if name in names]
+    elements: Any = tree.get("urdf_elements") or ()
+    for number, text in enumerate(elements):
+        root = tree_of(str(text))
+        if root.tag in names or root.get("reference") in names:
+            spans.append(elements.value_spans[number])
+    for span in spans:
+        for one in getattr(span, "via", ()):
+            yield from re.findall(r'the macro "([^"]+)"', one.message)
+
+
+def _settled(value: Any) -> Any:
+    """Return a robot with its elements of XML, and the names of its meshes, in one spelling."""
+    if not is_dataclass(value) or isinstance(value, type):
+        return value
+    changes: dict[str, Any] = {}
+    for field in fields(value):
+        inner = getattr(value, field.name)
+        if field.name == "urdf_elements":
+            changes[field.name] = tuple(sorted(canonical(tree_of(one)) for one in inner))
+        elif field.name == "geometry" and "/../" in str(getattr(inner, "file", "")):
+            scheme, sign, rest = inner.file.partition("://")
+            file = f"{scheme}{sign}{posixpath.normpath(rest)}" if sign else inner.file
+            changes[field.name] = replace(inner, file=file)
+        elif field.name in ("links", "joints", "visual", "collision") and isinstance(inner, tuple):
+            changes[field.name] = tuple(map(_settled, inner))
+    return replace(value, **changes) if changes else value
 
 
 def _them(items: Sequence[Any]) -> str:

@@ -10,15 +10,25 @@ import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS
+from rosorin_compile.formats.xml_reader import ANGLES, LENGTHS
 from rosorin_compile.source.numbers import exact
 
 from ..layout import Expression, Verbatim, in_degrees
 from .child import portable
-from .ir import Macro
-from .nodes import Failed, as_text, fold, literal
-from .part_names import PartNames
-from .symbols import Pieces, Symbol, Variable, join_pieces, joined_node, pieces_of, symbol_of, words_of
+from .symbols import (
+    Failed,
+    Pieces,
+    Symbol,
+    Variable,
+    as_text,
+    fold,
+    join_pieces,
+    joined_node,
+    literal,
+    pieces_of,
+    symbol_of,
+    words_of,
+)
 
 if TYPE_CHECKING:
     from .program import Program
@@ -29,23 +39,18 @@ _FULL_TURN, _LONG = 6.2832, 20
 
 
 class Values:
-    """Writes the values of a program.
+    """Writes the values of a program."""
 
-    ``macro`` is the macro that is written, and ``is_xml`` is set in elements that are kept as text.
-    """
-
-    def __init__(self, program: Program, names: PartNames, meshes: str | None) -> None:
-        self.program, self.names, self.meshes = program, names, meshes
-        self.macro: Macro | None = None
-        self.is_xml = False
+    def __init__(self, program: Program, meshes: str | None) -> None:
+        self.program, self.meshes = program, meshes
 
     def spelt(self, node: ast.expr) -> str:
         """Return an expression as text, and record what it uses."""
         for one in ast.walk(node):
             if isinstance(one, ast.Call) and getattr(one.func, "id", "") == "find":
                 name = one.args[0].value  # type: ignore[attr-defined]
-                if not self.program.packages_named.find(name):
-                    self.program.packages_named.unfound[name] = None
+                if not self.program.named.finds(name):
+                    self.program.named.unfound[name] = None
             if hasattr(one, "variable"):
                 one.variable.used = True
         return as_text(node)
@@ -68,19 +73,9 @@ class Values:
             raise Failed(f"{len(words)} numbers, not {count}")
         return self._list(symbol_of(join_pieces(words[0])), unit)
 
-    def text(self, pieces: Pieces, name: bool = False, file: bool = False) -> Any:
-        """Return a text with the expressions in it; a name without the prefix of the part."""
-        macro = self.macro
-        rest = self.names.short(macro, pieces)
-        if macro is not None and rest is not None:
-            if name and rest and self.names.is_own(macro, rest, self.is_xml):
-                pieces = rest
-            elif self.names.prefix[macro][1] and self.names.knows_prefix:
-                pieces = [Symbol(ast.Name("prefix", ast.Load()), "", "text", False), *rest]
-        elif macro is not None and macro in self.names.mount and len(pieces) == 1 and name:
-            is_mount = isinstance(pieces[0], Symbol) and pieces[0].variable is self.names.mount[macro]
-            pieces = ["mount"] if is_mount else pieces
-        return self.join_pieces(self._file_name(pieces) if file else pieces)
+    def file(self, pieces: Pieces) -> Any:
+        """Return the name of a mesh or a texture."""
+        return self.text(self._file_name(pieces))
 
     def _file_name(self, pieces: Pieces) -> Pieces:
         """Return the name of a file: of a package by its address."""
@@ -95,8 +90,8 @@ class Values:
             first = f"{self.meshes.rstrip('/')}/{first}"
         return [first, *pieces[1:]]
 
-    def join_pieces(self, pieces: Pieces, escape: Callable[[str], str] = lambda text: text) -> Any:
-        """Return pieces as one text."""
+    def text(self, pieces: Pieces, escape: Callable[[str], str] = lambda text: text) -> Any:
+        """Return a text with the expressions in it."""
         made, is_plain = "", True
         for piece in pieces:
             if isinstance(piece, str):
@@ -127,11 +122,11 @@ class Values:
         if variable.type == "number":
             return self.number([symbol])
         if variable.names_mesh:
-            return self.text(pieces_of(symbol), file=True)
+            return self.file(pieces_of(symbol))
         if symbol.pieces or symbol.constant is not None or symbol.package or variable.type == "text":
             pieces = pieces_of(symbol)
             if variable.names_file:
-                pieces = self.program.loaded.name_of(pieces)
+                pieces = self.program.named.name_of(pieces)
             is_passed = len(pieces) == 1 and isinstance(pieces[0], Symbol)
             return self.expression(pieces[0].node) if is_passed else self.text(pieces)
         return self._plain(node)

@@ -12,23 +12,35 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS
+from rosorin_compile.formats.xml_reader import ANGLES
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.xml.markup import COMMENT
-from rosorin_compile.source.yaml_text import Scalar
 
 from ..layout import Expression, Verbatim, clean_comment
 from .entries import Entries, conditional, merge
 from .ir import Call, Comment, Element, If, Macro, Words, expressions_in, nodes_of, walk
-from .nodes import Failed, all_of, as_text, fold, literal, usable, variables_in
-from .part_names import PartNames
-from .symbols import Pieces, Restart, Symbol, Variable, pieces_of, symbol_of, with_tokens
+from .symbols import (
+    Failed,
+    Restart,
+    Symbol,
+    Variable,
+    all_of,
+    as_text,
+    fold,
+    literal,
+    pieces_of,
+    symbol_of,
+    usable,
+    variables_in,
+    with_tokens,
+)
 from .values import Values, number
 
 if TYPE_CHECKING:
     from .program import Program
 
 PROBE = "probe_"  # a text that an argument has in no condition
+_MARKS: dict[type, str] = {Expression: "$", Verbatim: "#"}
 
 
 class Writer:
@@ -40,11 +52,11 @@ class Writer:
         self.remarks: list[tuple[str, tuple[Any, ...], list[str]]] = []
         self.file_names = _file_names(program)
         self.macros = list(program.macro_calls.macros.values())
-        self.names = PartNames([one for one in self.macros if one.level == "robot"], program.variables)
-        self.values = Values(program, self.names, program.request["meshes"])
+        self.values = Values(program, program.request["meshes"])
         self.entries = Entries(self.values, self.write_macro)
         self._written: dict[Macro, dict[str, Any]] = {}
-        self._part: dict[str, Any] | None = None  # the part that is written
+        self._macro: Macro | None = None  # the macro that is written
+        self._part: dict[str, Any] = {}  # its entry, if it is a part
         self._keys: set[str] = set()
         self._alternatives: dict[tuple[int, str], list[Any]] = {}
 
@@ -57,58 +69,38 @@ class Writer:
             self.write_macro(macro)
         with self._within(None):
             self._body(body, None)
-            name = self.values.join_pieces(pieces_of(with_tokens(root.getAttribute("name"))))
+            name = self.values.text(pieces_of(with_tokens(root.getAttribute("name"))))
         self._propagate()
         before = -1
         while before != (before := sum(one.used for one in program.variables)):
             self._write_arguments()
-            self._write_lets("")
+            self._write_lets(None)
         for file in self.file_names.values():
             self.documents.setdefault(file, {})
-        refused = {one: why for one, why in program.refused.items() if one.kind == "argument" and not one.used}
-        calls, defined = program.macro_calls, program.defined
-        lost = {key: reason for key, reason in program.inlined.items() if key in calls.called and key in defined}
+        called, defined = program.macro_calls.called, program.defined
+        lost = []
+        for key, reason in program.inlined.items():
+            if called.get(key) and key in defined:
+                name_in_source, (file, offset, _) = defined[key]
+                source = program.parsed[file].source
+                at = f"{Path(source.path).name}:{source.text.count(chr(10), 0, offset) + 1}"
+                lost.append([name_in_source, reason, at])
         return {
             "documents": encode(self.documents),
             "heads": {self.file_names[index]: comments_before(one) for index, one in program.parsed.items()},
             "remarks": self.remarks,
             "name": encode(name),
-            "copied": program.loaded.copied,
-            "packages": program.packages_named.folders,
-            "unfound": list(program.packages_named.unfound),
+            "copied": program.named.copied,
+            "packages": program.named.folders,
+            "unfound": list(program.named.unfound),
             "arguments": [self._argument(one) for one in program.arguments.values()],
-            "macros": [[one.name, one.ours, one.key] for one in sorted(self.macros, key=self._order)],
-            "lost": [
-                [defined[key][0], reason, self._at(defined[key][1])]
-                for key, reason in lost.items()
-                if calls.called[key]
-            ],
-            "silent": [defined[key][0] for key, has_made in calls.called.items() if not has_made and key in defined],
-            "uncalled": [name for key, (name, _) in defined.items() if key not in calls.called],
+            "macros": [[one.name, one.ours, one.key] for one in self.macros],
+            "lost": lost,
+            "silent": [defined[key][0] for key, has_made in called.items() if not has_made and key in defined],
+            "uncalled": [name for key, (name, _) in defined.items() if key not in called],
             "inlined": program.inlined,
-            "fixed": program.fixed | {one.name: [str(one.value), why] for one, why in refused.items()},
+            "fixed": program.fixed,
         }
-
-    def _argument(self, variable: Variable) -> dict[str, Any]:
-        """Return an argument with the values that are compiled: those of the source, and one that is invented."""
-        choices, invented = self._choices(variable) if variable.used else ([], [])
-        return {
-            "name": variable.name,
-            "value": str(variable.value),
-            "choices": list(dict.fromkeys([str(variable.value), *choices])),
-            "invented": invented,
-            "used": variable.used,
-            "environment": variable.environment,
-        }
-
-    def _order(self, macro: Macro) -> int:
-        return list(self.program.defined).index(macro.key)
-
-    def _at(self, place: Any) -> str:
-        """Return a place for a person, such as ``arm.xacro:12``."""
-        document = self.program.parsed[place[0]]
-        line = document.source.text.count("\n", 0, place[1]) + 1
-        return f"{Path(document.source.path).name}:{line}"
 
     # Names and places.
 
@@ -159,7 +151,7 @@ class Writer:
     @contextmanager
     def _within(self, macro: Macro | None, node: Element | Call | None = None) -> Iterator[None]:
         """Write a node in a macro; give up the macro, or what the node depends on, if it cannot be written."""
-        before, self.values.macro = self.values.macro, macro
+        before, self._macro = self._macro, macro
         try:
             yield
         except Failed as problem:
@@ -172,7 +164,7 @@ class Writer:
                 raise
             raise Restart from None
         finally:
-            self.values.macro = before
+            self._macro = before
 
     # What is at the level of links.
 
@@ -190,21 +182,27 @@ class Writer:
             elif isinstance(node, Words):
                 raise Failed("text among links")
             else:
-                with self._within(self.values.macro, node):
+                with self._within(self._macro, node):
                     write = self._use if isinstance(node, Call) else self._entry
                     write(node, when, [*comments, *node.comments])
             comments = []
 
     def _place_of(self, node: Element | Call) -> tuple[Any, tuple[Any, ...], dict[str, Any]]:
         """Return where a node is written: the place that has the file, the path in it, and the mapping."""
-        macro = self.values.macro
-        if self._part is not None and macro is not None:
+        macro = self._macro
+        if macro is not None:
             return macro.place, ("parts", macro.ours), self._part
         return node.place, (), self.documents.setdefault(self._file(node.place), {})
 
     def _entry(self, node: Element, when: ast.expr | None, comments: list[str]) -> None:
         place, path, document = self._place_of(node)
         if node.tag == "material":
+            if self._macro is not None:  # the robot has it
+                inner = [node, *walk(node.body)]
+                read = variables_in(expression for one in inner for expression in expressions_in(one))
+                if when is not None or any(one.owner for one in read):
+                    raise Failed("it defines materials of several values, which the robot shares")
+                document = self.documents.setdefault(self._file(place), {})
             name = self.values.text(node.attributes.get("name", []))
             value = self.entries.finish(self.entries.fragment(node.body, "material"))
             holder = next((one for one in self.documents.values() if name in one.get("materials", ())), document)
@@ -214,7 +212,7 @@ class Writer:
                 self._put(section, name, value, when)
                 self._remark(place, ("materials", name), comments)
         elif node.tag in ("link", "joint"):
-            key = self.values.text(node.attributes.get("name", []), name=True)
+            key = self.values.text(node.attributes.get("name", []))
             value = self.entries.link(node) if node.tag == "link" else self.entries.joint(node)
             section = document.setdefault(f"{node.tag}s", {})
             self._put(section, key, value, when)
@@ -222,7 +220,7 @@ class Writer:
         else:
             made = document.setdefault("urdf_elements", [])
             self._remark(place, (*path, "urdf_elements", len(made)), comments)
-            made.append(conditional(self.entries.xml.text(node), when))
+            made.append(conditional(self.entries.xml(node), when))
 
     def _put(self, section: dict[Any, Any], key: Any, value: Any, when: ast.expr | None) -> None:
         """Add an entry; entries of one name on different conditions become one."""
@@ -240,7 +238,7 @@ class Writer:
         if macro in self._written:
             return self._written[macro]
         self._written[macro] = {}
-        inner, is_xml = self.entries.inner, self.values.is_xml
+        inner = self.entries.inner
         with self._within(macro):
             if macro.level == "robot":
                 self._write_part(macro)
@@ -250,7 +248,7 @@ class Writer:
                 self._section(macro.place, "let")[f"{macro.ours}({names})"] = value
                 self._remark(macro.place, ("let", f"{macro.ours}({names})"), [*macro.comments, *self.entries.inner])
                 self._written[macro] = keys
-        self.entries.inner, self.values.is_xml = inner, is_xml
+        self.entries.inner = inner
         return self._written[macro]
 
     def _write_part(self, macro: Macro) -> None:
@@ -258,15 +256,18 @@ class Writer:
         outer, self._part = self._part, {}
         self._body(macro.body, None)
         made, self._part = self._part, outer
-        lets = self._write_lets(macro.key, path)
-        head = {key: value for key, value in (("params", self._params(macro)), ("let", lets)) if value}
-        order = ("links", "joints", "use", "urdf_elements")
-        self._section(macro.place, "parts")[macro.ours] = head | {key: made[key] for key in order if made.get(key)}
+        made["let"] = self._write_lets(macro, path)
+        made["params"] = params = {}
+        for name, variable in macro.parameters.items():
+            params[variable.ours] = entry = dict[str, Any]()
+            if variable.type in ("text", "boolean", "list", "number"):
+                entry["type"] = variable.type
+            if (default := self._default_of(macro, name)) is not None:
+                value = self.values.value(default, variable)
+                entry["default"] = Expression("${none}") if value is None else value
+        order = ("params", "let", "links", "joints", "use", "urdf_elements")
+        self._section(macro.place, "parts")[macro.ours] = {key: made[key] for key in order if made.get(key)}
         self._remark(macro.place, path, macro.comments)
-
-    def _declared(self, macro: Macro) -> list[tuple[str, Variable]]:
-        """Return the parameters that a part declares, by their names in the xacro."""
-        return [one for one in macro.parameters.items() if not self.names.is_implied(macro, one[1])]
 
     def _default_of(self, macro: Macro, name: str) -> Symbol | None:
         """Return the default of a parameter, if it is the same in all calls."""
@@ -277,104 +278,61 @@ class Writer:
         is_hidden = any(one.owner or one.ours == macro.parameters[name].ours for one in variables_in([symbol.node]))
         return None if is_hidden else symbol
 
-    def _params(self, macro: Macro) -> dict[str, Any]:
-        made: dict[str, Any] = {}
-        for name, variable in self._declared(macro):
-            entry: dict[str, Any] = (
-                {"type": variable.type} if variable.type in ("text", "boolean", "list", "number") else {}
-            )
-            default = self._default_of(macro, name)
-            if default is not None:
-                value = self.values.value(default, variable)
-                entry["default"] = Expression("${none}") if value is None else value
-            made[variable.ours] = entry
-        return made
-
     def _use(self, call: Call, when: ast.expr | None, comments: list[str]) -> None:
         """Write a call of a macro that is a part."""
-        macro, values = call.macro, self.values
+        macro = call.macro
         self.write_macro(macro)
-        made: dict[str, Any] = {"part": macro.ours}
-        first, prefix = self._key(call)
-        mount = self.names.mount.get(macro)
-        if mount is not None:
-            made["parent"] = values.text(pieces_of(call.given[mount.name][0]), name=True)
-        given: dict[str, Any] = {}
-        for name, variable in self._declared(macro):
+        passed: dict[str, Any] = {}
+        for name, variable in macro.parameters.items():
             symbol, is_default = call.given[name]
             if not is_default or self._default_of(macro, name) is None:
-                given[variable.ours] = values.value(symbol, variable, ANGLES if name.endswith("rpy") else "")
-        for key, variable in self.names.pose.get(macro, {}).items():
-            value = values.value(call.given[variable.name][0], variable, ANGLES if key == "rpy" else LENGTHS)
-            made |= {key: value} if value != [Verbatim("0")] * 3 else {}
-        if given:
-            made["with"] = given
+                passed[variable.ours] = self.values.value(symbol, variable, ANGLES if name.endswith("rpy") else "")
         place, path, document = self._place_of(call)
         section = document.setdefault("use", {})
-        key = _free(first, section if path else self._keys, macro.ours)
+        names = [pieces_of(call.given[one][0]) for one in ("name", "prefix") if one in call.given]
+        last = next((pieces[-1] for pieces in names if pieces and isinstance(pieces[-1], str)), "")
+        words = [re.sub(r"[^\w-]+", "_", last).strip("_"), macro.ours]
+        key = _free("_".join(dict.fromkeys(filter(None, words))), section if path else self._keys)
         if not path:
             self._keys.add(key)
-        if prefix != f"{key}_":
-            made = {"part": made.pop("part"), "prefix": prefix, **made}
-        section[key] = conditional(made, when)
+        section[key] = conditional({"part": macro.ours, "prefix": "", **({"with": passed} if passed else {})}, when)
         self._remark(place, (*path, "use", key), comments)
-
-    def _key(self, call: Call) -> tuple[str, Any]:
-        """Return the name of a use, and its prefix."""
-        macro = call.macro
-        if macro not in self.names.prefix:
-            given = next((call.given[name] for name in ("name", *self.names.leads(macro)) if name in call.given), None)
-            last = pieces_of(given[0])[-1:] if given is not None else []
-            return _as_key(last[0] if last and isinstance(last[0], str) else "") or macro.ours, ""
-        pieces: Pieces = self.names.prefix_of(call)
-        rest = self.names.short(self.values.macro, pieces)
-        pieces = pieces if rest is None else rest
-        text = self.values.join_pieces(pieces)
-        tail = text if not isinstance(text, Expression) else pieces[-1] if isinstance(pieces[-1], str) else ""
-        return _as_key(tail) or macro.ours, text
 
     # Properties and arguments.
 
-    def _write_lets(self, owner: str, path: tuple[Any, ...] = ()) -> dict[str, Any]:
+    def _write_lets(self, macro: Macro | None, path: tuple[Any, ...] = ()) -> dict[str, Any]:
         """Write the properties of a macro, or of the robot, that are used, in their order; return those of a macro."""
-        values: dict[Variable, Any] = {}
+        owner = macro.key if macro is not None else ""
         lets = [one for one in self.program.variables if one.kind == "let" and one.owner == owner]
+        values: dict[Variable, Any] = {}
         while waiting := [one for one in lets if one.used and one not in values]:
             for variable in waiting:
-                symbol: Any = variable.symbol
-                with self._within(self.values.macro):
-                    digits = variable.digits
-                    values[variable] = number(digits, "") if digits else self.values.value(symbol, variable)
-        made: dict[str, Any] = {}
-        for variable in (one for one in lets if one in values):
-            section = made if owner else self._section(variable.place, "let")
+                with self._within(self._macro):
+                    is_literal, symbol = bool(variable.digits), symbol_of(variable.symbol)
+                    values[variable] = (
+                        number(variable.digits, "") if is_literal else self.values.value(symbol, variable)
+                    )
+        lets_of_macro: dict[str, Any] = {}
+        for variable in [one for one in lets if one in values]:
+            section = lets_of_macro if macro is not None else self._section(variable.place, "let")
             section[variable.ours] = values[variable]
-            place = variable.place
-            if owner:
-                place = next(one.place for one in self.macros if one.key == owner)
+            place = macro.place if macro is not None else variable.place
             self._remark(place, (*path, "let", variable.ours), variable.comments)
-        return made
+        return lets_of_macro
 
     def _write_arguments(self) -> None:
         """Write the arguments that are used; one that is made of others is after them, in the first file."""
-        written_in: dict[bool, list[Variable]] = {False: [], True: []}
-        values = {
-            one: self.values.value(symbol_of(one.symbol), one) for one in self.program.arguments.values() if one.used
-        }
-        for variable, value in values.items():
-            written_in[isinstance(value, Expression)].append(variable)
-        for one in values:
-            if one.printed and one.names_file:
-                raise Failed("it is the name of a file that is loaded, and a text", one.node)
+        used = [one for one in self.program.arguments.values() if one.used]
+        values = {one: self.values.value(symbol_of(one.symbol), one) for one in used}
         for file in self.documents.values():
             file.pop("args", None)
-        for is_composed, variables in written_in.items():
-            for variable in variables:
-                place = None if is_composed else variable.place
-                declared = {"type": variable.type, "default": values[variable]}
-                allowed = self._allowed(variable)
-                self._section(place, "args")[variable.ours] = {**declared, **({"one_of": allowed} if allowed else {})}
-                self._remark(place, ("args", variable.ours), variable.comments)
+        for variable in sorted(used, key=lambda one: isinstance(values[one], Expression)):
+            if variable.printed and variable.names_file:
+                raise Failed("it is the name of a file that is loaded, and a text", variable.node)
+            place = None if isinstance(values[variable], Expression) else variable.place
+            entry = {"type": variable.type, "default": values[variable], "one_of": self._allowed(variable)}
+            self._section(place, "args")[variable.ours] = {key: one for key, one in entry.items() if one != []}
+            self._remark(place, ("args", variable.ours), variable.comments)
 
     # What arguments are compared with.
 
@@ -386,44 +344,53 @@ class Writer:
         allowed = list(dict.fromkeys([str(variable.value), *sorted(texts)]))
         return allowed if len(allowed) > 1 else []
 
-    def _choices(self, variable: Variable) -> tuple[list[str], list[str]]:
-        """Return the values that an argument is compared with, and others that show whether it is followed."""
+    def _argument(self, variable: Variable) -> dict[str, Any]:
+        """Return an argument with the values that are compiled.
+
+        The ``choices`` are those that it is compared with; one that is ``invented`` shows whether it is followed.
+        """
         default, value = str(variable.value), literal(str(variable.value))
-        compared = [str(one) for one in variable.candidates]
-        if variable.type == "boolean":
-            return ["false" if value is True else "true"], []
-        if variable.type == "number":
-            numbers = [one for one in compared if isinstance(literal(one), (int, float))]
-            other = repr(value + 1 if isinstance(value, int) else value * 1.25 + 0.01)
-            return numbers, [other] if other not in numbers else []
+        choices, invented = sorted(str(one) for one in variable.candidates), []
         words = [literal(one) for one in default.split()]
-        if len(words) > 1 and all(isinstance(one, (int, float)) for one in words):
-            return sorted(compared), [" ".join(repr(one * 1.25 + 0.01) for one in words)]
-        is_free = not self._allowed(variable) and not variable.names_file and not re.search(r"[\s/]", default)
-        return sorted(compared), [PROBE] if is_free else []
+        if not variable.used:
+            choices = []
+        elif variable.type == "boolean":
+            choices = ["false" if value is True else "true"]
+        elif variable.type == "number":
+            choices = [str(one) for one in variable.candidates if isinstance(literal(str(one)), (int, float))]
+            other = repr(value + 1 if isinstance(value, int) else value * 1.25 + 0.01)
+            invented = [other] if other not in choices else []
+        elif len(words) > 1 and all(isinstance(one, (int, float)) for one in words):
+            invented = [" ".join(repr(one * 1.25 + 0.01) for one in words)]
+        elif not self._allowed(variable) and not variable.names_file and not re.search(r"[\s/]", default):
+            invented = [PROBE]
+        return {
+            "name": variable.name,
+            "value": default,
+            "choices": list(dict.fromkeys([default, *choices])),
+            "invented": invented,
+            "used": variable.used,
+            "environment": variable.environment,
+        }
 
 
 def encode(value: Any) -> Any:
-    """Return a value of a document as JSON; keys are texts as they are in the document, or expressions."""
+    """Return a value of a document as JSON; a mark before each text has its type."""
     if isinstance(value, dict):
-        return {"map": [[encode(key), encode(item)] for key, item in value.items()]}
+        return {encode(key): encode(item) for key, item in value.items()}
     if isinstance(value, list):
         return [encode(item) for item in value]
-    kind = next(
-        (name for name, of in (("expression", Expression), ("verbatim", Verbatim)) if isinstance(value, of)), ""
-    )
-    return {kind: str(value)} if kind else value
+    return f"{_MARKS.get(type(value), ' ')}{value}" if isinstance(value, str) else value
 
 
 def decode(value: Any) -> Any:
-    """Return the value of a document that ``encoded`` has made JSON."""
+    """Return the value of a document that ``encode`` has made JSON."""
+    if isinstance(value, dict):
+        return {decode(key): decode(item) for key, item in value.items()}
     if isinstance(value, list):
         return [decode(item) for item in value]
-    if not isinstance(value, dict):
-        return value
-    if "map" in value:
-        return {decode(key): decode(item) for key, item in value["map"]}
-    return Expression(value["expression"]) if "expression" in value else Verbatim(value["verbatim"])
+    kinds = {mark: kind for kind, mark in _MARKS.items()}
+    return kinds.get(value[0], str)(value[1:]) if isinstance(value, str) else value
 
 
 def comments_before(document: Any) -> list[str]:
@@ -448,15 +415,10 @@ def _file_names(program: Program) -> dict[int, str]:
     return made
 
 
-def _as_key(text: str) -> str:
-    made = re.sub(r"[^\w-]+", "_", text.strip("_")).strip("_")
-    return made if made and isinstance(Scalar(made).value, str) else ""
-
-
-def _free(name: str, taken: Iterable[str], of: str = "") -> str:
-    """Return a name that is not taken: with what it is of, or with a number."""
+def _free(name: str, taken: Iterable[str]) -> str:
+    """Return a name that is not taken: with a number."""
     key, count = name, 1
     while key in taken:
         count += 1
-        key = f"{name}_{of}" if count == 2 and of and name != of else f"{name}_{count}"
+        key = f"{name}_{count}"
     return key

@@ -19,9 +19,8 @@ from ..expression import CHOICES
 from ..expression.functions import kind_of
 from ..schema import merged_sections, of_parts, of_types, resolve, schema
 from ..suggestions import flag_meant, key_of_entry_meant, number_meant, text_tails, word_meant
-from .expansion import Failed
 from .placing import AXES, is_number, is_vector
-from .scope import Scope, key_place, value_place
+from .scope import Failed, Scope, key_place, value_place
 
 KEYS = ("type", "default", "one_of", "help")
 TYPES: dict[str, tuple[type, ...]] = {"any": (object,), "text": (str,), "boolean": (bool,), "integer": (int,)}
@@ -86,8 +85,14 @@ def declare(
     scope.broken.update(one.name for one in missing)
     # The default, or the argument, may be there under a misspelt key, which is reported.
     missing = [one for one in missing if one.sound and one.name not in suggested]
-    for together in [missing] if user and missing else [[one] for one in missing]:
-        _report_missing(scope, together, owner, user)
+    for first, *others in [missing] if user and missing else [[one] for one in missing]:
+        names, place = [one.name for one in (first, *others)], user or first.place
+        values = f"with: {{{': VALUE, '.join(names)}: VALUE}}" if user else f"-a {first.name}=VALUE"
+        way = "; ".join(filter(None, [f"write {values}", first.help if not others else ""]))
+        stack = [note for note in (scope.via.stack() if scope.via else place.stack()) if note.span != place.span]
+        related = [Related("declared here", first.place.span)] if user else []
+        message = f"{owner} needs the argument{'s' if others else ''} {quote(names)}"
+        scope.expansion.diagnostics.append(error("missing-argument", message, place.span, way, [*related, *stack]))
     for name, parameter in known.items():
         if name in given:
             scope.bind(name, given[name], places[name])
@@ -107,42 +112,25 @@ def given_places(given: Map, declared: Any) -> dict[str, Place]:
     return {key: value_place(given, key) if key in known else key_place(given, key) for key in given}
 
 
-def _report_missing(scope: Scope, missing: list[Parameter], owner: str, user: Place | None) -> None:
-    way, names, first = "with: {{{}: VALUE}}" if user else "-a {}=VALUE", [one.name for one in missing], missing[0]
-    what = f'argument "{names[0]}"' if len(names) == 1 else f"arguments {quote(names)}"
-    help = f"give {'it' if len(names) == 1 else 'them'}: {way.format(': VALUE, '.join(names))}"
-    help += f"; {first.help}" if first.help and len(names) == 1 else ""
-    place = user or first.place
-    stack = [note for note in (scope.via.stack() if scope.via else place.stack()) if note.span != place.span]
-    related = [Related("declared here", first.place.span)] if user else []
-    message = f"{owner} needs the {what}"
-    scope.expansion.diagnostics.append(error("missing-argument", message, place.span, help, [*related, *stack]))
-
-
 def _parameters(scope: Scope, declared: Any) -> dict[str, Parameter]:
     known: dict[str, Parameter] = scope.expansion.parameters.setdefault(id(declared), {})
-    if not known and isinstance(declared, Map):
-        known.update((name, _parameter(scope, name, entry, declared)) for name, entry in declared.items())
+    for name, entry in declared.items() if isinstance(declared, Map) and not known else ():
+        if not isinstance(entry, Map):  # NAME: DEFAULT
+            place = key_place(declared, name) if entry is None else value_place(declared, name)
+            known[name] = Parameter(name, place, has_default=entry is not None, default=entry)
+            continue
+        good = check_entry(f'argument "{name}"', entry, scope, (*KEYS, "min", "max"), _PARAMETER_KINDS, "arg")
+        kind = entry["type"] if isinstance(entry.get("type"), str) else ""
+        if kind and kind not in TYPES and kind not in DIMENSIONS:
+            help = partial(word_meant, kind, [*TYPES, *DIMENSIONS], "arg type")
+            scope.report("wrong-value", f'argument "{name}" type cannot be "{kind}"', value_place(entry, "type"), help)
+            kind = ""
+        has_default = "default" in entry
+        place = value_place(entry, "default") if has_default else key_place(declared, name)
+        low, high = (bound if is_number(bound) else None for bound in (entry.get("min"), entry.get("max")))
+        default, one_of, help_text = entry.get("default"), entry.get("one_of"), str(entry.get("help") or "")
+        known[name] = Parameter(name, place, kind, has_default, default, one_of, low, high, help_text, good)
     return known
-
-
-def _parameter(scope: Scope, name: str, entry: Any, declared: Map) -> Parameter:
-    place = key_place(declared, name)
-    if entry is None:
-        return Parameter(name, place)
-    if not isinstance(entry, Map):
-        return Parameter(name, value_place(declared, name), has_default=True, default=entry)
-    good = check_entry(f'argument "{name}"', entry, scope, (*KEYS, "min", "max"), _PARAMETER_KINDS, "arg")
-    kind = entry.get("type", "")
-    if isinstance(kind, str) and kind and kind not in TYPES and kind not in DIMENSIONS:
-        help = partial(word_meant, kind, [*TYPES, *DIMENSIONS], "arg type")
-        scope.report("wrong-value", f'argument "{name}" type cannot be "{kind}"', value_place(entry, "type"), help)
-        kind = ""
-    place = value_place(entry, "default") if "default" in entry else place
-    has_default, default, explained = "default" in entry, entry.get("default"), str(entry.get("help") or "")
-    low, high = (bound if is_number(bound) else None for bound in (entry.get("min"), entry.get("max")))
-    kind = kind if isinstance(kind, str) else ""
-    return Parameter(name, place, kind, has_default, default, entry.get("one_of"), low, high, explained, good)
 
 
 def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None:
@@ -159,8 +147,7 @@ def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None
     limited = isinstance(allowed, list)
     if wanted and not _fits(value, wanted):
         shown = f'the text "{value}"' if isinstance(value, str) else kind_of(value)
-        article = "" if wanted in ("text", "any") else "an " if wanted[0] in "aeiou" else "a "
-        message = f'"{name}" of {owner} is {article}{wanted.replace("_", " ")}, not {shown}'
+        message = f'"{name}" of {owner} is of type {wanted}, not {shown}'
         help: Help = parameter.help
         if not help and wanted == "boolean":
             help = flag_meant(value) or "write true or false"
@@ -170,11 +157,8 @@ def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None
         shown = f'"{value}"' if isinstance(value, (str, int, float)) else kind_of(value)
         message = f'{shown} is not a value of the argument "{name}"'
         details = "; ".join(filter(None, [f"allowed: {', '.join(map(str, allowed))}", parameter.help]))
-        help = details
-        if isinstance(value, str) and isinstance(allowed, Seq):
-            pairs = zip(allowed, allowed.value_spans, strict=True)
-            places = {one: span for one, span in pairs if isinstance(one, str)}
-            help = Suggestion(value, places, details=details, places=places)
+        texts = [one for one in allowed if isinstance(one, str)]
+        help = Suggestion(value, texts, details=details) if isinstance(value, str) else details
     elif is_number(value) and not ((low is None or value >= low) and (high is None or value <= high)):
         least, most, shown = (
             getattr(one, "text", "") or f"{one:g}" if one is not None else "" for one in (low, high, value)

@@ -22,18 +22,17 @@ from rosorin_compile.source.wording import suggest, swaps
 from ..annotations import ENTRIES
 from ..schema import keys_of_xml, merged_sections, of_parts, schema
 from ..symbols import SymbolTable
-from ..unused import check_letters, unused_names
 from ..validate import validate
 from .declarations import check_controls, declare
-from .expansion import Failed
+from .defined_names import check_letters, unused_names
 from .files import Reader
 from .included_robots import IncludedRobots
 from .joining import copy, join
 from .parts import Parts, apply_types
-from .scope import Scope
+from .scope import Failed, Scope
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.compiled import RobotReader
+    from rosorin_compile.formats.compilation import RobotReader
 
     from .included_robots import Tell
 

@@ -31,12 +31,11 @@ from rosorin_compile.source.wording import suggest
 from ..expression.functions import ExpressionError
 from ..schema import sections
 from .declarations import check_entry
-from .expansion import Expansion
 from .joining import join, with_sources
-from .scope import Scope, key_place, value_place
+from .scope import Expansion, Scope, key_place, value_place
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.compiled import RobotReader
+    from rosorin_compile.formats.compilation import RobotReader
 
 
 ADDRESS = "package://"

@@ -26,15 +26,14 @@ from ..expression.syntax import weight
 from ..schema import backend_of, sections
 from ..symbols import THINGS, SymbolTable
 from .declarations import hides_letters, place_of
-from .expansion import Failed
 from .files import ADDRESS, INCLUDE_KINDS, IncludeError, check_include, with_nearest_file
 from .joining import copy, with_sources
 from .placing import Use, map_items, map_table, place_fragment
-from .scope import Scope
+from .scope import Failed, Scope
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.compiled import RobotReader
-    from rosorin_compile.formats.imported import Imported
+    from rosorin_compile.formats.compilation import RobotReader
+    from rosorin_compile.formats.imported_robot import Imported
 
     from .files import Reader
 
@@ -127,7 +126,13 @@ class IncludedRobots:
             key = "package" if package and problem.rule == "package-missing" else "file"
             place = place_of(entry, key, scope) if package or entry["file"].startswith(ADDRESS) else place
             raise scope.fail(problem.rule, problem.message, place, problem.help) from None
-        texts = {name: _argument(entry["args"], name, scope) for name in entry.get("args") or ()}
+        texts: dict[str, str] = {}
+        for name, value in (entry.get("args") or {}).items():
+            try:
+                texts[name] = FUNCTIONS["str"](value)
+            except KindError:
+                message = f'the argument "{name}" of a xacro is text or a number, not {kind_of(value)}'
+                raise scope.fail("bad-argument", message, place_of(entry["args"], name, scope)) from None
         if "trust" in entry:
             message = "trust of an include has no effect: trust comes from the person who runs the command"
             help = "remove it; --trust or ROSORIN_COMPILE_TRUST=1 silences the warning xacro-runs-code"
@@ -239,8 +244,14 @@ class IncludedRobots:
                     message = f'an include has "{keys[0]}", but the macro attaches what it makes to "{foreign.mount}"'
                     help = "remove it"
                 self._warn("ignored-key", message, entry.key_spans[keys[0]], help, include)
-            if is_on_parent:
-                made["joints"] = map_items(have, lambda joint: _as_in_include(joint, entry))
+            if is_on_parent:  # the values of its joint that the include sets have the places of the include
+                made["joints"] = joints = copy(have)
+                for name, joint in have.items():
+                    if joint["parent"] == entry["parent"]:
+                        joints[name] = joint = joint.copy()
+                        for key in ("parent", "xyz", "rpy", "publisher"):
+                            if entry.get(key) is not None and (key == "publisher" or joint.get(key) == entry[key]):
+                                joint.put(key, entry[key], entry.key_spans[key], entry.value_spans[key])
             return made
         children = {joint["child"] for joint in have.values()}
         root = next(str(link) for link in made["links"] if link not in children)
@@ -300,17 +311,6 @@ class IncludedRobots:
                 self._warn("include-settings", message, entry.value_spans["file"], help, include)
 
 
-def _as_in_include(joint: Map, include: Map) -> Map:
-    """Return the joint that a macro makes on the parent of an include, with the places of values in the include."""
-    if joint["parent"] != include["parent"]:
-        return joint
-    made = joint.copy()
-    for key in ("parent", "xyz", "rpy", "publisher"):
-        if include.get(key) is not None and (key == "publisher" or joint.get(key) == include[key]):
-            made.put(key, include[key], include.key_spans[key], include.value_spans[key])
-    return made
-
-
 def _moving_joints(tree: Map) -> int:
     joints = (tree.get("joints") or {}).values()
     return sum(isinstance(joint, Map) and joint.get("type") != "fixed" for joint in joints)
@@ -330,14 +330,6 @@ def _check_include(entry: Map, scope: Scope) -> None:
         raise scope.fail("bad-name", f'no name can begin with "{prefix}"', place_of(entry, "prefix", scope), help)
     if hides_letters("prefix", entry, scope) or not good:
         raise Failed
-
-
-def _argument(values: Map, name: str, scope: Scope) -> str:
-    try:
-        return str(FUNCTIONS["str"](values[name]))
-    except KindError:
-        message = f'the argument "{name}" of a xacro is text or a number, not {kind_of(values[name])}'
-        raise scope.fail("bad-argument", message, place_of(values, name, scope)) from None
 
 
 def with_prefix(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str]]:

@@ -26,8 +26,12 @@ def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
     good = True
     for section, value in more.items():
         have = tree.get(section)
-        if parts and holds_many(section) and isinstance(value, Map):
-            good &= _report_unknown_keys(section, value, more, scope)
+        for key in value if parts and holds_many(section) and isinstance(value, Map) else ():
+            if key not in keys_of(section):
+                place, message = Place(value.key_spans[key], more.via or value.via), f'{section} has no key "{key}"'
+                help, origin = partial(word_meant, key, keys_of(section)), argument_behind(scope.expansion.root, place)
+                scope.report_origin("unknown-key", message, place, help, (), origin)
+                good = False
         if have is None:
             if value is not None or not parts:
                 tree.put(section, copy(value), more.key_spans[section], more.value_spans[section])
@@ -47,16 +51,6 @@ def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
         if parts and joined is not None and holds_others and not isinstance(joined.via, Include):
             joined.via = tree.via
     return good
-
-
-def _report_unknown_keys(section: str, table: Map, fragment: Map, scope: Scope) -> bool:
-    unknown = [key for key in table if key not in keys_of(section)]
-    for key in unknown:
-        place = Place(table.key_spans[key], fragment.via or table.via)
-        help = partial(word_meant, key, keys_of(section))
-        message = f'{section} has no key "{key}"'
-        scope.report_origin("unknown-key", message, place, help, (), argument_behind(scope.expansion.root, place))
-    return not unknown
 
 
 def _report_section(section: str, tree: Map, more: Map, scope: Scope) -> bool:
@@ -99,7 +93,7 @@ def _join_entries(section: str, have: Map, more: Map, scope: Scope, equal: bool 
     for name, entry in more.items():
         if name not in have:
             have.put(name, entry, more.key_spans[name], more.value_spans[name])
-        elif not (equal and _is_same(name, have, more)):
+        elif not (equal and have[name] == entry and have.value_spans[name] == more.value_spans[name]):
             message = f'{section.rstrip("s")} "{name}" is defined twice'
             help = "rename or remove one, or give the part another prefix"
             good = _report("duplicate-name", message, help, name, have, more, scope)
@@ -127,10 +121,6 @@ def _join_within(section: str, have: Map, more: Map, scope: Scope) -> bool:
 
 def _is_table_of_entries(value: Any) -> bool:
     return isinstance(value, Map) and all(isinstance(item, (Map, Seq)) for item in value.values())
-
-
-def _is_same(key: str, have: Map, more: Map) -> bool:
-    return bool(have[key] == more[key]) and have.value_spans[key] == more.value_spans[key]
 
 
 def copy(value: Any) -> Any:

@@ -28,10 +28,9 @@ from ..suggestions import word_meant
 from ..symbols import MOUNT, SymbolTable
 from . import declarations
 from .declarations import declare, given_places
-from .expansion import Failed
 from .joining import copy, join, with_source
 from .placing import Use, place_fragment
-from .scope import Scope, value_place
+from .scope import Failed, Scope, value_place
 
 MAX_NESTED = 40
 INSTANCE = 20  # values that an instance counts for, even if it is empty
@@ -80,7 +79,13 @@ class Parts:
             raise scope.fail("wrong-type", f'use "{name}" is a mapping that names a part', place, "write part: NAME")
         self.expansion.parts += 1
         declarations.check_use(name, entry, scope)
-        part = self._find(entry, scope, place)
+        if not isinstance(entry.get("part"), str):
+            help = "name a part of parts: or of the library"
+            raise scope.fail("missing-key", 'a use needs the key "part"', place, help)
+        if entry["part"] not in self.found:
+            where = Place(entry.value_spans["part"], scope.via or entry.via)
+            self.found[entry["part"]] = self._look_up(entry["part"], scope, where)
+        part = self.found[entry["part"]]
         scope.count(INSTANCE, *place)
         if depth > MAX_NESTED:
             message = f'parts stand in parts, more than {MAX_NESTED} deep, at part "{part.name}"'
@@ -101,7 +106,16 @@ class Parts:
         if not inner.evaluate_rest() or not good:
             raise Failed
         names = SymbolTable(fragment)
-        self._check_parent(name, names.mounted, entry, scope, place)
+        if names.mounted and entry.get("parent") is None:
+            help = "the part is attached to a frame: write parent: FRAME"
+            raise scope.fail("missing-key", f'use "{name}" needs the key "parent"', place, help)
+        ignored = [key for key in ("parent", "xyz", "rpy") if entry.get(key) is not None and not names.mounted]
+        if ignored:
+            help = "in the part, write parent: mount where it is attached; or remove the key"
+            message = f'use "{name}" has "{ignored[0]}", but nothing of the part is attached to "{MOUNT}"'
+            stack = tuple(scope.via.stack()) if scope.via else ()
+            warning = Diagnostic("ignored-key", WARNING, message, entry.key_spans[ignored[0]], stack, help)
+            self.expansion.diagnostics.append(warning)
         use = Use(prefix, *map(entry.get, ("parent", "xyz", "rpy", "mirror")))
         if use.mirror is not None:
             _check_elements(name, fragment, inner)
@@ -144,32 +158,11 @@ class Parts:
             raise Failed
         return made
 
-    def _check_parent(self, name: str, mounted: bool, entry: Map, scope: Scope, place: Place) -> None:
-        if mounted and entry.get("parent") is None:
-            help = "the part is attached to a frame: write parent: FRAME"
-            raise scope.fail("missing-key", f'use "{name}" needs the key "parent"', place, help)
-        ignored = [key for key in ("parent", "xyz", "rpy") if entry.get(key) is not None]
-        if ignored and not mounted:
-            help = "in the part, write parent: mount where it is attached; or remove the key"
-            message = f'use "{name}" has "{ignored[0]}", but nothing of the part is attached to "{MOUNT}"'
-            stack = tuple(scope.via.stack()) if scope.via else ()
-            span = entry.key_spans[ignored[0]]
-            self.expansion.diagnostics.append(Diagnostic("ignored-key", WARNING, message, span, stack, help))
-
     def check_unused(self) -> None:
         """Report errors in the parts of the description that nothing uses, as far as that is possible."""
         for name, body in self.own.items():
             if id(body) not in self.sound:
                 declarations.check_part(name, self.own, self.scope)
-
-    def _find(self, entry: Map, scope: Scope, place: Place) -> Part:
-        name = entry.get("part")
-        if not isinstance(name, str):
-            help = "name a part of parts: or of the library"
-            raise scope.fail("missing-key", 'a use needs the key "part"', place, help)
-        if name not in self.found:
-            self.found[name] = self._look_up(name, scope, Place(entry.value_spans["part"], scope.via or entry.via))
-        return self.found[name]
 
     def _look_up(self, name: str, scope: Scope, place: Place) -> Part:
         file, slash, short = name.rpartition("/")

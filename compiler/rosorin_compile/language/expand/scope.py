@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from functools import partial
-from typing import Any, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
-from rosorin_compile.source.diagnostics import Help, Related, Span, Suggestion, error
+from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, Span, Suggestion, error
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.tree import Instance, Kept, Map, Place, Seq
 from rosorin_compile.source.units import UNITS
@@ -20,10 +20,9 @@ from rosorin_compile.source.xml.elements import escape_for
 
 from ..expression import CHOICES, Piece, compile_expression, evaluate, names_in, pieces
 from ..expression.functions import CONSTANTS, FUNCTIONS, OF_DESCRIPTIONS, ExpressionError, KindError, functions, kind_of
-from ..expression.syntax import weight
+from ..expression.syntax import EFFORT, weight
 from ..schema import keys_of_xml
 from ..suggestions import flag_meant, number_meant, unit_meant
-from .expansion import Disabled, Expansion, Failed
 from .provenance import OF_KINDS, Origin, argument_at, argument_of, is_like_a_number
 
 MAX_NODES = 1_500_000
@@ -33,6 +32,86 @@ MAX_WORK = 20_000_000
 _OF_XACRO = re.compile(r"\$\((find|arg|env|optenv|eval|dirname|anon)\b([^)]*)\)")
 # Rules about an entry and not about its name, although they are reported there.
 _OF_ENTRIES = ("missing-key", "unknown-key", "ignored-key", "part-cycle")
+
+
+class Failed(Exception):
+    """A value has errors, which have been reported already."""
+
+
+class Disabled(NamedTuple):
+    """An entry that its condition, or a loop without rounds (``is_empty``), removes; ``scope`` evaluates its name.
+
+    ``key`` is its name as written, "" for an item of a list; ``is_use``: it uses a part.
+    """
+
+    key: str
+    item: Map
+    scope: Any
+    is_use: bool
+    is_empty: bool
+
+
+class Expansion:
+    """Diagnostics and limits of an expansion, and what was computed for each piece of the files, by its identity."""
+
+    def __init__(self) -> None:
+        self.diagnostics: list[Diagnostic] = []
+        self.nodes = 0
+        self.parts = 0
+        self.is_full = False  # a limit has been reported
+        self.blamed: set[Any] = set()  # arguments that an error in an expression was reported for
+        self.root: Any = None  # the scope of the description, which is the first one
+        self.scopes: dict[int, Any] = {}  # of each part and each round of a loop, by the identity of its Instance
+        self.disabled: list[Disabled] = []
+        self.parameters: dict[int, Any] = {}
+        self._start = EFFORT.total
+        self._constant: dict[int, bool] = {}
+        self._bodies: dict[int, Any] = {}
+
+    def forget(self) -> None:
+        """Drop the scopes, which refer to the tree: it is freed when nobody else needs it."""
+        self.scopes.clear()
+        self.disabled.clear()
+        self.root = None
+
+    @property
+    def work(self) -> int:
+        """The steps of all expressions so far."""
+        return EFFORT.total - self._start
+
+    @contextmanager
+    def without_limits(self) -> Iterator[None]:
+        """Evaluate something of which nothing is used, only to find its errors: no limit applies to it."""
+        nodes, work, is_full = self.nodes, self.work, self.is_full
+        reported, disabled = len(self.diagnostics), len(self.disabled)
+        self.nodes = 0
+        yield
+        self.nodes, self.is_full = nodes, is_full
+        self._start += self.work - work
+        self.diagnostics[reported:] = [one for one in self.diagnostics[reported:] if one.rule != "too-large"]
+        del self.disabled[disabled:]
+
+    def is_constant(self, value: Any) -> bool:
+        """Return True if a piece of the tree contains no expression, loop or condition."""
+        if isinstance(value, str):
+            return "$" not in value
+        if not isinstance(value, (Map, Seq)):
+            return True
+        constant = self._constant.get(id(value))
+        if constant is None:
+            controlled = isinstance(value, Map) and ("for" in value or "if" in value or "$" in "".join(value))
+            items = value.values() if isinstance(value, Map) else value
+            constant = self._constant[id(value)] = not controlled and all(map(self.is_constant, items))
+        return constant
+
+    def body(self, entry: Map) -> Any:
+        """Return an entry without its loop and condition; if only ``value`` is left, the value of that."""
+        if id(entry) not in self._bodies:
+            body = entry.copy()
+            for control in ("for", "if"):
+                body.pop(control, None)
+            self._bodies[id(entry)] = body["value"] if list(body) == ["value"] else body
+        return self._bodies[id(entry)]
 
 
 class Scope:
@@ -68,19 +147,20 @@ class Scope:
         value_place = value_place or place
         call = re.fullmatch(r"([^(]*)\((.*)\)", name, re.DOTALL)
         own, parameters = (call[1], [one.strip() for one in call[2].split(",") if call[2]]) if call else (name, [])
-        taken = own in functions() or own in OF_DESCRIPTIONS
         is_good = all(map(str.isidentifier, (own, *parameters))) and len(set(parameters)) == len(parameters)
-        if call and (taken or not is_good):
-            message = f'"{own}" is a function of the language' if taken else f'"{name}" cannot be called'
-            self.report("bad-name", message, place, "write NAME(FIRST, SECOND): letters, digits and underscores")
-            return
+        is_taken = call is not None and (own in functions() or own in OF_DESCRIPTIONS)
+        if is_taken or not is_good:
+            message = (
+                f'"{own}" is a function of the language' if is_taken else f'"{name}" cannot be used in an expression'
+            )
+            form = "NAME(FIRST, SECOND)" if call else "a name"
+            self.report("bad-name", message, place, f"write {form} of letters, digits and underscores")
+            if call:
+                return
         if own in self.places:
             related = [Related("first defined here", self.places[own].span)]
             self.report("duplicate-name", f'the value "{own}" is named twice', place, "rename one", related)
             return
-        if not own.isidentifier():
-            help = "use letters, digits and underscores, and begin with a letter"
-            self.report("bad-name", f'"{own}" cannot be used in an expression', place, help)
         self.places[own], self.local[own] = place, value_place
         if call:
             self.values[f"{own}()"] = partial(self._call, own, parameters, value, value_place)
@@ -237,33 +317,32 @@ class Scope:
         self.count(len(value) + 1, value.span, via)
         failed = False
         for key, item in value.items():
+            key_span, span = value.key_spans[key], value.value_spans[key]
             try:
-                if "$" in key or _is_controlled(item):
-                    self._add_entries(made, value, key, via)
+                if "$" not in key and not _is_controlled(item):
+                    # In elements of XML, a value is spelt as XML spells it.
+                    resolved = self.resolve(item, Place(span, via), key in keys_of_xml())
+                    if resolved is not None or item is None:
+                        made.put(key, resolved, key_span, span)
                     continue
-                # In elements of XML, a value is spelt as XML spells it.
-                resolved = self.resolve(item, Place(value.value_spans[key], via), key in keys_of_xml())
-                if resolved is not None or item is None:
-                    made.put(key, resolved, value.key_spans[key], value.value_spans[key])
+                for scope, entry in self.entries(item, key):
+                    name = scope.name(key, key_span, via) if "$" in key else key
+                    if name in made:
+                        related = [Related("first defined here", made.key_spans[name])]
+                        help = "use the loop's value in the name" if isinstance(item, Map) and "for" in item else ""
+                        message = f'the key "{name}" is repeated in one mapping'
+                        raise self.fail("duplicate-key", message, Place(key_span, via), help, related)
+                    entry = scope.resolve(entry, Place(span, via))
+                    if "$" in key and isinstance(entry, Map) and scope is not self:
+                        entry = entry.made_by(
+                            scope.via
+                        )  # an entry that is equal in every round does not know its round
+                    made.put(name, entry, key_span, span)
             except Failed:
                 failed = True
         if failed:
             raise Failed
         return made
-
-    def _add_entries(self, made: Map, value: Map, key: str, via: Instance | None) -> None:
-        item, key_span, span = value[key], value.key_spans[key], value.value_spans[key]
-        for scope, entry in self.entries(item, key):
-            name = scope.name(key, key_span, via) if "$" in key else key
-            if name in made:
-                related = [Related("first defined here", made.key_spans[name])]
-                help = "use the loop's value in the name" if isinstance(item, Map) and "for" in item else ""
-                message = f'the key "{name}" is repeated in one mapping'
-                raise self.fail("duplicate-key", message, Place(key_span, via), help, related)
-            entry = scope.resolve(entry, Place(span, via))
-            if "$" in key and isinstance(entry, Map) and scope is not self:
-                entry = entry.made_by(scope.via)  # an entry that is the same in every round does not know its round
-            made.put(name, entry, key_span, span)
 
     def name(self, key: str, span: Span, via: Instance | None) -> str:
         """Return a key with its expressions evaluated, which has to be text or a number."""
@@ -309,9 +388,6 @@ class Scope:
             return resolved
         what = f'"{resolved}"' if isinstance(resolved, (str, int, float)) else kind_of(resolved)
         help = flag_meant(resolved) or "compare it: ${n > 0}"
-        elsewhere = isinstance(value, str) and "$" in value and argument_at(self, place.span, of_kinds=True) is None
-        if help.startswith("write") and elsewhere:
-            help = f"where the value comes from, {help}"
         raise self.fail("wrong-type", f"a condition is true or false, not {what}", place, help)
 
     def text(self, text: str, span: Span, via: Instance | None, xml: bool = False) -> Any:
@@ -348,19 +424,21 @@ class Scope:
 
     def _refuse_xacro(self, text: str, piece: Piece, place: Place) -> None:
         if found := _OF_XACRO.search(piece.text):
-            rest = found[2].strip()
-            name = (rest.split() or ["NAME"])[0]
-            ways_out = {"find": f"write package://{name}", "eval": f"write ${{{rest}}}", "dirname": "write the path"}
-            way_out = ways_out.get(found[1], f"write ${{{name}}}, with {name} under args")
+            name = (found[2].split() or ["NAME"])[0]
+            help = f"write package://{name}" if found[1] == "find" else f"write ${{{name}}}, with {name} under args"
             where = _within(place, text, piece.offset + found.start())
-            raise self.fail("expression", f'"{found[0]}" has a meaning in xacro, and none here', where, way_out)
+            raise self.fail("expression", f'"{found[0]}" has a meaning in xacro, and none here', where, help)
 
     def _report_expression(self, problem: ExpressionError, piece: Piece, text: str, place: Place) -> None:
-        where, help = self._place_and_help(problem, piece, text, place)
+        where = _within(place, text, piece.offset + 2)
+        if "\n" not in piece.text and where.span != place.span:
+            column = where.span.column + len(piece.text) - len(piece.text.lstrip()) + max(0, problem.column)
+            where = Place(where.span._replace(column=column, length=1), where.via)
         used = [] if problem.unknown else names_in(piece.text)
         owners = {name: owner for name in used if (owner := self.owner(name)) is not None}
         names = {name: owner.places[name].span for name, owner in owners.items()}
         values = {name: owner.values[name] for name, owner in owners.items() if name in owner.values}
+        help = self._expression_help(problem)
         if not help:
             number = next((name for name, value in values.items() if is_like_a_number(value)), "")
             if number:  # reported once for all expressions that use it, where it was written
@@ -379,24 +457,19 @@ class Scope:
         related = [Related(f'"{name}" comes from here', span) for name, span in first if span not in elsewhere]
         self.report_origin("expression", problem.message, where, help, related, origin)
 
-    def _place_and_help(self, problem: ExpressionError, piece: Piece, text: str, place: Place) -> tuple[Place, Help]:
-        help: Help = problem.help
+    def _expression_help(self, problem: ExpressionError) -> Help:
         unknown = problem.unknown
         if problem.unit is not None and (meant := unit_meant(problem.unit[1], [])):
-            help = f"write {problem.unit[0]} {meant}"
-        elif unknown.endswith("()"):
-            help = Suggestion(unknown[:-2], {*functions(), *OF_DESCRIPTIONS})
-        elif unknown in ("math", "np", "numpy", "xacro", "self"):
-            help = "functions and constants stand by themselves: pi, sin(x), load('file.yaml')"
-        elif unknown:
+            return f"write {problem.unit[0]} {meant}"
+        if unknown.endswith("()"):
+            return Suggestion(unknown[:-2], {*functions(), *OF_DESCRIPTIONS})
+        if unknown in ("math", "np", "numpy", "xacro", "self"):
+            return "functions and constants have no module: pi, sin(x), load('file.yaml')"
+        if unknown:
             names = self.all_names()
             known = f"known here: {first_of(sorted(names), MAX_LISTED)}" if names else "name it in let"
-            help = Suggestion(unknown, {*names, *CONSTANTS, *UNITS}, instead=known, places=names)
-        where = _within(place, text, piece.offset + 2)
-        if "\n" not in piece.text and where.span != place.span:
-            column = where.span.column + len(piece.text) - len(piece.text.lstrip()) + max(0, problem.column)
-            where = Place(where.span._replace(column=column, length=1), where.via)
-        return where, help
+            return Suggestion(unknown, {*names, *CONSTANTS, *UNITS}, instead=known, places=names)
+        return problem.help
 
 
 def _is_controlled(item: Any) -> bool:
@@ -426,9 +499,7 @@ def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
                 outer.count((len(items) - counted) * len(scopes), where.span, where.via)
                 counted = len(items)
             for value, span in zip(items, spans, strict=True):
-                outer_via, at = scope.via or via, where.span
-                if isinstance(values, Seq):
-                    at = span
+                outer_via, at = scope.via or via, span if isinstance(values, Seq) else where.span
                 if at != span:  # the values come from elsewhere
                     outer_via = Instance("which is written here", span, outer_via)
                 inner = Scope(outer.expansion, scope, Instance(f"{names} = {_short(value)}", at, outer_via, made=True))

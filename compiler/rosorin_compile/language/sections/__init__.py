@@ -21,8 +21,7 @@ from rosorin_compile.model.simulation import Root
 from rosorin_compile.source.tree import Path
 from rosorin_compile.source.wording import phrase
 
-from ..lowering import Lowering
-from ..records import Problem, entries_of, pose_of_entry, record_of, renamed_values, values_of
+from ..lower import Lowering, Problem, entries_of, pose_of_entry, record_of, renamed_values, values_of
 from ..schema import backend_of
 from ..suggestions import suggest_name
 from . import joints, links, sensors
@@ -77,38 +76,27 @@ def _drive(tree: Mapping[str, Any], problem: Problem) -> Drive | None:
 def _poses(tree: Mapping[str, Any], lowering: Lowering) -> tuple[JointPose, ...]:
     # Simulators begin at the first one, which an import keeps.
     imported = record_of(Source, tree.get("source")).status == "imported"
-    entries = tree["poses"].items() if imported else entries_of(tree, "poses")
-    return tuple(_pose(name, entry, lowering) for name, entry in entries)
-
-
-def _pose(name: str, entry: Mapping[str, Any], lowering: Lowering) -> JointPose:
-    positions = {key: float(value) for key, value in sorted(entry.get("positions", {}).items())}
-    controls = {key: float(value) for key, value in sorted(entry.get("controls", {}).items())}
-    pulses = dict(sorted(entry.get("pulses", {}).items()))
-    for joint, pulse in pulses.items():
-        path: Path = ("poses", name, "pulses", joint)
-        position = _position(joint, pulse, path, lowering)
-        if position is not None:
-            if joint in positions:
-                lowering("duplicate-name", f'"{joint}" has a position and a pulse', path, "give one of them")
-            positions[joint] = position
-    base = pose_of_entry(entry["base"]) if "base" in entry else None
-    return record_of(JointPose, entry, name=name, positions=positions, pulses=pulses, base=base, controls=controls)
-
-
-def _position(joint: str, pulse: int, path: Path, lowering: Lowering) -> float | None:
-    group = next((group for group in lowering.servos if joint in group.joints), None)
-    if group is None:
-        known = [joint for group in lowering.servos for joint in group.joints]
-        joints = lowering.tree.get("joints") or {}
-        if joint not in joints or joints.keys() >= {*known}:  # else a servo group misspells its name, which is reported
-            help = suggest_name(lowering.tree, path, joint, known)
-            lowering("unknown-servo", f'no servo group has the joint "{joint}"', path, help, key=True)
-        return None
-    low, high = group.pulse_range
-    if not low <= pulse <= high:
-        lowering("pulse-range", f"the pulse {pulse} does not exist: {low} to {high}", path, "correct it")
-    return group.radians(pulse)
+    poses, joints = list[JointPose](), tree.get("joints") or {}
+    group_of = {joint: group for group in reversed(lowering.servos) for joint in group.joints}
+    for name, entry in tree["poses"].items() if imported else entries_of(tree, "poses"):
+        positions = {key: float(value) for key, value in sorted(entry.get("positions", {}).items())}
+        controls = {key: float(value) for key, value in sorted(entry.get("controls", {}).items())}
+        pulses = dict(sorted(entry.get("pulses", {}).items()))
+        for joint, pulse in pulses.items():
+            path: Path = ("poses", name, "pulses", joint)
+            if joint in group_of:
+                low, high = group_of[joint].pulse_range
+                if not low <= pulse <= high:
+                    lowering("pulse-range", f"the pulse {pulse} does not exist: {low} to {high}", path, "correct it")
+                if joint in positions:
+                    lowering("duplicate-name", f'"{joint}" has a position and a pulse', path, "give one of them")
+                positions[joint] = group_of[joint].radians(pulse)
+            elif joint not in joints or joints.keys() >= group_of.keys():  # else a servo group misspells its name
+                help = suggest_name(lowering.tree, path, joint, list(group_of))
+                lowering("unknown-servo", f'no servo group has the joint "{joint}"', path, help, key=True)
+        base, more = pose_of_entry(entry["base"]) if "base" in entry else None, {"controls": controls}
+        poses.append(record_of(JointPose, entry, name=name, positions=positions, pulses=pulses, base=base, **more))
+    return tuple(poses)
 
 
 def _outputs(tree: Mapping[str, Any], _: Problem) -> tuple[Output, ...]:
@@ -117,10 +105,6 @@ def _outputs(tree: Mapping[str, Any], _: Problem) -> tuple[Output, ...]:
         options = {key: value for key, value in entry.items() if key not in ("file", "backend")}
         outputs.append(Output(name, entry.get("backend", backend_of(name, entry)), entry["file"], options))
     return tuple(outputs)
-
-
-def _materials(tree: Mapping[str, Any], _: Problem) -> tuple[Material, ...]:
-    return tuple(record_of(Material, entry, name=name) for name, entry in entries_of(tree, "materials"))
 
 
 def _root(tree: Mapping[str, Any], _: Problem) -> Root:
@@ -149,7 +133,11 @@ SECTIONS: tuple[Section[Any], ...] = (
     Section("outputs", Output, lower=_outputs, checks=(f"{_RULES}.outputs",)),
     Section("modes", lower=lambda tree, _: tuple(name for name, _ in entries_of(tree, "modes"))),
     Section("source", Source, lower=lambda tree, _: record_of(Source, tree["source"])),
-    Section("materials", Material, lower=_materials),
+    Section(
+        "materials",
+        Material,
+        lower=lambda tree, _: tuple(record_of(Material, one, name=name) for name, one in entries_of(tree, "materials")),
+    ),
     Section("root", Root, lower=_root),
     Section("disabled_contacts", lower=lambda tree, _: tuple(tuple(one["links"]) for one in tree["disabled_contacts"])),
     Section("mjcf", lower=lambda tree, _: tuple(tree["mjcf"]), checks=(f"{_RULES}.simulated",)),

@@ -77,15 +77,22 @@ def drives_of(reading: Reading) -> dict[int, Drive]:
             _fill(reading, entry, "other_actuator", fact, attributes, element, index)
             others.put(name, entry, element.span, element.span)
         reading.actuator_of[number] = name
-        if index is not None:
-            if entry.get("type") is None:
-                reading.servos[number] = index
-            total, effort = (before.effort if before else 0.0), _effort(fact)
-            total = None if total is None or effort is None else total + effort
-            if is_in_joint:
-                drives[index] = Drive(total, entry, _speed(fact, entry))
-            elif before is not None:
-                drives[index] = before._replace(effort=total)
+        if index is None:
+            continue
+        if entry.get("type") is None:
+            reading.servos[number] = index
+        arrays = (fact["gear"][:1], fact["forcerange"], fact["ctrlrange"])
+        gear, force, control = (float(max(map(abs, values))) for values in arrays)
+        effort = gear * force if fact["forcelimited"] else None
+        is_plain = (fact["gaintype"], fact["biastype"]) == (_FIXED_GAIN, _NO_BIAS)
+        if effort is None and is_plain and fact["ctrllimited"]:
+            effort = gear * abs(float(fact["gainprm"][0])) * control
+        total = before.effort if before else 0.0
+        total = None if total is None or effort is None else total + effort
+        if is_in_joint:
+            drives[index] = Drive(total, entry, _speed(fact, entry))
+        elif before is not None:
+            drives[index] = before._replace(effort=total)
     if others:
         convert.put(reading.tree, "actuators", others)
     names = list(reading.actuator_of.values())
@@ -112,10 +119,8 @@ def _fill(
         convert.put_number(entry, word, convert.tidy(value), element, word)
     rest = {key: text for key, text in more.items() if key not in _READ}
     joint = reading.facts["joints"][index] if index is not None else None
-    inherits, is_position = (
-        float(attributes.get("inheritrange", 0)) and kind in ("position", "general"),
-        kind == "position",
-    )
+    inherits = float(attributes.get("inheritrange", 0)) and kind in ("position", "general")
+    is_position = kind == "position"
     if not inherits and (fact["ctrllimited"] or "ctrlrange" in attributes):
         # The range of its joint is the usual one of a position servo.
         ends = [fact["gear"][0] * end for end in joint["range"]] if joint is not None and joint["limited"] else None
@@ -155,24 +160,10 @@ def _kind(attributes: Mapping[str, str]) -> tuple[str, Mapping[str, float], Mapp
 
 
 def _speed(fact: Mapping[str, Any], entry: Map) -> float | None:
-    """Return the speed that a velocity servo can be commanded both ways: it limits the joint, and needs no range.
-
-    None for another servo or range.
-    """
+    """Return the speed that a velocity servo can be commanded both ways, which limits the joint in place of a range."""
     (low, high), gear = fact["ctrlrange"], float(fact["gear"][0])
     speed = convert.tidy(high / gear) if gear > 0 else 0.0
     if entry.get("type") != "velocity" or not fact["ctrllimited"] or low != -high or speed <= 0 or gear * speed != high:
         return None
     entry.pop("range", None)
     return speed
-
-
-def _effort(fact: Mapping[str, Any]) -> float | None:
-    """Return the largest torque or force that an actuator brings to its joint, or None if it is not known."""
-    arrays = (fact["gear"][:1], fact["forcerange"], fact["ctrlrange"])
-    gear, force, control = (float(max(map(abs, values))) for values in arrays)
-    if fact["forcelimited"]:
-        return gear * force
-    if (fact["gaintype"], fact["biastype"]) == (_FIXED_GAIN, _NO_BIAS) and fact["ctrllimited"]:
-        return gear * abs(float(fact["gainprm"][0])) * control
-    return None

@@ -13,12 +13,12 @@ does not collide with planes and other fields.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile import model
-from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.shape import MERGED
+from rosorin_compile.source.cache import of_robot
 
 if TYPE_CHECKING:
     from .contacts import Geom
@@ -44,6 +44,7 @@ SHOWN, SHOWN_WHEEL = "shown_collision", "shown_wheel_collision"
 
 # The sites that mark frames: dots that a viewer shows with group 4.
 FRAME = "frame"
+CLASSES = (VISUAL, COLLISION, WHEEL, SHOWN, SHOWN_WHEEL, FRAME)
 
 VISUAL_GROUP, COLLISION_GROUP, FRAME_GROUP = 2, 3, 4
 
@@ -215,9 +216,10 @@ def form_of(output: model.Output) -> str:
     return str(output.options.get("height_maps", MERGED))
 
 
-def solids(shape: model.Shape, form: str) -> Sequence[model.Shape]:
-    """Return the shapes that the geoms of a shape are: a height map as boxes in a form, or as it is."""
-    return (shape,) if form == HFIELD else shape.solids(form)
+def numbered_solids(link: model.Link, purpose: str, form: str) -> Iterator[tuple[int, model.Shape]]:
+    """Yield the shapes of the geoms of a link, counted from 1: a height map as boxes in a form, or as it is."""
+    shapes = link.visual if purpose == VISUAL else link.collision
+    yield from enumerate((one for shape in shapes for one in ((shape,) if form == HFIELD else shape.solids(form))), 1)
 
 
 def colliding(link: model.Link, output: model.Output) -> Sequence[model.Shape] | None:

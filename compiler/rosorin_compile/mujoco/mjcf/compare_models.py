@@ -14,6 +14,7 @@ import re
 from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib import import_module
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -65,10 +66,7 @@ _BY_METHODS = re.compile(  # fields that methods of ``Comparison`` compare
     r"|(geom|site|cam|mesh)_(pos|quat)|geom_dataid|key_(q|c|a|m).*"
 )
 _OF_CONTACTS = re.compile(r"geom_(condim|priority|solmix|solref|solimp|friction|margin|gap|surfacevel|adhesion)")
-_OF_KEYS = (
-    *(("qpos", "nq", "position"), ("qvel", "nv", "speed"), ("ctrl", "nu", "control"), ("act", "na", "activation")),
-    *(("mpos", "nmocap", "place"), ("mquat", "nmocap", "orientation")),
-)
+_OF_KEYS = {"qpos": "nq", "qvel": "nv", "ctrl": "nu", "act": "na", "mpos": "nmocap", "mquat": "nmocap"}
 # Objects that change a simulation if they are in ours alone.
 _MATTER = ("body", "joint", "geom", "pair", "equality", "tendon", "actuator", "sensor", "key", "flex")
 
@@ -187,7 +185,7 @@ class Comparison:
     def __init__(self, mujoco: Any, source: Any, ours: Any, names: Mapping[str, Mapping[int, str]]) -> None:
         self.mujoco, self.names = mujoco, names
         self.source, self.ours = Model(mujoco, source), Model(mujoco, ours)
-        self.maps: dict[str, dict[int, int]] = {}
+        self.maps: dict[str, dict[int, int]] = {}  # the number of an object of ours by that of the source
         self.differences: list[Difference] = []
         self.place(None)
         for kind in KINDS:
@@ -195,31 +193,33 @@ class Comparison:
 
     def run(self) -> list[Difference]:
         """Compare everything and return the differences."""
-        theirs, own = self.source.mj.opt, self.ours.mj.opt
-        for field in (name for name in dir(theirs) if not name.startswith("_")):
-            self.values("option", -1, field, getattr(theirs, field), getattr(own, field))
-        self.values("size", -1, "nuserdata", self.source.mj.nuserdata, self.ours.mj.nuserdata)
+        theirs, own = self.source.mj, self.ours.mj
+        for field in (name for name in dir(theirs.opt) if not name.startswith("_")):
+            self.values("option", -1, field, getattr(theirs.opt, field), getattr(own.opt, field))
+        self.values("size", -1, "nuserdata", theirs.nuserdata, own.nuserdata)
         self._objects()
         for field, extent in arrays():
-            if not _BY_METHODS.fullmatch(field):
-                self._array(field, extent)
+            kind = _PIECES[extent][0] if extent in _PIECES else _KIND_OF_EXTENT.get(extent, "")
+            if extent.startswith(("nflex", "nplugin")):  # flexible bodies and plugins as one piece
+                self.values(extent[1:5], -1, field, np.asarray(getattr(theirs, field)), np.asarray(getattr(own, field)))
+            elif kind and not _BY_METHODS.fullmatch(field):
+                for pair in self.maps[kind].items():
+                    self._field(kind, field, extent, *pair)
         self._bodies()
         self._frames()
-        self._keys()
-        self._order()
+        self._keys_and_order()
         self._contacts()
         return self.differences
 
     def report(self, kind: str, index: int, field: str, text: str) -> None:
         """Add a difference of an object of the source, or with ``index`` -1 of the whole model."""
-        self.differences.append(
-            Difference(kind, field, text if index < 0 else f"{self.source.name_of(kind, index)}: {text}")
-        )
+        name = "" if index < 0 else f"{self.source.name_of(kind, index)}: "
+        self.differences.append(Difference(kind, field, f"{name}{text}"))
 
-    def values(self, kind: str, index: int, field: str, one: Any, other: Any, word: str = "") -> None:
+    def values(self, kind: str, index: int, field: str, one: Any, other: Any) -> None:
         """Report two values of a field that are not equal."""
         if not callable(one) and not close(one, other):
-            self.report(kind, index, field, f"{word or field} {in_words(one, other)}")
+            self.report(kind, index, field, f"{field} {in_words(one, other)}")
 
     def place(self, chance: Any) -> None:
         """Put both models into their first pose, or with a random generator into the same random pose.
@@ -228,7 +228,7 @@ class Comparison:
         """
         source, first, second = self.source, self.source.data, self.ours.data
         first.qpos[:], second.qpos[:] = source.mj.qpos0, self.ours.mj.qpos0
-        for one, other in self.maps.get("joint", {}).items() if chance else ():
+        for one, other in self.maps["joint"].items() if chance else ():
             here, there = source.piece("nq", one), self.ours.piece("nq", other)
             numbers = source.mj.qpos0[here] + chance.uniform(-0.5, 0.5, here.stop - here.start)
             if len(numbers) == 1 and source.mj.jnt_limited[one]:
@@ -249,12 +249,13 @@ class Comparison:
             other = by_name.get(self.names.get(kind, {}).get(index, "") or name)
             if other is not None and index not in found and other not in found.values():
                 found[index] = other
+        if kind in ("mesh", "hfield"):
+            return
         waiting: dict[Any, list[int]] = {}
         for index in sorted(set(range(len(ours.names[kind]))) - set(found.values())):
             waiting.setdefault(self._signature(ours, kind, index), []).append(index)
-        for index in range(len(source.names[kind])):
-            candidates = waiting.get(self._signature(source, kind, index), []) if index not in found else []
-            if candidates and kind not in ("mesh", "hfield"):
+        for index in sorted(set(range(len(source.names[kind]))) - set(found)):
+            if candidates := waiting.get(self._signature(source, kind, index)):
                 place = source.place(kind, index)
                 apart = [round(float(np.abs(place - ours.place(kind, at)).max()), 9) for at in candidates]
                 found[index] = candidates.pop(apart.index(min(apart)))
@@ -266,23 +267,21 @@ class Comparison:
 
     def _signature(self, model: Model, kind: str, index: int) -> Any:
         """Return what an object has in common with its match, in the numbers of ours: types, and what it refers to."""
-
-        def mapped(of: str, number: float) -> float:
-            is_ours = model is self.ours or number < 0 or not of
-            return number if is_ours else self.maps.get(of, {}).get(int(number), -2 - number)
-
-        prefix, values = KINDS[kind], list[Any]()
+        prefix, values, named = KINDS[kind], list[Any](), list[tuple[str, float]]()
         if kind in _FRAMES:
-            values.append(mapped("body", model.body_of(kind, index)))
+            named.append(("body", model.body_of(kind, index)))
         for field, extent in arrays() if kind != "body" else ():
             if extent == f"n{prefix}" and field in _REFERENCES:
-                values += [mapped(*one) for one in model.references(field, extent, index)]
+                named += model.references(field, extent, index)
             elif field in (f"{prefix}_type", f"{prefix}_mode"):
                 values.append(int(getattr(model.mj, field)[index]))
         if kind == "geom":
             mesh = model.mesh_of(index)
             values.append(model.collides(index))
             values += [int(model.mj.mesh_vertnum[mesh]), int(model.mj.mesh_facenum[mesh])] if mesh >= 0 else []
+        for of, number in named:
+            is_ours = model is self.ours or number < 0 or not of
+            values.append(number if is_ours else self.maps.get(of, {}).get(int(number), -2 - number))
         return frozenset(values) if kind == "pair" else tuple(values)
 
     def _objects(self) -> None:
@@ -307,59 +306,40 @@ class Comparison:
                 if not is_harmless:
                     self.report(kind, -1, "", f"{ours.name_of(kind, index)} is in ours alone")
 
-    def _array(self, array: str, extent: str) -> None:
-        """Compare an array of mjModel object by object; those of flexible bodies and plugins as one piece."""
-        if extent.startswith(("nflex", "nplugin")):
-            theirs, own = (np.asarray(getattr(model.mj, array)) for model in (self.source, self.ours))
-            self.values(extent[1:5], -1, array.partition("_")[2], theirs, own, array)
+    def _field(self, kind: str, array: str, extent: str, one: int, other: int) -> None:
+        """Compare the values of an array for one object, unless MuJoCo does not read them."""
+        source, ours, field = self.source, self.ours, array if extent == "nq" else array.partition("_")[2]
+        if array in _REFERENCES:
+            pairs = source.references(array, extent, one), ours.references(array, extent, other)
+            if len(pairs[0]) != len(pairs[1]) or not all(map(self._is_same, *pairs)):
+                texts = [
+                    ", ".join("none" if n < 0 else model.name_of(of, int(n)) if of else f"{n:g}" for of, n in named)
+                    for model, named in zip((source, ours), pairs, strict=True)
+                ]
+                text = f"{field} {texts[0] or 'nothing'} in the source, {texts[1] or 'nothing'} in ours"
+                self.report(kind, one, field, text)
             return
-        kind = _PIECES[extent][0] if extent in _PIECES else _KIND_OF_EXTENT.get(extent, "")
-        for one, other in self.maps[kind].items() if kind else ():
-            if array in _REFERENCES:
-                self._reference(kind, array, extent, one, other)
-            elif self._has_effect(kind, array, one, other):
-                self._value(kind, array, extent, one, other)
-
-    def _has_effect(self, kind: str, array: str, one: int, other: int) -> bool:
-        """Return False for a range that does not limit, and for other values that MuJoCo does not read."""
-        source, ours = self.source, self.ours
+        theirs, own = source.value(array, extent, one), ours.value(array, extent, other)
         gate = re.sub(r"range$|(?<=jnt_)(solref|solimp|margin)$", "limited", array)
         if gate != array and hasattr(source.mj, gate):
-            extent = "nu" if array == "actuator_ctrlrange" else ""
-            return bool(source.value(gate, extent, one).all() and ours.value(gate, extent, other).all())
-        if array == "qpos_spring":
+            of = "nu" if array == "actuator_ctrlrange" else ""
+            has_effect = source.value(gate, of, one).all() and ours.value(gate, of, other).all()
+        elif array == "qpos_spring":
             models = ((source.mj, one), (ours.mj, other))
-            return any(np.any(mj.jnt_stiffness[i]) or np.any(mj.jnt_stiffnesspoly[i]) for mj, i in models)
-        if _OF_CONTACTS.fullmatch(array):
-            return source.collides(one)  # a pair has its own values
-        is_frame = kind == "site" and ours.names["site"][other] in ours.names["body"]  # each body of ours has one
-        return not (is_frame and array in ("site_type", "site_size"))
-
-    def _value(self, kind: str, array: str, extent: str, one: int, other: int) -> None:
-        theirs, own = self.source.value(array, extent, one), self.ours.value(array, extent, other)
+            has_effect = any(np.any(mj.jnt_stiffness[i]) or np.any(mj.jnt_stiffnesspoly[i]) for mj, i in models)
+        elif _OF_CONTACTS.fullmatch(array):
+            has_effect = source.collides(one)  # a pair has its own values
+        elif array in ("site_type", "site_size"):  # each body of ours has a site
+            has_effect = ours.names["site"][other] not in ours.names["body"]
+        else:  # lengths are found by a simulation
+            has_effect = array != "actuator_lengthrange" or not np.allclose(theirs, own, _SIMULATED, _SIMULATED)
         if array in ("geom_size", "site_size"):
-            count = _SIZES.get(int(getattr(self.source.mj, f"{kind}_type")[one]), 3)
+            count = _SIZES.get(int(getattr(source.mj, f"{kind}_type")[one]), 3)
             theirs, own = theirs[:count], own[:count]
-        if array == "eq_data" and self.source.mj.eq_type[one] == _WELD:
+        if array == "eq_data" and source.mj.eq_type[one] == _WELD:
             theirs, own = (np.concatenate([row[:6], rotation(row[6:10]).ravel(), row[10:]]) for row in (theirs, own))
-        if array == "actuator_lengthrange" and np.allclose(theirs, own, rtol=_SIMULATED, atol=_SIMULATED):
-            return  # found by a simulation
-        if extent != "nq":
-            self.values(kind, one, array.partition("_")[2], theirs, own)
-        elif not _same_position(theirs, own):
-            self.report(kind, one, array, f"{array} {in_words(theirs, own)}")
-
-    def _reference(self, kind: str, array: str, extent: str, one: int, other: int) -> None:
-        theirs, own = self.source.references(array, extent, one), self.ours.references(array, extent, other)
-        if len(theirs) != len(own) or not all(map(self._is_same, theirs, own)):
-            texts = [
-                ", ".join("none" if n < 0 else model.name_of(of, int(n)) if of else f"{n:g}" for of, n in pairs)
-                for model, pairs in ((self.source, theirs), (self.ours, own))
-            ]
-            field = array.partition("_")[2]
-            self.report(
-                kind, one, field, f"{field} {texts[0] or 'nothing'} in the source, {texts[1] or 'nothing'} in ours"
-            )
+        if has_effect and not (extent == "nq" and _same_position(theirs, own)):
+            self.values(kind, one, field, theirs, own)
 
     def _is_same(self, theirs: tuple[str, float], own: tuple[str, float]) -> bool:
         (kind, one), (other_kind, other) = theirs, own
@@ -370,15 +350,13 @@ class Comparison:
     def _bodies(self) -> None:
         theirs, own = self.source.mj, self.ours.mj
         for one, other in self.maps["body"].items():
-            captured = bool(theirs.body_mocapid[one] >= 0), bool(own.body_mocapid[other] >= 0)
-            self.values("body", one, "mocapid", *captured, "motion capture")
+            self.values("body", one, "mocapid", bool(theirs.body_mocapid[one] >= 0), bool(own.body_mocapid[other] >= 0))
             masses = float(theirs.body_mass[one]), float(own.body_mass[other])
             if not one or max(masses) <= _NO_MASS:
                 continue
             self.values("body", one, "mass", *masses)
-            centres = theirs.body_ipos[one], own.body_ipos[other]
-            if not near(*centres):
-                self.report("body", one, "ipos", f"centre of mass {in_words(*centres)}")
+            if not near(theirs.body_ipos[one], own.body_ipos[other]):
+                self.values("body", one, "ipos", theirs.body_ipos[one], own.body_ipos[other])
             a, b = self.source.inertia(one), self.ours.inertia(other)
             if np.abs(a - b).max() > max(np.trace(a) * 1e-8, 1e-14):
                 moments = in_words(np.diag(a), np.diag(b))
@@ -406,45 +384,41 @@ class Comparison:
         """Compare an object in the world, a mesh by its vertices; report a difference and return False."""
         source, ours, before = self.source, self.ours, len(self.differences)
         (x, a), (y, b) = source.frame(kind, one), ours.frame(kind, other)
-        word = "position"
         if kind == "geom" and source.mesh_of(one) >= 0 and ours.mesh_of(other) >= 0:
             v, w = source.vertices(one), ours.vertices(other)
             scale = _VERTEX * max(1e-3, float(np.abs(v).max(initial=0)))
             if v.shape != w.shape or np.ptp(v - w, axis=0).max(initial=0) > scale:
                 self.report("mesh", source.mesh_of(one), "vertices", "vertices differ")
             elif np.abs(v - w).max(initial=0) > scale:
-                self.report("geom", one, "pos", f"position {in_words(*np.round((v[0], w[0]), 7))}")
+                self.report("geom", one, "pos", f"pos {in_words(*np.round((v[0], w[0]), 7))}")
             return len(self.differences) == before
         if kind == "joint":
-            word, joint = "anchor", int(source.mj.jnt_type[one])
+            joint = int(source.mj.jnt_type[one])
             if joint != int(ours.mj.jnt_type[other]):
                 return False  # reported as a field
             if joint not in (_FREE, _BALL) and not near(a, b):
                 self.report(kind, one, "axis", f"axis {in_words(a, b)}")
             a, y = b, x if joint in (_FREE, _SLIDE) else y
         if not near(x, y):
-            self.report(kind, one, "pos", f"{word} {in_words(x, y)}")
+            self.report(kind, one, "pos", f"pos {in_words(x, y)}")
         if not near(a, b):
             self.report(kind, one, "quat", f"orientation differs by {np.abs(a - b).max():.2g}")
         return len(self.differences) == before
 
-    def _keys(self) -> None:
-        for key, (field, extent, word) in ((key, of) for key in self.maps["key"].items() for of in _OF_KEYS):
+    def _keys_and_order(self) -> None:
+        for key, (field, extent) in product(self.maps["key"].items(), _OF_KEYS.items()):
             width, kind = {"mpos": 3, "mquat": 4}.get(field, 1), _PIECES[extent][0]
             rows = [
                 np.reshape(getattr(model.mj, f"key_{field}")[index], (-1, width))
                 for model, index in zip((self.source, self.ours), key, strict=True)
             ]
-            for at, mine in self.maps[kind].items():
-                theirs = rows[0][self.source.piece(extent, at)].ravel()
-                own = rows[1][self.ours.piece(extent, mine)].ravel()
+            for one, other in self.maps[kind].items():
+                theirs = rows[0][self.source.piece(extent, one)].ravel()
+                own = rows[1][self.ours.piece(extent, other)].ravel()
                 is_turn = field in ("qpos", "mquat") and len(theirs) == len(own) > 0
                 if not (_same_position(theirs, own) if is_turn else close(theirs, own)):
-                    self.report(
-                        "key", key[0], field, f"{word} of {self.source.name_of(kind, at)} {in_words(theirs, own)}"
-                    )
-
-    def _order(self) -> None:
+                    text = f"{field} of {self.source.name_of(kind, one)} {in_words(theirs, own)}"
+                    self.report("key", key[0], field, text)
         keys = [other for _, other in sorted(self.maps["key"].items())]
         if keys != list(range(len(keys))):
             self.report("order", -1, "key", "the keys of the source are not the first ones, in their order")

@@ -29,14 +29,25 @@ from typing import NamedTuple
 
 from rosorin_compile.model import Joint, Link, Mesh, Output, Robot
 from rosorin_compile.model.bounds import ball_of
-from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.geometry import Transform, Vector, cross, dot, minus, norm, plane_axes, unit
 from rosorin_compile.model.joint import motion
 from rosorin_compile.model.shape import MERGED, Capsule, Cylinder, Ellipsoid, HeightMap, Shape, Sphere
 from rosorin_compile.rules.case import Case
+from rosorin_compile.source.cache import of_robot
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 
-from .bodies import HFIELD, Mask, Masks, body_name, form_of, half_sizes, has_volume, solids, weld_groups
+from .bodies import (
+    COLLISION,
+    HFIELD,
+    Mask,
+    Masks,
+    body_name,
+    form_of,
+    half_sizes,
+    has_volume,
+    numbered_solids,
+    weld_groups,
+)
 from .omissions import is_written, position_range
 
 # Faces that lie on each other touch, whatever the rounding of their poses (m).
@@ -270,8 +281,8 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
 
 
 def _geoms(link: Link, form: str) -> list[Geom]:
-    shapes = (solid for shape in link.collision for solid in solids(shape, form))
-    every = ((number, solid_of(shape)) for number, shape in enumerate(shapes, start=1) if has_volume(shape.geometry))
+    shapes = numbered_solids(link, COLLISION, form)
+    every = ((number, solid_of(shape)) for number, shape in shapes if has_volume(shape.geometry))
     return [Geom(link.name, number, solid) for number, solid in every if solid is not None]
 
 
@@ -382,7 +393,7 @@ def _kind(robot: Robot, shape: Shape, form: str) -> str:
     if not has_volume(geometry) or (isinstance(geometry, Mesh) and not is_written(robot, geometry)):
         return ""
     if isinstance(geometry, HeightMap):
-        return HFIELD if form == HFIELD else "box" if solids(shape, form) else ""
+        return HFIELD if form == HFIELD else "box" if shape.solids(form) else ""
     return type(geometry).__name__.lower()
 
 

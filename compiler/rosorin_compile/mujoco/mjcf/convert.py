@@ -15,7 +15,7 @@ from rosorin_compile.language.schema import resolve, schema
 from rosorin_compile.model import Transform, Vector
 from rosorin_compile.model.geometry import IDENTITY, Rows
 from rosorin_compile.model.geometry import unit as normalized
-from rosorin_compile.model.mass import along_link
+from rosorin_compile.model.link import along_link
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.elements import attribute_value
@@ -159,11 +159,16 @@ def _numbers(text: str) -> list[float]:
         return []
 
 
-def _equals(text: str, value: float) -> bool:
+def number_or_text(text: str) -> float | int | str:
+    """Return the number that a text is, or the text."""
     try:
-        return float(text) == value
-    except ValueError:
-        return False
+        return plain(float(text))
+    except (ValueError, OverflowError):
+        return text
+
+
+def _equals(text: str, value: float) -> bool:
+    return number_or_text(text) == value
 
 
 def _place(element: Element, attribute: str, text: str) -> Span:

@@ -115,10 +115,11 @@ def _sensor(reading: Reading, link: str, kind: str, name: str, members: Sequence
         if one.name != name:
             convert.put(made, "name", one.name.removeprefix(f"{name}_"))
         for word, text in one.node["attributes"].items():
-            if word == "site" and reading.name_of("site", text) != link:
-                convert.put(attributes, word, reading.name_of("site", text))
+            site = reading.name_of("site", text)
+            if word == "site" and site != link:
+                convert.put(attributes, word, site)
             elif word not in ("name", "site"):
-                convert.put(attributes, word, _number_or_text(text))
+                convert.put(attributes, word, convert.number_or_text(text))
         if attributes:
             convert.put(made, "attributes", attributes)
         elements.append(made)
@@ -135,26 +136,34 @@ def _sensor(reading: Reading, link: str, kind: str, name: str, members: Sequence
     return entry
 
 
-def _number_or_text(text: str) -> float | int | str:
-    try:
-        return convert.plain(float(text))
-    except (ValueError, OverflowError):
-        return text
-
-
 def add_equalities(reading: Reading) -> None:
     """Let joints follow others where an equality couples them; add the other equalities as constraints."""
     nodes, constraints = reading.facts["elements"]["equalities"], Map(reading.markup.root.span)
-    elements = reading.elements_of("equality", nodes)
+    elements, joints, zero = reading.elements_of("equality", nodes), reading.facts["joints"], reading.facts["qpos0"]
     for index, (fact, node, element) in enumerate(zip(reading.facts["equalities"], nodes, elements, strict=True)):
-        if not _is_mimic(reading, fact):
-            _add_constraint(reading, constraints, index, fact, node, element)
-            continue
-        follower = reading.joint_of[fact["obj1id"]]
-        name, mimic = reading.name("constraint", fact["name"], follower, index), _mimic(reading, fact, element)
-        if name != follower:
-            convert.put(mimic, "name", name)
-        convert.put(reading.joints[follower], "mimic", mimic)
+        ends = [
+            joints[at] if fact["type"] == _EQ_JOINT and at >= 0 else None for at in (fact["obj1id"], fact["obj2id"])
+        ]
+        # The positions in the file (rad or m), from which MuJoCo counts.
+        zeros = [zero[joint["qposadr"]] if joint else 0.0 for joint in ends]
+        if _is_mimic(reading, fact):
+            follower = reading.joint_of[fact["obj1id"]]
+            name, mimic = reading.name("constraint", fact["name"], follower, index), Map(element.span)
+            leader, factor = element.attributes.get("joint2"), convert.tidy(fact["data"][1])
+            convert.put(mimic, "joint", reading.joint_of[fact["obj2id"]], leader.span if leader else None)
+            if factor != 1:
+                convert.put_number(mimic, "multiplier", factor, element, "polycoef", 1)
+            if offset := convert.tidy(fact["data"][0] + zeros[0] - factor * zeros[1]):
+                convert.put_number(mimic, "offset", offset, element, "polycoef", 0)
+            for word, usual in STIFF.items():
+                values = [convert.tidy(value) for value in fact[word]]
+                if tuple(values[: len(usual)]) != usual or values[len(usual) :] != _DEFAULTS[word]:
+                    convert.put(mimic, word, convert.numbers(values, element, word))
+            if name != follower:
+                convert.put(mimic, "name", name)
+            convert.put(reading.joints[follower], "mimic", mimic)
+        else:
+            _add_constraint(reading, constraints, index, zeros, node, element)
     if constraints:
         convert.put(reading.tree, "constraints", constraints)
 
@@ -172,31 +181,8 @@ def _is_mimic(reading: Reading, fact: Mapping[str, Any]) -> bool:
     return not here and "mimic" not in reading.joints[follower]
 
 
-def _zeros(reading: Reading, fact: Mapping[str, Any]) -> list[float]:
-    """Return the positions in the file (rad or m) of the joints of an equality, from which MuJoCo counts."""
-    joints, zero = reading.facts["joints"], reading.facts["qpos0"]
-    return [zero[joints[at]["qposadr"]] if at >= 0 else 0.0 for at in (fact["obj1id"], fact["obj2id"])]
-
-
-def _mimic(reading: Reading, fact: Mapping[str, Any], element: Element) -> Map:
-    mimic, leader = Map(element.span), element.attributes.get("joint2")
-    first, second = _zeros(reading, fact)
-    convert.put(mimic, "joint", reading.joint_of[fact["obj2id"]], leader.span if leader else None)
-    factor = convert.tidy(fact["data"][1])
-    offset = convert.tidy(fact["data"][0] + first - factor * second)
-    if factor != 1:
-        convert.put_number(mimic, "multiplier", factor, element, "polycoef", 1)
-    if offset:
-        convert.put_number(mimic, "offset", offset, element, "polycoef", 0)
-    for word, usual in STIFF.items():
-        values = [convert.tidy(value) for value in fact[word]]
-        if tuple(values[: len(usual)]) != usual or values[len(usual) :] != _DEFAULTS[word]:
-            convert.put(mimic, word, convert.numbers(values, element, word))
-    return mimic
-
-
 def _add_constraint(
-    reading: Reading, constraints: Map, index: int, fact: Mapping[str, Any], node: convert.Node, element: Element
+    reading: Reading, constraints: Map, index: int, zeros: Sequence[float], node: convert.Node, element: Element
 ) -> None:
     """Add a connect, a weld or a polynomial of joints; keep what has no words."""
     attributes, entry = node["attributes"], Map(element.span)
@@ -215,10 +201,9 @@ def _add_constraint(
     if any(pose[3:]):  # where one link of a weld is in the other; a quaternion of zeros is the first pose
         convert.put(entry, "xyz", convert.numbers([convert.tidy(value) for value in pose[:3]], element))
         convert.put_pose(entry, convert.transform(pose[:3], pose[3:]), element)
-    first, second = _zeros(reading, fact) if fact["type"] == _EQ_JOINT else (0.0, 0.0)
-    if first or second:
-        offset, *others = shift_polynomial(convert.floats(rest, "polycoef", [0, 1, 0, 0, 0]), -second)
-        rest["polycoef"] = " ".join(repr(convert.tidy(value)) for value in (offset + first, *others))
+    if any(zeros):
+        offset, *others = shift_polynomial(convert.floats(rest, "polycoef", [0, 1, 0, 0, 0]), -zeros[1])
+        rest["polycoef"] = " ".join(repr(convert.tidy(value)) for value in (offset + zeros[0], *others))
     known = node["tag"] in ("connect", "weld", "joint")
     if not known or convert.put_words(entry, rest, "constraint", element, _OF_CONSTRAINT):
         named = {**node, "attributes": {**attributes, "name": name}}
@@ -229,13 +214,25 @@ def _add_constraint(
 
 def add_contacts(reading: Reading) -> None:
     """Add the pairs of links that do not touch in the file, and keep its contact pairs."""
-    nodes = reading.facts["elements"]["pairs"]
-    touching = {geom["bodyid"] for geom in reading.facts["geoms"] if geom["contype"] or geom["conaffinity"]}
-    excludes = list(_excludes(reading))
-    excluded = {frozenset(names) for names, _ in excludes}
-    pairs = Seq(reading.markup.root.span)
-    found = [(sorted(n, key=lambda name: name != e.get("body1")), e, _EXCLUDED) for n, e in excludes]
-    found += [(names, element, _FILTERED) for names, element in _filtered(reading, touching, excluded)]
+    nodes, root = reading.facts["elements"]["pairs"], reading.markup.root
+    written = {
+        frozenset((e.get("body1"), e.get("body2"))): e for e in reading.markup.section_elements("contact", "exclude")
+    }
+    found: list[tuple[list[str], Element, str]] = []
+    for signature in reading.facts["exclude_signature"]:
+        bodies = (signature >> 16, signature & 0xFFFF)  # which MuJoCo has sorted
+        names = [reading.link_of.get(index, "") for index in bodies]
+        element = written.get(frozenset(reading.facts["bodies"][index]["name"] for index in bodies), root)
+        if all(names):
+            found.append((sorted(names, key=lambda name: name != element.get("body1")), element, _EXCLUDED))
+        elif element not in reading.reported:
+            reading.reported.add(element)
+            what = "a contact with the world that is excluded: the scene is no part of the robot"
+            reading.ignore(what, element.span)
+    found += [
+        (names, element, _FILTERED) for names, element in _filtered(reading, {frozenset(one[0]) for one in found})
+    ]
+    pairs = Seq(root.span)
     for names, element, reason in found:
         entry, links = Map(element.span), Seq(element.span)
         spans = {attribute.value: attribute.span for attribute in element.attributes.values()}
@@ -250,31 +247,13 @@ def add_contacts(reading: Reading) -> None:
         reading.keep_in_section("contact", node, "contact", element.span)
 
 
-def _excludes(reading: Reading) -> Iterator[tuple[list[str], Element]]:
-    written = {
-        frozenset((e.get("body1"), e.get("body2"))): e for e in reading.markup.section_elements("contact", "exclude")
-    }
-    for signature in reading.facts["exclude_signature"]:
-        bodies = (signature >> 16, signature & 0xFFFF)  # which MuJoCo has sorted
-        names = [reading.link_of.get(index, "") for index in bodies]
-        in_file = frozenset(reading.facts["bodies"][index]["name"] for index in bodies)
-        element = written.get(in_file, reading.markup.root)
-        if all(names):
-            yield names, element
-        elif element not in reading.reported:
-            reading.reported.add(element)
-            what = "a contact with the world that is excluded: the scene is no part of the robot"
-            reading.ignore(what, element.span)
-
-
-def _filtered(
-    reading: Reading, touching: set[int], excluded: set[frozenset[str]]
-) -> Iterator[tuple[list[str], Element]]:
+def _filtered(reading: Reading, excluded: set[frozenset[str]]) -> Iterator[tuple[list[str], Element]]:
     """Yield the links that are neighbours in the file and not here, since several joints move one of them.
 
     MuJoCo lets nothing that is welded to a body touch what is welded to the body that it moves in, unless that is the
     world. Where several joints move a body it is attached here to links without mass, which are its neighbours instead.
     """
+    touching = {geom["bodyid"] for geom in reading.facts["geoms"] if geom["contype"] or geom["conaffinity"]}
     if not touching or reading.facts["elements"]["options"].get("flag filterparent") == "disable":
         return
     balls = {joint["bodyid"] for joint in reading.facts["joints"] if joint["type"] == BALL}

@@ -1,6 +1,7 @@
 """Bodies become links with their inertials, sites, cameras and lights, and what moves them becomes joints.
 
-MuJoCo moves a body by any number of joints anywhere in it; here one joint moves one link.
+MuJoCo moves a body by any number of joints anywhere in it; here one joint moves one link. Readers of URDF need limits
+that MJCF may not have, and what stands in for them is declared as a stand-in.
 
 - A body without joints is fixed. A hinge with a range is revolute, one without continuous; a slide is prismatic.
 - A joint whose ``pos`` is not the origin of its body gets a link at that anchor, and the body is fixed to it: every
@@ -11,8 +12,6 @@ MuJoCo moves a body by any number of joints anywhere in it; here one joint moves
 - A ball stays one; its range (a cone) is among MuJoCo's own words.
 - A free joint of the only top body is no joint of the robot: the simulation knows where the robot is (``base: free``).
   Of one among several top bodies it is a floating joint to the ground.
-
-Limits: readers of URDF need more than MJCF has, and what stands in for it is declared as a stand-in.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from typing import Any
 from rosorin_compile.model import Link, Transform, Vector
 from rosorin_compile.model.geometry import rotation_about
 from rosorin_compile.model.link import limited_fields
-from rosorin_compile.source.diagnostics import count_of, first_of, phrase
+from rosorin_compile.source.diagnostics import first_of, phrase
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.xml.markup import Element
@@ -153,14 +152,12 @@ def _add_mark(reading: Reading, kind: str, index: int, thing: Mapping[str, Any])
     is_at_origin = convert.tidy_vector(place.xyz) == _ORIGIN and convert.is_unturned(place)
     if kind == "sites" and name == link and is_at_origin and more.keys() <= {"group"}:
         return  # every link has a site of its name
-    if tag == "site" and name in reading.taken["link"]:  # each link has a site of its own
-        given = reading.name(tag, f"{name}_site")
-        reading.rename(tag, name, given)
-        reading.change(f'the site "{name}" is called "{given}": a link has the name', element.span)
-        name = given
-    else:
-        name = reading.name(tag, name, f"{link}_{tag}")
-    reading.given.setdefault(tag, {})[index] = name
+    clashes = tag == "site" and name in reading.taken["link"]  # each link has a site of its own
+    called = reading.name(tag, f"{name}_site" if clashes else name, f"{link}_{tag}", index)
+    if clashes:
+        reading.rename(tag, name, called)
+        reading.change(f'the site "{name}" is called "{called}": a link has the name', element.span)
+    name = called
     if kind == "lights" and "dir" in more:
         more["dir"] = " ".join(repr(convert.tidy(value)) for value in thing["dir"])
     entry, kinds = Map(element.span), {"target": "body", "material": "material"}
@@ -255,13 +252,36 @@ def _put_details(reading: Reading, which: int, entry: Map, element: Element, ref
     """Set limit, dynamics and actuator of a joint; ``ref`` is its position (rad or m) in the file."""
     joint = reading.facts["joints"][which]
     name, attributes, kind = (reading.ball_of | reading.joint_of)[which], joint["element"]["attributes"], joint["type"]
+    limit, missing, slides = Map(element.span), list[str](), kind == SLIDE
     if kind != BALL:
-        limit = _limit(reading, name, joint, element, drive)
-        if limit:
-            convert.put(entry, "limit", limit)
+        if joint["limited"]:
+            for at, key in enumerate(("lower", "upper")):
+                convert.put_number(limit, key, convert.tidy_position(joint["range"][at], slides), element, "range", at)
+        elif slides:
+            missing += ["lower", "upper"]
+            for key, sign in (("lower", "-"), ("upper", "")):
+                convert.put(limit, key, Quantity.parse(f"{sign}{STAND_IN_TRAVEL:g} m"))
+        effort = convert.tidy(max(map(abs, joint["actfrcrange"]))) if joint["actfrclimited"] else drive.effort
+        if effort is not None or drive.speed is not None or limit:  # a limit needs both, for readers of URDF
+            for key, value, stand_in, word in (
+                ("effort", effort, STAND_IN_EFFORT, "actuatorfrcrange"),
+                ("velocity", drive.speed, STAND_IN_VELOCITY, ""),
+            ):
+                number = stand_in if value is None else convert.tidy(value)
+                convert.put_number(limit, key, number, element, word, 1)
+                missing += [key] if value is None else []
+    if missing:
+        convert.put(limit, "stand_ins", convert.listing(missing, element))
+        verb, them = ("is a stand-in", "it") if len(missing) == 1 else ("are stand-ins", "them")
+        convert.put_source(limit, "stand_in", f"{phrase(missing)} {verb}: the MJCF does not limit {them}")
+    for key in missing:
+        word = "range" if key in ("lower", "upper") else key
+        reading.stand_ins.setdefault(word, []).append((name, limit[key], element.span))
+    if limit:
+        convert.put(entry, "limit", limit)
     rest = _put_dynamics(entry, attributes, element)
     if {"stiffness", "springdamper"} & attributes.keys() and kind != BALL:
-        at_rest = convert.tidy_position(float(attributes.get("springref", 0)), kind == SLIDE)
+        at_rest = convert.tidy_position(float(attributes.get("springref", 0)), slides)
         if at_rest:
             dynamics = entry.get("dynamics") or Map(element.span)
             convert.put(entry, "dynamics", dynamics)
@@ -280,35 +300,6 @@ def _put_details(reading: Reading, which: int, entry: Map, element: Element, ref
     reading.put_words(entry, rest, "joint", element, f'the joint "{name}"')
 
 
-def _limit(reading: Reading, name: str, joint: Mapping[str, Any], element: Element, drive: Drive) -> Map:
-    """Return the limit of a hinge or slide with its stand-ins; without a range only if a force or speed is known."""
-    limit, missing, slides = Map(element.span), list[str](), joint["type"] == SLIDE
-    if joint["limited"]:
-        for at, key in enumerate(("lower", "upper")):
-            convert.put_number(limit, key, convert.tidy_position(joint["range"][at], slides), element, "range", at)
-    elif slides:
-        missing += ["lower", "upper"]
-        for key, sign in (("lower", "-"), ("upper", "")):
-            convert.put(limit, key, Quantity.parse(f"{sign}{STAND_IN_TRAVEL:g} m"))
-    effort = convert.tidy(max(map(abs, joint["actfrcrange"]))) if joint["actfrclimited"] else drive.effort
-    if effort is not None or drive.speed is not None or limit:
-        for key, value, stand_in in (
-            ("effort", effort, STAND_IN_EFFORT),
-            ("velocity", drive.speed, STAND_IN_VELOCITY),
-        ):
-            number = stand_in if value is None else convert.tidy(value)
-            convert.put_number(limit, key, number, element, "actuatorfrcrange" if key == "effort" else "", 1)
-            missing += [key] if value is None else []
-    if missing:
-        convert.put(limit, "stand_ins", convert.listing(missing, element))
-        verb, them = ("is a stand-in", "it") if len(missing) == 1 else ("are stand-ins", "them")
-        convert.put_source(limit, "stand_in", f"{phrase(missing)} {verb}: the MJCF does not limit {them}")
-    for key in missing:
-        word = "range" if key in ("lower", "upper") else key
-        reading.stand_ins.setdefault(word, []).append((name, limit[key], element.span))
-    return limit
-
-
 def _report_joints(reading: Reading) -> None:
     """Report the limits that are stand-ins, and where the mass that links between joints need can be felt."""
     for word in ("range", "effort", "velocity"):
@@ -316,11 +307,8 @@ def _report_joints(reading: Reading) -> None:
         if not entries:
             continue
         names = list(dict.fromkeys(name for name, _, _ in entries))
-        whose = f'joint "{names[0]}" has' if len(names) == 1 else f"{count_of(len(names), 'joint')} have"
-        which = f" ({first_of(names, 3)})" if len(names) > 1 else ""
-        numbers = list(dict.fromkeys(f"{value:g}" for _, value, _ in entries))
-        written = "is written as a stand-in" if len(numbers) == 1 else "are written as stand-ins"
-        message = f"{whose} no {word} limit in the MJCF{which}: {phrase(numbers)} {written}"
+        numbers = phrase(list(dict.fromkeys(f"{value:g}" for _, value, _ in entries)))
+        message = f"no {word} limit in the MJCF, stand-in {numbers} used for {first_of(names, 3)}"
         reading.note("import-stand-in", message, entries[0][2], "put in what the robot really has")
     bodies = enumerate(reading.facts["bodies"])
     several = [(index, body) for index, body in bodies if len(reading.joints_in.get(index, ())) > 1]

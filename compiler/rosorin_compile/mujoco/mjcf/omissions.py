@@ -10,10 +10,10 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 
 from rosorin_compile.model import Inertial, Joint, Mesh, Robot
-from rosorin_compile.model.cached import of_robot
-from rosorin_compile.model.mass import Inertia, along_link
+from rosorin_compile.model.link import Inertia, along_link
 from rosorin_compile.model.shape import MERGED
 from rosorin_compile.model.simulation import SENSOR_ELEMENT
+from rosorin_compile.source.cache import of_robot
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, and_more, first_of
 
 from .bodies import WORLD, body_name, has_volume, is_free, weld_groups
@@ -41,11 +41,7 @@ def mesh_path(file: str) -> str:
 
 
 def texture_path(file: str) -> str:
-    """Return the file of an image as MuJoCo opens it, by its name in the description; empty if it is no PNG.
-
-    >>> texture_path("package://house/wood.png"), texture_path("wood.jpg")
-    ('meshes/house/wood.png', '')
-    """
+    """Return the file of an image as MuJoCo opens it, by its name in the description; empty if it is no PNG."""
     return _path(file, "") if file and posixpath.splitext(file)[1].lower() == _IMAGE_FORMAT else ""
 
 
@@ -63,10 +59,13 @@ def _path(file: str, more: str) -> str:
         return "" if {"", ".", ".."} & set(parts) or len(parts) < 2 else f"{MESHES}/{rest}{more}"
     if mark or file.startswith("/"):
         return "" if more or scheme not in ("file", file) else file.removeprefix("file://")
+    if not more:
+        return file
     inside = posixpath.normpath(file)
-    while more and inside.startswith("../"):  # converted files are next to the MJCF
+    is_outside = inside.startswith("../")
+    while inside.startswith("../"):  # converted files are next to the MJCF
         inside = inside[3:]
-    return file if not more else f"{inside}{more}" if inside == posixpath.normpath(file) else f"{MESHES}/{inside}{more}"
+    return f"{MESHES}/{inside}{more}" if is_outside else f"{inside}{more}"
 
 
 def is_written(robot: Robot, mesh: Mesh) -> bool:
@@ -83,11 +82,10 @@ def check_names(text: str, left_out: Mapping[str, str]) -> Iterator[Diagnostic]:
     """Yield an error for each geom that an MJCF names and does not have; ``left_out`` are those, each with its link."""
     from html import unescape  # that of xml.sax.saxutils would load http
 
-    for name in dict.fromkeys(_GEOM.findall(text)):
+    for name in dict.fromkeys(_GEOM.findall(text)) if left_out else ():
         link = left_out.get(unescape(name))
         if link is not None:
-            message = f'a shape of link "{link}" is left out of the MJCF, and something names it ({unescape(name)}):'
-            message += " MuJoCo does not load that"
+            message = f'a shape of link "{link}" is left out of the MJCF, and something names it ({unescape(name)})'
             help = "put the file of its mesh there, or take out what names it"
             yield Diagnostic("mjcf-left-out", ERROR, message, help=help)
 
@@ -117,8 +115,8 @@ def _omitted(message: str, help: str = "", severity: str = WARNING) -> Diagnosti
     return Diagnostic("mjcf-cannot-say", severity, message, help=help)
 
 
-def report_omissions(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
-    """Yield what joints, meshes and textures have that MJCF cannot express."""
+def report_omissions(robot: Robot, joints: list[Joint], unpaired: Sequence[tuple[str, str]]) -> Iterator[Diagnostic]:
+    """Yield what joints, meshes and textures have that MJCF cannot express; ``unpaired`` links have too many shapes."""
     for joint in joints:
         ends, effort = position_range(joint), joint.limit.known_value("effort") if joint.limit else None
         if ends and ends[0] >= ends[1]:
@@ -156,11 +154,8 @@ def report_omissions(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
         message = f'MuJoCo has a body "{WORLD}": that of link "{WORLD}" is "{body_name(robot, WORLD)}" in the MJCF'
         yield _omitted(message, severity=NOTE)
 
-
-def report_unpaired(links: Sequence[tuple[str, str]]) -> Iterator[Diagnostic]:
-    """Yield a note on links that may collide, and have too many shapes for pairs."""
-    if links:
-        which = first_of([f'"{one}" and "{other}"' for one, other in links], 3)
+    if unpaired:
+        which = first_of([f'"{one}" and "{other}"' for one, other in unpaired], 3)
         message = f"links with hundreds of shapes that a joint brings together: {which}"
         message += "; MuJoCo lets them collide only where one is fixed to the world"
         yield _omitted(message, "fewer shapes: a height map of larger cells or steps", NOTE)
@@ -192,9 +187,8 @@ def along_link_of(inertial: Inertial) -> Inertia:
 def weightless(robot: Robot, free: bool) -> list[str]:
     """Return the links without any mass that a joint moves, and that carry mass by further joints.
 
-    A body of MJCF with two joints comes as such a link: it has no mass, what hangs on it has. MuJoCo loads no moving
-    body without mass, so in the MJCF these have the least that it takes, which changes no motion: what hangs on them is
-    some 10^12 times heavier.
+    A body of MJCF with two joints comes as such a link. MuJoCo loads no moving body without mass, so in the MJCF these
+    have the least that it takes, which changes no motion: what hangs on them is some 10^12 times heavier.
     """
     groups = weld_groups(robot)
     top_of = {name: top for top, names in groups.items() for name in names}

@@ -1,4 +1,4 @@
-"""Run MuJoCo in a child process, and return its answer or its refusal.
+"""Run MuJoCo in a child process: read a file, load one of ours, and compare the MJCF of an import with its source.
 
 MuJoCo is native code that trusts its files: some make it crash, hang or use all memory. In a child process that ends
 with a message. It costs a start of Python, 20 ms besides the 300 ms in which MuJoCo is loaded.
@@ -13,13 +13,15 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import Refusal
+from rosorin_compile.formats.imported_robot import Imported, Proof
 from rosorin_compile.source import files, system
+from rosorin_compile.source.diagnostics import phrase
 from rosorin_compile.source.system import is_installed, pip_install
 
 SECONDS = 60  # of calculating, which the child counts itself
@@ -33,6 +35,31 @@ _START = (
     "from rosorin_compile.mujoco.mjcf import engine;"
     "engine.main(sys.argv[2], sys.argv[3], sys.argv[4], int(sys.argv[5]))"
 )
+
+
+_GONE = r".*: is not in ours$"
+# Words of messages of an import, and what may then differ: a pattern for "kind field: text".
+LISTED = {
+    "of the world: the scene": rf"(geom|mesh|hfield|site|camera) {_GONE}|geom user"
+    r"|contact : body world and .* may touch in the source alone$",
+    "becomes the link": r"\w+ name:",
+    'is called "': r"\w+ name:",
+    "no range limit": r"joint (range|limited):",
+    " of the free joint ": r"joint (?!name)",
+    " of the joint ": r"joint (?!name)",
+    " of a geom ": r"geom (?!name|contype|conaffinity)",
+    " of the body ": r"body (gravcomp|mocapid|sleep|user):",
+    " of the actuator ": r"actuator (?!name)",
+    "its control is not where it was": r"order |key ",
+    "sensor data is in another order": r"order sensor",
+    " of a key ": r"key ",
+    "move a little otherwise": r"motion ",
+    "the setting ": r"option ",
+    "the tendon ": rf"tendon {_GONE}",
+    "the equality ": rf"equality {_GONE}",
+    "the sensor ": rf"sensor {_GONE}",
+}
+_LISTS = ("import-cannot-carry", "import-ignored", "import-changed", "import-stand-in")
 
 
 class Answer(NamedTuple):
@@ -84,13 +111,38 @@ def refusal(text: str, folder: Path, by_itself: bool, seconds: int = SECONDS) ->
     return Refusal(reason.replace(f"{files.resolve(folder)}{os.sep}", ""), outdated)
 
 
-def prove(path: Path, request: Mapping[str, Any], seconds: int = SECONDS) -> dict[str, Any] | str:
-    """Return how the MJCF at ``path`` differs from ours (see ``engine``), or why MuJoCo gives no answer."""
-    answer = _in_child("prove", {"path": str(files.resolve(path)), **request}, seconds)
+def prove(imported: Imported, text: str, meshes: Mapping[str, str], seconds: int = SECONDS) -> Proof:
+    """Return how the MJCF of an imported one differs from it; ``meshes`` are files by the names in the text.
+
+    What the import listed as left out, ignored or changed may differ in that way; any other difference is a fault.
+    """
+    request = {
+        "path": str(files.resolve(imported.files[0])),
+        "text": text,
+        "files": {**meshes},
+        "names": imported.names,
+    }
+    answer = _in_child("prove", request, seconds)
     if isinstance(answer, Answer):
-        return answer.refusal
-    proved: dict[str, Any] = answer
-    return proved
+        return Proof(unknown=answer.refusal)
+    if "refused" in answer:
+        return Proof({"loading": [f"MuJoCo does not load the MJCF that it becomes: {answer['refused']}"]})
+    wrong, known = dict[str, list[str]](), dict[str, list[str]]()
+    messages = [one.message for one in imported.diagnostics if one.rule in _LISTS]
+    for kind, field, text in answer["differences"]:
+        by_feature = known if is_listed(f"{kind} {field}: {text}", messages) else wrong
+        by_feature.setdefault(f"{kind} {field}".strip(), []).append(text)
+    if wrong:
+        return Proof(wrong, known)
+    but = f"except for what is listed above ({phrase(list(known))})" if known else "in every field but its appearance"
+    motion = f"; frames and accelerations {answer['motion']}" if "motion" in answer else ""
+    return Proof(wrong, known, f"MuJoCo's model of the MJCF is that of the source, {but}{motion}")
+
+
+def is_listed(difference: str, messages: Sequence[str]) -> bool:
+    """Return True if a message of an import lists a difference, a text "KIND FIELD: TEXT"."""
+    patterns = [pattern for words, pattern in LISTED.items() if any(words in message for message in messages)]
+    return any(re.match(pattern, difference) for pattern in patterns)
 
 
 def _in_child(job: str, request: Mapping[str, Any], seconds: int) -> Any:

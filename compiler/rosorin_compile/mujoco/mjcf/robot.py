@@ -10,8 +10,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.formats.imported import END, INSIDE, Comment, Imported, ReadOptions, comments_of
-from rosorin_compile.formats.reading import accept
+from rosorin_compile.formats.imported_robot import END, INSIDE, Comment, Imported, ReadOptions, comments_of
+from rosorin_compile.formats.robot_files import accept
 from rosorin_compile.source.diagnostics import Diagnostic, Span, error
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.messages import arrange
@@ -19,11 +19,10 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.xml.markup import Element, MarkupError
 
-from . import convert, entries, links, shapes
+from . import SETTINGS, convert, entries, links, shapes
 from .actuators import drives_of
 from .process import ask
 from .reading import BALL, FREE, SLIDE, Reading
-from .settings import SETTINGS
 from .source import Markup, Places, check_source, place, refusal
 
 _UNNAMED = "MuJoCo Model"

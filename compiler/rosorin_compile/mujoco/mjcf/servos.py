@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from rosorin_compile.model import Joint, Output, Robot, Transform
+from rosorin_compile.model import Joint, Output, Robot
 from rosorin_compile.model.geometry import cross, dot, unit
-from rosorin_compile.model.mass import along_link, together
+from rosorin_compile.model.link import along_link, together
 from rosorin_compile.model.simulation import GENERAL, MOTOR, POSITION, SENSOR_ELEMENT, VELOCITY, Actuator
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Suggestion, count_of, first_of
@@ -33,57 +33,49 @@ class Drive(NamedTuple):
     in_joint: bool
 
 
-def servo_name(joint: Joint) -> str:
-    """Return what the actuator of a joint is called: by default as the joint."""
-    return (joint.actuator.name if joint.actuator else "") or joint.name
-
-
 def drives(robot: Robot, joints: Sequence[Joint], output: Output | None = None) -> list[Drive]:
     """Return the actuators: those that the output lists, in its order, then those of ``joints``, then all others."""
-    made = [Drive(servo_name(joint), joint.actuator, joint, True) for joint in joints if joint.actuator and joint.moves]
-    for actuator in robot.actuators:
-        name = actuator.targets.get("joint", "")
-        made.append(Drive(actuator.name, actuator, robot.joint.get(name), False))
+    moved = [(joint, joint.actuator) for joint in joints if joint.actuator and joint.moves]
+    made = [Drive(own.name or joint.name, own, joint, True) for joint, own in moved]
+    made += [Drive(one.name, one, robot.joint.get(one.targets.get("joint", "")), False) for one in robot.actuators]
     made += stand_ins(robot, joints, output)
     rank = {name: place for place, name in enumerate(output.options.get("actuators", ()))} if output else {}
     return sorted(made, key=lambda drive: rank.get(drive.name, len(rank)))
 
 
 def stand_ins(robot: Robot, joints: Sequence[Joint], output: Output | None) -> list[Drive]:
-    """Return the servos that the option ``drives`` adds: for each joint that moves by itself and has no actuator."""
+    """Return the servos that the option ``drives`` adds: for each joint that moves by itself and has no actuator.
+
+    Their gain follows from the mass (kg) or inertia (kg*m^2) that a joint moves, with joints at zero. The natural
+    frequency of servo and load is ``_STIFF`` (rad/s). Gravity then deflects a pendulum of 0.3 m by
+    9.81 / (0.3 * _STIFF^2) = 3 mrad, and the simulation is stable with steps of 2 ms.
+    """
     kind = output.options.get("drives", "none") if output else "none"
     if kind == "none":
         return []
     driven = {name for one in robot.actuators for name in one.targets.values()}
     kept = [text for text in robot.mjcf if "<actuator" in text]
     driven |= {found.attributes.get("joint", "") for text in kept for found in found_in(text)}
-    idle = [one for one in joints if one.moves and not (one.mimic or one.actuator or one.name in driven)]
-    places = robot.poses_in_root({})
-    return [Drive(one.name, _stand_in(robot, one, kind, places), one, True) for one in idle]
-
-
-def _stand_in(robot: Robot, joint: Joint, kind: str, places: Mapping[str, Transform]) -> Actuator:
-    """Return a servo whose gain follows from the mass (kg) or inertia (kg*m^2) that a joint moves, with joints at zero.
-
-    The natural frequency of servo and load is ``_STIFF`` (rad/s). Gravity then deflects a pendulum of 0.3 m by
-    9.81 / (0.3 * _STIFF^2) = 3 mrad, and the simulation is stable with steps of 2 ms.
-    """
-    back = places[joint.child].inverse()
-    links = [robot.link[name] for name in robot.subtree(joint.child)]
-    parts = [(one.inertial, back.then(places[one.name])) for one in links if one.inertial and one.inertial.mass > 0]
-    felt = 0.0
-    if parts:
-        body, (x, y, z) = together(parts), unit(joint.axis)
-        six = (body.ixx, body.iyy, body.izz, body.ixy, body.ixz, body.iyz)
-        xx, yy, zz, xy, xz, yz = along_link(six, body.pose.transform())
-        about = xx * x * x + yy * y * y + zz * z * z + 2 * (xy * x * y + xz * x * z + yz * y * z)
-        arm = cross((x, y, z), body.pose.xyz)
-        felt = body.mass if joint.type == "prismatic" else about + body.mass * dot(arm, arm)
-    felt = max(felt, _LEAST_FELT)
-    if kind == POSITION and position_range(joint) is not None:
-        return Actuator(POSITION, kp=float(f"{felt * _STIFF**2:.2g}"), damping_ratio=1.0)
-    # The damping of the joint costs at most 2 % of the commanded speed.
-    return Actuator(VELOCITY, kv=float(f"{max(felt * _STIFF, 50 * joint.braking):.2g}"))
+    places, made = robot.poses_in_root({}), list[Drive]()
+    for joint in joints:
+        if not joint.moves or joint.mimic or joint.actuator or joint.name in driven:
+            continue
+        back, felt = places[joint.child].inverse(), _LEAST_FELT
+        links = [robot.link[name] for name in robot.subtree(joint.child)]
+        parts = [(one.inertial, back.then(places[one.name])) for one in links if one.inertial and one.inertial.mass > 0]
+        if parts:
+            body, (x, y, z) = together(parts), unit(joint.axis)
+            six = (body.ixx, body.iyy, body.izz, body.ixy, body.ixz, body.iyz)
+            xx, yy, zz, xy, xz, yz = along_link(six, body.pose.transform())
+            about = xx * x * x + yy * y * y + zz * z * z + 2 * (xy * x * y + xz * x * z + yz * y * z)
+            arm = cross((x, y, z), body.pose.xyz)
+            felt = max(felt, body.mass if joint.type == "prismatic" else about + body.mass * dot(arm, arm))
+        # The damping of the joint costs at most 2 % of the commanded speed.
+        servo = Actuator(VELOCITY, kv=float(f"{max(felt * _STIFF, 50 * joint.braking):.2g}"))
+        if kind == POSITION and position_range(joint) is not None:
+            servo = Actuator(POSITION, kp=float(f"{felt * _STIFF**2:.2g}"), damping_ratio=1.0)
+        made.append(Drive(joint.name, servo, joint, True))
+    return made
 
 
 def aims(drive: Drive) -> tuple[float, float] | None:
@@ -107,24 +99,21 @@ def is_clamped(robot: Robot, joint: Joint, effort: float) -> bool:
     """Return True if the actuators of a joint bring its effort and no more: then that is no second clamp."""
     own = [joint.actuator] if joint.actuator else []
     others = robot.actuators if own and own[0].targets == {} else ()
-    most = [_strength(one) for one in (*own, *(one for one in others if one.targets.get("joint") == joint.name))]
-    known = [one for one in most if one is not None]
-    return bool(most) and len(known) == len(most) and math.isclose(sum(known), effort, rel_tol=_ROUNDING)
-
-
-def _strength(actuator: Actuator) -> float | None:
-    """Return the largest torque (N*m) or force (N) that an actuator brings to its joint, or None if it is unknown."""
-    gear, mjcf = abs(actuator.gear[0]) if actuator.gear else 1.0, actuator.mjcf
-    if actuator.force is not None and mjcf.get("forcelimited") is not False:
-        return gear * max(map(abs, actuator.force))
-    found = mjcf.get("gainprm", 1.0) if actuator.type == GENERAL else 1.0
-    gain = found[0] if isinstance(found, tuple) else found
-    usual = {"gaintype": "fixed", "biastype": "none"} if actuator.type == GENERAL else {}
-    is_plain = actuator.type in (MOTOR, GENERAL) and all(mjcf.get(word, text) == text for word, text in usual.items())
-    is_limited = actuator.range is not None and not actuator.unlimited and mjcf.get("ctrllimited") is not False
-    if not is_plain or not is_limited or not isinstance(gain, (int, float)):
-        return None
-    return gear * abs(float(gain)) * max(map(abs, actuator.range or ()))
+    total = 0.0
+    for actuator in (*own, *(one for one in others if one.targets.get("joint") == joint.name)):
+        gear, mjcf = abs(actuator.gear[0]) if actuator.gear else 1.0, actuator.mjcf
+        found = mjcf.get("gainprm", 1.0) if actuator.type == GENERAL else 1.0
+        gain = found[0] if isinstance(found, tuple) else found
+        usual = {"gaintype": "fixed", "biastype": "none"} if actuator.type == GENERAL else {}
+        is_plain = actuator.type in (MOTOR, GENERAL) and all(mjcf.get(key, text) == text for key, text in usual.items())
+        is_limited = actuator.range is not None and not actuator.unlimited and mjcf.get("ctrllimited") is not False
+        if actuator.force is not None and mjcf.get("forcelimited") is not False:
+            total += gear * max(map(abs, actuator.force))
+        elif is_plain and is_limited and isinstance(gain, (int, float)):
+            total += gear * abs(float(gain)) * max(map(abs, actuator.range or ()))
+        else:  # its strength is not known
+            return False
+    return bool(own) and math.isclose(total, effort, rel_tol=_ROUNDING)
 
 
 def controls_of(drive: Drive, first: float) -> list[float]:
@@ -174,7 +163,10 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
             related = [case.related("the other one", place_of(names[drive.name]))]
             help = "give one of them another name"
             yield case.problem("mjcf-actuators", message, place_of(drive), help, related=related)
-    for kind, known in (("actuator", {*names}), ("sensor", _sensor_names(robot))):
+    sensors = {part.name for sensor in robot.sensors for part in sensor.simulated if part.kind == SENSOR_ELEMENT}
+    raw = (one for text in robot.mjcf for one in found_in(text) if one.tags[0] == "sensor" and len(one.tags) == 2)
+    sensors |= {one.attributes["name"] for one in raw if "name" in one.attributes}
+    for kind, known in (("actuator", {*names}), ("sensor", sensors)):
         ordered = output.options.get(f"{kind}s", ())
         for index, name in enumerate(ordered):
             path = ("outputs", output.name, f"{kind}s", index)
@@ -183,10 +175,3 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
                 yield case.problem("mjcf-actuators", message, path, Suggestion(name, known))
             elif name in ordered[:index]:
                 yield case.problem("mjcf-actuators", f'the {kind} "{name}" is listed again', path, "remove one")
-
-
-def _sensor_names(robot: Robot) -> set[str]:
-    """Return the names of the sensors that MuJoCo has of a robot, also of those in elements of ``mjcf``."""
-    made = {part.name for sensor in robot.sensors for part in sensor.simulated if part.kind == SENSOR_ELEMENT}
-    raw = (one for text in robot.mjcf for one in found_in(text) if one.tags[0] == "sensor" and len(one.tags) == 2)
-    return made | {one.attributes["name"] for one in raw if "name" in one.attributes}

@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.formats.imported import ReadOptions
+from rosorin_compile.formats.imported_robot import ReadOptions
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, Span, error
 from rosorin_compile.source.xml.markup import Attribute, Document, Element, MarkupError, parse, read_source, repair

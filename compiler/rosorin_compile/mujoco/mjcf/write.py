@@ -20,17 +20,19 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import chain, product
 from typing import NamedTuple
 
 from markupsafe import Markup
 
 from rosorin_compile import model
 from rosorin_compile.formats.templating import Templates, attribute, attributes, comment
+from rosorin_compile.model.colours import colours_of
 from rosorin_compile.model.geometry import plane_axes, pose_of
 from rosorin_compile.model.joint import Dynamics
-from rosorin_compile.model.looks import colours_of
 from rosorin_compile.model.mesh_vertices import clouds_of
 from rosorin_compile.model.robot import JointPose
+from rosorin_compile.model.shape import Material
 from rosorin_compile.model.simulation import Attribute
 from rosorin_compile.mujoco.rest_pose import HOME, home_of, stands_at
 from rosorin_compile.source.diagnostics import Diagnostic
@@ -41,36 +43,24 @@ from . import bodies, omissions
 from .contacts import contacts
 from .servos import Drive, controls_of, is_clamped, kept_controls
 from .servos import drives as drives_of
-from .write_elements import Classes, ElementPrinter, Named, Part, ordered_sensors, place_of, sensor_elements
+from .write_elements import Classes, ElementPrinter, Named, Part, place_of, sensor_elements
 
-# The types of joints that one joint of MuJoCo is.
-TYPES = {"revolute": "hinge", "continuous": "hinge", "prismatic": "slide"}
-
+_TYPES = {"revolute": "hinge", "continuous": "hinge", "prismatic": "slide"}
 _AXES: tuple[model.Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _AT_ORIGIN = {"planar": (0.0, 0.0, 0.0), "floating": (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)}
 _AT_ORIGIN |= {"ball": (1.0, 0.0, 0.0, 0.0)}
 
 
-def body_pose(joint: model.Joint) -> model.Pose:
-    """Return the pose of the child body of a joint in the parent body, in metres and radians."""
-    ref = bodies.reference(joint)
-    return pose_of(joint.transform(ref)) if ref else joint.origin
-
-
-def several(joint: model.Joint, printer: ElementPrinter) -> list[Markup]:
+def _several(joint: model.Joint, printer: ElementPrinter) -> list[Markup]:
     """Return the attributes of the joints that a body has for a planar, floating or ball joint, in their order."""
-    if bodies.is_free(printer.robot, joint):
-        return [attributes(name=joint.name, type="free", **_inner(joint, printer))]
-    if joint.type == "ball":
-        return [attributes(name=joint.name, type="ball", **_inner(joint, printer))]
-    base, number = base_name(joint, printer.robot), printer.number
+    is_free = bodies.is_free(printer.robot, joint)
+    if is_free or joint.type == "ball":
+        return [attributes(name=joint.name, type="free" if is_free else "ball", **_inner(joint, printer))]
+    base, parts = base_name(joint, printer.robot), list(zip(bodies.FLOATING, ("slide",) * 3, _AXES, strict=False))
     if joint.type == "planar":
         axes = (*plane_axes(joint.axis), joint.axis)
-        kinds = ("slide", "slide", "hinge")
-        parts = zip(bodies.PLANAR, kinds, axes, strict=True)
-    else:
-        parts = zip(bodies.FLOATING[:3], ("slide",) * 3, _AXES, strict=True)
-    made = [attributes(name=base + end, **_motion(kind, axis, number)) for end, kind, axis in parts]
+        parts = list(zip(bodies.PLANAR, ("slide", "slide", "hinge"), axes, strict=True))
+    made = [attributes(name=base + end, **_motion(kind, axis, printer.number)) for end, kind, axis in parts]
     return made if joint.type == "planar" else [*made, attributes(name=base + bodies.FLOATING[3], type="ball")]
 
 
@@ -82,13 +72,10 @@ def base_name(joint: model.Joint, robot: model.Robot) -> str:
     return base
 
 
-def single(joint: model.Joint, printer: ElementPrinter) -> dict[str, str]:
+def _single(joint: model.Joint, printer: ElementPrinter) -> dict[str, str]:
     """Return the attributes of a joint of one position, but its name."""
-    values = _motion(TYPES[joint.type], joint.axis, printer.number)
-    ends = omissions.position_range(joint)
-    if ends:
-        values["range"] = numbers(ends, printer.number)
-    return {**values, **_inner(joint, printer)}
+    values, ends = _motion(_TYPES[joint.type], joint.axis, printer.number), omissions.position_range(joint)
+    return {**values, **({"range": numbers(ends, printer.number)} if ends else {}), **_inner(joint, printer)}
 
 
 def _motion(kind: str, axis: model.Vector, number: NumberFormat) -> dict[str, str]:
@@ -105,12 +92,10 @@ def _inner(joint: model.Joint, printer: ElementPrinter) -> dict[str, str]:
     effort = joint.limit.known_value("effort") if joint.limit is not None else None
     if effort and not is_clamped(printer.robot, joint, effort):
         values["actuatorfrcrange"] = numbers([-effort, effort], number)
-    if joint.mjcf:
-        values |= printer.texts(joint.mjcf)
-    return values
+    return values | printer.texts(joint.mjcf)
 
 
-def followers(robot: model.Robot, joints: Sequence[model.Joint], number: NumberFormat) -> list[Markup]:
+def _followers(robot: model.Robot, joints: Sequence[model.Joint], number: NumberFormat) -> list[Markup]:
     """Return the attributes of the constraints of joints that follow another; of one that never moves: their angle."""
     made = []
     for joint, mimic in ((joint, joint.mimic) for joint in joints if joint.mimic is not None and joint.moves):
@@ -126,21 +111,18 @@ def followers(robot: model.Robot, joints: Sequence[model.Joint], number: NumberF
     return made
 
 
-Key = tuple[str, list[float], list[float], dict[str, Attribute]]
-
-
-def keys(
+def _keys(
     robot: model.Robot,
     joints: Sequence[model.Joint],
     drives: Sequence[Drive],
     base_pose: Callable[[JointPose], model.Pose] | None,
-) -> list[Key]:
+) -> list[tuple[str, list[float], list[float], dict[str, Attribute]]]:
     """Return name, qpos, ctrl and the rest of each pose: the ``base_pose`` if the base is free, then the joints.
 
     The first key is home. A robot that can move has it even if the description has no such pose. One that was
     imported has its poses in the order of its source, and what is made up behind them: simulators begin at the first.
     """
-    made: list[Key] = []
+    made = []
     home, others = home_of(robot), [pose for pose in robot.poses if pose.name != HOME]
     poses = (home, *others)
     if robot.source.status == "imported":
@@ -161,10 +143,9 @@ def keys(
         qpos = [*place.xyz, *place.transform().quaternion()] if place else []
         qpos += [number for joint in joints for number in at[joint.name]]
         if qpos or ctrl or pose in robot.poses:
-            whole = pose.mjcf.get("qpos")
-            where = list(map(float, whole)) if isinstance(whole, tuple) else qpos
-            more = {word: value for word, value in pose.mjcf.items() if word != "qpos"}
-            made.append((pose.name, where, ctrl + [0.0] * kept_controls(robot), more))
+            whole, more = pose.mjcf.get("qpos"), {word: one for word, one in pose.mjcf.items() if word != "qpos"}
+            qpos = list(map(float, whole)) if isinstance(whole, tuple) else qpos
+            made.append((pose.name, qpos, ctrl + [0.0] * kept_controls(robot), more))
     return made
 
 
@@ -197,12 +178,7 @@ class Frame(NamedTuple):
 
 
 def write(robot: model.Robot, output: model.Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the MJCF of a robot.
-
-    Options: ``base`` (fixed: the root link is held in the world; free: it floats, as that of a robot with a drive does
-    unless it is set to fixed), ``number_format``,
-    ``visuals`` (own, or from_collision for links that have none).
-    """
+    """Return the MJCF of a robot, and what MuJoCo would not load and MJCF cannot express."""
     number, free, frames = number_format(output.options), robot.has_free_base(output), list(_walk(robot))
     joints = [frame.joint for frame in frames if frame.joint]
     shapes = [shape for link in robot.walk() for shape in (*link.visual, *link.collision)]
@@ -210,15 +186,14 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
     usual = "own" if any(link.visual for link in robot.links) else "from_collision"
     shown = colours_of(robot) if output.options.get("visuals", usual) == "from_collision" else {}
     printer = ElementPrinter(robot, number, shown.values())
-    parts, of_sensors, sections, diagnostics = sensor_elements(robot, templates, printer)
-    sensors, kept = ordered_sensors(of_sensors, robot.mjcf, output.options.get("sensors", ()))
+    measuring = sensor_elements(robot, templates, printer, output.options.get("sensors", ()))
     moving = [joint for joint in joints if joint.moves]
-    shared = [Named("joint", joint.name, single(joint, printer), joint.name) for joint in moving]
+    shared = [Named("joint", joint.name, _single(joint, printer), joint.name) for joint in moving]
     shared += [printer.actuator(drive) for drive in drives]
-    classes = Classes(robot.name, shared, [*robot.mjcf, *(text for _, text in sections)])
+    classes = Classes(robot.name, shared, [*robot.mjcf, *(text for _, text in measuring.sections)])
     implied = output.options.get("contacts", "implied") == "implied"
     rolls = bodies.rolling(robot) if implied else frozenset[str]()
-    geoms = _Geoms(robot, output, printer, classes, rolls, frozenset(shown))
+    geoms = _Geoms(robot, output, printer, classes, rolls, shown)
     stands_there = partial(stands_at, robot, clouds=clouds_of(robot, as_opened=True))
     is_placed = robot.root_in_world.placed or not free
     root = robot.root_in_world.pose if is_placed else stands_there(home_of(robot))
@@ -227,15 +202,10 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
     in_fluid = any(output.options.get("option", {}).get(word) for word in ("density", "viscosity"))
     printed = {joint.name: classes.print_classes(place) for place, joint in enumerate(moving)}
     framed = attributes(**{"class": classes.class_name(bodies.FRAME)})
-    elements: list[
-        tuple[object, ...]
-    ] = []  # as the template takes them; the last are indents of elements that end here
+    elements: list[tuple[object, ...]] = []  # as the template takes them; the last are the ends of bodies
     for frame, after in zip(frames, [*frames[1:], None], strict=True):
         link, joint, indent = frame.link or model.Link(frame.name), frame.joint, _indent(frame.depth - top)
-        made = [
-            *geoms.geoms_of(link, bodies.COLLISION, link.collision),
-            *geoms.geoms_of(link, bodies.VISUAL, link.visual),
-        ]
+        made = [*geoms.geoms_of(link, bodies.COLLISION), *geoms.geoms_of(link, bodies.VISUAL)]
         if in_fluid and link.name in none:
             made.append(attributes(name=f"{link.name}_no_drag", size=number(_NO_SIZE), **_NO_DRAG))
         pose, names = root if frame.depth == 0 else frame.pose, ""
@@ -243,54 +213,47 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
             place = place_of(pose.xyz, pose.rpy, number)
             names = attribute("name", bodies.body_name(robot, frame.name)) + attributes(**place)
             names += printer.print_values({**link.limited_values("mjcf"), **link.mjcf})
-        free_joint = [_free_joint(robot, printer)] if free and not elements else []
+        inertial = _LEAST_INERTIAL if link.name in none else link.inertial
         body = (
-            free_joint,
+            [_free_joint(robot, printer)] if free and not elements else [],
             indent,
             names,
-            _inertial(_LEAST_INERTIAL if link.name in none else link.inertial, number),
-            [] if joint is None else [printed[joint.name]] if joint.moves else several(joint, printer),
+            _inertial(inertial, number) if inertial and omissions.has_mass(inertial) else "",
+            [] if joint is None else [printed[joint.name]] if joint.moves else _several(joint, printer),
             made,
             attribute("name", frame.name) + framed,
-            [*parts.get(frame.name, ()), *map(printer.mark, link.marked)],
+            [*measuring.of_bodies.get(frame.name, ()), *map(printer.mark, link.marked)],
             [indent_lines(text, _indent(frame.depth - top + 1)) for text in link.mjcf_elements],
             [_indent(depth - top) for depth in range(frame.depth, (after.depth if after else top) - 1, -1)],
         )
         elements.append(body)
-    touching = contacts(robot, bodies.form_of(output), implied)
+    touching, of_collision = contacts(robot, bodies.form_of(output), implied), bodies.COLLISION
     values = {
         "robot": robot,
         "classes": classes.tree(geoms.used, bool(rolls), output.options.get("groups", {})),
         "materials": [printer.print_values(values) for values in printer.materials()],
         "textures": [(name, omissions.texture_path(file)) for file, name in printer.textures.items()],
-        "meshes": geoms.printed_meshes(),
+        "meshes": list(geoms.printed_meshes()),
         "fields": list(geoms.fields.items()),
         "bodies": elements,
-        "followers": followers(robot, joints, number),
+        "followers": _followers(robot, joints, number),
         "actuators": [Part(one.actuator.type, classes.print_classes(at)) for at, one in enumerate(drives, len(moving))],
         "equalities": [printer.constraint(one) for one in robot.constraints],
-        "sensors": sensors,
-        "sections": sections,
-        "keys": keys(robot, joints, drives, stands_there if free else None),
+        "sensors": measuring.sensors,
+        "sections": measuring.sections,
+        "keys": _keys(robot, joints, drives, stands_there if free else None),
         "excludes": touching.excluded,
-        "contact_pairs": [
-            [geoms.names[one.link, bodies.COLLISION, one.number] for one in pair] for pair in touching.pairs
-        ],
+        "contact_pairs": [[geoms.names[one.link, of_collision, one.number] for one in pair] for pair in touching.pairs],
         "stand_ins": [comment(text) for text in sorted({shape.stand_in for shape in shapes if shape.stand_in})],
         "title": comment(robot.name),
         "option": _option(robot, output, free, printer),
         "numbers": partial(numbers, number=number),
         "printed": printer.print_values,
-        "kept": [indent_lines(text, "  ") for text in kept],
+        "kept": [indent_lines(text, "  ") for text in measuring.kept],
     }
     text = templates.own("mujoco/robot.xml.jinja", values)
-    found = [
-        *omissions.check_loadable(robot, free),
-        *omissions.report_omissions(robot, joints),
-        *omissions.report_unpaired(touching.left),
-        *diagnostics,
-    ]
-    return text, [*found, *(omissions.check_names(text, geoms.left_out) if geoms.left_out else ())]
+    reports = (omissions.check_loadable(robot, free), omissions.report_omissions(robot, joints, touching.left))
+    return text, [*chain(*reports), *measuring.diagnostics, *omissions.check_names(text, geoms.left_out)]
 
 
 def _walk(robot: model.Robot) -> Iterator[Frame]:
@@ -309,8 +272,9 @@ def _walk(robot: model.Robot) -> Iterator[Frame]:
         for name, pose in reversed(edges.get(frame.name, ())):
             waiting.append(Frame(name, depth, pose, None, None))
         for joint in reversed(robot.joints_from.get(frame.name, ())):
-            moving = None if joint.is_fixed else joint
-            waiting.append(Frame(joint.child, depth, body_pose(joint), moving, robot.link[joint.child]))
+            ref, moving = bodies.reference(joint), None if joint.is_fixed else joint
+            place = pose_of(joint.transform(ref)) if ref else joint.origin
+            waiting.append(Frame(joint.child, depth, place, moving, robot.link[joint.child]))
 
 
 def _free_joint(robot: model.Robot, printer: ElementPrinter) -> Markup:
@@ -318,23 +282,17 @@ def _free_joint(robot: model.Robot, printer: ElementPrinter) -> Markup:
     name = root.joint or f"{robot.root}_free"
     while name in robot.joint and not root.joint:
         name += "_"
-    if set(root.values) <= {"group", "align"}:
-        return Markup("<freejoint{}/>").format(printer.print_values({"name": name, **root.values}))
-    return Markup("<joint{}/>").format(printer.print_values({"name": name, "type": "free", **root.values}))
+    tag, kind = ("freejoint", {}) if set(root.values) <= {"group", "align"} else ("joint", {"type": "free"})
+    return Markup("<{}{}/>").format(tag, printer.print_values({"name": name, **kind, **root.values}))
 
 
-def _inertial(inertial: model.Inertial | None, number: NumberFormat) -> Markup | str:
-    if inertial is None or not omissions.has_mass(inertial):
-        return ""
+def _inertial(inertial: model.Inertial, number: NumberFormat) -> Markup:
     pos, mass, six = vector(inertial.pose.xyz, number), number(inertial.mass), omissions.along_link_of(inertial)
     if not any(six[3:]):
         return attributes(pos=pos, mass=mass, diaginertia=" ".join(inertial.printed_inertia(number, six)[:3]))
     if inertial.principal_moments[0] < omissions.LEAST_EIGENVALUE and not omissions.has_products(inertial):
-        own, place = (
-            " ".join(inertial.printed_inertia(number)[:3]),
-            place_of(inertial.pose.xyz, inertial.pose.rpy, number),
-        )
-        return attributes(**{"pos": pos, **place, "mass": mass, "diaginertia": own})
+        own, place = inertial.printed_inertia(number)[:3], place_of(inertial.pose.xyz, inertial.pose.rpy, number)
+        return attributes(**{"pos": pos, **place, "mass": mass, "diaginertia": " ".join(own)})
     return attributes(pos=pos, mass=mass, fullinertia=" ".join(inertial.printed_inertia(number, six)))
 
 
@@ -342,7 +300,7 @@ class _Geoms:
     """Geoms of shapes, named by the link, the purpose and the number of the solid.
 
     ``used`` are the purposes of those that are written, ``left_out`` those that are not, each with its link. ``rolls``
-    are links that meet the floor alone, ``shown`` those that are seen as their collision shapes.
+    are links that meet the floor alone, ``shown`` the colours of those that are seen as their collision shapes.
     """
 
     def __init__(
@@ -352,40 +310,34 @@ class _Geoms:
         printer: ElementPrinter,
         classes: Classes,
         rolls: frozenset[str],
-        shown: frozenset[str],
+        shown: Mapping[str, Material],
     ) -> None:
         self.robot, self.printer, self.classes, self.rolls, self.shown = robot, printer, classes, rolls, shown
-        self.colours = colours_of(robot) if shown else {}
-        self.form = bodies.form_of(output)
+        self.form, self.mesh_inertia = bodies.form_of(output), output.options.get("mesh_inertia", "shell")
         self.names, printer.own_names = _geom_names(robot, self.form)
-        self.mesh_inertia = output.options.get("mesh_inertia", "shell")
         self.meshes: dict[tuple[model.Mesh, str, tuple[tuple[str, Attribute], ...]], str] = {}
         self.fields: dict[str, bodies.Field] = {}
         self.left_out: dict[str, str] = {}
         self.used: set[str] = set()
 
-    def geoms_of(self, link: model.Link, purpose: str, shapes: Sequence[model.Shape]) -> Iterator[Markup]:
+    def geoms_of(self, link: model.Link, purpose: str) -> Iterator[Markup]:
         """Yield the attributes of the geoms of a link for a purpose."""
         is_shown, rolls = purpose == bodies.COLLISION and link.name in self.shown, link.name in self.rolls
         kind = purpose
         if purpose == bodies.COLLISION and (rolls or is_shown):
             kind = (bodies.SHOWN_WHEEL if is_shown else bodies.WHEEL) if rolls else bodies.SHOWN
-        called = self.classes.class_name(kind)
-        for index, solid in enumerate(
-            [solid for shape in shapes for solid in bodies.solids(shape, self.form)], start=1
-        ):
+        for index, solid in bodies.numbered_solids(link, purpose, self.form):
             geometry, name = solid.geometry, self.names[link.name, purpose, index]
-            if not bodies.has_volume(geometry) or (
-                isinstance(geometry, model.Mesh) and not omissions.is_written(self.robot, geometry)
-            ):
+            is_lost = isinstance(geometry, model.Mesh) and not omissions.is_written(self.robot, geometry)
+            if is_lost or not bodies.has_volume(geometry):
                 self.left_out[name] = link.name
                 continue
             self.used.add(kind)
             more = self.printer.look(solid) if purpose == bodies.VISUAL else {}
-            more |= {"material": self.printer.material(self.colours[link.name].name)} if is_shown else {}
-            if solid.contact is not None or solid.mjcf:
-                more |= self.printer.touching(solid, purpose)
-            yield attributes(**{"name": name, "class": called, **self._sized(geometry, solid), **more})
+            more |= {"material": self.printer.material(self.shown[link.name].name)} if is_shown else {}
+            more |= self.printer.touching(solid, purpose)
+            called = {"name": name, "class": self.classes.class_name(kind)}
+            yield attributes(**{**called, **self._sized(geometry, solid), **more})
 
     def _sized(self, geometry: model.Geometry, solid: model.Shape) -> dict[str, str]:
         number, pose = self.printer.number, solid.origin()
@@ -405,17 +357,12 @@ class _Geoms:
             made["size"] = numbers(bodies.half_sizes(geometry), number)
         return {**made, **place_of(pose.xyz, pose.rpy, number)}
 
-    def printed_meshes(self) -> list[Markup]:
-        made = []
+    def printed_meshes(self) -> Iterator[Markup]:
         for (mesh, *_), name in self.meshes.items():
-            values = {
-                "name": name,
-                "file": omissions.mesh_path(mesh.file),
-                "scale": numbers(mesh.scale, self.printer.number),
-            }
+            scale = numbers(mesh.scale, self.printer.number)
+            values = {"name": name, "file": omissions.mesh_path(mesh.file), "scale": scale}
             values |= {"inertia": mesh.inertia} if mesh.inertia else {}
-            made.append(attributes(**values, **self.printer.texts(mesh.mjcf)))
-        return made
+            yield attributes(**values, **self.printer.texts(mesh.mjcf))
 
 
 def _geom_names(robot: model.Robot, form: str) -> tuple[dict[tuple[str, str, int], str], dict[str, str]]:
@@ -425,13 +372,9 @@ def _geom_names(robot: model.Robot, form: str) -> tuple[dict[tuple[str, str, int
     others are called after their link.
     """
     places: dict[tuple[str, str, int], str] = {}
-    for purpose in (bodies.COLLISION, bodies.VISUAL):
-        for link in robot.links:
-            shapes = link.visual if purpose == bodies.VISUAL else link.collision
-            for number, solid in enumerate(
-                [solid for shape in shapes for solid in bodies.solids(shape, form)], start=1
-            ):
-                places[link.name, purpose, number] = solid.name
+    for purpose, link in product((bodies.COLLISION, bodies.VISUAL), robot.links):
+        for number, solid in bodies.numbered_solids(link, purpose, form):
+            places[link.name, purpose, number] = solid.name
     own, first = [(at, name) for at, name in places.items() if name], dict[str, str]()
     for (_, purpose, _), name in own:
         first.setdefault(name, purpose)
@@ -449,13 +392,8 @@ def _geom_names(robot: model.Robot, form: str) -> tuple[dict[tuple[str, str, int
     return names, aliases
 
 
-def _option(
-    robot: model.Robot, output: model.Output, free: bool, printer: ElementPrinter
-) -> tuple[Markup, Markup | str]:
-    """Return the attributes of the settings of the simulation, and those of its flags, if any is set.
-
-    The option of an imported robot is complete: nothing is added.
-    """
+def _option(robot: model.Robot, output: model.Output, free: bool, printer: ElementPrinter) -> Sequence[Markup | str]:
+    """Return the settings of the simulation and its flags; those of an imported robot are complete."""
     described, drive = output.options.get("option", {}), robot.drive
     standing: Mapping[str, object] = {}
     if (free or drive) and not (described and robot.source.status == "imported"):

@@ -21,39 +21,14 @@ from typing import Any, NamedTuple
 from markupsafe import Markup
 
 from rosorin_compile.formats.templating import Templates, attribute, attributes
-from rosorin_compile.model import Pose, Robot, Sensor, Shape, Vector
+from rosorin_compile.model import Pose, Robot, Sensor, Shape, Vector, simulation
 from rosorin_compile.model.shape import Material
-from rosorin_compile.model.simulation import (
-    BODY_ELEMENT,
-    SENSOR_ELEMENT,
-    TEMPLATE_ELEMENT,
-    Attribute,
-    Entry,
-    Marked,
-    Simulated,
-    Values,
-)
+from rosorin_compile.model.simulation import Attribute, Values
 from rosorin_compile.source.diagnostics import Diagnostic, error
 from rosorin_compile.source.numbers import NumberFormat, numbers, vector
 from rosorin_compile.source.xml.elements import found_in
 
-from .bodies import (
-    BESIDE_WHEELS,
-    BITS,
-    COLLISION,
-    COLLISION_GROUP,
-    FRAME,
-    FRAME_GROUP,
-    ROLLS,
-    SHOWN,
-    SHOWN_WHEEL,
-    VISUAL,
-    VISUAL_GROUP,
-    WHEEL,
-    body_name,
-    reference,
-    shift_polynomial,
-)
+from . import bodies
 from .omissions import is_textured
 from .servos import Drive, aims
 
@@ -105,7 +80,7 @@ class _Shared(NamedTuple):
 
     tag: str
     values: Texts
-    members: tuple[int, ...]
+    members: Sequence[int]
     words: str
 
 
@@ -117,7 +92,7 @@ class Classes:
         self.outer = self._free(robot)
         self._elements = elements
         self._names: dict[int, str] = {}
-        self._taken |= {self.class_name(purpose) for purpose in (VISUAL, COLLISION, WHEEL, SHOWN, SHOWN_WHEEL, FRAME)}
+        self._taken |= set(map(self.class_name, bodies.CLASSES))
         self.shared: dict[str, list[_Shared]] = {}
         for shared in self._groups():
             name = self._with_joints(shared) or self._called(shared)
@@ -142,27 +117,30 @@ class Classes:
 
         ``groups`` are those that visuals and collisions have if not ours, by purpose.
         """
-        seen = {"group": str(groups.get(VISUAL, VISUAL_GROUP))}
-        group = groups.get(COLLISION, COLLISION_GROUP if {VISUAL, SHOWN, SHOWN_WHEEL}.intersection(used) else 0)
+
+        def named(purpose: str, tag: str, values: Texts, classes: Sequence[Class] = ()) -> Class:
+            return Class(self.class_name(purpose), [Part(tag, attributes(**values))], classes)
+
+        seen = {"group": str(groups.get(bodies.VISUAL, bodies.VISUAL_GROUP))}
+        is_seen = not {bodies.VISUAL, bodies.SHOWN, bodies.SHOWN_WHEEL}.isdisjoint(used)
+        group = groups.get(bodies.COLLISION, bodies.COLLISION_GROUP if is_seen else 0)
         solid = {"group": str(group)} if group else {}
-        solid |= {"density": "0", **(BESIDE_WHEELS.attributes() if rolls else {})}
-        inner = {WHEEL: ROLLS.attributes(), SHOWN: seen, SHOWN_WHEEL: seen | ROLLS.attributes()}
-        solids = [
-            Class(self.class_name(name), [_part("geom", values)]) for name, values in inner.items() if name in used
-        ]
+        solid |= {"density": "0", **(bodies.BESIDE_WHEELS.attributes() if rolls else {})}
+        rolling = bodies.ROLLS.attributes()
+        inner = {bodies.WHEEL: rolling, bodies.SHOWN: seen, bodies.SHOWN_WHEEL: seen | rolling}
+        solids = [named(purpose, "geom", values) for purpose, values in inner.items() if purpose in used]
         made = []
-        if VISUAL in used:
-            seen |= {"contype": "0", "conaffinity": "0", "density": "0"}
-            made.append(Class(self.class_name(VISUAL), [_part("geom", seen)]))
-        if solids or COLLISION in used:
-            made.append(Class(self.class_name(COLLISION), [_part("geom", solid)], solids))
-        made.append(Class(self.class_name(FRAME), [_part("site", {"group": str(FRAME_GROUP)})]))
-        made += [Class(name, [_part(one.tag, one.values) for one in shared]) for name, shared in self.shared.items()]
+        if bodies.VISUAL in used:
+            made.append(named(bodies.VISUAL, "geom", seen | {"contype": "0", "conaffinity": "0", "density": "0"}))
+        if solids or bodies.COLLISION in used:
+            made.append(named(bodies.COLLISION, "geom", solid, solids))
+        made.append(named(bodies.FRAME, "site", {"group": str(bodies.FRAME_GROUP)}))
+        for name, shared in self.shared.items():
+            made.append(Class(name, [Part(one.tag, attributes(**one.values)) for one in shared]))
         return Class(self.outer, (), made)
 
     def _free(self, name: str) -> str:
-        while name in self._taken:
-            name += "_"
+        name = _free(name, self._taken)
         self._taken.add(name)
         return name
 
@@ -191,14 +169,12 @@ class Classes:
 
     def _shared(self, members: Sequence[int]) -> _Shared:
         """Return the attributes that all elements have, in the order of the first one."""
-        elements = [self._elements[place] for place in members]
-        own = _OWN if elements[0].tag == "joint" else _OF_ACTUATOR
-        common = {
-            word: text
-            for word, text in elements[0].values.items()
-            if word not in own and all(one.values.get(word) == text for one in elements)
-        }
-        return _Shared(elements[0].tag, common, tuple(members), _words_of([one.joint for one in elements]))
+        first, *rest = [self._elements[place] for place in members]
+        own, common = _OWN if first.tag == "joint" else _OF_ACTUATOR, dict[str, str]()
+        for word, text in first.values.items():
+            if word not in own and all(one.values.get(word) == text for one in rest):
+                common[word] = text
+        return _Shared(first.tag, common, members, _words_of([first.joint, *(one.joint for one in rest)]))
 
     def _with_joints(self, shared: _Shared) -> str:
         """Return the class that has all joints of these actuators, and can have them, too; empty if there is none."""
@@ -220,10 +196,10 @@ class Classes:
         """Return by how many characters the file gets shorter by a class, or by more in one that is made already."""
         joined = self._with_joints(shared)
         name = joined or self._called(shared)
-        size, reference = len(attributes(**shared.values)), len(f' class="{name}"')
+        size, naming = len(attributes(**shared.values)), len(f' class="{name}"')
         around = len(f"        <{shared.tag}/>\n")
         around += 0 if joined else len(f'      <default class="{name}">\n      </default>\n')
-        return len(shared.members) * (size - reference) - size - around if size else 0
+        return len(shared.members) * (size - naming) - size - around if size else 0
 
 
 def _words_of(names: Sequence[str]) -> str:
@@ -241,10 +217,6 @@ def _words_of(names: Sequence[str]) -> str:
     end = next((at for at in rest if len({words[len(words) - 1 - at] for words in split}) > 1), len(rest))
     words = split[0][:begin] + split[0][len(split[0]) - end :]
     return "_".join([word for word in words if word != "joint"] or words[:1])
-
-
-def _part(tag: str, values: Texts) -> Part:
-    return Part(tag, attributes(**values))
 
 
 # Attributes that name a body; what is called like a link is the body of it.
@@ -332,20 +304,19 @@ class ElementPrinter:
         look = {"material": named} if named else {}
         return {**look, "rgba": numbers(own_colour, self.number)} if own_colour else look
 
-    def constraint(self, entry: Entry) -> Part:
+    def constraint(self, entry: simulation.Entry) -> Part:
         """Return the element of a constraint; MuJoCo counts both joints of a polynomial from their references."""
         known = (self.robot.joint.get(str(entry.values.get(word, ""))) for word in ("joint1", "joint2"))
-        first, second = (reference(joint) if joint else 0.0 for joint in known)
+        first, second = (bodies.reference(joint) if joint else 0.0 for joint in known)
         values = {"name": entry.name, **entry.values}
         if first or second:
             value = entry.values.get("polycoef")
-            offset, *others = shift_polynomial(
-                list(map(float, value)) if isinstance(value, tuple) else [0.0, 1.0], second
-            )
+            before = list(map(float, value)) if isinstance(value, tuple) else [0.0, 1.0]
+            offset, *others = bodies.shift_polynomial(before, second)
             values["polycoef"] = (offset - first, *others)
         return Part(entry.tag, self.print_values(values))
 
-    def mark(self, mark: Marked) -> Part:
+    def mark(self, mark: simulation.Marked) -> Part:
         place = place_of(mark.pose.xyz, mark.pose.rpy, self.number)
         values = {key: value for key, value in mark.values.items() if value is not None}
         if mark.tag == "light":  # which has no axes but a direction
@@ -360,7 +331,7 @@ class ElementPrinter:
         """Return the attributes of how a shape touches, and those that the language has no word for."""
         values: dict[str, Attribute] = {}
         if shape.contact is not None and purpose == "collision":
-            bits: Values = {word: shape.contact.values.get(word) for word in BITS}  # first in the element
+            bits: Values = {word: shape.contact.values.get(word) for word in bodies.BITS}  # first in the element
             values |= {**bits, **shape.contact.values}
         return self.texts(values | dict(shape.mjcf))
 
@@ -373,7 +344,7 @@ class ElementPrinter:
             text = texts[name]
             named = name in _BODIES or (name in _NAMED and values.get(f"{name[:3]}type") == "xbody")
             if named and values[name] in self.robot.link:
-                texts[name] = body_name(self.robot, text)
+                texts[name] = bodies.body_name(self.robot, text)
             elif name in _GEOMS:
                 texts[name] = self.own_names.get(text, text)
             elif name == "material":
@@ -394,17 +365,21 @@ def _free(name: str, taken: Collection[str]) -> str:
     return name
 
 
-# What sensors are made of: by body, the list of sensors, text by section of the file, and diagnostics.
-SensorElements = tuple[Mapping[str, Sequence[Part]], Sequence[Part], Sequence[tuple[str, str]], Sequence[Diagnostic]]
+class SensorElements(NamedTuple):
+    """What sensors are made of; ``kept`` are the elements of ``mjcf`` that are not among the ``sensors``."""
+
+    of_bodies: dict[str, list[Part]]
+    sensors: list[Part]
+    sections: list[tuple[str, str]]  # the section of the file, and a text
+    kept: list[str]
+    diagnostics: list[Diagnostic]
 
 
-def sensor_elements(robot: Robot, templates: Templates, printer: ElementPrinter) -> SensorElements:
-    """Return what the sensors of a robot are in MJCF. Raises TemplateProblem if a template fails."""
-    bodies: dict[str, list[Part]] = {}
-    sensors: list[Part] = []
-    sections: list[tuple[str, str]] = []
-    diagnostics: list[Diagnostic] = []
-    number = printer.number
+def sensor_elements(
+    robot: Robot, templates: Templates, printer: ElementPrinter, order: Sequence[str]
+) -> SensorElements:
+    """Return what the sensors of a robot are in MJCF, those in ``order`` first. Raises TemplateProblem."""
+    made, number = SensorElements({}, [], [], list(robot.mjcf), []), printer.number
     for sensor, part in [(one, part) for one in robot.sensors for part in one.simulated]:
         place = place_of(part.pose.xyz, part.pose.rpy, number) if part.pose is not None else {}
         replicate: dict[str, str] = {}
@@ -413,57 +388,46 @@ def sensor_elements(robot: Robot, templates: Templates, printer: ElementPrinter)
             replicate = {"count": str(part.replicas.count), "sep": "_"}
             replicate |= {"offset": vector(step.xyz, number)} if any(step.xyz) else {}
             replicate |= {"euler": vector(step.rpy, number)} if any(step.rpy) else {}
-        around = attributes(**replicate)
+        around, of_body = attributes(**replicate), made.of_bodies.setdefault(part.link, [])
         values: dict[str, str] = {"name": part.name}
         more = {name: printer.text(value) for name, value in part.attributes.items() if value is not None}
-        if part.kind == TEMPLATE_ELEMENT:
-            given: dict[str, Any] = {"robot": robot, "sensor": sensor, "element": part, "number": number}
-            text = templates.render(part.element, {**given, "vector": partial(vector, number=number)}).strip()
-            diagnostics += _damaged(sensor, part, text)
+        if part.kind == simulation.TEMPLATE_ELEMENT:
+            names: dict[str, Any] = {"robot": robot, "sensor": sensor, "element": part, "number": number}
+            text = templates.render(part.element, {**names, "vector": partial(vector, number=number)}).strip()
+            made.diagnostics.extend(_damaged(sensor, part, text))
             if part.section:
-                sections.append((part.section, text))
+                made.sections.append((part.section, text))
             else:
-                bodies.setdefault(part.link, []).append(Part("", text=text))
-        elif part.kind == BODY_ELEMENT:
-            made = Part(part.element, attributes(**{**values, **place, **more}), around)
-            bodies.setdefault(part.link, []).append(made)
-        elif part.kind == SENSOR_ELEMENT:
+                of_body.append(Part("", text=text))
+        elif part.kind == simulation.BODY_ELEMENT:
+            of_body.append(Part(part.element, attributes(**{**values, **place, **more}), around))
+        elif part.kind == simulation.SENSOR_ELEMENT:
             is_frame = part.element.startswith("frame")
             values |= {"objtype": "site", "objname": part.site} if is_frame else {"site": part.site}
             values = {name: value for name, value in values.items() if part.attributes.get(name, "") is not None}
-            sensors.append(Part(part.element, attributes(**{**values, **more})))  # such as clock without a site
+            made.sensors.append(Part(part.element, attributes(**{**values, **more})))  # such as clock without a site
             if part.pose is not None:
-                site = Part("site", attributes(name=part.site, **place), around)
-                bodies.setdefault(part.link, []).append(site)
-    return bodies, sensors, sections, diagnostics
-
-
-def ordered_sensors(
-    sensors: Sequence[Part], texts: Sequence[str], order: Sequence[str]
-) -> tuple[Sequence[Part], Sequence[str]]:
-    """Return the sensors and the elements of ``mjcf`` as an output orders sensors by name; others follow.
-
-    The sensors of ``mjcf`` are then among the first, and only its other elements are returned as text.
-    """
+                of_body.append(Part("site", attributes(name=part.site, **place), around))
     if not order:
-        return sensors, texts
-    parts, others = list(sensors), list[str]()
-    for text in texts:
+        return made
+    made.kept.clear()
+    for text in robot.mjcf:  # its sensors are then among the first
         found = found_in(text)
         if found and all(one.tags[0] == "sensor" and len(one.tags) <= 2 for one in found):
-            parts += [Part(one.tags[1], attributes(**one.attributes)) for one in found if len(one.tags) == 2]
+            made.sensors.extend(Part(one.tags[1], attributes(**one.attributes)) for one in found if len(one.tags) == 2)
         else:
-            others.append(text)
+            made.kept.append(text)
     rank = {name: place for place, name in enumerate(order)}
 
     def place_in_order(part: Part) -> int:
         name = _NAME.search(part.attributes)
         return rank.get(name[1], len(rank)) if name else len(rank)
 
-    return sorted(parts, key=place_in_order), others
+    made.sensors.sort(key=place_in_order)
+    return made
 
 
-def _damaged(sensor: Sensor, part: Simulated, text: str) -> Iterator[Diagnostic]:
+def _damaged(sensor: Sensor, part: simulation.Simulated, text: str) -> Iterator[Diagnostic]:
     from xml.etree import ElementTree
 
     what, around = f'what {part.element} makes for sensor "{sensor.name}"', part.section or "body"

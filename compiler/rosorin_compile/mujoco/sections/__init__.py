@@ -1,44 +1,341 @@
-"""The sections of simulators that other formats can express in part: actuators and constraints.
+"""The sections of simulators that other formats can express in part, actuators and constraints, and rules about them.
 
 The words of the language become the attributes of MuJoCo's elements; what they name (links, joints, sites) stays the
-name that the description has for it. Each section has a folder with its piece of the schema.
+name that the description has for it. Each section has a folder with its piece of the schema. Actuators act on one
+thing, and have the attributes that MuJoCo knows of their type. Numbers that do not fit together are left to MuJoCo,
+which refuses to load the MJCF.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
 
-from rosorin_compile.language.records import Problem, entries_of, pose_of_entry, renamed_values
-from rosorin_compile.model import Pose
+from rosorin_compile.language.lower import Problem, entries_of, pose_of_entry, record_of, renamed_values
+from rosorin_compile.model import Joint
 from rosorin_compile.model.sections import Section
-from rosorin_compile.model.simulation import Attribute, Entry
+from rosorin_compile.model.simulation import Actuator, Attribute, Entry
+from rosorin_compile.rules.case import Case, number
+from rosorin_compile.rules.simulated import several
+from rosorin_compile.source.diagnostics import Diagnostic, count_of, phrase
+from rosorin_compile.source.rule_registry import SIMULATED, Check, rule
+from rosorin_compile.source.tree import Path, value_at
 
-from . import actuators
+TARGETS = {
+    "joint": "joint",
+    "joint_in_parent": "jointinparent",
+    "tendon": "tendon",
+    "site": "site",
+    "reference_site": "refsite",
+    "slider_site": "slidersite",
+    "crank_site": "cranksite",
+    "body": "body",
+}
+"""What an actuator acts on: the word of the language, and that of MuJoCo."""
+
+
+def _actuators(tree: Mapping[str, Any], _: Problem) -> tuple[Actuator, ...]:
+    made = []
+    for name, entry in entries_of(tree, "actuators"):
+        targets = {word: entry[key] for key, word in TARGETS.items() if key in entry}
+        made.append(record_of(Actuator, entry, name=name, targets=targets))
+    return tuple(made)
+
+
+_OF_CONSTRAINT = {"torque_scale": "torquescale", "polynomial": "polycoef", "active": "active"}
+_OF_CONSTRAINT |= {"solref": "solref", "solimp": "solimp", "at": "anchor"}
 
 
 def _constraints(tree: Mapping[str, Any], _: Problem) -> tuple[Entry, ...]:
-    return tuple(_constraint(name, entry) for name, entry in entries_of(tree, "constraints"))
+    made = []
+    for name, entry in entries_of(tree, "constraints"):
+        values: dict[str, Attribute] = {}
+        for key, word in (("links", "body"), ("sites", "site"), ("joints", "joint")):
+            values |= {f"{word}{number}": one for number, one in enumerate(entry.get(key) or (), 1)}
+        if "xyz" in entry or "rpy" in entry:
+            pose = pose_of_entry(entry)
+            values["relpose"] = (*pose.xyz, *pose.transform().quaternion())
+        made.append(Entry(entry["type"], name, values | renamed_values(entry, _OF_CONSTRAINT)))
+    return tuple(made)
 
 
-_OF_CONSTRAINT = {
-    "torque_scale": "torquescale",
-    "polynomial": "polycoef",
-    "active": "active",
-    "solref": "solref",
-    "solimp": "solimp",
-    "at": "anchor",
+def _set(words: str) -> frozenset[str]:
+    return frozenset(words.split())
+
+
+# Words of all actuators, and of those that drive by a transmission.
+_ALL = _set("name group nsample interp delay ctrlrange user")
+_DRIVEN = _ALL | _set(
+    "ctrllimited forcelimited forcerange lengthrange gear damping armature cranklength joint jointinparent tendon"
+    " slidersite cranksite site refsite"
+)
+_GENERAL = "actlimited actrange actdim input velrange ffrange inheritrange dyntype gaintype biastype dynprm gainprm"
+
+
+def _and(words: str, without: str = "") -> frozenset[str]:
+    return (_DRIVEN | _set(words)) - _set(without)
+
+
+WORDS: Mapping[str, frozenset[str]] = {
+    "general": _and(f"body biasprm actearly {_GENERAL}"),
+    "motor": _DRIVEN,
+    "position": _and("inheritrange kp kv dampratio timeconst"),
+    "velocity": _and("kv"),
+    "intvelocity": _and("actlimited actrange inheritrange kp kv dampratio"),
+    "orientation": _ALL | _set("forcelimited forcerange joint site refsite kp kv dampratio input"),
+    "pid": _and("posrange velrange ffrange inheritrange kp kv dampratio ki imax slewmax input"),
+    "damper": _and("kv", "ctrllimited"),
+    "cylinder": _and("timeconst area diameter bias"),
+    "muscle": _and("timeconst tausmooth range force scale lmin lmax vmax fpmax fvmax", "site refsite"),
+    "adhesion": _ALL | _set("forcelimited forcerange body gain"),
+    "dcmotor": _and(
+        "motorconst resistance nominal saturation inductance cogging controller thermal lugre input",
+        "forcelimited forcerange",
+    ),
 }
+"""The attributes that MuJoCo knows of each type of actuators."""
+
+_OF_US = {"kp": "kp", "kv": "kv", "dampratio": "damping_ratio", "gear": "gear", "forcerange": "force"}
+_LACKING = {"position": "kp", "velocity": "kv", "damper": "kv", "intvelocity": "kp", "orientation": "kp", "pid": "kp"}
 
 
-def _constraint(name: str, entry: Mapping[str, Any]) -> Entry:
-    values: dict[str, Attribute] = {}
-    for key, word in (("links", "body"), ("sites", "site"), ("joints", "joint")):
-        values |= {f"{word}{number}": one for number, one in enumerate(entry.get(key) or (), 1)}
-    if "xyz" in entry or "rpy" in entry:
-        pose: Pose = pose_of_entry(entry)
-        values["relpose"] = (*pose.xyz, *pose.transform().quaternion())
-    return Entry(entry["type"], name, values | renamed_values(entry, _OF_CONSTRAINT))
+class Driver(NamedTuple):
+    """An actuator, its name in messages, its path, and the joint whose entry it is part of."""
+
+    actuator: Actuator
+    called: str
+    path: Path
+    joint: Joint | None
 
 
-SECTIONS: tuple[Section[Any], ...] = (actuators.SECTION, Section("constraints", lower=_constraints))
+def drivers(case: Case) -> Iterator[Driver]:
+    """Yield every actuator of a robot: those of joints that move, and those of the section."""
+    for joint in case.robot.joints:
+        if joint.actuator is not None and joint.moves:
+            yield Driver(joint.actuator, f'the actuator of joint "{joint.name}"', case.joint(joint, "actuator"), joint)
+    for actuator in case.robot.actuators:
+        yield Driver(actuator, f'actuator "{actuator.name}"', ("actuators", actuator.name), None)
+
+
+@rule(
+    "actuator-target",
+    "An actuator acts on nothing, on several things, or on what its type cannot drive.",
+    "Name one: a joint, a tendon, a site or a body.",
+    SIMULATED,
+)
+def targets(case: Case) -> Iterator[Diagnostic]:
+    """Actuators of the section that do not act on one thing."""
+    for actuator in case.robot.actuators:
+        if wrong := _target(actuator):
+            path: Path = ("actuators", actuator.name)
+            yield case.problem("actuator-target", f'actuator "{actuator.name}" {wrong[0]}', path, wrong[1], key=True)
+
+
+def _target(actuator: Actuator) -> tuple[str, str] | None:
+    used, words = set(actuator.targets), {word: key for key, word in TARGETS.items()}
+    if not used:
+        return "acts on nothing", "name one: joint: NAME, tendon: NAME, site: NAME or body: NAME"
+    for word, required in (("refsite", "site"), ("slidersite", "cranksite"), ("cranksite", "slidersite")):
+        if word in used and required not in used:
+            return f"has a {words[word]} and no {words[required]}", f"add {words[required]}: NAME"
+    if len(used - {"refsite", "slidersite"}) > 1:
+        named = phrase([words[word] for word in sorted(used)])
+        return f"acts on several things: {named}", "leave one; write an actuator for each of the others"
+    allowed = WORDS[actuator.type]
+    if not used <= allowed:
+        can = [key for key, word in TARGETS.items() if word in allowed]
+        help = f"name a {' or '.join(can)}" if can else ""
+        return f"is of type {actuator.type}, which drives no {words[min(used - allowed)]}", help
+    return None
+
+
+@rule(
+    "actuator-word",
+    "An actuator has a key that its type does not know, or lacks one: `position` needs `kp`, `velocity` needs `kv`.",
+    "Remove the key, choose another type, or add the gain.",
+    SIMULATED,
+)
+def words(case: Case) -> Iterator[Diagnostic]:
+    """Actuators with words of another type, or without a gain that MuJoCo would take for 1."""
+    for actuator, called, path, joint in drivers(case):
+        allowed, kind = WORDS[actuator.type], actuator.type
+        values: dict[str, object] = {"kp": actuator.kp is not None, "kv": actuator.kv}
+        values |= {"dampratio": actuator.damping_ratio, "gear": actuator.gear, "forcerange": actuator.force is not None}
+        used: list[tuple[str, Path]] = [(word, (_OF_US[word],)) for word, value in values.items() if value]
+        for word, key in (*used, *((word, ("mjcf", word)) for word in actuator.mjcf)):
+            if word not in allowed:
+                types = ", ".join(name for name in WORDS if word in WORDS[name])
+                message = f"{called} is of type {kind}, which has no {key[-1]}"
+                help = f"leave it out, or use a type that has it: {types}"
+                yield case.problem("actuator-word", message, (*path, *key), help, key=True)
+        if joint is not None and "joint" not in allowed:
+            message = f"{called} is of type {kind}, which drives no joint"
+            yield case.problem("actuator-target", message, (*path, "type"), "write it under actuators, with its target")
+        gain = _LACKING.get(kind, "")
+        if gain and not values[gain]:
+            message = f"{called} is of type {kind} and has no {gain}: MuJoCo would use 1"
+            yield case.problem("actuator-word", message, path, f"write {gain}: ...", key=True)
+        if actuator.damping_ratio and actuator.kv:
+            message = f"{called} has kv and damping_ratio, two words for one damping"
+            yield case.problem("actuator-word", message, (*path, "damping_ratio"), "leave one of them out", key=True)
+
+
+_CONDIMS = (1, 3, 4, 6)
+# Words of MuJoCo whose two numbers are the smallest and the largest one.
+_RANGES = ("range", "force", "actrange", "lengthrange", "velrange", "ffrange", "posrange", "actuatorfrcrange")
+_SIZES = ("damping", "friction", "armature", "stiffness", "kp", "kv", "damping_ratio")
+
+
+@rule(
+    "range-without-room",
+    "A range for a simulation is empty: its first number is not below its second.",
+    "Give the smaller number first, or remove the range.",
+    SIMULATED,
+)
+def ranges(case: Case) -> Iterator[Diagnostic]:
+    """Empty ranges of actuators and joints."""
+    for entry, path, called in _entries(case):
+        for inner, place in ((entry, path), (entry.get("mjcf") or {}, (*path, "mjcf"))):
+            for key in _RANGES:
+                ends = inner.get(key)
+                if isinstance(ends, list) and len(ends) == 2 and not ends[0] < ends[1]:
+                    message = f"the {key} of {called} goes from {number(ends[0])} to {number(ends[1])}"
+                    help = "give the smaller number first, or leave it out where there is none"
+                    yield case.problem("range-without-room", message, (*place, key), help)
+
+
+def _entries(case: Case) -> Iterator[tuple[Mapping[str, Any], Path, str]]:
+    for driver in drivers(case):
+        yield value_at(case.tree, driver.path), driver.path, driver.called
+    for name, entry in (case.tree.get("joints") or {}).items():
+        if entry.get("mjcf"):
+            yield {"mjcf": entry["mjcf"]}, ("joints", name), f'joint "{name}"'
+    if case.tree.get("root"):
+        yield case.tree["root"], ("root",), "the root"
+
+
+@Check
+def negative(case: Case) -> Iterator[Diagnostic]:
+    """Sizes below zero (dynamics-negative) besides those of joints."""
+    for entry, path, called in _entries(case):
+        is_in_joint = path[0] == "joints" and len(path) > 2
+        for key in ("damping_ratio",) if is_in_joint else _SIZES:
+            value = entry.get(key, 0.0)
+            if isinstance(value, (int, float)) and value < 0:
+                message = f"the {key} of {called} is {number(value)}, below zero"
+                yield case.problem("dynamics-negative", message, (*path, key), "write it without the sign")
+
+
+@rule(
+    "contact-value",
+    "A contact has an impossible number: `condim` is 1, 3, 4 or 6; friction and margins are not negative.",
+    "Use one of 1, 3, 4 and 6, or a number that is not negative.",
+    SIMULATED,
+)
+def contacts(case: Case) -> Iterator[Diagnostic]:
+    """Contacts that MuJoCo would refuse or read as something else."""
+    shapes = ((link.name, index, one) for link in case.robot.links for index, one in enumerate(link.collision))
+    for link, index, _ in (one for one in shapes if one[2].contact):
+        path, called = case.link(link, "collision", index, "contact"), f'a shape of link "{link}"'
+        entry = value_at(case.tree, path)
+        if entry.get("condim", 3) not in _CONDIMS:
+            message = f"the condim of {called} is {number(entry['condim'])}"
+            help = "write 1 (without friction), 3 (sliding), 4 (and spinning) or 6 (and rolling)"
+            yield case.problem("contact-value", message, (*path, "condim"), help)
+        values: list[tuple[Path, Any]] = [(("friction", n), one) for n, one in enumerate(entry.get("friction") or ())]
+        values += [((key,), entry.get(key, 0)) for key in ("margin", "gap", "solmix", "adhesion")]
+        for key, value in values:
+            if value < 0:
+                message = f"the {key[0]} of {called} is {number(value)}, below zero"
+                yield case.problem("contact-value", message, (*path, *key), "write it without the sign")
+
+
+# The numbers of the speed and of the position of a joint of several coordinates.
+_SPEEDS = {"planar": 3, "floating": 6, "ball": 3}
+_POSITIONS = {"planar": 3, "floating": 7, "ball": 4}
+_STATELESS = ("position", "velocity", "motor", "damper", "adhesion")
+
+
+@rule(
+    "key-length",
+    "A pose lists too many or too few positions, speeds, activations or mocap poses for MuJoCo.",
+    "Give one for each, in MuJoCo's order.",
+    SIMULATED,
+)
+def keys(case: Case) -> Iterator[Diagnostic]:
+    """Report lists of poses whose length MuJoCo would refuse."""
+    if not case.robot.poses:
+        return
+    joints, captured = case.robot.joints, sum(link.mjcf.get("mocap") is True for link in case.robot.links)
+    bases = {one.options.get("base", "fixed") == "free" for one in case.robot.outputs if one.backend == "mjcf"}
+    lengths = {"mpos": {3 * captured}, "mquat": {4 * captured}}
+    for word, sizes, of_base in (("qvel", _SPEEDS, 6), ("qpos", _POSITIONS, 7)):
+        moving = sum(sizes.get(joint.type, 1 if joint.moves else 0) for joint in joints)
+        lengths[word] = {moving + of_base * is_free for is_free in bases or (False, True)}
+    if all(driver.actuator.type in _STATELESS for driver in drivers(case)) and not case.robot.mjcf:
+        lengths["act"] = {sum("timeconst" in driver.actuator.mjcf for driver in drivers(case))}
+    for pose in case.robot.poses:
+        for word, allowed in lengths.items():
+            values = pose.mjcf.get(word)
+            if isinstance(values, tuple) and ((bases and len(allowed) > 1) or len(values) not in allowed):
+                expected = " or ".join(map(str, sorted(allowed)))
+                count = count_of(len(values), "number")
+                message = f'pose "{pose.name}" has {count} of {word}, and the robot {expected}'
+                path: Path = ("poses", pose.name, "mjcf", word)
+                yield case.problem("key-length", message, path, "give one for each, in MuJoCo's order", key=True)
+
+
+# What a constraint of each type connects, and its other keys.
+_ENDS = {"connect": ("links", "sites"), "weld": ("links", "sites"), "joint": ("joints",)}
+_KEYS = {"connect": ("at",), "weld": ("at", "xyz", "rpy", "torque_scale"), "joint": ("polynomial",)}
+_KEYS_OF_ALL = ("type", "active", "solref", "solimp", "source")
+
+
+@rule(
+    "constraint-ends",
+    "A constraint lacks what its type needs: `connect` two links and a point `at`, or two sites; `weld` two links or "
+    "two sites; `joint` joints.",
+    "Give it what its type needs, and nothing else.",
+    SIMULATED,
+)
+def constraints(case: Case) -> Iterator[Diagnostic]:
+    """Constraints that MuJoCo would not build."""
+    turning = several(case)
+    for name, entry in (case.tree.get("constraints") or {}).items():
+        for index, joint in enumerate(entry.get("joints") or ()):
+            if joint in turning:
+                message = f'constraint "{name}" holds joint "{joint}", which is {turning[joint]}'
+                help = "name joints with one position each"
+                yield case.problem("constraint-ends", message, ("constraints", name, "joints", index), help)
+        if wrong := _wrong_constraint(entry):
+            message, help, *key = wrong
+            path: Path = ("constraints", name, *key)
+            yield case.problem("constraint-ends", f'constraint "{name}" {message}', path, help, key=True)
+
+
+def _wrong_constraint(entry: Mapping[str, object]) -> tuple[str, ...] | None:
+    """Return what is wrong with a constraint, what to do, and the key; or None."""
+    kind = str(entry["type"])
+    extra = next((key for key in entry if key not in (*_ENDS[kind], *_KEYS[kind], *_KEYS_OF_ALL)), "")
+    if extra:
+        return f"is of type {kind}, which has no {extra}", "leave it out, or correct the type", extra
+    ends = [key for key in _ENDS[kind] if key in entry]
+    if not ends:
+        return f"is of type {kind} and holds nothing", f"write {' or '.join(f'{end}: [...]' for end in _ENDS[kind])}"
+    if len(ends) > 1:
+        return "has links and sites", "leave one of them out", "sites"
+    fixed = next((key for key in ("at", "xyz", "rpy") if key in entry and ends == ["sites"]), "")
+    if fixed:
+        return f"holds sites where they are, and has {fixed}", "leave it out", fixed
+    if kind == "connect" and ends == ["links"] and "at" not in entry:
+        return "connects links without a point", "write at: [X, Y, Z] in the first link"
+    held = entry[ends[0]]
+    if isinstance(held, list) and len(held) == 2 and held[0] == held[1]:
+        return f'holds "{held[0]}" to itself', "name two", ends[0]
+    return None
+
+
+SECTIONS: tuple[Section[Any], ...] = (
+    Section("actuators", Actuator, lower=_actuators, checks=(__name__,)),
+    Section("constraints", lower=_constraints),
+)

@@ -12,14 +12,28 @@ from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, Suggestion, error, nearest, quote
 from rosorin_compile.source.wording import suggest
 
-from ..parameters.checking import REMOVE, against_kind
-from ..parameters.files import Parameter, Section
-from ..parameters.tables import MANAGER, Kind, by_name, by_signs, controller, controller_by_keys, is_of, plugins
+from ..node_kinds import (
+    MANAGER,
+    REMOVE,
+    Kind,
+    against_kind,
+    by_name,
+    by_signs,
+    controller,
+    controller_by_keys,
+    is_of,
+    plugins,
+)
+from ..parameter_files import Parameter, Section
 from ..ports import facts, full_type
+
+_POINT = r"\[\s*[^\[\],\s]+[\s,]+[^\[\],\s]+\s*\][\s,]*"
+_POLYGON = re.compile(rf"\s*(\[\s*({_POINT}){{3,}}\]|\[\s*\])?\s*")
+_INPUT = re.compile(r"(odom|pose|twist|imu)(\d+)(_.*)?")
 
 
 class Setting(NamedTuple):
-    """What holds for a key of a node: its value, the place that says so, and whether a file has it.
+    """The value of a key of a node, its place, and whether a file has it.
 
     The value is None if it is unknown: there is no default, or a launch file sets it.
     """
@@ -62,7 +76,7 @@ class Node:
 
     @property
     def shown(self) -> str:
-        """What messages call it."""
+        """The name in messages."""
         return self.full.strip("/")
 
     @property
@@ -75,7 +89,7 @@ class Node:
         return is_of(self.name, self.kind, publisher, publishers)
 
     def setting(self, key: str, default: Any = None) -> Setting:
-        """Return what holds for a key: the value of a file, else the default of the tables, else ``default``."""
+        """Return the value of a key: that of a file, else the default of the tables, else ``default``."""
         given = self.parameters.get(key)
         if given is not None:
             return Setting(None if given.substituted else given.value, given.span, True)
@@ -86,21 +100,26 @@ class Node:
 def nodes_in_files(
     files: Sequence[Sequence[Section]], namespace: str, distribution: str, controllers: Sequence[Controller] = ()
 ) -> tuple[list[Node], list[Diagnostic]]:
-    """Return the nodes that files speak of, each once, and what is wrong with what they are.
+    """Return the nodes that files speak of, each once, and diagnostics about their names.
 
     Each file is a list of sections. Its wildcards hold for the nodes that it names; where it names none, it is of one
     node, which its keys tell. ``controllers`` are those of the description.
     """
     named: dict[str, list[Section]] = {}
     diagnostics: list[Diagnostic] = []
+    space = list(filter(None, namespace.strip("/").split("/")))
     for sections in files:
         nodes = [section for section in sections if not section.of_any]
         for section in nodes:
-            full = _full(section, namespace)
+            words = section.name.strip("/").split("/")
+            plain = [word for word in words if word not in ("*", "**")]
+            is_relative = plain != words or (len(words) == 1 and space)
+            full = "/" + "/".join([*space, *plain]) if is_relative else section.name
             if not section.matches(full):
                 diagnostics.append(_reaches_nobody(section, full))
-            mine = [one for one in sections if one is section or (one.of_any and one.matches(full))]
-            named.setdefault(full, []).extend(mine)
+            named.setdefault(full, []).extend(
+                one for one in sections if one is section or (one.of_any and one.matches(full))
+            )
         kind = by_signs(_merged(sections), distribution) if not nodes else None
         if kind is not None:
             name = kind.names[0] if kind.names else kind.name
@@ -108,16 +127,25 @@ def nodes_in_files(
     types = _types(named, controllers)
     for full in types:
         named.setdefault(full, [])
-    diagnostics += _misnamed(named, types)
+    # Parameters of nodes that do not exist are those of the controllers that lack any.
+    bare = {full.rpartition("/")[2]: full for full in types if not any(not one.of_any for one in named[full])}
+    for full in [one for one in named if one not in types]:
+        name = full.rpartition("/")[2]
+        meant = name if name in bare else nearest(name, bare) if name != MANAGER else None
+        if meant is None:
+            continue
+        if meant != name:
+            kind, keys = controller(types[bare[meant]][0], ""), _merged(named[full])
+            if kind is None or 2 * sum(key in kind for key in keys) <= len(keys):
+                continue
+        sections = named.pop(full)
+        named[bare[meant]] += sections
+        if meant == name:
+            diagnostics.append(_reaches_nobody(sections[0], bare[name]))
+        else:
+            message = f'no controller is called "{name}": no node reads these parameters'
+            diagnostics.append(error("parameters-reach-nobody", message, sections[0].span, suggest(meant)))
     return [_node(full, sections, types.get(full), distribution) for full, sections in named.items()], diagnostics
-
-
-def _full(section: Section, namespace: str) -> str:
-    words = section.name.strip("/").split("/")
-    own = [word for word in words if word not in ("*", "**")]
-    if own != words or (len(words) == 1 and namespace.strip("/")):
-        return "/" + "/".join([*filter(None, namespace.strip("/").split("/")), *own])
-    return section.name
 
 
 def _reaches_nobody(section: Section, full: str) -> Diagnostic:
@@ -130,13 +158,10 @@ def _merged(sections: Sequence[Section]) -> dict[str, Parameter]:
     return {name: value for section in sections for name, value in section.parameters.items()}
 
 
-Types = Mapping[str, tuple[str, Span]]  # the type of a controller and its place, by the full name
+def _types(named: Mapping[str, list[Section]], controllers: Sequence[Controller]) -> Mapping[str, tuple[str, Span]]:
+    """Return the types of controllers and their places, by the full name.
 
-
-def _types(named: Mapping[str, list[Section]], controllers: Sequence[Controller]) -> Types:
-    """Return the types of controllers.
-
-    The manager says them, or the node itself (the spawner reads it), or the description of a controller of that name.
+    The manager has them, or the node itself (the spawner reads it), or the description of a controller of that name.
     """
     described = {one.name: full_type(one.type) for one in controllers}
     found: dict[str, tuple[str, Span]] = {}
@@ -155,47 +180,31 @@ def _types(named: Mapping[str, list[Section]], controllers: Sequence[Controller]
     return found
 
 
-def _misnamed(named: dict[str, list[Section]], types: Types) -> Iterator[Diagnostic]:
-    """Give the parameters of nodes that do not exist to the controllers that lack any, and yield that."""
-    bare = {full.rpartition("/")[2]: full for full in types if not any(not one.of_any for one in named[full])}
-    for full in [one for one in named if one not in types]:
-        name = full.rpartition("/")[2]
-        meant = name if name in bare else nearest(name, bare) if name != MANAGER else None
-        if meant is None or (meant != name and not _fits(named[full], types[bare[meant]][0])):
-            continue
-        sections = named.pop(full)
-        named[bare[meant]] += sections
-        if meant == name:
-            yield _reaches_nobody(sections[0], bare[name])
-        else:
-            message = f'no controller is called "{name}": no node reads these parameters'
-            yield error("parameters-reach-nobody", message, sections[0].span, suggest(meant))
-
-
-def _fits(sections: Sequence[Section], of_type: str) -> bool:
-    kind, keys = controller(of_type, ""), _merged(sections)
-    return kind is not None and 2 * sum(key in kind for key in keys) > len(keys)
-
-
 def _node(full: str, sections: list[Section], of_type: tuple[str, Span] | None, distribution: str) -> Node:
     parameters = _merged(sections)
     own = [section for section in sections if not section.of_any]
     shared = parameters.keys() - _merged(own).keys()
     plugin, place = of_type or ("", None)
     places = [*(section.span for section in own or sections), *([place] if place else [])]
-    if not plugin:
-        kind = by_name(full.rpartition("/")[2], distribution) or controller_by_keys(parameters, distribution)
-        kind = kind or by_signs(parameters, distribution)
-    elif plugin in plugins(""):
+    if plugin in plugins(""):
         kind = controller(plugin, distribution)
     else:
-        kind = controller_by_keys(parameters, distribution)
+        kind = None if plugin else by_name(full.rpartition("/")[2], distribution)
+        kind = kind or controller_by_keys(parameters, distribution)
+        kind = kind if kind or plugin else by_signs(parameters, distribution)
     return Node(full, places[0], kind, parameters, plugin, place, shared)
 
 
 def check_node(node: Node) -> Iterator[Diagnostic]:
     """Yield what is wrong with the keys and values of a node; of an unknown node only plugins without a type."""
-    yield from _untyped(node)
+    for key, by_default in facts("ros2_nodes")["plugin_lists"].get(node.name, {}).items():
+        setting = node.setting(key)
+        names = setting.value if setting.given and isinstance(setting.value, list) else ()
+        untyped = [one for one in map(str, names) if one not in by_default and f"{one}.plugin" not in node.parameters]
+        if untyped:
+            message = f'"{key}" of {node.shown} names {quote(untyped, most=4)}, and their type is not set'
+            help = f"{untyped[0]}: {{plugin: TYPE}}; the node does not start, unless another file says it"
+            yield Diagnostic("parameters-wrong-value", WARNING, message, setting.span, help=help)
     if node.kind is None:
         return
     values = {key: value for key, value in node.values.items() if key in node.kind or key not in node.shared}
@@ -215,30 +224,11 @@ def check_node(node: Node) -> Iterator[Diagnostic]:
         message = f'"frame_prefix" of {node.shown} is "{prefix.value}": it writes that before every frame of the robot'
         yield error("parameters-frame", f"{message}, and no other node does", prefix.span, "remove it")
     if node.kind.name == "ekf":
-        yield from _inputs(node)
-        yield from _frames_of_filter(node)
+        yield from _filter(node)
 
 
-_POINT = r"\[\s*[^\[\],\s]+[\s,]+[^\[\],\s]+\s*\][\s,]*"
-_POLYGON = re.compile(rf"\s*(\[\s*({_POINT}){{3,}}\]|\[\s*\])?\s*")
-
-
-def _untyped(node: Node) -> Iterator[Diagnostic]:
-    for key, by_default in facts("ros2_nodes")["plugin_lists"].get(node.name, {}).items():
-        setting = node.setting(key)
-        names = setting.value if setting.given and isinstance(setting.value, list) else ()
-        untyped = [one for one in map(str, names) if one not in by_default and f"{one}.plugin" not in node.parameters]
-        if untyped:
-            message = f'"{key}" of {node.shown} names {quote(untyped, most=4)}, and their type is not set'
-            help = f"{untyped[0]}: {{plugin: TYPE}}; the node does not start, unless another file says it"
-            yield Diagnostic("parameters-wrong-value", WARNING, message, setting.span, help=help)
-
-
-_INPUT = re.compile(r"(odom|pose|twist|imu)(\d+)(_.*)?")
-
-
-def _inputs(node: Node) -> Iterator[Diagnostic]:
-    """Yield inputs of a filter that are never read, or of which nothing is used."""
+def _filter(node: Node) -> Iterator[Diagnostic]:
+    """Yield inputs of a filter that are never read or used, and frames with which it does not work."""
     found = {name: match for name in node.parameters if (match := _INPUT.fullmatch(name))}
     for name, match in found.items():
         kind, number, is_about, parameter = match[1], int(match[2]), match[3], node.parameters[name]
@@ -254,10 +244,6 @@ def _inputs(node: Node) -> Iterator[Diagnostic]:
         place = parameter.key if config is None else config.span
         help = f"set what it measures in {name}_config, 15 booleans"
         yield Diagnostic("parameters-wrong-value", WARNING, message, place, help=help)
-
-
-def _frames_of_filter(node: Node) -> Iterator[Diagnostic]:
-    """Yield frames of a filter that have to differ, and a ``world_frame`` with which it publishes nothing."""
     keys: dict[str, str] = {}
     for key in ("map_frame", "odom_frame", "base_link_frame"):
         setting = node.setting(key)
@@ -271,5 +257,5 @@ def _frames_of_filter(node: Node) -> Iterator[Diagnostic]:
     worlds = [frame for frame, key in keys.items() if key != "base_link_frame"]
     if world.given and world.value is not None and world.value not in worlds:
         message = f'"world_frame" of {node.shown} is "{world.value}", neither its odom_frame nor its map_frame'
-        help = Suggestion(str(world.value), worlds)
-        yield error("parameters-wrong-value", f"{message}: it publishes nothing", world.span, help)
+        help_ = Suggestion(str(world.value), worlds)
+        yield error("parameters-wrong-value", f"{message}: it publishes nothing", world.span, help_)

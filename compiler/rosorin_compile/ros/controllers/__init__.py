@@ -1,7 +1,7 @@
 """controllers.yaml: the parameters of ros2_control's controller_manager and of its controllers.
 
-``filled`` makes the text of what a description says and of what the robot knows. Here parameters are held against the
-robot, be they of a description or of a file; what is known of the types is in ``parameters`` and in the table of ports.
+``write`` makes the text of what a description says and of what the robot knows. Here parameters are checked against the
+robot, those of a description and those of a file; the types are in ``node_kinds`` and in the table of ports.
 """
 
 from __future__ import annotations
@@ -16,14 +16,12 @@ from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Suggestion, first_of, nearest, phrase, quote
 from rosorin_compile.source.tree import Path, Seq, exists, value_at
 
-from ..parameters.checking import Finding, against_kind, unwritable
-from ..parameters.files import distro_of, parameter_file
-from ..parameters.tables import DISTRIBUTIONS, MANAGER, Kind, kinds, plugins
+from ..node_kinds import DISTRIBUTIONS, MANAGER, Finding, Kind, against_kind, kinds, plugins
+from ..parameter_files import distro_of, parameter_file
 from ..ports import facts, full_type, interfaces_of, short_words
 from ..sections.control.hardware import JOINT_WORDS, POSITION, VELOCITY
-from .filled import Derived, Filled, edges_of, fill, is_whole, manager_parameters, view, write
+from .write import ControllerParameters, RobotParameters, edges_of, fill, is_whole, manager_parameters, view, write
 
-_BLOCKS = "control"  # the option of a URDF that asks for hardware blocks
 _ENDS = (("odom_frame_id", "odom"), ("base_frame_id", "base_link"))
 _TOLERANCE = 0.005  # of a size: people round, and measure wheels that are pressed flat
 _LEAST = 0.0005  # m
@@ -40,39 +38,43 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
 
     What is wrong in every distribution is reported for the first output alone.
     """
-    distribution, entry = distro_of(output), ("outputs", output.name)
-    is_first = output.name == next(one for one in case.robot.outputs if one.backend == output.backend).name
-    if not case.robot.controllers:
+    robot, distribution, entry = case.robot, distro_of(output), ("outputs", output.name)
+    is_first = output.name == next(one for one in robot.outputs if one.backend == output.backend).name
+    if not robot.controllers:
         message = f'output "{output.name}" is for controllers, and the description has none'
         yield case.problem("controllers-none", message, entry, severity=WARNING, key=True)
     for found in against_kind(f"the {MANAGER}", kinds(distribution)[MANAGER], manager_parameters(output, distribution)):
         yield _placed(case, found, entry, "manager")
     if is_first:
         yield from _joint_states(case)
-    yield from _apart(case, output)
-    if not case.robot.is_tree or not is_whole(case.robot):
+    blocks = {one.name: str(option) for one in robot.outputs if (option := one.options.get("control"))}
+    if robot.control and blocks and described_by(distribution) not in map(described_by, blocks.values()):
+        name, option = next(iter(blocks.items()))
+        message = f'output "{output.name}" is for {distribution.capitalize()}, and the hardware blocks of output '
+        message += f'"{name}" are for {option.capitalize()}'
+        path: Path = (*entry, "distribution")
+        path = path if exists(case.tree, path) else entry
+        yield case.problem("controllers-distribution", message, path, within=True)
+    if not robot.is_tree or not is_whole(robot):
         return  # which has rules of its own
-    every = fill(case.robot, distribution)
+    every = fill(robot, distribution)
     for one in every:
         findings = list(_findings(case, one, distribution))
         wrong = {found.key for found in findings}
         if one.kind is not None and one.kind.odometry and not wrong & {key for key, _ in _ENDS}:
-            findings += _odometry(case.robot, one)
+            findings += _odometry(robot, one)
         for found in findings:
             yield _placed(case, found, ("controllers", one.controller.name), "params")
-    if is_first:
-        yield from _claimed(case, every)
-
-
-def _claimed(case: Case, every: Iterable[Filled]) -> Iterator[Diagnostic]:
-    """Yield the commands that two active controllers claim, once for each controller."""
+    if not is_first:
+        return
     owners: dict[tuple[str, str], str] = {}
-    for one in every:
+    for one in every:  # the commands that two active controllers claim, once for each controller
         name, taken = one.controller.name, dict[tuple[str, str, str], list[str]]()
-        for joint, word, key in () if one.controller.inactive else claims(one.type, one.values):
-            owner = owners.setdefault((joint, word), name)
-            if owner != name and joint in case.robot.joint:
-                taken.setdefault((owner, word, key), []).append(joint)
+        for key, joints, words in () if one.controller.inactive else _commands(one.type, one.values):
+            for joint, word in ((joint, word) for joint in joints for word in words if "/" not in joint):
+                owner = owners.setdefault((joint, word), name)
+                if owner != name and joint in robot.joint:
+                    taken.setdefault((owner, word, key), []).append(joint)
         for (owner, word, key), joints in list(taken.items())[:1]:
             message = f'controllers "{owner}" and "{name}" both claim the {word} of {quote(joints, most=4)}: '
             key = key if key in one.controller.params else ""
@@ -98,53 +100,43 @@ def _joint_states(case: Case) -> Iterator[Diagnostic]:
         yield case.problem(rule, message, case.joint(still), f"{help}publisher", severity=WARNING, key=True)
 
 
-def _apart(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Yield that all hardware blocks are written for another distribution."""
-    blocks = {one.name: str(option) for one in case.robot.outputs if (option := one.options.get(_BLOCKS))}
-    if not case.robot.control or not blocks or described_by(distro_of(output)) in map(described_by, blocks.values()):
-        return
-    name, option = next(iter(blocks.items()))
-    message = (
-        f'output "{output.name}" is for {distro_of(output).capitalize()}, and the hardware blocks of output "{name}" '
-    )
-    message += f"are for {option.capitalize()}"
-    path: Path = ("outputs", output.name, "distribution")
-    yield case.problem("controllers-distribution", message, path if exists(case.tree, path) else path[:2], within=True)
-
-
-def _findings(case: Case, one: Filled, distribution: str) -> Iterator[Finding]:
-    controller, name = one.controller, f'controller "{one.controller.name}"'
+def _findings(case: Case, one: ControllerParameters, distribution: str) -> Iterator[Finding]:
+    robot, controller, name = case.robot, one.controller, f'controller "{one.controller.name}"'
     wrong = of_type(controller.name, controller.type, distribution)
     if wrong is not None:
         yield wrong
     given = {key: one.values[key] for key in controller.params}
     lists = {key: value for key, value in one.values.items() if isinstance(value, list)}
-    found = list(against_kind(name, one.kind, {**lists, **given}) if one.kind else unwritable(name, given))
+    found = list(against_kind(name, one.kind, {**lists, **given} if one.kind else given))
     yield from found
     right = {key: value for key, value in one.values.items() if key not in {finding.key for finding in found}}
-    named = list(against_robot(name, one.type, right, one.known, case.robot, WARNING))
-    joints = (joint.name for block in case.robot.control for joint in block.joints)
-    are_right = wrong is None and not any(found.unknown for found in named) and all(map(case.robot.joint.get, joints))
+    named = list(against_robot(name, one.type, right, one.known, robot, WARNING))
+    joints = (joint.name for block in robot.control for joint in block.joints)
+    are_right = wrong is None and not any(found.unknown for found in named) and all(map(robot.joint.get, joints))
     needed = missing(one.kind, one.values) if are_right else []  # else it may follow from the wrong name
     if needed:
-        message, help = f"{name} needs {quote(needed, most=4)}: it does not start", _help(case.robot, one, needed)
+        blocks = [block.name for block in robot.control if any(joint.command for joint in block.joints)]
+        if one.known.why_not:
+            help = f"{one.known.why_not}; give it in params"
+        elif blocks and not controller.hardware and "joints" in needed:
+            block = blocks[0] if len(blocks) == 1 else f"NAME, one of {first_of(blocks, 4)}"
+            help = f"say whose joints it moves: hardware: {block}"
+        else:
+            examples = facts("ros2_controllers")["examples"]
+            help = f"write params: {{{', '.join(f'{key}: {examples.get(key, key.upper())}' for key in needed)}}}"
+        message = f"{name} needs {quote(needed, most=4)}: it does not start"
         yield Finding("controller-missing", message, "", help)
-    yield from frames_of(name, given, case.robot)
+    frames = {*robot.link, *(end for edge in robot.edges for end in (edge.parent, edge.child))}
+    for key, value in given.items():
+        last = key.rpartition(".")[2]
+        known = {*frames, *_WORLD} if last == "odom_frame_id" else frames
+        if last in _FRAMES and isinstance(value, str) and value and value.lstrip("/") not in known:
+            message = f'"{key}" of {name} names "{value}", which is no frame of the robot'
+            yield Finding("controller-name", message, key, Suggestion(value, known), unknown=value, known=known)
     yield from named
 
 
-def _help(robot: Robot, one: Filled, needed: list[str]) -> str:
-    if one.known.why_not:
-        return f"{one.known.why_not}; give it in params"
-    blocks = [block.name for block in robot.control if any(joint.command for joint in block.joints)]
-    if blocks and not one.controller.hardware and "joints" in needed:
-        named = blocks[0] if len(blocks) == 1 else f"NAME, one of {first_of(blocks, 4)}"
-        return f"say whose joints it moves: hardware: {named}"
-    examples = facts("ros2_controllers")["examples"]
-    return f"write params: {{{', '.join(f'{key}: {examples.get(key, key.upper())}' for key in needed)}}}"
-
-
-def _odometry(robot: Robot, one: Filled) -> Iterator[Finding]:
+def _odometry(robot: Robot, one: ControllerParameters) -> Iterator[Finding]:
     """Yield where a controller does not publish the edge that the description says it does, or another one."""
     params, name = one.controller.params, f'controller "{one.controller.name}"'
     key = next((key for key in ("enable_odom_tf", "odom_frame_id", "base_frame_id") if key in params), "")
@@ -164,17 +156,20 @@ def _odometry(robot: Robot, one: Filled) -> Iterator[Finding]:
         message = f"{name} publishes {edge}, and by the description it is {mine[0]}"
         yield Finding("parameters-other-edge", message, key, "leave the frames to the description")
     elif not mine and into is not None:
-        message = (
-            f"{name} publishes {edge}, and by the description {into.parent} -> {child} is of {into.publisher.name}"
-        )
-        yield Finding("parameters-two-owners", message, key, "remove enable_odom_tf")
+        message = f"{name} publishes {edge}, and by the description {into.parent} -> {child} is of "
+        yield Finding("parameters-two-owners", message + into.publisher.name, key, "remove enable_odom_tf")
     elif not mine:
         message = f"{name} publishes {edge}, an edge that the description does not have"
         yield Finding("parameters-other-edge", message, key, "remove enable_odom_tf, or add the edge")
 
 
 def _placed(case: Case, found: Finding, entry: Path, within: str) -> Diagnostic:
-    path = _path(case, (*entry, within), found.key)
+    path: Path = (*entry, within)
+    rest, here = found.key, value_at(case.tree, path)
+    # Keys are nested, or have dots.
+    while isinstance(here, Mapping) and (names := [one for one in here if f"{rest}.".startswith(f"{one}.")]):
+        name = max(names, key=len)
+        path, rest, here = (*path, name), rest[len(name) + 1 :], here[name]
     if found.key in (value_at(case.tree, entry) or {}):
         path = (*entry, found.key)
     key = found.at_key or not found.key or path == (*entry, within)
@@ -183,16 +178,6 @@ def _placed(case: Case, found: Finding, entry: Path, within: str) -> Diagnostic:
     path = (*path, value.index(found.unknown)) if isinstance(value, Seq) and found.unknown in value else path
     help = case.suggest(path, found.unknown, found.known) if found.known else found.help
     return case.problem(found.rule, found.message, path, help, severity=found.severity, key=key)
-
-
-def _path(case: Case, path: Path, key: str) -> Path:
-    here = value_at(case.tree, path)
-    for name in sorted(here, key=len, reverse=True) if isinstance(here, Mapping) else ():
-        if key == name:
-            return (*path, name)
-        if key.startswith(f"{name}."):
-            return _path(case, (*path, name), key[len(name) + 1 :])
-    return path
 
 
 def of_type(name: str, kind: str, distribution: str) -> Finding | None:
@@ -226,11 +211,21 @@ def missing(kind: Kind | None, given: Iterable[str]) -> list[str]:
 
 
 def against_robot(
-    name: str, kind: str, values: Mapping[str, Any], known: Derived, robot: Robot, severity: str
+    name: str, kind: str, values: Mapping[str, Any], known: RobotParameters, robot: Robot, severity: str
 ) -> Iterator[Finding]:
     """Yield where parameters of a controller disagree with a robot; ``severity`` is that of other numbers."""
+    moving = {joint.name for joint in robot.joints if not joint.is_fixed}
+    controllers = {controller.name for controller in robot.controllers}
     for key, value in values.items():
-        wrong = list(_joints_of(name, key, value, robot))
+        wrong = []
+        for one in _texts(value) if _JOINTS.fullmatch(key) else ():
+            before, slash, joint = one.rpartition("/")
+            if slash and joint in moving and (before in controllers or not controllers):
+                continue  # a controller of the chain claims it
+            if one not in moving:
+                what = "a fixed joint" if one in robot.joint else "which is no joint of the robot"
+                message, help = f'"{key}" of {name} names "{one}", {what}', Suggestion(one, moving)
+                wrong.append(Finding("controller-name", message, key, help, unknown=one, known=moving))
         yield from wrong
         if not wrong and key in known.values:
             yield from _differing(name, key, value, known.values[key], severity)
@@ -238,60 +233,23 @@ def against_robot(
         yield from _interfaces(name, kind, values, robot)
 
 
-def frames_of(name: str, values: Mapping[str, Any], robot: Robot) -> Iterator[Finding]:
-    """Yield the frames that parameters name and the robot does not have."""
-    frames = {*robot.link, *(end for edge in robot.edges for end in (edge.parent, edge.child))}
-    for key, value in values.items():
-        last = key.rpartition(".")[2]
-        there = {*frames, *_WORLD} if last == "odom_frame_id" else frames
-        if last in _FRAMES and isinstance(value, str) and value and value.lstrip("/") not in there:
-            message = f'"{key}" of {name} names "{value}", which is no frame of the robot'
-            yield Finding("controller-name", message, key, Suggestion(value, there), unknown=value, known=there)
-
-
 def _texts(value: Any) -> list[str]:
     values = value if isinstance(value, (list, tuple)) else [value]
     return [one for one in values if isinstance(one, str) and one]
 
 
-def _joints_of(name: str, key: str, value: Any, robot: Robot) -> Iterator[Finding]:
-    moving = {joint.name for joint in robot.joints if not joint.is_fixed}
-    controllers = {controller.name for controller in robot.controllers}
-    for one in _texts(value) if _JOINTS.fullmatch(key) else ():
-        before, slash, joint = one.rpartition("/")
-        if slash and joint in moving and (before in controllers or not controllers):
-            continue  # a controller of the chain claims it
-        if one not in moving:
-            what = "a fixed joint" if one in robot.joint else "which is no joint of the robot"
-            message, help = f'"{key}" of {name} names "{one}", {what}', Suggestion(one, moving)
-            yield Finding("controller-name", message, key, help, unknown=one, known=moving)
-
-
-def _differing(name: str, key: str, value: Any, wanted: Any, severity: str) -> Iterator[Finding]:
-    last = key.rpartition(".")[2]
-    is_size = "multiplier" not in key and last.rpartition("_")[2].lower() in _SIZES
+def _differing(name: str, key: str, value: Any, expected: Any, severity: str) -> Iterator[Finding]:
+    is_size = "multiplier" not in key and key.rpartition(".")[2].rpartition("_")[2].lower() in _SIZES
     if _JOINTS.fullmatch(key):
-        same = sorted(_texts(value)) == sorted(_texts(wanted))
-        if not same and key not in ("joints", "joint"):
-            names = [quote(map(str, one)) if isinstance(one, (list, tuple)) else f'"{one}"' for one in (value, wanted)]
-            message = f'"{key}" of {name} is {names[0]}, and the drive says {names[1]}'
+        if sorted(_texts(value)) != sorted(_texts(expected)) and key not in ("joints", "joint"):
+            both = [quote(map(str, one)) if isinstance(one, (list, tuple)) else f'"{one}"' for one in (value, expected)]
+            message = f'"{key}" of {name} is {both[0]}, and the drive says {both[1]}'
             yield Finding("controller-differs", message, key, "correct one of the two", severity)
-    elif (is_size or key.startswith("kinematics.base_frame_offset")) and isinstance(wanted, float):
-        allowed = max(_LEAST, _TOLERANCE * abs(wanted))
-        if not isinstance(value, (int, float)) or abs(value - wanted) <= allowed:
-            return
-        message = f'"{key}" of {name} is {value:.6g}, and the robot says {wanted:.6g}'
-        help = f"write {wanted:.6g}, or correct the robot"
-        yield Finding("controller-differs", message, key, help, severity)
-
-
-def claims(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
-    """Yield the commands that a controller of a type claims while it is active: joint, command, and the key of it.
-
-    An interface of another controller, such as ``pid/wheel``, is claimed from that controller.
-    """
-    for key, joints, words in _commands(kind, values):
-        yield from ((joint, word, key) for joint in joints for word in words if "/" not in joint)
+    elif (is_size or key.startswith("kinematics.base_frame_offset")) and isinstance(expected, float):
+        allowed = max(_LEAST, _TOLERANCE * abs(expected))
+        if isinstance(value, (int, float)) and abs(value - expected) > allowed:
+            message = f'"{key}" of {name} is {value:.6g}, and the robot says {expected:.6g}'
+            yield Finding("controller-differs", message, key, f"write {expected:.6g}, or correct the robot", severity)
 
 
 def _commands(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, list[str], list[str]]]:

@@ -7,20 +7,20 @@ Which frame each node names is in ``schemas/ros2_nodes.json`` (navigation), and 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from rosorin_compile.formats.format import HUMBLE
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.model import Mesh, Output, Publisher, Robot, Sensor
+from rosorin_compile.model import Mesh, Output, Robot, Sensor
 from rosorin_compile.model.mesh_vertices import clouds_of, why_unread
 from rosorin_compile.rules.case import Case, report
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, error, phrase
 
-from ..controllers.filled import drivers, edges_of
-from ..navigation import AMCL, FILTER, SLAM, Found, Frames, diagnose, frames_of, kind_of, stated_topic
-from ..parameters.files import Node, Parameters, distro_of, parameter_file, parameters_of, text
+from ..controllers.write import drivers, edges_of
+from ..navigation import AMCL, FILTER, SLAM, Frames, Problem, diagnose, frames_of, kind_of, stated_topic
+from ..parameter_files import Node, Parameters, distro_of, parameter_file, parameters_of, text
 from ..ports import (
     IN,
     OBSTACLES,
@@ -33,7 +33,7 @@ from ..ports import (
     ports,
     short_type,
 )
-from .footprint import CORNERS, Footprint, footprint, holds, pad, solids_of
+from .footprint import CORNERS, footprint, holds, pad, solids_of
 
 _LAYERS = {"local_costmap": "voxel_layer", "global_costmap": "obstacle_layer"}  # nav2_bringup/params/nav2_params.yaml
 _HEADROOM = 0.1  # m
@@ -80,15 +80,32 @@ class _Size:
     heights: tuple[float, float]
     remark: str = ""
 
+    def band(self, place: str, clearance: float = 0.0) -> dict[str, float]:
+        """Return the heights as parameters of a layer or of a source."""
+        low, high = self.heights
+        return {f"{place}.min_obstacle_height": _round(low + clearance), f"{place}.max_obstacle_height": high}
 
-def _basics(robot: Robot, output: Output) -> tuple[_Basics | None, list[Found]]:
+
+def _basics(robot: Robot, output: Output) -> tuple[_Basics | None, list[Problem]]:
     """Return what is known of a robot for an output without measuring it, and all that is wrong."""
     frames, wrong = frames_of(robot, output)
     pose, poses = output.options.get("pose"), {one.name: one.positions for one in robot.poses}
     if pose is not None and pose not in poses:
         suggestion = Suggestion(pose, poses, none="the robot has no poses")
-        wrong.append(Found("nav2-pose", f'there is no pose "{pose}"', ("pose",), suggestion))
-    wrong += _check_sources(robot, output)
+        wrong.append(Problem("nav2-pose", f'there is no pose "{pose}"', ("pose",), suggestion))
+    sensors = {sensor.name: sensor.type for sensor in robot.sensors}
+    for name, source in (output.options.get("sources") or {}).items():
+        sensor, path = source["sensor"], ("sources", name, "sensor")
+        if sensor not in sensors:
+            suggestion = Suggestion(sensor, sensors, none="the robot has no sensors")
+            wrong.append(Problem("nav2-source", f'there is no sensor "{sensor}"', path, suggestion))
+        elif sensors[sensor] not in _SEEING:
+            message = f'sensor "{sensor}" has the type {sensors[sensor]}, which sees no obstacles for a costmap'
+            wrong.append(Problem("nav2-source", message, path, "name a lidar or a depth camera"))
+    for found in _sources(robot, output):
+        if not found.topic:
+            path = ("sources", found.name, "sensor")
+            wrong.append(Problem("nav2-source", f'sensor "{found.sensor.name}" has no topic', path, "add topic: NAME"))
     if frames is None:
         return None, wrong
     base = str(output.options.get("base_frame", frames.moved))
@@ -96,14 +113,14 @@ def _basics(robot: Robot, output: Output) -> tuple[_Basics | None, list[Found]]:
     return _Basics(frames, base, poses.get(str(pose), {})), wrong
 
 
-def _problems(robot: Robot, output: Output, frames: Frames, base: str) -> Iterator[Found]:
+def _problems(robot: Robot, output: Output, frames: Frames, base: str) -> Iterator[Problem]:
     """Yield what is wrong with the base frame, with who publishes map -> odom, and with who takes velocities."""
     if base not in robot.link:
         suggestion = Suggestion(base, robot.frames)
-        yield Found("nav2-base", f'there is no frame "{base}" on the robot', ("base_frame",), suggestion)
+        yield Problem("nav2-base", f'there is no frame "{base}" on the robot', ("base_frame",), suggestion)
     elif robot.moves_between(base, frames.moved):
         message = f'"{base}" moves against "{frames.moved}", which the odometry moves'
-        yield Found("nav2-base", message, ("base_frame",), "name a frame that is fixed to it")
+        yield Problem("nav2-base", message, ("base_frame",), "name a frame that is fixed to it")
     leads = [
         (one, lead) for one in robot.publishers if kind_of(one) in (AMCL, SLAM) for lead in frames.transforms_of(one)
     ]
@@ -111,31 +128,15 @@ def _problems(robot: Robot, output: Output, frames: Frames, base: str) -> Iterat
     for publisher, lead in wrong:
         step = f"{frames.map or 'map'} -> {frames.odom if frames.map else 'odom'}"
         message = f'"{publisher.name}" is to publish {lead}, and it publishes {step} alone'
-        yield Found("navigation-owner", message, lead.path, absolute=True)
+        yield Problem("navigation-owner", message, lead.path, absolute=True)
     if not frames.map and not wrong:
         message = f"no publisher is described for map -> {frames.odom}: what needs the frame of a map is left out"
-        yield Found("navigation-no-map", message, severity=WARNING, key=True)
+        yield Problem("navigation-no-map", message, severity=WARNING, key=True)
     for driver in drivers(robot) if distro_of(output) == HUMBLE else ():
         if driver.stamped:
             message = f'controller "{driver.name}" takes TwistStamped, and Nav2 of {HUMBLE.capitalize()} sends Twist'
             path = ("controllers", driver.name)
-            yield Found("nav2-command", message, path, severity=WARNING, absolute=True, key=True)
-
-
-def _check_sources(robot: Robot, output: Output) -> Iterator[Found]:
-    sensors = {sensor.name: sensor.type for sensor in robot.sensors}
-    for name, source in (output.options.get("sources") or {}).items():
-        sensor, path = source["sensor"], ("sources", name, "sensor")
-        if sensor not in sensors:
-            suggestion = Suggestion(sensor, sensors, none="the robot has no sensors")
-            yield Found("nav2-source", f'there is no sensor "{sensor}"', path, suggestion)
-        elif sensors[sensor] not in _SEEING:
-            message = f'sensor "{sensor}" has the type {sensors[sensor]}, which sees no obstacles for a costmap'
-            yield Found("nav2-source", message, path, "name a lidar or a depth camera")
-    for found in _sources(robot, output):
-        if not found.topic:
-            path = ("sources", found.name, "sensor")
-            yield Found("nav2-source", f'sensor "{found.sensor.name}" has no topic', path, "add topic: NAME")
+            yield Problem("nav2-command", message, path, severity=WARNING, absolute=True, key=True)
 
 
 def _sources(robot: Robot, output: Output) -> list[_Source]:
@@ -157,28 +158,43 @@ def _sources(robot: Robot, output: Output) -> list[_Source]:
 
 def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None, list[Diagnostic]]:
     """Return the dimensions of the robot, and diagnostics; None if they are unknown."""
+    rule, left, options = "nav2-footprint", "footprint and heights are left out", output.options
     solids, unknown = solids_of(robot, made.base, made.positions, clouds_of(robot))
-    if unknown or not solids:
-        return None, [_unmeasured(robot, unknown)]
-    corners = int(output.options.get("corners", CORNERS))
+    if unknown:
+        shapes = [shape.geometry for name in unknown for shape in robot.link[name].collision]
+        reasons = {mesh.file: why_unread(robot, mesh.file) for mesh in shapes if isinstance(mesh, Mesh)}
+        files = [file for file, reason in reasons.items() if reason]
+        message = f"the size of {phrase(files, 3)} is unknown ({phrase(unknown, 3)}): {left}"
+        help = f"{reasons[files[0]]}: name an STL or an OBJ that is there, or give the link a box or a cylinder"
+        return None, [report(rule, message, help=help, severity=WARNING)]
+    if not solids:
+        return None, [report(rule, f"no link of the robot has a collision shape: {left}", severity=WARNING)]
+    corners = int(options.get("corners", CORNERS))
     try:
         outline = footprint(solids, corners)
     except ValueError as problem:
-        message = f"{problem}: footprint and heights are left out"
-        return None, [report("nav2-footprint", message, help="correct the size of its shapes", severity=WARNING)]
-    said = []
-    circle = output.options.get("outline") == _CIRCLE
+        return None, [report(rule, f"{problem}: {left}", help="correct the size of its shapes", severity=WARNING)]
+    found = []
+    circle = options.get("outline") == _CIRCLE
     if outline.inscribed <= 0 and not circle:
         message = f'the base frame "{made.base}" is not within the footprint, which Nav2 takes for granted'
-        said.append(report("nav2-footprint", message, help="name a frame in the middle: base_frame", severity=WARNING))
-    heights = _heights(robot, output, made, outline)
+        found.append(report(rule, message, help="name a frame in the middle: base_frame", severity=WARNING))
+
+    def above(frame: str) -> float:
+        return robot.transform(made.frames.moved, frame, made.positions).xyz[2]
+
+    # Obstacles are above the floor, and as high as the robot reaches, or as a lidar of one plane is.
+    up, planes = above(made.base), [above(sensor.frame) for sensor in robot.sensors if sensor.type == _PLANAR]
+    low = min(0.0, outline.lowest + up) + float(options.get("clearance", 0.0))
+    high = max([outline.highest + up, *planes]) + float(options.get("headroom", _HEADROOM))
+    heights = (math.floor(low * 1000 + 0.5) / 1000 + 0.0, math.ceil(high * 1000) / 1000)
     for source in _sources(robot, output):
-        at = _above(robot, made, source.sensor)
+        at = above(source.sensor.frame)
         if source.sensor.type == _PLANAR and at <= heights[0]:
             message = f'lidar "{source.sensor.name}" sees nothing: it is at {at:.3g} m, and what is below '
             message += f"{heights[0]:g} m is no obstacle"
-            said.append(error("nav2-source", message, None, "make clearance less"))
-    padding, remark = output.options.get("padding"), ""
+            found.append(error("nav2-source", message, None, "make clearance less"))
+    padding, remark = options.get("padding"), ""
     free = float(_PADDING if padding is None else padding)
     if not circle and not holds(solids, pad(outline.corners, free)):
         outline, padding = footprint(solids, corners, free), 0.0
@@ -187,35 +203,11 @@ def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None,
     points = "" if circle else ", ".join(f"[{x!r}, {y!r}]" for x, y in outline.corners)
     values: dict[str, Any] = {"footprint": f"[{points}]", "robot_radius": math.ceil(around * 1e4) / 1e4}
     values |= {} if padding is None else {"footprint_padding": float(padding)}
-    return _Size(values, heights, remark), said
+    return _Size(values, heights, remark), found
 
 
-def _unmeasured(robot: Robot, unknown: Sequence[str]) -> Diagnostic:
-    left = "footprint and heights are left out"
-    if not unknown:
-        return report("nav2-footprint", f"no link of the robot has a collision shape: {left}", severity=WARNING)
-    shapes = [shape.geometry for name in unknown for shape in robot.link[name].collision]
-    reasons = {mesh.file: why_unread(robot, mesh.file) for mesh in shapes if isinstance(mesh, Mesh)}
-    files = [file for file, reason in reasons.items() if reason]
-    message = f"the size of {phrase(files, 3)} is unknown ({phrase(unknown, 3)}): {left}"
-    help = f"{reasons[files[0]]}: name an STL or an OBJ that is there, or give the link a box or a cylinder"
-    return report("nav2-footprint", message, help=help, severity=WARNING)
-
-
-def _heights(robot: Robot, output: Output, made: _Basics, outline: Footprint) -> tuple[float, float]:
-    """Return between which heights (m) something is an obstacle: over the floor, and as high as the robot reaches.
-
-    A lidar of one plane sees at its own height: that is within, also where nothing of the robot is as high.
-    """
-    up = robot.transform(made.frames.moved, made.base, made.positions).xyz[2]
-    planes = [_above(robot, made, sensor) for sensor in robot.sensors if sensor.type == _PLANAR]
-    low = min(0.0, outline.lowest + up) + float(output.options.get("clearance", 0.0))
-    high = max([outline.highest + up, *planes]) + float(output.options.get("headroom", _HEADROOM))
-    return math.floor(low * 1000 + 0.5) / 1000 + 0.0, math.ceil(high * 1000) / 1000
-
-
-def _above(robot: Robot, made: _Basics, sensor: Sensor) -> float:
-    return robot.transform(made.frames.moved, sensor.frame, made.positions).xyz[2]
+def _round(height: float) -> float:
+    return round(height * 1000) / 1000 + 0.0
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
@@ -229,7 +221,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     wrong = [error(one.rule, one.message, None, one.help) for one in found if one.severity != WARNING]
     if made is None or wrong:
         return "", wrong
-    size, said = _measure(robot, output, made)
+    size, diagnostics = _measure(robot, output, made)
     head = [
         f"Nav2 of {distro_of(output).capitalize()}: frames, footprint and heights of the robot.",
         "No tuning is in it: load it after your own.",
@@ -242,7 +234,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
             head.append(
                 f"That points are obstacles from {_CLEARANCE:g} m above the floor is a stand-in: set clearance."
             )
-    return text(robot, output, templates, head, list(_nodes(robot, output, made, size))), said
+    return text(robot, output, templates, head, list(_nodes(robot, output, made, size))), diagnostics
 
 
 def view(robot: Robot, output: Output) -> Parameters:
@@ -252,10 +244,10 @@ def view(robot: Robot, output: Output) -> Parameters:
 
 
 def _nodes(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> Iterator[Node]:
-    distribution, frames = distribution_of_ports(distro_of(output)), made.frames
+    distribution, frames, facts_of = distribution_of_ports(distro_of(output)), made.frames, _facts()
     known = {"map": frames.map, "odom": frames.odom, "base": made.base}
     found: dict[str, dict[str, Any]] = {}
-    for row in _facts()["frames"]:
+    for row in facts_of["frames"]:
         values = {key: known[frame] for key, frame in row["keys"].items() if known[frame]}
         is_complete = len(values) == len(row["keys"]) or row.get("optional", False)
         if is_complete and distribution in row.get("only", [distribution]):
@@ -263,44 +255,50 @@ def _nodes(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> I
     for name in _LAYERS.keys() & found.keys():
         found[name] |= _costmap(robot, output, name, size)
     found["collision_monitor"] |= _monitored(robot, output, made, size)
-    odometry, driving = _odometry(robot, frames), drivers(robot)
+    # The odometry is that of the node that publishes odom -> base, where this is known to be one topic.
+    driving, topics = drivers(robot), dict[str, None]()
+    for lead in frames.leads:
+        if (lead.parent, lead.child) == (frames.odom, frames.moved):
+            of_drive = [
+                driver.topic(driver.odometry)
+                for driver in driving
+                if any(edge.publisher.name == lead.publisher.name for edge in edges_of(robot, driver.one.controller))
+            ]
+            topics[([_FILTERED] if kind_of(lead.publisher) == FILTER else of_drive or [""])[0]] = None
+    odometry = next(iter(topics)) if len(topics) == 1 else ""
     for port in ports(distribution, role=ODOMETRY, direction=IN, group="nav2") if odometry else ():
         found.setdefault(port.node, {})[port.parameter] = odometry
     for port in ports(distribution, role=VELOCITY, group="nav2") if driving else ():
         if port.stamp_parameter:
             found.setdefault(port.node, {})[port.stamp_parameter] = driving[0].stamped
     if robot.drive is not None and robot.drive.slides:  # Nav2's own limits keep every base from going sideways
-        for name, limits in _facts()["sideways"][distribution].items():
+        for name, limits in facts_of["sideways"][distribution].items():
             found[name] |= limits
     for name, values in found.items():
         yield Node(f"{name}/{name}", "costmap", values) if name in _LAYERS else Node(name, name, values)
-    if frames.map:
-        yield from _localisation(robot, output, frames)
+    if not frames.map:
+        return
+    # AMCL, which nav2_bringup starts with `tf_broadcast: true` by default, and slam_toolbox if it is described.
+    located = {kind: [one for one in robot.publishers if kind_of(one) == kind] for kind in (AMCL, SLAM)}
+    owns = {kind: any(frames.transforms_of(one) for one in nodes) for kind, nodes in located.items()}
+    amcl: dict[str, Any] = {"global_frame_id": frames.map, "odom_frame_id": frames.odom}
+    amcl |= {"base_frame_id": frames.moved, "tf_broadcast": owns[AMCL]}
+    if robot.drive is not None:
+        amcl["robot_model_type"] = _MOTION[robot.drive.slides]
+    yield Node(AMCL, AMCL, amcl | _scan(robot, output, AMCL))
+    if located[SLAM]:
+        silent = {} if owns[SLAM] else {"transform_publish_period": 0.0}
+        yield Node(SLAM, SLAM, seen_by_slam(robot, output, frames) | silent)
 
 
 def _facts() -> Any:
     return facts("ros2_nodes")["navigation"]
 
 
-def _odometry(robot: Robot, frames: Frames) -> str:
-    """Return the topic of the node that publishes odom -> base; empty if it is unknown, or there are several."""
-
-    def topics(publisher: Publisher) -> Iterator[str]:
-        if kind_of(publisher) == FILTER:
-            yield _FILTERED
-        for driver in drivers(robot):
-            if any(edge.publisher.name == publisher.name for edge in edges_of(robot, driver.one.controller)):
-                yield driver.topic(driver.odometry)
-
-    moving = [lead.publisher for lead in frames.leads if (lead.parent, lead.child) == (frames.odom, frames.moved)]
-    found = {next(topics(publisher), "") for publisher in moving}
-    return found.pop() if len(found) == 1 else ""
-
-
 def _costmap(robot: Robot, output: Output, name: str, size: _Size | None) -> dict[str, Any]:
     """Return the footprint, the heights and the sources of obstacles of a costmap."""
     layer = (output.options.get("layers") or {}).get(name, _LAYERS[name])
-    values = {**size.parameters, **_band(layer, size)} if size is not None else {}
+    values = {**size.parameters, **size.band(layer)} if size is not None else {}
     sources = _sources(robot, output)
     if sources:
         values[f"{layer}.observation_sources"] = " ".join(source.name for source in sources)
@@ -309,17 +307,8 @@ def _costmap(robot: Robot, output: Output, name: str, size: _Size | None) -> dic
         values |= {f"{own}.topic": source.topic, f"{own}.data_type": source.type}
         values[f"{own}.sensor_frame"] = source.sensor.optical_frame or source.sensor.frame
         values |= {f"{own}.{key}": value for key, value in _facts()["source"].items()}
-        values |= _band(own, size, source.clearance) if size is not None else {}
+        values |= size.band(own, source.clearance) if size is not None else {}
     return values
-
-
-def _band(place: str, size: _Size, clearance: float = 0.0) -> dict[str, float]:
-    low, high = size.heights
-    return {f"{place}.min_obstacle_height": _round(low + clearance), f"{place}.max_obstacle_height": high}
-
-
-def _round(height: float) -> float:
-    return round(height * 1000) / 1000 + 0.0
 
 
 def _monitored(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> dict[str, Any]:
@@ -351,23 +340,6 @@ def seen_by_slam(robot: Robot, output: Output, frames: Frames) -> dict[str, Any]
     """Return the frames and the topic of the scan for slam_toolbox."""
     values = {"map_frame": frames.map, "odom_frame": frames.odom, "base_frame": frames.moved}
     return values | _scan(robot, output, SLAM)
-
-
-def _localisation(robot: Robot, output: Output, frames: Frames) -> Iterator[Node]:
-    """Yield AMCL, and slam_toolbox if it is there: the frames, and whether it publishes map -> odom, as the edges say.
-
-    nav2_bringup starts AMCL by default, with `tf_broadcast: true`.
-    """
-    there = {kind: [one for one in robot.publishers if kind_of(one) == kind] for kind in (AMCL, SLAM)}
-    owns = {kind: any(frames.transforms_of(one) for one in mine) for kind, mine in there.items()}
-    values: dict[str, Any] = {"global_frame_id": frames.map, "odom_frame_id": frames.odom}
-    values |= {"base_frame_id": frames.moved, "tf_broadcast": owns[AMCL]}
-    if (drive := robot.drive) is not None:
-        values["robot_model_type"] = _MOTION[drive.slides]
-    yield Node(AMCL, AMCL, values | _scan(robot, output, AMCL))
-    if there[SLAM]:
-        silent = {} if owns[SLAM] else {"transform_publish_period": 0.0}
-        yield Node(SLAM, SLAM, seen_by_slam(robot, output, frames) | silent)
 
 
 FORMAT = parameter_file(

@@ -15,11 +15,11 @@ from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, phrase
 
 from .. import nav2, robot_localization
-from ..controllers.filled import COMMAND, TF, Filled, distribution_of, drivers, fill, remaps
-from ..graph import DRIVER, Graph, graph_of, open_ends
+from ..controllers.write import COMMAND, TF, ControllerParameters, distribution_of, drivers, fill, namespace_of
+from ..graph import DRIVER, graph_of, open_ends
 from ..navigation import AMCL, SLAM, frames_of, kind_of, owners_of_odom
-from ..parameters.files import distro_of, nodes_of
-from ..parameters.tables import as_yaml, plugins
+from ..node_kinds import as_yaml, plugins
+from ..parameter_files import distro_of, nodes_of
 from ..ports import IMU, ODOMETRY, interfaces_of, short_type
 from ..srdf.planning import Planning, planning_of
 from .launch import PackageFile
@@ -28,7 +28,6 @@ from .options import CONTROL, MOVEIT, NAV2, STARTS
 if TYPE_CHECKING:
     from rosorin_compile.formats.format import Artifact
 
-BRINGUP = "bringup.launch.py"
 _URDF, _CONTROLLERS, _SRDF, _EKF = "urdf", "controllers", "srdf", "robot_localization"
 _HUMBLE = "humble"
 _ONE_AXIS = ("revolute", "continuous", "prismatic")  # MoveIt limits each axis of other joints by a name of its own
@@ -95,18 +94,11 @@ class Bringup:
         return distribution_of(self.robot, self.outputs.get(_CONTROLLERS, ""))
 
     @cached_property
-    def _filled(self) -> list[Filled]:
+    def _controllers(self) -> list[ControllerParameters]:
         return fill(self.robot, self._distribution)
-
-    @property
-    def _navigates(self) -> bool:
-        return NAV2 in self.starts and NAV2 in self.places
 
     def _output(self, backend: str) -> Output:
         return next(one for one in self.robot.outputs if one.name == self.outputs[backend])
-
-    def _graph(self, topics: Mapping[str, str]) -> Graph:
-        return graph_of(self.robot, self.starts, topics)
 
     def packages(self) -> Iterator[str]:
         """Yield the packages of the nodes and plug-ins that are started."""
@@ -117,7 +109,7 @@ class Bringup:
                 package = block.plugin.partition("/")[0]
                 yield "hardware_interface" if package == "mock_components" else package
             known = plugins(self._distribution)
-            yield from (known[one.type] for one in self._filled if one.type in known)
+            yield from (known[one.type] for one in self._controllers if one.type in known)
         if NAV2 in self.starts:
             needed = (("nav2_bringup", NAV2), ("python3-yaml", NAV2), (_EKF, _EKF))
             yield from (name for name, backend in needed if backend in self.places)
@@ -130,17 +122,19 @@ class Bringup:
         if MOVEIT in self.starts:
             yield from _FOR_MOVEIT
         if self.starts:
-            yield PackageFile(f"launch/{BRINGUP}", BRINGUP, "all of it")
+            yield PackageFile("launch/bringup.launch.py", "bringup.launch.py", "all of it")
 
-    def values(self, main: str, topics: Mapping[str, str]) -> dict[str, Any]:
-        """Return what the templates need; ``main`` is the place of what robot_state_publisher reads."""
-        made = self._graph(topics)
-        heard = [one for one in made.published if made.nodes[one.node] == DRIVER and made.readers(one)]
-        outside = {one.topic: (one.node, short_type(one.type), one.topic) for one in heard}
+    def values(self, main: str) -> dict[str, Any]:
+        """Return the values of the templates; ``main`` is the place of what robot_state_publisher reads."""
+        graph = graph_of(self.robot, self.starts)
+        outside = {}
+        for end in graph.published:
+            if graph.nodes[end.node] == DRIVER and graph.readers(end):
+                outside[end.topic] = (end.node, short_type(end.type), end.topic)
+        for end in graph.read:
+            if end.port.role in (IMU, ODOMETRY) and not graph.publishers(end):
+                outside.setdefault(end.topic, ("another driver", short_type(end.type), end.topic))
         fixed = next((self._output(key) for key in (_CONTROLLERS, NAV2) if key in self.outputs), None)
-        for one in made.read:
-            if one.port.role in (IMU, ODOMETRY) and not made.publishers(one):
-                outside.setdefault(one.topic, ("another driver", short_type(one.type), one.topic))
         values: dict[str, Any] = {
             "starts": [(word, _STARTS[word].file, _STARTS[word].about) for word in self.starts],
             "places": self.places,
@@ -152,7 +146,8 @@ class Bringup:
             "outside": list(outside.values()) if self.starts else [],
             "teleop": None,
         }
-        values |= self._localisation() if self._navigates else {}
+        if NAV2 in self.starts and NAV2 in self.places:
+            values |= self._localisation()
         if NAV2 in self.starts and _EKF in self.places:
             moved = robot_localization.remaps(self.robot, self._output(_EKF)) if CONTROL in self.starts else []
             values |= {"ekf_name": self.ekf, "ekf_remaps": moved}
@@ -160,45 +155,44 @@ class Bringup:
         values |= self._moveit() if MOVEIT in self.starts else {}
         return values
 
-    def open_ends(self, topics: Mapping[str, str]) -> list[Diagnostic]:
-        """Return what keeps the nodes that are started from working; ``topics`` are those of sensors by name."""
-        found = list(open_ends(self.robot, self._graph(topics))) if self.starts else []
+    def check(self) -> Iterator[Diagnostic]:
+        """Yield what keeps the nodes that are started from working, and notes on the files that are made."""
+        if self.starts:
+            yield from open_ends(self.robot, graph_of(self.robot, self.starts))
         for block in self.robot.control if CONTROL in self.starts else ():
             if block.plugin.partition("/")[0] in _OF_GAZEBO:
                 message = f'hardware block "{block.name}" has the plugin {block.plugin}, which Gazebo loads and '
                 message += "ros2_control_node does not know: control.launch.py would end with an error"
                 help = "write the package without --control and load the URDF into Gazebo, or name another plugin,"
                 help += " such as mock_components/GenericSystem, by an argument of the description"
-                found.append(error("package-start", message, None, help))
+                yield error("package-start", message, None, help)
         plain = [one for one in self.robot.outputs if one.backend == "sdf" and not one.options.get("gazebo")]
         if NAV2 in self.starts and self.robot.sensors and plain:
             message = f"in {plain[0].file} no sensor has a frame: Gazebo stamps its messages with names of its own"
             message += ", and slam_toolbox and AMCL drop scans in a frame that tf does not have"
-            found.append(Diagnostic("package-gazebo", NOTE, message, help="gazebo: harmonic in this output"))
-        return found
-
-    def remarks(self) -> list[Diagnostic]:
-        """Return notes about the files that are made."""
-        names = [one["name"] for one in self._limits() if one["acceleration"] is not None]
-        message = f"joints have no limit of acceleration ({phrase(names, 4)}), and MoveIt plans nothing "
-        message += "without: config/joint_limits.yaml has a stand-in, 1 rad/s^2 or 1 m/s^2"
-        help = "if the maker gives others, load them after that file"
-        return [Diagnostic("package-acceleration", NOTE, message, help=help)] if names else []
+            yield Diagnostic("package-gazebo", NOTE, message, help="gazebo: harmonic in this output")
+        if names := [one["name"] for one in self._limits() if one["acceleration"] is not None]:
+            message = f"joints have no limit of acceleration ({phrase(names, 4)}), and MoveIt plans nothing "
+            message += "without: config/joint_limits.yaml has a stand-in, 1 rad/s^2 or 1 m/s^2"
+            help = "if the maker gives others, load them after that file"
+            yield Diagnostic("package-acceleration", NOTE, message, help=help)
 
     def _control(self, main: str) -> dict[str, Any]:
-        output, driving = self._output(_CONTROLLERS), drivers(self.robot)
-        found = remaps(self.robot, output)
-        for driver in driving if self._navigates else ():
-            found.setdefault(driver.name, []).append((driver.command, COMMAND))
-        every = [one.controller for one in sorted(self._filled, key=lambda one: one.type != _FIRST)]
-        topics = [COMMAND if self._navigates else driver.topic(driver.command) for driver in driving]
+        driving, navigates = drivers(self.robot), NAV2 in self.starts and NAV2 in self.places
+        commands = {driver.name: [(driver.command, COMMAND)] for driver in driving} if navigates else {}
+        topics = [COMMAND if navigates else driver.topic(driver.command) for driver in driving]
         return {
-            "control_namespace": str(output.options.get("namespace", "")).strip("/"),
+            "control_namespace": namespace_of(self._output(_CONTROLLERS)),
             "teleop": {"topic": f"/{topics[0].lstrip('/')}", "stamped": driving[0].stamped} if driving else None,
             "humble": self._distribution == _HUMBLE,
             "drives": bool(driving),
             "spawned": [
-                {"name": one.name, "remaps": found.get(one.name, []), "inactive": one.inactive} for one in every
+                {
+                    "name": one.controller.name,
+                    "remaps": one.remaps + commands.get(one.controller.name, []),
+                    "inactive": one.controller.inactive,
+                }
+                for one in sorted(self._controllers, key=lambda one: one.type != _FIRST)
             ],
             "own_description": self.places[_URDF] != main,
             "why": {TF: "it publishes there what it owns", COMMAND: "Nav2 sends velocities there"},
@@ -213,16 +207,16 @@ class Bringup:
         frames, _ = frames_of(self.robot, output)
         if frames is None or not frames.map:
             return {"slam": "False"}
-        kinds = owners_of_odom(self.robot, frames)
+        owners = owners_of_odom(self.robot, frames)
         has_section = any(kind_of(one) == SLAM for one in self.robot.publishers)
         seen = {} if has_section else nav2.seen_by_slam(self.robot, output, frames)
-        return {"slam": str(SLAM in kinds and AMCL not in kinds), "seen_by_slam": seen}
+        return {"slam": str(SLAM in owners and AMCL not in owners), "seen_by_slam": seen}
 
     def _moveit(self) -> dict[str, Any]:
         planning, moved, solved = self._planning, list[tuple[Any, ...]](), list[str]()
         if planning is None:  # then there is no SRDF either
             return {"solved": [], "limited": [], "moved": []}
-        for one in self._filled if _CONTROLLERS in self.outputs else ():
+        for one in self._controllers if _CONTROLLERS in self.outputs else ():
             joints = one.values.get("joints") or [one.values.get("joint", "")]
             action = interfaces_of(one.type).get("action")
             if action and all(name in planning.joints for name in joints):

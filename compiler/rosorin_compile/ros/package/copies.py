@@ -9,6 +9,7 @@ from __future__ import annotations
 import posixpath
 import re
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from html import escape
 from pathlib import Path
@@ -22,7 +23,7 @@ from rosorin_compile.formats.mesh_files import references, urdf_file_name
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 from rosorin_compile.output import digest, is_generated, kept_name
-from rosorin_compile.output.committed import Comparison, compare, shorten
+from rosorin_compile.output.golden_check import NOT_TEXT, Comparison, compare, shorten
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error, first_of, printable
 from rosorin_compile.source.files import is_file, read_bytes
 
@@ -80,8 +81,11 @@ def place_meshes(
             help = f"copy the file into a package and write package://{package}/{MESHES}/... in the description"
             missing.setdefault(("found on machines that have this very file", help), []).append(name)
             continue
-        inside = match[2] if match else _inside(urdf_file_name(name))
-        if not match:
+        if match:
+            inside = match[2]
+        else:
+            parts = [part for part in urdf_file_name(name).split("/") if part not in ("", ".", "..")]
+            inside = "/".join([MESHES, *(parts[1:] if parts[0] == MESHES and len(parts) > 1 else parts)])
             relative = posixpath.relpath(inside, posixpath.dirname(place))
             addresses[name] = relative if is_sdf else f"package://{package}/{inside}"
         leads_out = ".." in inside.split("/")
@@ -105,13 +109,8 @@ def place_meshes(
         return match[0] if name is None else f"{match[1]}{escape(name)}"
 
     text = (_OF_SDF if is_sdf else _FILE).sub(renamed, text)
-    diagnostics = [mesh_warning(names, what, help) for (what, help), names in missing.items()]
+    diagnostics = [_mesh_warning(names, what, help) for (what, help), names in missing.items()]
     return Meshes(text, files, tuple(sorted(packages)), diagnostics)
-
-
-def _inside(name: str) -> str:
-    parts = [part for part in name.split("/") if part not in ("", ".", "..")]
-    return "/".join([MESHES, *(parts[1:] if parts[0] == MESHES and len(parts) > 1 else parts)])
 
 
 def companions(place: str, mesh: Path) -> dict[str, Path]:
@@ -124,18 +123,18 @@ def missing_files(place: str, names: Sequence[str], places: Container[str], fold
     """Yield a warning about files that an artifact needs next to it; ``places`` are those of other artifacts."""
     inside = posixpath.dirname(place)
     needed = [name for name in names if posixpath.normpath(posixpath.join(inside, name)) not in places]
-    missing = [name for name in needed if not is_file(folder / inside / name)]
-    if missing:
+    if missing := [name for name in needed if not is_file(folder / inside / name)]:
         what = f"named by {place}, but not in the package"
-        yield mesh_warning(missing, what, f"put the file into {inside}/ of the package")
+        yield _mesh_warning(missing, what, f"put the file into {inside}/ of the package")
 
 
-def mesh_warning(names: Sequence[str], what: str, help: str) -> Diagnostic:
+def _mesh_warning(names: Sequence[str], what: str, help: str) -> Diagnostic:
     """Return one warning about all files with the same problem; ``help`` is about one file."""
-    if len(names) == 1:
-        return Diagnostic("package-mesh", WARNING, f"{names[0]} is {what}", None, (), help)
-    message = f"{len(names)} files are {what}: {first_of(names, 3)}".replace("this very file", "these very files")
-    return Diagnostic("package-mesh", WARNING, message, None, (), help.replace("the file", "the files"))
+    message = f"{names[0]} is {what}"
+    if len(names) > 1:
+        message = f"{len(names)} files are {what}: {first_of(names, 3)}".replace("this very file", "these very files")
+        help = help.replace("the file", "the files")
+    return Diagnostic("package-mesh", WARNING, message, None, (), help)
 
 
 _HEAD = 4096  # bytes of a file that are searched for the mark of the tool
@@ -149,26 +148,24 @@ def copies(folder: Path, files: Sequence[str], robot: str, artifact: Artifact, e
     A file with the name of another of the robot's artifacts is a copy of that one. An artifact that is withheld from
     publishers is found by its name alone, or its copy might replace what they read.
     """
-    same_name = [file for file in files if file.rpartition("/")[2] == artifact.file.rpartition("/")[2]]
-    if artifact.withheld:
-        return sorted(same_name)
-    endings, taken = FORMATS[artifact.backend].endings, {one.file.rpartition("/")[2] for one in every}
-    others = (file for file in files if file.rpartition("/")[2] not in taken and file.endswith(endings))
-    return sorted([*same_name, *(file for file in others if _is_marked(folder / file, robot, artifact))])
-
-
-def _is_marked(path: Path, robot: str, artifact: Artifact) -> bool:
-    format = FORMATS[artifact.backend]
-    try:
-        if format.robot_of is not None:
-            return format.robot_of(path) == robot
-        head = read_bytes(path, _HEAD).decode("utf-8", "replace")
-    except OSError:
-        return False
-    is_ours = any(_MARK.format(name) in head for name in (robot, repr(robot)))
-    if not is_ours or (format.located and "get_package_share_directory" in head):
-        return False
-    return not format.roots or any(f"<{root}" in head for root in format.roots)
+    format, own = FORMATS[artifact.backend], artifact.file.rpartition("/")[2]
+    taken = {one.file.rpartition("/")[2] for one in every}
+    found = []
+    for file in files:
+        name = file.rpartition("/")[2]
+        if name == own:
+            found.append(file)
+        elif not artifact.withheld and name not in taken and file.endswith(format.endings):
+            with suppress(OSError):
+                if format.robot_of is not None:
+                    found += [file] if format.robot_of(folder / file) == robot else []
+                    continue
+                head = read_bytes(folder / file, _HEAD).decode("utf-8", "replace")
+                is_ours = any(_MARK.format(name) in head for name in (robot, repr(robot)))
+                is_of_package = format.located and "get_package_share_directory" in head
+                is_format = not format.roots or any(f"<{root}" in head for root in format.roots)
+                found += [file] if is_ours and is_format and not is_of_package else []
+    return sorted(found)
 
 
 def other_robot(path: Path, robot: str) -> str:
@@ -190,7 +187,7 @@ def difference(robot: Robot, artifact: Artifact, old: bytes) -> Comparison | Non
     texts = []
     for one in comparison.texts:
         lines = tuple(line.replace("--- committed/", "--- deployed/", 1) for line in one.lines)
-        remark = one.remark.replace("the committed file", "the file") if one.is_text else "no UTF-8 text"
+        remark = one.remark.replace("the committed file", "the file") if one.kind != NOT_TEXT else "no UTF-8 text"
         texts.append(one._replace(remark=remark, lines=lines))
     return comparison._replace(texts=tuple(texts))
 
@@ -244,19 +241,16 @@ def protect(
         if old == new or not old.strip() or is_written:
             continue
         if not is_listed and is_generated(new) and not own_package:
+            message = f"this tool did not write {name}: it is not replaced"
             help = f"move it away, or say another place with --map OUTPUT=PLACE ({NOWHERE} for nowhere)"
-            diagnostics.append(
-                error("deploy-not-ours", f"this tool did not write {name}: it is not replaced", None, help)
-            )
+            diagnostics.append(error("deploy-not-ours", message, None, help))
             continue
         copy = Path(name).with_name(kept_name(path, old).name).as_posix()
         copies[copy] = old
         why, help = "has no mark of this tool", "remove that file if it is not needed"
         if is_listed:
-            why, help = (
-                "was changed since this tool wrote it",
-                "bring the change into the description, and remove that file",
-            )
+            why = "was changed since this tool wrote it"
+            help = "bring the change into the description, and remove that file"
         message = f"{name} {why}; as it was, it goes to {copy}"
         diagnostics.append(Diagnostic("deploy-kept", WARNING, message, None, (), help))
     return copies, diagnostics

@@ -9,12 +9,12 @@ from typing import Annotated
 
 from rosorin_compile.compare.changes import Change
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.compiled import Compiled
+from rosorin_compile.formats.compilation import Compiled
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
-from rosorin_compile.output import MANIFEST, OutputError, PackageFolder, digest, open_package_folder, read_manifest
-from rosorin_compile.output.committed import Comparison
-from rosorin_compile.output.ros_packages import files_below, missing, package_of, undeclared_packages
+from rosorin_compile.output import MANIFEST, OutputError, digest, open_package_folder, read_manifest
+from rosorin_compile.output.golden_check import Comparison
+from rosorin_compile.output.package_folder import files_below, missing, package_of, undeclared_packages
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError, has_errors
@@ -34,12 +34,12 @@ from .copies import (
     protect,
 )
 from .launch import LAUNCH, PUBLISHER, STATICS, carry
-from .options import FILE, NOWHERE, STAMP, Options, places_text, read_places, stored_options
+from .options import NOWHERE, STAMP, Options, stored_options
 from .package import folder_of, make
 
 _NOT_AS_WRITTEN = "not as rosorin-compile package writes it"
 # Files that make a folder a package, or are stored there by the tool: no artifact replaces them.
-_OF_PACKAGES = ("package.xml", "CMakeLists.txt", "setup.py", "setup.cfg", FILE, MANIFEST)
+_OF_PACKAGES = ("package.xml", "CMakeLists.txt", "setup.py", "setup.cfg", MANIFEST)
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def deploy(
     The result has the copies with their paths, and the changes as text; with an error its ``robot`` is empty.
 
     Args:
-        places: The paths of outputs in the folder, or ``"none"``; they are stored there.
+        places: The paths of outputs in the folder, or ``"none"``.
         dry_run: Write nothing.
         full: List differences of texts in full in ``changes``.
     """
@@ -92,35 +92,44 @@ def deploy(
     result = Deployed("", str(folder), inputs=tuple(map(str, request.inputs(compiled))))
     if made is None or has_errors(diagnostics):
         return replace(result, diagnostics=tuple(diagnostics))
-    given = _given_places(places or {}, compiled.artifacts)
+    names = {artifact.output: artifact.file.rpartition("/")[2] for artifact in compiled.artifacts}
+    if unknown := [output for output in places or () if output not in names]:
+        raise RequestError(f'the robot has no output "{unknown[0]}"; it has {", ".join(names)}')
+    chosen = dict(places or {})
+    chosen |= {output: place + names[output] for output, place in chosen.items() if place.endswith("/")}
     try:
         with open_package_folder(folder, dry_run) as target:
-            stored = {**read_places(folder, made.name), **given}
             files = files_below(folder, skip_built=True)
-            planned = _plan(made, compiled.artifacts, folder, files, stored, diagnostics)
+            planned = _plan(made, compiled.artifacts, folder, files, chosen, diagnostics)
             old = {one.file: read_bytes(folder / one.file) for one in planned if is_file(folder / one.file)}
-            kept = _protect(planned, folder, target, diagnostics)
+            for one in planned:
+                target.check_name(one.file)
+                if one.file.rpartition("/")[2] in _OF_PACKAGES:
+                    message = f"{one.file} is a file of the package itself: no artifact goes there"
+                    diagnostics.append(report("deploy-not-ours", message, None, f"say --map {one.output}=PLACE"))
+            if not has_errors(diagnostics):
+                texts = {one.file: one.text.encode() for one in planned}
+                kept, found = protect(folder, texts, target.digests())
+                diagnostics += found
             if not has_errors(diagnostics):
                 if not dry_run:
-                    extra = {FILE: places_text(folder, made.name, stored).encode()} if given else {}
-                    target.write({one.file: one.text.encode() for one in planned}, {**kept, **extra})
+                    target.write(texts, kept)
                 located = [one.file for one in planned if FORMATS[one.backend].located]
                 diagnostics += check_launch_files(made, folder, files, located)
                 diagnostics += _check_use(planned, folder)
-                result = _result(result, made, planned, old, full, dry_run)
+                listed, changes = [], list[str]()
+                for one in planned:
+                    differs = difference(made, one, old[one.file]) if one.file in old else None
+                    listed.append(DeployedCopy(one.file, one.output, one.file in old and differs is None))
+                    changes += difference_lines(one.file, differs, full) if differs else []
+                    changes += [] if one.file in old else [f"{one.file}: new"]
+                result = replace(result, robot=made.name, written=not dry_run, copies=tuple(listed))
+                result = replace(result, changes=tuple(changes))
     except (LoadError, OutputError) as problem:
         diagnostics.append(problem.diagnostic)
     except OSError as problem:
         diagnostics.append(_unreadable(folder, problem))
     return replace(result, diagnostics=tuple(diagnostics))
-
-
-def _given_places(places: Mapping[str, str], artifacts: Sequence[Artifact]) -> dict[str, str]:
-    names = {artifact.output: artifact.file.rpartition("/")[2] for artifact in artifacts}
-    for output in places:
-        if output not in names:
-            raise RequestError(f'the robot has no output "{output}"; it has {", ".join(names)}')
-    return {output: place + names[output] if place.endswith("/") else place for output, place in places.items()}
 
 
 def _plan(
@@ -137,11 +146,12 @@ def _plan(
     """
     chosen: dict[str, str] = {}
     for artifact in artifacts:
-        help = f"say --map {artifact.output}=PLACE ({NOWHERE} for nowhere)"
+        format, help = FORMATS[artifact.backend], f"say --map {artifact.output}=PLACE ({NOWHERE} for nowhere)"
         place, problem = places.get(artifact.output, ""), ""
         if not place:
             found = copies(folder, files, robot.name, artifact, artifacts)
-            place = found[0] if found else _usual_place(artifact)
+            usual = f"{folder_of(artifact)}/{artifact.file.rpartition('/')[2]}"
+            place = (found or [usual if format.deploys and not artifact.withheld else NOWHERE])[0]
             if len(found) > 1:
                 problem = f"the folder has several copies of {artifact.file.rpartition('/')[2]}: {', '.join(found[:5])}"
             elif place != NOWHERE and (other := other_robot(folder / place, robot.name)):
@@ -159,10 +169,14 @@ def _plan(
         return []
     going = [one for one in artifacts if one.output in chosen]
     urdf = next((chosen[one.output] for one in going if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), "")
-    planned = [move_artifact(robot, artifact, chosen[artifact.output], urdf) for artifact in going]
-    package = package_of(folder)
-    if package is not None and package[0] == resolve(folder):
-        planned = [_with_meshes(artifact, package[1], folder, diagnostics) for artifact in planned]
+    planned, package = [], package_of(folder)
+    for artifact in going:
+        moved = move_artifact(robot, artifact, chosen[artifact.output], urdf)
+        if package is not None and package[0] == resolve(folder) and FORMATS.names_meshes(moved):
+            meshes = place_meshes(moved.text, package[1], (), folder)
+            diagnostics += meshes.diagnostics
+            moved = moved if meshes.diagnostics else replace(moved, text=meshes.text)
+        planned.append(moved)
     for artifact in planned:
         beside = FORMATS[artifact.backend].beside
         needed = beside(artifact.text) if beside else ()
@@ -172,46 +186,6 @@ def _plan(
         message = f"no copy of {', '.join(left)} is in {folder}, and none is put there"
         diagnostics.append(report("deploy-nowhere", message))
     return planned
-
-
-def _usual_place(artifact: Artifact) -> str:
-    deploys = FORMATS[artifact.backend].deploys and not artifact.withheld
-    return f"{folder_of(artifact)}/{artifact.file.rpartition('/')[2]}" if deploys else NOWHERE
-
-
-def _with_meshes(artifact: Artifact, package: str, folder: Path, diagnostics: list[Diagnostic]) -> Artifact:
-    if not FORMATS.names_meshes(artifact):
-        return artifact
-    meshes = place_meshes(artifact.text, package, (), folder)
-    diagnostics += meshes.diagnostics
-    return artifact if meshes.diagnostics else replace(artifact, text=meshes.text)
-
-
-def _protect(
-    planned: Sequence[Artifact], folder: Path, target: PackageFolder, diagnostics: list[Diagnostic]
-) -> dict[str, bytes]:
-    """Return copies of edited files that would be replaced; add errors about files that must not be replaced."""
-    for one in planned:
-        target.check_name(one.file)
-        if one.file.rpartition("/")[2] in _OF_PACKAGES:
-            message = f"{one.file} is a file of the package itself: no artifact goes there"
-            diagnostics.append(report("deploy-not-ours", message, None, f"say --map {one.output}=PLACE"))
-            return {}
-    kept, found = protect(folder, {one.file: one.text.encode() for one in planned}, target.digests())
-    diagnostics += found
-    return kept
-
-
-def _result(
-    result: Deployed, robot: Robot, planned: Sequence[Artifact], old: Mapping[str, bytes], full: bool, dry_run: bool
-) -> Deployed:
-    found, changes = [], list[str]()
-    for one in planned:
-        differs = difference(robot, one, old[one.file]) if one.file in old else None
-        found.append(DeployedCopy(one.file, one.output, one.file in old and differs is None))
-        changes += difference_lines(one.file, differs, full) if differs else []
-        changes += [] if one.file in old else [f"{one.file}: new"]
-    return replace(result, robot=robot.name, written=not dry_run, copies=tuple(found), changes=tuple(changes))
 
 
 def _check_use(planned: Sequence[Artifact], folder: Path) -> Iterator[Diagnostic]:
@@ -237,7 +211,6 @@ def _check_use(planned: Sequence[Artifact], folder: Path) -> Iterator[Diagnostic
 
 
 def _unreadable(folder: Path, problem: OSError) -> Diagnostic:
-    """Return the error about a folder that cannot be read."""
     return report("deploy-unreadable", f"cannot read {folder}: {problem.strerror or problem}")
 
 
@@ -263,7 +236,7 @@ class CheckedCopies:
                 changes[change[:4]] = known._replace(artifacts=(*known.artifacts, place))
         texts = tuple(text._replace(file=place) for place, one in found for text in one.texts)
         others = [(place, _NOT_AS_WRITTEN) for place, one in self.unlike if one is None]
-        return Comparison(tuple(changes.values()), texts, same=False), others
+        return Comparison(tuple(changes.values()), texts), others
 
 
 def check_deployed(
@@ -282,28 +255,29 @@ def check_deployed(
     """
     request, folder = Request.of(robot, arguments, packages, trust=trust), Path(folder)
     compiled = request.compile()
-    result = CheckedCopies(inputs=tuple(map(str, request.inputs(compiled))))
-    diagnostics = [*compiled.diagnostics]
+    result, diagnostics = CheckedCopies(), [*compiled.diagnostics]
     if compiled.robot is not None and not has_errors(diagnostics):
         try:
-            found = _check(compiled, compiled.robot, request, folder, full)
-            result = replace(found, inputs=result.inputs)
-            diagnostics += found.diagnostics
+            result = _compare(compiled, compiled.robot, request, folder, full, diagnostics)
         except LoadError as problem:
             diagnostics.append(problem.diagnostic)
         except OSError as problem:
             diagnostics.append(_unreadable(folder, problem))
-    return replace(result, diagnostics=tuple(diagnostics))
+    inputs = tuple(map(str, request.inputs(compiled)))
+    return replace(result, inputs=inputs, diagnostics=tuple(diagnostics))
 
 
-def _check(compiled: Compiled, robot: Robot, request: Request, folder: Path, full: bool) -> CheckedCopies:
+def _compare(
+    compiled: Compiled, robot: Robot, request: Request, folder: Path, full: bool, diagnostics: list[Diagnostic]
+) -> CheckedCopies:
     artifacts, files = compiled.artifacts, files_below(folder, skip_built=False)
-    places = read_places(folder, robot.name)
     by_place: dict[str, list[Artifact]] = {}
+    absent = []
     for artifact in artifacts:
-        place = places.get(artifact.output, "")
-        for one in [place] if place in files else copies(folder, files, robot.name, artifact, artifacts):
-            by_place.setdefault(one, []).append(artifact)
+        found = copies(folder, files, robot.name, artifact, artifacts)
+        for place in found:
+            by_place.setdefault(place, []).append(artifact)
+        absent += [] if found else [artifact]
     urdfs = [place for place, those in by_place.items() if any(FORMATS.names_meshes(one) for one in those)]
     same: list[str] = []
     lines: list[str] = []
@@ -314,21 +288,29 @@ def _check(compiled: Compiled, robot: Robot, request: Request, folder: Path, ful
         old = read_bytes(folder / place)
         if any(old == form.text.encode() for form in right):
             same.append(place)
-        elif found := difference(robot, right[0], old):
-            unlike.append((place, found))
-            lines += difference_lines(place, found, full)
+        elif differs := difference(robot, right[0], old):
+            unlike.append((place, differs))
+            lines += difference_lines(place, differs, full)
     for place, data in _written_by_package(compiled, robot, request, folder, files).items():
         if place in files and read_bytes(folder / place) == data:
             same.append(place)
         else:
             unlike.append((place, None))
             lines.append(f"{place}: {_NOT_AS_WRITTEN if place in files else 'it is not there'}")
-    diagnostics = [*unfinished_runs(folder, files), *_missing(artifacts, by_place, folder, places)]
+    diagnostics += unfinished_runs(folder, files)
+    others = []
+    for artifact in absent:
+        name = artifact.file.rpartition("/")[2]
+        if FORMATS.feeds(artifact, ROBOT_STATE_PUBLISHER):
+            diagnostics.append(report("deployed-missing", f"there is no {name} in {folder}"))
+        else:
+            others.append(name)
+    if others:
+        message = f"there is no copy of {', '.join(others)} in {folder}"
+        diagnostics.append(report("deployed-missing", message, severity=NOTE))
     diagnostics += check_launch_files(robot, folder, files, [place for place in by_place if place.endswith(".py")])
     differing = tuple(place for place, _ in unlike)
-    return CheckedCopies(
-        robot.name, tuple(same), differing, tuple(lines), tuple(unlike), diagnostics=tuple(diagnostics)
-    )
+    return CheckedCopies(robot.name, tuple(same), differing, tuple(lines), tuple(unlike))
 
 
 def _written_by_package(
@@ -345,7 +327,7 @@ def _written_by_package(
             continue
         root = package[0]
         if root not in made:
-            options = stored_options(root, Options(package[1]), ())
+            options = stored_options(root, Options(package[1]))
             carried, _ = carry(compiled, request, options)
             made[root] = make(robot, compiled.artifacts, options, (), root, None, carried)[0]
             found |= {f"{above}{place}": data for place, data in carried.files.items()} if carried else {}
@@ -368,21 +350,3 @@ def unfinished_runs(folder: Path, files: Sequence[str]) -> Iterator[Diagnostic]:
         if len(groups) > 1:
             message = f"{package} has files of two runs, because the last one was ended while it wrote: "
             yield report("deployed-mixed", message + "; ".join(groups))
-
-
-def _missing(
-    artifacts: Sequence[Artifact], by_place: Mapping[str, Sequence[Artifact]], folder: Path, places: Mapping[str, str]
-) -> Iterator[Diagnostic]:
-    there = {artifact.output for those in by_place.values() for artifact in those}
-    others = []
-    for artifact in artifacts:
-        place = places.get(artifact.output)
-        name = place or artifact.file.rpartition("/")[2]
-        if artifact.output in there or place == NOWHERE:
-            continue
-        if place or FORMATS.feeds(artifact, ROBOT_STATE_PUBLISHER):
-            yield report("deployed-missing", f"there is no {name} in {folder}")
-        else:
-            others.append(name)
-    if others:
-        yield report("deployed-missing", f"there is no copy of {', '.join(others)} in {folder}", severity=NOTE)

@@ -39,7 +39,7 @@ from .copies import file_names
 from .options import Options, is_legal
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.compiled import Compiled
+    from rosorin_compile.formats.compilation import Compiled
     from rosorin_compile.language.arguments import Argument
     from rosorin_compile.request import Request
 
@@ -47,7 +47,6 @@ if TYPE_CHECKING:
 SCREEN = ("joint_state_publisher", "joint_state_publisher_gui", "rviz2")
 PREFIX = "$(var frame_prefix)"
 LAUNCH = "description.launch"
-FORMS = ("py", "xml", "yaml")
 # What the XML and the YAML form include; all forms include the second if the description is compiled at launch.
 PUBLISHER, STATICS = "robot_state_publisher.launch.py", "static_frames.launch.py"
 # The launch configuration with the path of the description and its arguments, as words of a command line.
@@ -89,16 +88,6 @@ def mode_arguments(robot: Robot) -> dict[str, str]:
     return free_names(modes, [argument.name for argument in ARGUMENTS], "mode_")
 
 
-def plain(text: str) -> str:
-    """Escape a text for XML and YAML launch files, so that no part of it is a substitution."""
-    return text.replace("\\", "\\\\").replace("$", "\\$")
-
-
-def in_args(text: str) -> str:
-    """Escape a word of a command line for XML and YAML launch files."""
-    return plain(shlex.quote(text))
-
-
 def launch_values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
     """Return the values of the templates of launch files; ``carried`` is compiled at launch."""
     always, in_modes, _ = static_transforms(robot, FORMATS.feeding(robot, STATIC_TRANSFORM_PUBLISHER))
@@ -113,6 +102,20 @@ def launch_values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
         more += [one.argument for one in carried.passed]
         passed_on = [*(one for one in ARGUMENTS if one.name in COMMON), *more]
     joints = robot.published_by(ROBOT_STATE_PUBLISHER)
+
+    def plain(text: str) -> str:
+        """Escape a text for XML and YAML, so that no part of it is a substitution."""
+        return text.replace("\\", "\\\\").replace("$", "\\$")
+
+    def in_args(text: str) -> str:
+        """Escape a word of a command line for XML and YAML."""
+        return plain(shlex.quote(text))
+
+    def args(transform: StaticTransform) -> str:
+        """Return the arguments of a static_transform_publisher for XML and YAML."""
+        words = (f"{flag} {PREFIX if is_frame else ''}{in_args(value)}" for flag, value, is_frame in transform.words())
+        return " ".join(words)
+
     return {
         "arguments": [*ARGUMENTS, *more],
         "passed_on": passed_on,
@@ -124,7 +127,7 @@ def launch_values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
         "python_conditions": {when: if_condition(one, modes, 12) for when, one in conditions.items()},
         "frontend_conditions": {when: in_frontends(one, modes) for when, one in conditions.items()},
         "describe": describe,
-        "args": _args,
+        "args": args,
         "imports": import_substitutions(conditions.values(), "LaunchConfiguration", *(("Command",) if carried else ())),
         "plain": plain,
         "in_args": in_args,
@@ -135,25 +138,14 @@ def launch_values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
     }
 
 
-def _args(transform: StaticTransform) -> str:
-    """Return the arguments of a static_transform_publisher for XML and YAML."""
-    words = (f"{flag} {PREFIX if is_frame else ''}{in_args(value)}" for flag, value, is_frame in transform.words())
-    return " ".join(words)
-
-
 def launch_files(carried: Carried | None) -> Iterator[PackageFile]:
     """Yield the launch files that publish the frames."""
-    kind = "compiled_launch" if carried else "launch"
-    for form in FORMS:
-        yield PackageFile(
-            f"launch/{LAUNCH}.{form}", f"{kind}.{form}", "publishers of the frames; the three forms do the same"
-        )
+    kind, about = "compiled_launch" if carried else "launch", "publishers of the frames; the three forms do the same"
+    for form in ("py", "xml", "yaml"):
+        yield PackageFile(f"launch/{LAUNCH}.{form}", f"{kind}.{form}", about)
     if carried:
-        yield PackageFile(
-            f"launch/{STATICS}",
-            "compiled_statics.launch.py",
-            "publishers of the static frames; the three forms include it",
-        )
+        about = "publishers of the static frames; the three forms include it"
+        yield PackageFile(f"launch/{STATICS}", "compiled_statics.launch.py", about)
     else:
         about = "robot_state_publisher; the XML and the YAML form include it"
         yield PackageFile(f"launch/{PUBLISHER}", "publisher.launch.py", about)
@@ -205,8 +197,14 @@ def carry(compiled: Compiled, request: Request, options: Options) -> tuple[Carri
     elsewhere = [tool_folders()["parts_library"], *compiled.python_packages, *map(_absolute, packages.values())]
     inputs = [_absolute(one) for one in compiled.files_read]
     own = [one for one in inputs if not any(map(one.is_relative_to, elsewhere))]
-    top, prefix = _top(_absolute(path), own)
-    if problems := [*_lost_files(top, own), *_relative_meshes(main, options.name, own)]:
+    # Copied is the folder descriptions of the project if it has all files, else the project; the folder of a lone file.
+    top, prefix = _absolute(path).parent, f"{Description.FOLDER}/"
+    folder = next((one for one in (top, *top.parents) if one.name == Description.FOLDER), None)
+    if folder is None:
+        prefix += f"{top.name if top.name.isprintable() and top.name.strip('.') else 'robot'}/"
+    else:
+        top = folder if all(one.is_relative_to(folder) for one in own) else folder.parent
+    if problems := list(_problems(top, own, main, options.name)):
         return None, problems
     places = {one: prefix + one.relative_to(top).as_posix() for one in own}
     taken = [*(argument.name for argument in ARGUMENTS), *mode_arguments(compiled.robot).values(), WORDS]
@@ -231,20 +229,8 @@ def _absolute(path: Path) -> Path:
     return Path(os.path.abspath(path))
 
 
-def _top(first: Path, files: Sequence[Path]) -> tuple[Path, str]:
-    """Return the folder that is copied below ``descriptions`` of the package, and the prefix of its files there.
-
-    This is ``descriptions`` of the project if it has all files, else the project; for a lone description its folder.
-    """
-    folder = next((one for one in (first.parent, *first.parent.parents) if one.name == Description.FOLDER), None)
-    if folder is None:
-        name = first.parent.name
-        return first.parent, f"{Description.FOLDER}/{name if name.isprintable() and name.strip('.') else 'robot'}/"
-    return (folder if all(one.is_relative_to(folder) for one in files) else folder.parent), f"{Description.FOLDER}/"
-
-
-def _lost_files(top: Path, files: Sequence[Path]) -> Iterator[Diagnostic]:
-    """Yield the files that the description would not find from the package."""
+def _problems(top: Path, files: Sequence[Path], main: Artifact, package: str) -> Iterator[Diagnostic]:
+    """Yield the files that the description, and the meshes that its URDF, would not find from the package."""
     for one in files:
         if not one.is_relative_to(top):
             message = f"{one} is read, and is outside the project {top}: no package can carry it"
@@ -252,9 +238,6 @@ def _lost_files(top: Path, files: Sequence[Path]) -> Iterator[Diagnostic]:
     if span := _mention(f"{top}{os.sep}", files):
         message = "a file is named by its absolute path, which another machine does not have"
         yield report(_RULE, message, span, "name it relative to the file that names it")
-
-
-def _relative_meshes(main: Artifact, package: str, files: Sequence[Path]) -> Iterator[Diagnostic]:
     for name in file_names(main.text):
         if "://" not in name and not name.startswith("/"):
             message = f"mesh {name} is named by a path, and a URDF that is compiled at launch is in no folder"

@@ -21,6 +21,7 @@ from rosorin_compile.source.files import exists, is_file, read_bytes
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.yaml_text import Scalar
 
+from ..graph import topics_of_sensors
 from ..ports import IN, message_of_sensor, ports
 from .bringup import Bringup, bringup
 from .copies import companions, missing_files, place_meshes, protect
@@ -28,7 +29,7 @@ from .launch import Carried, PackageFile, carry, launch_files, launch_values
 from .options import NO_LICENSE, NO_MAIL, NOBODY, STAMP, Options, file_name, options_of
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.compiled import Compiled
+    from rosorin_compile.formats.compilation import Compiled
 
 
 _BUILT_BY = {"ament_cmake": ("CMakeLists.txt",), "ament_python": ("setup.py", "setup.cfg")}
@@ -68,7 +69,6 @@ def package(
     maintainer: str | None = None,
     license: str | None = None,  # noqa: A002 - as in package.xml
     url: str | None = None,
-    topics: Mapping[str, str] | None = None,
     compile_at_launch: bool | None = None,
     control: bool | None = None,
     moveit: bool | None = None,
@@ -88,15 +88,12 @@ def package(
         maintainer: The maintainer, as ``"Name <mail@example.org>"``.
         license: The license as an SPDX name.
         url: The website of the package.
-        topics: Topics by sensor, for the RViz configuration.
         compile_at_launch: Compile the description at launch, with its arguments as launch arguments.
         control: Add a launch file that starts the controller_manager and the controllers.
         moveit: Add a launch file that starts MoveIt.
         nav2: Add a launch file that starts Nav2 and robot_localization.
     """
     request, folder = Request.of(robot, arguments, packages, trust=trust), Path(folder)
-    given: dict[str, Any] = {"name": name, "build_type": build_type, "version": version, "maintainer": maintainer}
-    starts = {"control": control, "moveit": moveit, "nav2": nav2}
     compiled = request.compile()
     result = WrittenPackage("", str(folder), inputs=tuple(map(str, request.inputs(compiled))))
     diagnostics = [*compiled.diagnostics]
@@ -104,17 +101,32 @@ def package(
         return replace(result, diagnostics=tuple(diagnostics))
     try:
         with open_package_folder(folder) as target:
-            sensors = [one.name for one in compiled.robot.sensors]
+            given: dict[str, Any] = {
+                "name": name,
+                "build_type": build_type,
+                "version": version,
+                "maintainer": maintainer,
+            }
             given |= {"license": license, "url": url, "at_launch": compile_at_launch}
-            options = options_of(folder, compiled.robot.name, sensors, given, starts, topics or {})
+            starts = {"control": control, "moveit": moveit, "nav2": nav2}
+            options = options_of(folder, compiled.robot.name, given, starts)
             carried, lost = carry(compiled, request, options)
             sources = [request.description.path.parent, request.description.outputs]
             files, found = make(compiled.robot, compiled.artifacts, options, sources, folder, compiled, carried)
-            diagnostics += [*lost, *found, *_foreign(folder, files)]
+            diagnostics += [*lost, *found]
+            manifest = folder / "package.xml"
+            is_ours = is_file(manifest) and STAMP in read_bytes(manifest).decode("utf-8", "replace")
+            if not is_ours and (there := [name for name in ("package.xml", *sorted(files)) if exists(folder / name)]):
+                message = f"{folder} has a {there[0]} that this tool did not make"
+                help = "name a new folder; rosorin-compile deploy puts the artifacts into a package that you have"
+                diagnostics.append(error("package-exists", message, None, help))
             if files and not has_errors(diagnostics):
                 digests = target.digests()
-                edited = [name for name in (CHANGELOG, LICENSE) if is_file(folder / name)
-                          and digest(read_bytes(folder / name)) not in digests.get(name, ())]  # fmt: skip
+                edited = [
+                    name
+                    for name in (CHANGELOG, LICENSE)
+                    if is_file(folder / name) and digest(read_bytes(folder / name)) not in digests.get(name, ())
+                ]
                 ours = {name: data for name, data in files.items() if name not in edited}
                 copies, remarks = protect(folder, ours, digests, own_package=True)
                 diagnostics += remarks
@@ -124,16 +136,6 @@ def package(
     except OutputError as problem:
         diagnostics.append(problem.diagnostic)
     return replace(result, diagnostics=tuple(diagnostics))
-
-
-def _foreign(target: Path, names: Mapping[str, bytes]) -> list[Diagnostic]:
-    manifest = target / "package.xml"
-    if is_file(manifest) and STAMP in read_bytes(manifest).decode("utf-8", "replace"):
-        return []
-    there = [name for name in ("package.xml", *sorted(names)) if exists(target / name)]
-    message = f"{target} has a {there[0] if there else ''} that this tool did not make"
-    help = "name a new folder; rosorin-compile deploy puts the artifacts into a package that you have"
-    return [error("package-exists", message, None, help)] if there else []
 
 
 def make(
@@ -157,65 +159,65 @@ def make(
         message = "no output is a URDF, and a package is nothing without"
         return {}, [error("package-no-urdf", message, None, help)]
     placed: dict[str, Artifact] = {}
+    urdf = ""
     for artifact in artifacts:
-        place = place_of(artifact, main)
-        first = placed.setdefault(place, artifact) if place else artifact
+        if FORMATS[artifact.backend].located:
+            continue  # the package has launch files of its own
+        default = FORMATS.published_format().file.format("robot")
+        last = file_name(artifact.file, default if artifact is main else artifact.file.rpartition("/")[2])
+        place = f"{folder_of(artifact)}/{last}"
+        urdf = place if artifact is main else urdf
+        first = placed.setdefault(place, artifact)
         if first is not artifact:
             message = f"the outputs {first.output} and {artifact.output} would both be {place} in the package"
             help = "let their file names differ, not their folders alone"
             return {}, [error("package-same-place", message, None, help)]
     started, missing = bringup(robot, placed, options.starts)
-    open_ends = [missing] if missing else started.open_ends(options.topics)
-    if has_errors(open_ends):
-        return {}, open_ends
+    remarks = [missing] if missing else list(started.check())
+    if has_errors(remarks):
+        return {}, remarks
     files: dict[str, bytes] = {}
     needs, diagnostics = set(started.packages()), list[Diagnostic]()
-    searched = None if compiled is None else compiled.meshes
-    known = {} if searched is None else dict(searched.by_name)
+    searched = (compiled.meshes if compiled is not None else None) or Searched()
+    known = dict(searched.by_name)
     known |= {urdf_file_name(name): file for name, file in known.items()}
     for place, artifact in placed.items():
+        beside = FORMATS[artifact.backend].beside
         if FORMATS.names_meshes(artifact):
-            reported = frozenset[str]() if searched is None else searched.missing
-            meshes = place_meshes(artifact.text, options.name, sources, target, known, reported, place)
+            meshes = place_meshes(artifact.text, options.name, sources, target, known, searched.missing, place)
             artifact = replace(artifact, text=meshes.text)
             needs.update(meshes.packages)
             diagnostics += meshes.diagnostics
             files.update({name: read_bytes(path) for name, path in meshes.files.items()})
-        elif FORMATS[artifact.backend].beside is not None:
-            absent = _copy_files_of(place, artifact, searched, files)
+        elif beside is not None:
+            inside, there = posixpath.dirname(artifact.file) or ".", posixpath.dirname(place)
+            data = {posixpath.relpath(name, inside): content for name, content in searched.files.items()}
+            names = {name: posixpath.normpath(name) for name in beside(artifact.text)}
+            copied = {name for name in names.values() if name in data and not name.startswith("..")}
+            files.update({posixpath.join(there, name): data[name] for name in copied})
+            for one in searched.found:
+                for name in one.places:
+                    copy = posixpath.normpath(posixpath.join(there, posixpath.relpath(name, inside)))
+                    more = companions(copy, one.file) if copy in files else {}
+                    files.update({name: read_bytes(file) for name, file in more.items() if name.count("/") > 1})
+            absent = [name for name, copy in names.items() if copy not in copied]
             diagnostics += missing_files(place, absent, placed, target)
         files[place] = artifact.text.encode()
     if carried is not None:
         needs.update(carried.packages)
         files.update(carried.files)
-    files.update(_rendered(robot, options, place_of(main, main), placed, needs, target, carried, started))
-    return files, [*diagnostics, *open_ends, *started.remarks(), *_remarks(options, target)]
-
-
-def _copy_files_of(place: str, artifact: Artifact, searched: Searched | None, files: dict[str, bytes]) -> list[str]:
-    """Add the files that an artifact needs next to it; return those that are not found."""
-    beside, found = FORMATS[artifact.backend].beside, searched or Searched()
-    folder, target = posixpath.dirname(artifact.file) or ".", posixpath.dirname(place)
-    known = {posixpath.relpath(name, folder): data for name, data in found.files.items()}
-    needed = {name: posixpath.normpath(name) for name in (beside(artifact.text) if beside else ())}
-    copied = {inside for inside in needed.values() if inside in known and not inside.startswith("..")}
-    files.update({posixpath.join(target, inside): known[inside] for inside in copied})
-    for one in found.found:
-        for name in one.places:
-            copy = posixpath.normpath(posixpath.join(target, posixpath.relpath(name, folder)))
-            more = companions(copy, one.file) if copy in files else {}
-            files.update({there: read_bytes(file) for there, file in more.items() if there.count("/") > 1})
-    return [name for name, inside in needed.items() if inside not in copied]
-
-
-def place_of(artifact: Artifact, main: Artifact) -> str:
-    """Return the place of an artifact in a package; "" for the launch file, which the package has of its own."""
-    if FORMATS[artifact.backend].located:
-        return ""
-    otherwise = (
-        FORMATS.published_format().file.format("robot") if artifact is main else artifact.file.rpartition("/")[2]
-    )
-    return f"{folder_of(artifact)}/{file_name(artifact.file, otherwise)}"
+    files.update(_rendered(robot, options, urdf, placed, needs, target, carried, started))
+    undecided = ["--maintainer"] if options.email == NO_MAIL else []
+    undecided += ["--license"] if options.license == NO_LICENSE else []
+    if undecided:
+        message = f"package.xml does not name the maintainer or the license yet ({', '.join(undecided)})"
+        help = "--maintainer 'NAME <MAIL>', --license with an SPDX name such as Apache-2.0"
+        remarks.append(Diagnostic("package-defaults", NOTE, message, None, (), help))
+    if options.license not in (*LICENSES, NO_LICENSE) and not is_file(target / LICENSE):
+        message = f"there is no LICENSE in the package: the tool does not carry the text of {options.license}"
+        help = f"put the text of the license into {target / LICENSE}; it stays there"
+        remarks.append(Diagnostic("package-license", NOTE, message, None, (), help))
+    return files, [*diagnostics, *remarks]
 
 
 def folder_of(artifact: Artifact) -> str:
@@ -270,8 +272,8 @@ def _rendered(
         "holder": f"the authors of {options.name}" if options.maintainer == NOBODY else options.maintainer,
         "license_file": LICENSE if has_license else "",
         **launch_values(robot, carried),
-        **started.values(urdf, options.topics),
-        **_view(robot, options.topics),
+        **started.values(urdf),
+        **_view(robot),
     }
     templates = {CHANGELOG: "CHANGELOG.rst"} | {one.place: one.template for one in listed}
     templates |= {LICENSE: f"licenses/{options.license}"} if options.license in LICENSES else {}
@@ -281,19 +283,20 @@ def _rendered(
     return made | ({f"resource/{options.name}": b""} if options.build_type == "ament_python" else {})
 
 
-def _view(robot: Robot, topics: Mapping[str, str]) -> dict[str, Any]:
+def _view(robot: Robot) -> dict[str, Any]:
     """Return the values of the configuration of RViz: the root of the URDF, displays of sensors, sizes in metres.
 
-    A sensor without a known topic has a display that is switched off. Sizes have one digit, so that small changes of a
-    robot do not change its view.
+    A sensor without a topic in the description has a display that is switched off. Sizes have one digit, so that small
+    changes of a robot do not change its view.
     """
     joints = robot.in_urdf()
     links = dict.fromkeys([joint.parent for joint in joints] + [joint.child for joint in joints])
     children = {joint.child for joint in joints}
     root = next((link for link in links if link not in children), robot.root)
     reach = max([_SMALLEST, *(math.hypot(*robot.transform(robot.root, link, {}).xyz) for link in links)])
-    size = round_number(reach)
+    size = float(f"{reach:.1g}")
     kinds = {port.type: port.display for port in ports("", node="rviz", direction=IN)}
+    topics = {sensor.name: topic for sensor, topic, _ in topics_of_sensors(robot)}
     displays = []
     for sensor in robot.sensors:
         if kind := kinds.get(message_of_sensor(sensor.type)):
@@ -304,31 +307,7 @@ def _view(robot: Robot, topics: Mapping[str, str]) -> dict[str, Any]:
         "fixed_frame": root,
         "displays": displays,
         "visual": any(robot.link[link].visual for link in links or [root]),
-        "size": round_number(size / 2),
+        "size": float(f"{size / 2:.1g}"),
         "scale": min(1.0, size),
-        "distance": round_number(3 * size),
+        "distance": float(f"{3 * size:.1g}"),
     }
-
-
-def round_number(value: float) -> float:
-    """Return a number rounded to one digit.
-
-    >>> round_number(0.234), round_number(17.0)
-    (0.2, 20.0)
-    """
-    return float(f"{value:.1g}")
-
-
-def _remarks(options: Options, target: Path) -> list[Diagnostic]:
-    found = []
-    undecided = ["--maintainer"] if options.email == NO_MAIL else []
-    undecided += ["--license"] if options.license == NO_LICENSE else []
-    if undecided:
-        message = f"package.xml does not name the maintainer or the license yet ({', '.join(undecided)})"
-        help = "--maintainer 'NAME <MAIL>', --license with an SPDX name such as Apache-2.0"
-        found.append(Diagnostic("package-defaults", NOTE, message, None, (), help))
-    if options.license not in (*LICENSES, NO_LICENSE) and not is_file(target / LICENSE):
-        message = f"there is no LICENSE in the package: the tool does not carry the text of {options.license}"
-        help = f"put the text of the license into {target / LICENSE}; it stays there"
-        found.append(Diagnostic("package-license", NOTE, message, None, (), help))
-    return found

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.formats.format import NUMBER_FORMAT, Asked, Format, Unsupported, xml_syntax
 from rosorin_compile.formats.templating import Templates, attributes, comment
-from rosorin_compile.model import DisabledCollision, Output, Pose, Robot
+from rosorin_compile.model import DisabledCollision, Output, Robot
 from rosorin_compile.model.robot import JointPose
-from rosorin_compile.ros.moveit import FIXED, PLANAR, Ball, Group
+from rosorin_compile.ros.sections.moveit import FIXED, PLANAR, Ball, Group
 from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import Diagnostic, count_of, first_of
-from rosorin_compile.source.numbers import NumberFormat, number_format, vector
+from rosorin_compile.source.numbers import number_format, vector
 from rosorin_compile.source.xml.elements import number_of, numbers_of, tree_of
 
 from . import checks, reading
@@ -56,39 +56,42 @@ def view(robot: Robot, output: Output) -> Srdf:  # noqa: ARG001
     if planning is None:
         return Srdf()
     said, virtual = planning.said, planning.virtual
-    groups = {
-        one.name: {"chain": " to ".join(one.chain or ()), "joint": one.joints, "link": one.links, "group": one.groups}
-        for one in said.groups
-    }
-    ends = {
-        one.name: {"group": one.group, "parent link": one.parent, "parent group": one.parent_group}
-        for one in said.end_effectors
-    }
-    states = {
-        f"{state} of {group.name}": dict(_positions(planning, group, pose))
-        for group in said.groups
-        for state, pose in planning.states(group).items()
-    }
-    joints = {
-        name: {f"property {key}": value for key, value in of.items()}
-        for name, of in planning.joint_properties().items()
-    }
-    balls = {
-        link: {"spheres": tuple((*ball.xyz, ball.radius) for ball in some or (_NOTHING,))}
-        for link, some in said.spheres.items()
-    }
-    virtual_joint = {"parent frame": virtual.parent, "type": virtual.type} if virtual is not None else {}
+    virtual_joint = {}
+    if virtual is not None:
+        entry = {"parent frame": virtual.parent, "type": virtual.type, "child link": planning.root}
+        virtual_joint[virtual.name] = entry
     return Srdf(
-        groups,
-        states,
-        ends,
-        {virtual.name: {**virtual_joint, "child link": planning.root}} if virtual is not None else {},
-        joints,
-        balls,
-        frozenset(said.passive_joints),
-        frozenset(said.unchecked_links),
-        frozenset(f"{' - '.join(one.links)} ({one.reason})" for one in planning.disabled_pairs()),
-        frozenset(" - ".join(sort_pair(pair)) for pair in said.checked),
+        group={
+            one.name: {
+                "chain": " to ".join(one.chain or ()),
+                "joint": one.joints,
+                "link": one.links,
+                "group": one.groups,
+            }
+            for one in said.groups
+        },
+        state={
+            f"{state} of {group.name}": dict(_positions(planning, group, pose))
+            for group in said.groups
+            for state, pose in planning.states(group).items()
+        },
+        end_effector={
+            one.name: {"group": one.group, "parent link": one.parent, "parent group": one.parent_group}
+            for one in said.end_effectors
+        },
+        virtual_joint=virtual_joint,
+        joint={
+            name: {f"property {key}": value for key, value in of.items()}
+            for name, of in planning.joint_properties().items()
+        },
+        link={
+            link: {"spheres": tuple((*ball.xyz, ball.radius) for ball in balls or (_NOTHING,))}
+            for link, balls in said.spheres.items()
+        },
+        passive_joints=frozenset(said.passive_joints),
+        links_without_collisions=frozenset(said.unchecked_links),
+        disabled_collisions=frozenset(f"{' - '.join(one.links)} ({one.reason})" for one in planning.disabled_pairs()),
+        checked_collisions=frozenset(" - ".join(sort_pair(pair)) for pair in said.checked),
     )
 
 
@@ -97,19 +100,15 @@ def _positions(planning: Planning, group: Group, pose: JointPose) -> Iterator[tu
 
     MoveIt counts the numbers of a virtual joint as x y theta, or as x y z and a quaternion x y z w.
     """
-    virtual = planning.virtual
+    virtual, base = planning.virtual, pose.base
     for joint in planning.joints_in(group):
         if joint in pose.positions:
             yield joint, pose.positions[joint]
-        elif virtual is not None and joint == virtual.name and pose.base is not None and virtual.type != FIXED:
-            yield joint, _base(virtual.type, pose.base)
-
-
-def _base(kind: str, base: Pose) -> tuple[float, ...]:
-    if kind == PLANAR:
-        return (*base.xyz[:2], base.rpy[2])
-    w, x, y, z = base.transform().quaternion()
-    return (*base.xyz, x, y, z, w)
+        elif virtual is not None and joint == virtual.name and base is not None and virtual.type == PLANAR:
+            yield joint, (*base.xyz[:2], base.rpy[2])
+        elif virtual is not None and joint == virtual.name and base is not None and virtual.type != FIXED:
+            w, x, y, z = base.transform().quaternion()
+            yield joint, (*base.xyz, x, y, z, w)
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
@@ -122,17 +121,22 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     computed = ""
     if said.matrix is not None:
         states = f"{count_of(said.matrix.states, 'random state')}, seed {said.search.seed}"
-        computed = (
-            f"Computed by rosorin-compile collisions: {states}. Lengths are the smallest distances of the states "
-        )
-        computed += "that were tried."
+        computed = f"Computed by rosorin-compile collisions: {states}. Lengths are the smallest distances of the "
+        computed += "states that were tried."
+
+    def value(at: float | tuple[float, ...]) -> str:
+        if isinstance(at, float | int):
+            return number(at)
+        split = 2 if len(at) == 3 else 3  # lengths, then a rotation
+        return f"{vector(at[:split], number)} {vector(at[split:], number)}"
+
     values = {
         "name": robot.name,
         "planning": planning,
         "said": said,
         "attributes": attributes,
         "comment": comment,
-        "positions": lambda group, pose: [(name, _value(at, number)) for name, at in _positions(planning, group, pose)],
+        "positions": lambda group, pose: [(name, value(at)) for name, at in _positions(planning, group, pose)],
         "balls": {link: balls or (_NOTHING,) for link, balls in said.spheres.items()},
         "number": number,
         "vector": lambda values: vector(values, number),
@@ -140,42 +144,23 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "computed": comment(computed),
         "distance": _distance,
     }
-    text = templates.own("ros/robot.srdf.jinja", values)
-    return text, [*_stale_meshes(planning), *_left_out(planning)]
-
-
-def _value(at: float | tuple[float, ...], number: NumberFormat) -> str:
-    if isinstance(at, float | int):
-        return number(at)
-    split = 2 if len(at) == 3 else 3  # lengths, then a rotation
-    return f"{vector(at[:split], number)} {vector(at[split:], number)}"
+    text, notes = templates.own("ros/robot.srdf.jinja", values), []
+    stale, meshes = planning.stale_pairs()
+    if meshes and stale:  # ``checks`` has the rule about all else
+        message = f"{first_of(meshes, 3)} changed since the collision matrix was computed: {stale_text(stale)}"
+        notes.append(report("collisions-stale", message))
+    simulated = {joint.child for joint in robot.joints if joint.publisher.simulated}
+    contacts = [pair for pair in robot.disabled_contacts if simulated.isdisjoint(pair)]
+    if lost := [" and ".join(pair) for pair in contacts if not planning.links.issuperset(pair)]:
+        message = f"not in the SRDF, because {planning.urdf.file} has not both links: disabled contacts of "
+        notes.append(report("srdf-cannot-say", message + first_of(lost, 3)))
+    return text, notes
 
 
 def _distance(pair: DisabledCollision) -> str:
     if pair.nearest is not None:
         return f"{abs(pair.nearest) * 1000:.1f} mm{' deep' if pair.nearest < 0 else ''}"
     return f"more than {pair.beyond * 1000:.4g} mm" if pair.beyond is not None else ""
-
-
-def _stale_meshes(planning: Planning) -> Iterator[Diagnostic]:
-    """Yield a warning about pairs whose mesh files changed; ``checks`` has the rule about all else."""
-    pairs, meshes = planning.stale_pairs()
-    if meshes and pairs:
-        message = f"{first_of(meshes, 3)} changed since the collision matrix was computed: {stale_text(pairs)}"
-        yield report("collisions-stale", message)
-
-
-def _left_out(planning: Planning) -> Iterator[Diagnostic]:
-    """Yield a note on pairs that are not to collide, of links that the URDF lacks and not just simulations have."""
-    simulated = {joint.child for joint in planning.robot.joints if joint.publisher.simulated}
-    pairs = [
-        " and ".join(pair)
-        for pair in planning.robot.disabled_contacts
-        if simulated.isdisjoint(pair) and not planning.links.issuperset(pair)
-    ]
-    if pairs:
-        message = f"not in the SRDF, because {planning.urdf.file} has not both links: disabled contacts of "
-        yield report("srdf-cannot-say", message + first_of(pairs, 3))
 
 
 def read(text: str) -> Srdf:
@@ -186,7 +171,42 @@ def read(text: str) -> Srdf:
     entries: dict[str, dict[str, dict[str, Any]]] = defaultdict(lambda: defaultdict(dict))
     sets: dict[str, set[str]] = defaultdict(set)
     for element in root:
-        _read_element(element, entries, sets)
+        tag = element.tag
+        if tag == "group":
+            entry: dict[str, Any] = {"chain": "", "joint": (), "link": (), "group": ()}
+            for inner in element:
+                if inner.tag == "chain":
+                    entry["chain"] = f"{_text(inner, 'base_link')} to {_text(inner, 'tip_link')}"
+                else:
+                    entry[inner.tag] = (*entry.get(inner.tag, ()), _text(inner, "name"))
+            entries["group"][_text(element, "name")] = entry
+        elif tag == "group_state":
+            entry = entries["state"][f"{_text(element, 'name')} of {_text(element, 'group')}"]
+            for inner in element:
+                value = _text(inner, "value")
+                entry[_text(inner, "name")] = numbers_of(value) if " " in value else number_of(value)
+        elif tag == "end_effector":
+            words = ("group", "parent_link", "parent_group")
+            entries[tag][_text(element, "name")] = {word.replace("_", " "): element.get(word, "") for word in words}
+        elif tag == "virtual_joint":
+            words = ("type", "parent_frame", "child_link")
+            entries[tag][_text(element, "name")] = {word.replace("_", " "): _text(element, word) for word in words}
+        elif tag == "joint_property":
+            entry = entries["joint"][_text(element, "joint_name")]
+            entry[f"property {_text(element, 'property_name')}"] = _text(element, "value")
+        elif tag == "link_sphere_approximation":
+            balls = ((*numbers_of(_text(one, "center"), 3), number_of(_text(one, "radius"))) for one in element)
+            entries["link"][_text(element, "link")] = {"spheres": tuple(balls)}
+        elif tag in ("disable_collisions", "enable_collisions"):
+            pair = " - ".join(sorted((_text(element, "link1"), _text(element, "link2"))))
+            if tag == "enable_collisions":
+                sets["checked_collisions"].add(pair)
+            else:
+                sets["disabled_collisions"].add(f"{pair} ({element.get('reason', DisabledCollision.reason)})")
+        elif tag == "passive_joint":
+            sets["passive_joints"].add(_text(element, "name"))
+        elif tag == "disable_default_collisions":
+            sets["links_without_collisions"].add(_text(element, "link"))
     return Srdf(**entries, **{name: frozenset(found) for name, found in sets.items()})  # type: ignore[arg-type]
 
 
@@ -195,45 +215,6 @@ def _text(element: Element, attribute: str) -> str:
     if value is None:
         raise ValueError(f"<{element.tag}> has no {attribute}")
     return value
-
-
-def _read_element(element: Element, entries: dict[str, dict[str, dict[str, Any]]], sets: dict[str, set[str]]) -> None:
-    tag = element.tag
-    if tag == "group":
-        entry: dict[str, Any] = {"chain": "", "joint": (), "link": (), "group": ()}
-        for inner in element:
-            if inner.tag == "chain":
-                entry["chain"] = f"{_text(inner, 'base_link')} to {_text(inner, 'tip_link')}"
-            else:
-                entry[inner.tag] = (*entry.get(inner.tag, ()), _text(inner, "name"))
-        entries["group"][_text(element, "name")] = entry
-    elif tag == "group_state":
-        entry = entries["state"][f"{_text(element, 'name')} of {_text(element, 'group')}"]
-        for inner in element:
-            value = _text(inner, "value")
-            entry[_text(inner, "name")] = numbers_of(value) if " " in value else number_of(value)
-    elif tag == "end_effector":
-        words = ("group", "parent_link", "parent_group")
-        entries[tag][_text(element, "name")] = {word.replace("_", " "): element.get(word, "") for word in words}
-    elif tag == "virtual_joint":
-        words = ("type", "parent_frame", "child_link")
-        entries[tag][_text(element, "name")] = {word.replace("_", " "): _text(element, word) for word in words}
-    elif tag == "joint_property":
-        entry = entries["joint"][_text(element, "joint_name")]
-        entry[f"property {_text(element, 'property_name')}"] = _text(element, "value")
-    elif tag == "link_sphere_approximation":
-        balls = ((*numbers_of(_text(one, "center"), 3), number_of(_text(one, "radius"))) for one in element)
-        entries["link"][_text(element, "link")] = {"spheres": tuple(balls)}
-    elif tag in ("disable_collisions", "enable_collisions"):
-        pair = " - ".join(sorted((_text(element, "link1"), _text(element, "link2"))))
-        if tag == "enable_collisions":
-            sets["checked_collisions"].add(pair)
-        else:
-            sets["disabled_collisions"].add(f"{pair} ({element.get('reason', DisabledCollision.reason)})")
-    elif tag == "passive_joint":
-        sets["passive_joints"].add(_text(element, "name"))
-    elif tag == "disable_default_collisions":
-        sets["links_without_collisions"].add(_text(element, "link"))
 
 
 def _is_other(document: Document) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 
 from rosorin_compile.model import Output
-from rosorin_compile.ros.moveit import EndEffector, Group
+from rosorin_compile.ros.sections.moveit import EndEffector, Group
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Suggestion, count_of, first_of, quote
 from rosorin_compile.source.tree import Path, value_at
@@ -22,21 +22,30 @@ _TOP = "moveit"
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Find mistakes in the section ``moveit``; the first of several SRDFs reports them."""
-    first = next(one for one in case.robot.outputs if one.backend == output.backend)
-    if output != first or not case.robot.links or not case.robot.is_tree:
+    robot = case.robot
+    first = next(one for one in robot.outputs if one.backend == output.backend)
+    if output != first or not robot.links or not robot.is_tree:
         return
-    planning = planning_of(case.robot)
+    planning = planning_of(robot)
     if planning is None:
-        yield _no_urdf(case, output)
+        if robot.moveit is not None and (name := robot.moveit.urdf):
+            message = f'there is no URDF "{name}" among the outputs, that the SRDF belongs to'
+            urdfs = [one.name for one in robot.outputs if one.backend == URDF]
+            help = Suggestion(name, urdfs, "name an output that is a URDF")
+            yield case.problem("moveit-urdf", message, (_TOP, "urdf"), help)
+            return
+        message = f"{output.file} belongs to a URDF, and the robot has none among its outputs"
+        path: Path = ("outputs", output.name)
+        yield case.problem("moveit-urdf", message, path, "add one: urdf: {file: NAME.urdf}", key=True)
         return
     for kind, name, path in _named(case):
         in_urdf: Collection[str] = planning.links if kind == "link" else planning.joints
         if name in _all(case, kind) and name not in in_urdf:
             what = f'{kind} "{name}" is not in {planning.urdf.file}, which the SRDF belongs to'
-            help = "name one that is; or name a URDF that has it: moveit: {urdf: OUTPUT}"
-            yield case.problem("moveit-not-in-urdf", what, path, help)
+            help_ = "name one that is; or name a URDF that has it: moveit: {urdf: OUTPUT}"
+            yield case.problem("moveit-not-in-urdf", what, path, help_)
     yield from _groups(case, planning)
-    if all(name in case.robot.joint for group in planning.said.groups for name in _own_joints(planning, group)):
+    if all(name in robot.joint for group in planning.said.groups for name in _own_joints(planning, group)):
         yield from _states(case, planning)
         for one in planning.said.end_effectors:
             yield from _end_effector(case, planning, one)
@@ -48,17 +57,6 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
             message, path = f'joint "{name}" is named as passive, and {why}', (_TOP, "passive_joints", index)
             yield case.problem("moveit-passive-joint", message, path)
     yield from _matrix(case, planning, output)
-
-
-def _no_urdf(case: Case, output: Output) -> Diagnostic:
-    urdfs = [one.name for one in case.robot.outputs if one.backend == URDF]
-    said = case.robot.moveit
-    if said is not None and said.urdf:
-        message = f'there is no URDF "{said.urdf}" among the outputs, that the SRDF belongs to'
-        help = Suggestion(said.urdf, urdfs, "name an output that is a URDF")
-        return case.problem("moveit-urdf", message, (_TOP, "urdf"), help)
-    message = f"{output.file} belongs to a URDF, and the robot has none among its outputs"
-    return case.problem("moveit-urdf", message, ("outputs", output.name), "add one: urdf: {file: NAME.urdf}", key=True)
 
 
 def _named(case: Case) -> Iterator[tuple[str, str, Path]]:
@@ -81,6 +79,8 @@ def _groups(case: Case, planning: Planning) -> Iterator[Diagnostic]:
         path: Path = (_TOP, "groups", group.name)
         circle, links = _circle(planning, group), (*(group.chain or ()), *group.links)
         base, tip = group.chain or ("", "")
+        way = case.robot.chain(base) if base in case.robot.link else []
+        parents = [joint.parent for joint in way]
         # All that it names exists, so that its joints are known.
         is_sound = planning.links.issuperset(links) and planning.groups.keys() >= {*group.groups}
         is_sound = is_sound and planning.joints.keys() >= {*_own_joints(planning, group)}
@@ -91,20 +91,13 @@ def _groups(case: Case, planning: Planning) -> Iterator[Diagnostic]:
         elif group.chain is not None and base == tip:
             message = f'the chain of planning group "{group.name}" begins and ends at link "{base}"'
             yield case.problem("moveit-group", message, (*path, "chain"), "name the link that it moves: tip")
-        elif group.chain is not None and _is_above(case, tip, base):
+        elif tip in parents and any(not joint.is_fixed for joint in way[parents.index(tip) :]):
             message = f'the chain of planning group "{group.name}" goes from "{base}" up to "{tip}", on which it hangs'
             help = f"base and tip are swapped: chain: {{base: {tip}, tip: {base}}}"
             yield case.problem("moveit-chain-swapped", message, (*path, "chain"), help, within=True)
         elif is_sound and not planning.joints_in(group):
             message = f'planning group "{group.name}" has no joint: MoveIt leaves it out'
             yield case.problem("moveit-group", message, path, "give it a chain, joints, links or groups", key=True)
-
-
-def _is_above(case: Case, link: str, other: str) -> bool:
-    """Return True if another link hangs on a link, by joints of which one moves."""
-    way = case.robot.chain(other) if other in case.robot.link else []
-    parents = [joint.parent for joint in way]
-    return link in parents and any(not joint.is_fixed for joint in way[parents.index(link) :])
 
 
 def _circle(planning: Planning, group: Group) -> list[str]:

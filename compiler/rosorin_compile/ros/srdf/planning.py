@@ -22,10 +22,10 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.formats.urdf.write import joints_of, links_of, solids
 from rosorin_compile.model import DisabledCollision, Joint, Mesh, Output, Robot, Shape, Transform
-from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.drive import SLIDING
 from rosorin_compile.model.robot import JointPose
-from rosorin_compile.ros.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint
+from rosorin_compile.ros.sections.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint
+from rosorin_compile.source.cache import of_robot
 from rosorin_compile.source.diagnostics import count_of, first_of
 from rosorin_compile.source.files import read_bytes
 
@@ -44,21 +44,14 @@ class Parts(NamedTuple):
     joints: Mapping[str, str]
 
 
-def urdf_of(robot: Robot) -> Output | None:
-    """Return the URDF that the SRDF of a robot belongs to; None if it has none, or none of that name."""
-    urdfs = [output for output in robot.outputs if output.backend == URDF]
-    said = robot.moveit
-    if said is not None and said.urdf:
-        return next((output for output in urdfs if output.name == said.urdf), None)
-    published = (output for output in urdfs if output.options.get("frames", "published") == "published")
-    return next(published, urdfs[0] if urdfs else None)
-
-
 @of_robot
 def planning_of(robot: Robot) -> Planning | None:
-    """Return a robot as its SRDF has it; None if it has no URDF that the SRDF could belong to."""
-    urdf = urdf_of(robot)
-    return None if urdf is None else Planning(robot, urdf)
+    """Return a robot as its SRDF has it, or None if it has no URDF that the SRDF could belong to."""
+    urdfs = [output for output in robot.outputs if output.backend == URDF]
+    name = robot.moveit.urdf if robot.moveit is not None else ""
+    published = [output for output in urdfs if output.options.get("frames", "published") == "published"]
+    candidates = [output for output in urdfs if output.name == name] if name else published or urdfs
+    return Planning(robot, candidates[0]) if candidates else None
 
 
 class Planning:
@@ -76,13 +69,13 @@ class Planning:
     @cached_property
     def digest(self) -> str:
         """What tells the shapes, joints and limits of the URDF, and how it is searched, from any other."""
-        said = {
+        contents = {
             "form": _FORM,
             "links": {name: [_solid(one) for one in solids] for name, solids in self.solids.items() if solids},
             "joints": [self._joint(name) for name in self._carrying()],
             "search": vars(self.said.search),
         }
-        return _hash(_json(said))
+        return _hash(contents, 32)
 
     @property
     def meshes(self) -> list[str]:
@@ -95,7 +88,7 @@ class Planning:
         found = {}
         for name in self.meshes:
             with suppress(KeyError, OSError):
-                found[name] = _hash(read_bytes(files[name]))
+                found[name] = sha256(read_bytes(files[name])).hexdigest()[:32]
         return found
 
     def parts(self, meshes: Mapping[str, str]) -> Parts:
@@ -103,9 +96,9 @@ class Planning:
         shapes = {}
         for name, those in sorted(self.solids.items()):
             files = [meshes.get(one.geometry.file, "") for one in those if isinstance(one.geometry, Mesh)]
-            shapes[name] = _short([[_solid(one) for one in those], files])
-        joints = {name: _short(self._joint(name)) for name in self._carrying()}
-        return Parts(_short([_FORM, vars(self.said.search)]), shapes, joints)
+            shapes[name] = _hash([[_solid(one) for one in those], files])
+        joints = {name: _hash(self._joint(name)) for name in self._carrying()}
+        return Parts(_hash([_FORM, vars(self.said.search)]), shapes, joints)
 
     def same_pairs(self, now: Parts) -> dict[Pair, DisabledCollision | None]:
         """Return the pairs of its matrix that are the same as then; None for a pair that is to be checked."""
@@ -281,16 +274,9 @@ def stale_text(pairs: list[Pair]) -> str:
     return f"{count_of(len(pairs), 'pair')} may collide now, though the SRDF still disables the check of {names}"
 
 
-def _json(said: Any) -> bytes:
-    return json.dumps(said, sort_keys=True, separators=(",", ":")).encode()
-
-
-def _hash(data: bytes) -> str:
-    return sha256(data).hexdigest()[:32]
-
-
-def _short(said: Any) -> str:
-    return _hash(_json(said))[:16]
+def _hash(contents: Any, length: int = 16) -> str:
+    text = json.dumps(contents, sort_keys=True, separators=(",", ":"))
+    return sha256(text.encode()).hexdigest()[:length]
 
 
 def _solid(shape: Shape) -> list[Any]:

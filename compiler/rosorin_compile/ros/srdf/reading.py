@@ -12,10 +12,10 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from rosorin_compile.formats.format import Opened, Placed
-from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS, PLAIN, Reading, numbers
+from rosorin_compile.formats.xml_reader import ANGLES, LENGTHS, PLAIN, XmlReader, numbers
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import DisabledCollision, Output, Robot, Transform
-from rosorin_compile.ros.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint
+from rosorin_compile.ros.sections.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint
 from rosorin_compile.source.diagnostics import Diagnostic, Span, has_errors, nearest, quote
 from rosorin_compile.source.tree import Map, Text
 from rosorin_compile.source.wording import suggest
@@ -50,7 +50,6 @@ _INSIDE: Mapping[str, Mapping[str, Mapping[str, str]]] = {
     "group_state": {"joint": {"name": "joint", "value": ""}},
     "link_sphere_approximation": {"sphere": {"center": "", "radius": ""}},
 }
-_OF_URDF = ("link", "joint", "material", "transmission")
 
 
 @dataclass
@@ -67,7 +66,8 @@ def join(opened: Opened, tree: Map) -> tuple[dict[str, Any], list[Diagnostic]]:
     robot, root = lower(tree).robot, opened.xml.root
     if robot is None:
         raise ValueError("the robot cannot be made")  # it has been read without an error
-    if other := next((child for child in root.children if child.tag in _OF_URDF), None):
+    of_urdf = ("link", "joint", "material", "transmission")
+    if other := next((child for child in root.children if child.tag in of_urdf), None):
         what = f"this is a URDF, not an SRDF: it has {name_of(other)}"
         raise opened.problem(what, other.span, help="name the SRDF; a URDF is what is imported")
     if macro := next((child for child in root.iter() if child.tag.startswith("xacro:")), None):
@@ -84,7 +84,7 @@ class _Joining:
 
     def __init__(self, opened: Opened, robot: Robot) -> None:
         self.robot = robot
-        self.reading = Reading(opened.options)
+        self.reading = XmlReader(opened.options)
         self.planning = Planning(robot, Output(URDF, URDF, ""))
         self.virtual: VirtualJoint | None = None
         self.virtual_entry: Any = False
@@ -157,9 +157,8 @@ class _Joining:
 
     def _group(self, element: Element, name: Placed) -> None:
         if name.value in self.groups:
-            self.reading.cannot_carry(
-                f"a second {name_of(element)}", element.span, "MoveIt takes the first of this name"
-            )
+            what, help = f"a second {name_of(element)}", "MoveIt takes the first of this name"
+            self.reading.cannot_carry(what, element.span, help)
             return
         entry: Entry = {}
         for child, words in self._children(element):
@@ -177,9 +176,16 @@ class _Joining:
 
     def _remove_unusable_groups(self) -> None:
         """Remove the groups that MoveIt does not make: without a joint, or with a group that it does not make."""
-        model = {name: _group_of(name, entry.value) for name, entry in self.groups.items()}
-        said = Moveit(groups=tuple(model.values()), virtual_joint=self.virtual)
-        self.planning = Planning(replace(self.robot, moveit=said), self.planning.urdf)
+        model = {}
+        for name, (entry, _) in self.groups.items():
+            chain = entry["chain"].value if "chain" in entry else None
+            ends = chain and (chain["base"].value, chain["tip"].value)
+            joints, links, groups = (
+                tuple(one.value for one in entry.get(key, ())) for key in ("joints", "links", "groups")
+            )
+            model[name] = Group(name, ends, joints, links, groups)
+        moveit = Moveit(groups=tuple(model.values()), virtual_joint=self.virtual)
+        self.planning = Planning(replace(self.robot, moveit=moveit), self.planning.urdf)
         usable: set[str] = set()
         candidates = [one for one in model.values() if one.groups or self.planning.joints_in(one)]
         while more := {one.name for one in candidates if usable.issuperset(one.groups)} - usable:
@@ -213,7 +219,12 @@ class _Joining:
         if joint is None:  # the virtual joint
             count = {PLANAR: 3, FLOATING: 7}.get(self.virtual.type if self.virtual else "", 0)
             found = numbers(element, "value", count, PLAIN, self.reading) if count else None
-            state.base = state.base if found is None else _base(found)
+            if found is not None and count == 3:  # x y theta
+                state.base = {"xyz": [*found[:2], 0.0], "rpy": [0.0, 0.0, found[2]]}
+            elif found is not None:  # x y z and a quaternion x y z w
+                a, b, c, w = found[3:] if any(found[3:]) else (0.0, 0.0, 0.0, 1.0)
+                rpy = Transform.of_quaternion((0.0, 0.0, 0.0), (w, a, b, c)).rpy()
+                state.base = {"xyz": found[:3], "rpy": list(rpy)}
         elif joint.mimic is not None:
             self.reading.ignore("the value of a joint that follows another one has no effect", name.span)
         elif not joint.moves or len(words) != 1:
@@ -249,13 +260,12 @@ class _Joining:
 
     _disable_default_collisions = _passive_joint
 
-    def _disable_collisions(self, element: Element, *said: Placed) -> None:
-        first, second = sorted(said, key=lambda name: str(name.value))
+    def _disable_collisions(self, element: Element, *names: Placed) -> None:
+        first, second = sorted(names, key=lambda name: str(name.value))
         pair, found = sort_pair((first.value, second.value)), self.pairs[element.tag]
         if pair in found or first.value == second.value:
-            self.reading.ignore(
-                "a pair of one link, or a pair that is named a second time, has no effect", element.span
-            )
+            what = "a pair of one link, or a pair that is named a second time, has no effect"
+            self.reading.ignore(what, element.span)
         elif element.tag == "enable_collisions":
             found[pair] = Placed([first, second], element.span)
         else:
@@ -332,19 +342,3 @@ class _Joining:
             if pairs:
                 entry[key] = [pairs[pair] for pair in sorted(pairs)]
         return entry
-
-
-def _group_of(name: str, entry: Entry) -> Group:
-    chain = entry["chain"].value if "chain" in entry else None
-    joints, links, groups = (tuple(one.value for one in entry.get(key, ())) for key in ("joints", "links", "groups"))
-    return Group(name, chain and (chain["base"].value, chain["tip"].value), joints, links, groups)
-
-
-def _base(found: list[float]) -> Entry:
-    """Return where the numbers of a virtual joint put the base: x y theta, or x y z and a quaternion x y z w."""
-    if len(found) == 3:
-        x, y, theta = found
-        return {"xyz": [x, y, 0.0], "rpy": [0.0, 0.0, theta]}
-    x, y, z, *rotation = found
-    a, b, c, w = rotation if any(rotation) else (0.0, 0.0, 0.0, 1.0)
-    return {"xyz": [x, y, z], "rpy": list(Transform.of_quaternion((0.0, 0.0, 0.0), (w, a, b, c)).rpy())}

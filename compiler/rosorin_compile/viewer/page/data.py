@@ -12,10 +12,10 @@ from typing import Any
 from rosorin_compile import model
 from rosorin_compile.formats.format import describe
 from rosorin_compile.model import Joint, Link, Pose, Robot, Sensor, Shape
+from rosorin_compile.model.colours import own_colours
 from rosorin_compile.model.field_of_view import numbers, page_pose, seen_by
 from rosorin_compile.model.frame_tree import Row, publishers
 from rosorin_compile.model.joint import MOVING_TYPES
-from rosorin_compile.model.looks import own_colours
 
 from ..frames_picture import TooMany, Tree, colours, frame_trees
 from .images import Data, texture_names

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, HeightMap, Mesh, Robot, Sphere, Transform
-from rosorin_compile.model.looks import own_colours
+from rosorin_compile.model.colours import own_colours
 
 Floats = NDArray[np.float64]
 Colour = tuple[float, float, float]

@@ -12,8 +12,7 @@ from rosorin_compile.model.sections import Section
 from rosorin_compile.source.diagnostics import Help, Suggestion
 from rosorin_compile.source.tree import Path
 
-from ...lowering import Lowering
-from ...records import entries_of, record_of
+from ...lower import Lowering, entries_of, record_of
 
 OF_THE_URDF = Publisher(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER)
 _IN_TURNS = Publisher(UNPUBLISHED, about="its publishers take turns")

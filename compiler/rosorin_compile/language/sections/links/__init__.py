@@ -9,16 +9,14 @@ from functools import partial
 from typing import Any
 
 from rosorin_compile.model import Inertial, Link, Transform
-from rosorin_compile.model.link import Source
-from rosorin_compile.model.mass import inertial_of, together
+from rosorin_compile.model.link import Source, inertial_of, together
 from rosorin_compile.model.sections import Section
 from rosorin_compile.model.shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
 from rosorin_compile.model.simulation import Marked
 from rosorin_compile.source.tree import Path
 from rosorin_compile.source.wording import phrase
 
-from ...lowering import Lowering, LoweringError
-from ...records import entries_of, record_of, vector_of
+from ...lower import Lowering, LoweringError, entries_of, record_of, vector_of
 
 _GEOMETRIES: dict[str, type[Geometry]] = {"box": Box, "cylinder": Cylinder, "capsule": Capsule, "sphere": Sphere}
 _GEOMETRIES |= {"ellipsoid": Ellipsoid, "mesh": Mesh, "height_map": HeightMap}

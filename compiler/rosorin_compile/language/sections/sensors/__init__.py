@@ -17,8 +17,7 @@ from rosorin_compile.model.sections import Section
 from rosorin_compile.source.diagnostics import Related
 from rosorin_compile.source.tree import Path
 
-from ...lowering import Lowering
-from ...records import entries_of, pose_of_entry, record_of, vector_of
+from ...lower import Lowering, entries_of, pose_of_entry, record_of, vector_of
 from ...suggestions import suggest_name
 from ..joints import OF_THE_URDF, Publishing, add_joint, publishing
 from .elements import Frames, gazebo_sensors, mjcf_elements

@@ -25,8 +25,7 @@ from rosorin_compile.source.tree import Path
 from rosorin_compile.source.wording import phrase
 
 from ...expand.parts import ChangedSensor
-from ...lowering import Lowering, LoweringError
-from ...records import pose_of_entry, values_of
+from ...lower import Lowering, LoweringError, pose_of_entry, values_of
 
 MAX_DEPTH = 12
 MAX_COPIES = 100_000  # of an element; a simulation still runs with it

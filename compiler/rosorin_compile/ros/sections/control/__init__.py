@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from rosorin_compile.language.records import Problem, entries_of, record_of
+from rosorin_compile.language.lower import Problem, entries_of, record_of
 from rosorin_compile.model.sections import Section
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, first_of
@@ -14,8 +14,7 @@ from rosorin_compile.source.rule_registry import Heading, rule
 from rosorin_compile.source.tree import Path
 
 from .hardware import SYSTEM, Block, Interface, sensor_words
-from .urdf import blocks
-from .urdf_rules import check_control
+from .urdf import blocks, check_control
 
 
 def control_of(tree: Mapping[str, Any], _: Problem) -> tuple[Block, ...]:

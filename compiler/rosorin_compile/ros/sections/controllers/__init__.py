@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from rosorin_compile.language.records import Problem, entries_of, plain, record_of
+from rosorin_compile.language.lower import Problem, entries_of, plain, record_of
 from rosorin_compile.language.schema import named_as
 from rosorin_compile.model import Controller
 from rosorin_compile.model.sections import Section

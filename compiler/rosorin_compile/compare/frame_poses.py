@@ -1,0 +1,252 @@
+"""Compare where the frames of two robots are and how they move; what moved together is one difference.
+
+Frames of one body that have the same places in each other are a cluster. A cluster is in its place if it is so seen
+from some cluster of a body above, wherever the joints between are.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from rosorin_compile.model import Joint, Limit, Pose
+from rosorin_compile.model.geometry import pose_of
+from rosorin_compile.source.numbers import amount
+from rosorin_compile.source.progress import Progress
+
+from .bodies import (
+    Bodies,
+    Gap,
+    Pairing,
+    axis_shift,
+    axis_turn,
+    gap,
+    has_axis,
+    motion_of,
+    positions_of,
+    same_motion,
+)
+from .difference import FRAME, JOINT, Item, Report
+from .precision import Placed
+from .sentences import axis_change, describe_move, far, near_angles, number, row, several, text_of, value_change
+
+_LEAST = 1e-6  # rad, m: no difference of limits
+
+
+class Frames(NamedTuple):
+    """What the comparison of other things builds on.
+
+    ``origins`` are the frames of bodies of A in which their shapes and masses are compared; ``flipped`` are joints that
+    count the other way round, each with whether its limits do, too.
+    """
+
+    origins: Mapping[str, str]
+    flipped: Mapping[str, bool]
+
+
+def compare_frames(pairing: Pairing, report: Report) -> Frames:
+    """Report which frames moved, by how much, and at which positions of the joints."""
+    work = _Frames(pairing, report.items)
+    for index, top in enumerate(pairing.bodies):
+        Progress.step("comparing frames", index, len(pairing.bodies))
+        work.body(top)
+    report.items.extend(_elsewhere(pairing))
+    return Frames({top: clusters[0][0] for top, clusters in work.clusters.items()}, work.flipped)
+
+
+class _Frames:
+    """Goes through the bodies of A from the root down; collects what differs."""
+
+    def __init__(self, pairing: Pairing, items: list[Item]) -> None:
+        self.pairing = pairing
+        self.a, self.b = pairing.a, pairing.b
+        self.items = items
+        self.clusters: dict[str, list[list[str]]] = {}
+        self.moved: set[str] = set()
+        self.flipped: dict[str, bool] = {}
+
+    def body(self, top: str) -> None:
+        """Compare one body with the bodies above it, then its own clusters."""
+        shared = [name for name in self.a.members[top] if self.b.top.get(name) == self.pairing.bodies[top]]
+        clusters = self._clusters(shared)
+        joint, twin = self.pairing.pair_of_joints(top)
+        first, in_place = clusters[0], []
+        if joint is not None and twin is not None:
+            same_kind = motion_of(joint) == motion_of(twin)
+            if same_kind:
+                self._flip(joint, twin, clusters, top)
+                in_place = self._in_place(clusters, top, self.flipped)
+                near = next((cluster for cluster in clusters if joint.child in cluster), first)
+                first = in_place[0] if in_place else near
+            if not in_place:
+                self.moved |= {top} if same_kind else set()
+                self._moved_joint(joint, twin, joint.child if joint.child in first else first[0], same_kind)
+        self.clusters[top] = [first, *(cluster for cluster in clusters if cluster is not first)]
+        for cluster in clusters:
+            if cluster is not first and cluster not in in_place:
+                # Seen from its parent, or from the frame that its body is compared in.
+                above, head = self.a.robot.joint_to.get(cluster[0]), cluster[0]
+                parent = above.parent if above is not None else ""
+                is_fixed = all(parent in side.top and side.top[parent] == side.top[head] for side in (self.a, self.b))
+                source = parent if is_fixed else first[0]
+                places = self.a.relative(source, head), self.b.relative(source, head)
+                self._moved(FRAME, head, head, (source, source), places, cluster[1:])
+
+    def _clusters(self, names: Sequence[str]) -> list[list[str]]:
+        """Return the clusters of a body; that of the root, or the largest one, comes first."""
+        found: list[list[str]] = []
+        for name in names:
+            joint = self.a.robot.joint_to.get(name)
+            # Seen from its parent a frame is known best: rounding further off does not make up for a difference.
+            near = next((cluster for cluster in found if joint is not None and joint.parent in cluster), [])
+            if near and joint is not None and self._gap(joint.parent, name).closed:
+                near.append(name)
+                continue
+            others = (cluster for cluster in found if cluster is not near)
+            home = next((cluster for cluster in others if self._gap(cluster[0], name).closed), None)
+            if home is None:
+                found.append([name])
+            else:
+                home.append(name)
+        return sorted(found, key=lambda cluster: (self.a.robot.root not in cluster, -len(cluster)))
+
+    def _gap(self, source: str, target: str) -> Gap:
+        return gap(self.a.relative(source, target), self.b.relative(source, target), self.pairing.tolerance)
+
+    def _in_place(self, clusters: list[list[str]], top: str, flipped: Collection[str]) -> list[list[str]]:
+        """Return the clusters of a body that are in their place seen from the body above, or one further up.
+
+        Further up counts only where the body above moved itself: over a long way rounding adds up.
+        """
+        joint, upper = self.a.robot.joint_to[top], self.a.parent_of(top)
+        goals = [joint.child if joint.child in cluster else cluster[0] for cluster in clusters]
+        while upper is not None:
+            if upper in self.clusters:
+                ends = [joint.parent if joint.parent in some else some[0] for some in self.clusters[upper]]
+                found = [
+                    cluster
+                    for cluster, goal in zip(clusters, goals, strict=True)
+                    if any(same_motion(self.a, self.b, end, goal, self.pairing.tolerance, flipped) for end in ends)
+                ]
+                if found or upper not in self.moved:
+                    return found
+            upper = self.a.parent_of(upper)
+        return []
+
+    def _flip(self, joint: Joint, twin: Joint, clusters: list[list[str]], top: str) -> None:
+        """Note that a joint of B counts the other way round, if it moves the same way otherwise."""
+        known = {*self.flipped, joint.name}
+        if not joint.moves or self._in_place(clusters, top, self.flipped) or not self._in_place(clusters, top, known):
+            return
+        one, other = (j.limit if j.limit is not None and j.type != "continuous" else Limit() for j in (joint, twin))
+        ends = [(one.lower, other.upper), (one.upper, other.lower)]
+        follows = all(a is b if a is None or b is None else abs(a + b) < _LEAST for a, b in ends)
+        self.flipped[joint.name] = follows
+        limits = "its limits follow" if follows else "its limits do not follow"
+        text = f"{axis_change(joint.name, joint.axis, twin.axis, math.pi)}; {limits}"
+        self.items.append(Item(JOINT, joint.name, "coordinate", text, row(joint.axis), row(twin.axis), when="always"))
+
+    def _moved_joint(self, joint: Joint, twin: Joint, target: str, same_kind: bool) -> None:
+        """Add what became of a joint whose body is nowhere in its place: its parent, its place and its axis."""
+        is_elsewhere = self.pairing.bodies.get(self.a.top[joint.parent]) != self.b.top[twin.parent]
+        source = "" if is_elsewhere and same_kind else self._above_in_both(joint, target)
+        if is_elsewhere and same_kind:
+            text = value_change(f"{joint.child} parent", joint.parent, twin.parent)
+            self.items.append(Item(JOINT, joint.name, "parent", text, joint.parent, twin.parent))
+            places = self.a.edge(joint), self.b.edge(twin)
+            self._moved(JOINT, joint.name, joint.child, (joint.parent, twin.parent), places)
+        elif source:
+            places = self.a.relative(source, target), self.b.relative(source, target)
+            self._moved(JOINT, joint.name, target, (source, source), places)
+        if not has_axis(joint) or not has_axis(twin):
+            return
+        old, new = self.a.line(joint, target), self.b.line(twin, target)
+        angle, distance = (measure(old, new, self.pairing.tolerance) for measure in (axis_turn, axis_shift))
+        if angle:
+            text = axis_change(joint.name, joint.axis, twin.axis, angle)
+            item = Item(JOINT, joint.name, "axis", text, row(old.direction), row(new.direction))
+        elif joint.type != "prismatic" and distance:
+            text = f"{joint.name} axis moved {amount(distance, 'm')} in {target}"
+            item = Item(JOINT, joint.name, "axis", text, row(old.point), row(new.point))
+        else:
+            return
+        self.items.append(self._with_effect(item, joint, twin, source) if source and same_kind else item)
+
+    def _above_in_both(self, joint: Joint, target: str) -> str:
+        """Return the nearest link above a joint that B has above the same frame, too; empty if there is none."""
+        body: str | None = self.a.top[joint.parent]
+        while body is not None:
+            for name in (joint.parent, *self.a.members[body]):
+                top = self.b.top.get(name)
+                if top is not None and self.b.joints_between(top, self.b.top[target]):
+                    return name
+            body = self.a.parent_of(body)
+        return ""
+
+    def _with_effect(self, item: Item, joint: Joint, twin: Joint, source: str) -> Item:
+        """Return a change of an axis with how far it moves what is below the joint, and where that is largest."""
+        below = [
+            name
+            for name in self.pairing.shared
+            if all(
+                joint.name in {one.name for one in side.joints_between(side.top[source], side.top[name]) or []}
+                for side in (self.a, self.b)
+            )
+        ]
+        worst, at, frame, angle = 0.0, 0.0, "", 0.0
+        robots = self.a.without_followers, self.b.without_followers
+        for position in positions_of(joint, twin):
+            poses = [robot.poses_in_root({joint.name: position}) for robot in robots]
+            back = [places[source].inverse() for places in poses]
+            for name in below:
+                one, other = (way.then(places[name]) for way, places in zip(back, poses, strict=True))
+                distance, angle = math.dist(one.xyz, other.xyz), max(angle, one.angle_to(other))
+                if not frame or distance > worst + 1e-12:
+                    worst, at, frame = distance, position, name
+        text = f"{item.text}: {frame} off by up to {far(worst, angle)} at {joint.name} = {number(at)}"
+        text += f", only when {joint.name} is away from 0"
+        return replace(item, text=text, distance=worst, angle=angle, when="away from 0", at={joint.name: at})
+
+    def _moved(
+        self,
+        kind: str,
+        name: str,
+        frame: str,
+        sources: tuple[str, str],
+        places: tuple[Placed, Placed],
+        others: Sequence[str] = (),
+    ) -> None:
+        """Add that a frame has another place, if it has; ``others`` are frames that went with it."""
+        apart = gap(*places, self.pairing.tolerance)
+        if apart.closed:
+            return
+        old, new = pose_of(places[0].transform), pose_of(places[1].transform)
+        distance = apart.distance if apart.distance > apart.length_tolerance else 0.0
+        angle = apart.angle if apart.angle > apart.angle_tolerance else 0.0
+        near = Pose(old.xyz, near_angles(old.rpy, new.rpy)), new
+        least = apart.length_tolerance, apart.angle_tolerance
+        text = describe_move(frame, sources, near, (distance, angle), others, least)
+        values = text_of(old), text_of(new)
+        self.items.append(Item(kind, name, "origin", text, *values, "", distance, angle, "always"))
+
+
+def _elsewhere(pairing: Pairing) -> Iterator[Item]:
+    """Yield the links that move with another body in B, each with those that go with it."""
+    groups: dict[tuple[str, str], list[str]] = {}
+    for name in pairing.shared:
+        top, goal = pairing.a.top[name], pairing.b.top[name]
+        if pairing.bodies.get(top) != goal:
+            groups.setdefault((top, goal), []).append(name)
+    for (top, goal), names in groups.items():
+        before, after = _moved_by(pairing.a, top), _moved_by(pairing.b, goal)
+        if before == after:
+            before, after = f"{before}, as part of {top}", f"{after}, as part of {goal}"
+        with_it = f", and with it {several(names[1:])}" if names[1:] else ""
+        yield Item(FRAME, names[0], "body", f"{names[0]}: {before} -> {after}{with_it}", before, after)
+
+
+def _moved_by(bodies: Bodies, top: str) -> str:
+    joint = bodies.robot.joint_to.get(top)
+    return f"moves with {joint.name}" if joint is not None else f"fixed to {bodies.robot.root}"

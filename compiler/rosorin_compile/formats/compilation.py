@@ -1,0 +1,302 @@
+"""Compile a robot: load and check it, search its meshes, and generate its artifacts. Nothing is written to disk."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from rosorin_compile.language.arguments import with_wanted
+from rosorin_compile.language.expand.description import Expanded, expand
+from rosorin_compile.language.expression.functions import plugin_functions as plugged_functions
+from rosorin_compile.language.lower import Lowered, lower
+from rosorin_compile.language.schema import plugin_sections as plugged_sections
+from rosorin_compile.language.suppressions import Entry, apply, unknown_rules, unused_entries
+from rosorin_compile.language.validate import validate
+from rosorin_compile.model import Output, Robot
+from rosorin_compile.rules import check as rules
+from rosorin_compile.rules.case import Case
+from rosorin_compile.rules.magnitudes import collect
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, error, has_errors
+from rosorin_compile.source.files import label, read_text, recording
+from rosorin_compile.source.messages import arrange
+from rosorin_compile.source.packages import PACKAGE_XML
+from rosorin_compile.source.plugins import PluginFailed
+from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.project import PYTHON_PACKAGE, ROS_PACKAGE, tool_folders
+from rosorin_compile.source.tree import Map
+from rosorin_compile.source.wording import count_of
+
+from . import FORMATS, Artifact, plugged_diagnostics
+from .format import notes as unsupported_notes
+from .imported_robot import Imported, ReadOptions, as_tree
+from .robot_files import outputs_of, read_robot
+from .templating import TemplateProblem, Templates
+
+if TYPE_CHECKING:
+    from rosorin_compile.language.expand.included_robots import Tell
+    from rosorin_compile.source.project import Resolved
+
+    from .mesh_files import Searched
+
+Search = Callable[[Map, Sequence[Output]], "Searched"]
+
+
+class Understood(NamedTuple):
+    """A loaded robot: its tree and its model, each as far as it has no errors, and all diagnostics."""
+
+    expanded: Expanded
+    lowered: Lowered | None
+    diagnostics: list[Diagnostic]
+    used: frozenset[Entry] = frozenset()  # the entries of ``accept`` that had an effect
+    imported: Imported | None = None  # the source, of a robot in another format
+
+    @property
+    def robot(self) -> Robot | None:
+        return None if self.lowered is None or has_errors(self.diagnostics) else self.lowered.robot
+
+    @property
+    def case(self) -> Case | None:
+        """The robot with the positions of all its values, or None with errors."""
+        robot, tree, lowered = self.robot, self.expanded.tree, self.lowered
+        return Case(robot, tree, lowered.places, collect(tree)) if robot and tree is not None and lowered else None
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One robot of a list: its name, its arguments with their positions, the position of its name, and its errors."""
+
+    name: str
+    arguments: Map
+    span: Span | None = None
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """The robot and its artifacts, which exist only without errors, and all diagnostics.
+
+    A change of a file in ``inputs`` may change the result; ``missing`` are those that were not found. ``meshes`` are
+    None if they were not requested, and ``variant`` is set by ``sweep``.
+    """
+
+    robot: Robot | None
+    artifacts: tuple[Artifact, ...]
+    diagnostics: list[Diagnostic]
+    inputs: tuple[Path, ...]
+    resolved: tuple[Resolved, ...] = ()  # where names of packages led
+    meshes: Searched | None = None  # None if they were not requested
+    variant: Variant | None = None  # set by ``sweep``
+    missing: tuple[Path, ...] = ()  # the inputs that were not found
+
+    @property
+    def files_read(self) -> tuple[Path, ...]:
+        return tuple(path for path in self.inputs if path not in self.missing)
+
+    @property
+    def mesh_files(self) -> Mapping[str, bytes]:
+        return self.meshes.files if self.meshes else {}
+
+    @property
+    def packages(self) -> dict[str, Path]:
+        return {found.name: found.folder for found in self.resolved if found.kind == ROS_PACKAGE}
+
+    @property
+    def python_packages(self) -> list[Path]:
+        return [found.folder for found in self.resolved if found.kind == PYTHON_PACKAGE]
+
+    def __repr__(self) -> str:
+        return f"<Compiled {self.robot!r}, {len(self.artifacts)} artifacts, {_counted(self.diagnostics)}>"
+
+
+@dataclass(frozen=True)
+class Reading:
+    """The robot of a file in any format, all diagnostics, the files that were read, and the robot as a description."""
+
+    robot: Robot | None
+    diagnostics: list[Diagnostic]
+    inputs: tuple[Path, ...]
+    tree: Map | None = None
+
+    def __repr__(self) -> str:
+        return f"<Reading {self.robot!r}, {_counted(self.diagnostics)}>"
+
+
+def _counted(diagnostics: Sequence[Diagnostic]) -> str:
+    counts = Counter(diagnostic.severity for diagnostic in diagnostics)
+    return ", ".join(count_of(count, severity) for severity, count in counts.items()) or "no diagnostics"
+
+
+class RobotReader:
+    """Reads the robots in other formats that descriptions include."""
+
+    def endings(self) -> tuple[str, ...]:
+        return FORMATS.endings(include=True)
+
+    def read(
+        self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], entry: Map, tell: Tell, by: Span
+    ) -> Imported:
+        """Read the robot of a file that an evaluated ``entry`` includes; ``by`` is its position."""
+        call = entry if "macro" in entry else None
+        options = ReadOptions(texts, packages, bool(entry.get("lenient")), tell=tell, call=call)
+        imported = read_robot(path, options, by)
+        # The rules report notes that can be accepted again, for the whole robot.
+        new = [one for one in imported.diagnostics if one.severity != NOTE or one.rule not in rules.acceptable()]
+        return imported._replace(diagnostics=new)
+
+
+def understand(
+    path: Path,
+    arguments: Mapping[str, Any] | None = None,
+    tell: Tell | None = None,
+    packages: Mapping[str, Path] | None = None,
+    requested: Sequence[str] = (),
+    cache: dict[Any, Any] | None = None,
+) -> Understood:
+    """Load the description whose main file is ``path``; ``tell`` gets the warnings before any code is run."""
+    return judge(expand(path, arguments or {}, RobotReader(), tell, packages, cache), requested)
+
+
+def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
+    """Validate and lower an expanded tree, and check the rules; ``requested`` are names of outputs or of formats."""
+    diagnostics = [*expanded.diagnostics, *plugged_functions()[1], *plugged_diagnostics()]
+    diagnostics += [*plugged_sections().diagnostics, *rules.plugin_checks().diagnostics]
+    if expanded.tree is None:
+        return Understood(expanded, None, arrange(diagnostics))
+    tree, unknown_outputs = with_wanted(expanded.tree, requested, FORMATS)
+    expanded, scope = expanded._replace(tree=tree), expanded.scope
+    Progress.step("validating")
+    invalid = [*unknown_outputs, *validate(tree, FORMATS, scope)]
+    Progress.step("building the robot")
+    lowered = None if has_errors([*diagnostics, *invalid]) else lower(tree, scope)
+    diagnostics += [*invalid, *unknown_rules(tree, rules.acceptable())]
+    if lowered is None or has_errors(diagnostics):
+        return Understood(expanded, None, arrange(diagnostics))
+    diagnostics += lowered.diagnostics
+    if lowered.robot is not None:
+        try:
+            diagnostics += rules.check(lowered.robot, tree, lowered.places, FORMATS, scope, requested)
+        except PluginFailed as problem:
+            diagnostics.append(problem.diagnostic)
+    is_wrong = has_errors(diagnostics)  # then an argument whose use is an error would be reported as unused
+    merged = rules.merge_misspelt(diagnostics, tree, lowered.places) if is_wrong else diagnostics
+    diagnostics = [*merged, *(() if is_wrong else expanded.unused)]
+    found = apply(tree, diagnostics, rules.acceptable())
+    diagnostics = found.diagnostics
+    if scope and scope.expansion.disabled and any(one.severity != NOTE for one in diagnostics):
+        from rosorin_compile.language.expand.defined_names import explain_missing_names
+
+        diagnostics = explain_missing_names(scope, tree, diagnostics)
+    return Understood(expanded, lowered, arrange(diagnostics), found.used)
+
+
+def understand_foreign(path: Path, options: ReadOptions) -> Understood:
+    """Load a robot in another format, with its published output only; no rule is checked."""
+    imported = read_robot(path, options)
+    expanded = _with_outputs(imported, [FORMATS.published_format().name])
+    lowered = None if expanded.tree is None or has_errors(imported.diagnostics) else lower(expanded.tree)
+    diagnostics = arrange([*imported.diagnostics, *(lowered.diagnostics if lowered is not None else ())])
+    return Understood(expanded, lowered, diagnostics, imported=imported)
+
+
+def judge_foreign(path: Path, how: ReadOptions, requested: Sequence[str] = (), optional: bool = False) -> Understood:
+    """Load a robot in another format as the description that ``import`` would write, and check the rules."""
+    names = [format.name for format in FORMATS.values() if optional or not format.optional]
+    return judge(_with_outputs(read_robot(path, how), [*names, *requested]), requested)
+
+
+def _with_outputs(imported: Imported, names: Sequence[str]) -> Expanded:
+    tree = imported.tree
+    if tree is not None:
+        entries = {name: entry for name, entry in outputs_of(imported).entries.items() if name in names}
+        tree = tree.copy()
+        tree.pop("outputs", None)
+        tree.put("outputs", as_tree(entries, tree.span, ["outputs"]), tree.span, tree.span)
+    return Expanded(tree, imported.diagnostics, imported.files)
+
+
+def compile_robot(
+    path: Path,
+    arguments: Mapping[str, Any] | None = None,
+    tell: Tell | None = None,
+    packages: Mapping[str, Path] | None = None,
+    search: Search | None = None,
+    requested: Sequence[str] = (),
+    cache: dict[Any, Any] | None = None,
+    *,
+    exact: bool = False,
+) -> Compiled:
+    """Compile the description whose main file is ``path``; ``exact`` prints all digits. Errors are diagnostics."""
+
+    def with_all_digits(output: Output) -> Output:
+        has_option = "number_format" in FORMATS[output.backend].options
+        return replace(output, options={"number_format": "exact", **output.options}) if has_option else output
+
+    with recording() as recorded:
+        try:
+            understood = understand(path, arguments, tell, packages, requested, cache)
+            lowered = understood.lowered
+            if exact and lowered is not None and lowered.robot is not None:
+                robot = replace(lowered.robot, outputs=tuple(map(with_all_digits, lowered.robot.outputs)))
+                understood = understood._replace(lowered=lowered._replace(robot=robot))
+            if understood.expanded.scope is not None:
+                understood.expanded.scope.expansion.forget()
+            compiled = emit(understood, path, search, requested)
+        except OSError as problem:
+            if problem.filename is None:
+                raise
+            message = f"cannot read {label(os.fsdecode(problem.filename))}: {problem.strerror}"
+            compiled = Compiled(None, (), [error("file-unreadable", message, None, "check the permissions")], (path,))
+    listed = {*map(os.path.abspath, compiled.inputs)}
+    own = tuple(f"{folder}{os.sep}" for folder in tool_folders().values())
+    places = {os.path.abspath(path): path for path in recorded if path.name != PACKAGE_XML}
+    new = [path for place, path in places.items() if place not in listed and not place.startswith(own)]
+    return replace(compiled, inputs=(*compiled.inputs, *new), missing=tuple(path for path in new if not recorded[path]))
+
+
+def emit(understood: Understood, path: Path, search: Search | None = None, requested: Sequence[str] = ()) -> Compiled:
+    """Generate the artifacts of a loaded robot, or the ``requested`` ones; ``search`` looks for its mesh files."""
+    expanded, robot, diagnostics = understood.expanded, understood.robot, understood.diagnostics
+    tree = expanded.tree
+    if tree is None or robot is None:
+        return Compiled(None, (), diagnostics, expanded.files)
+    meshes, acceptable, found = None, rules.acceptable(), list[Diagnostic]()
+    named = {output.name: output for output in robot.outputs}
+    outputs = [named[name] for name in dict.fromkeys(requested or named)]
+    if search is not None:
+        # An artifact that opens or measures meshes finds the same ones if other outputs are not generated.
+        opening = any(format.opens or format.measures for format in (FORMATS[output.backend] for output in outputs))
+        meshes = search(tree, robot.outputs if opening else outputs)
+        robot, acceptable = meshes.add_to(robot), {**acceptable, **meshes.acceptable}
+        found += meshes.diagnostics
+    templates, artifacts = Templates(path.parent, first=path), list[Artifact]()
+    for number, output in enumerate(outputs):
+        Progress.step(f"making {output.file},", number, len(outputs))
+        format, place = FORMATS[output.backend], tree.locate(("outputs", output.name), key=True)
+        try:
+            text, remarks = format.compile(robot, output, templates)
+        except TemplateProblem as problem:
+            text, remarks = None, [problem.diagnostic]
+        found += [d if d.span else replace(d, span=place.span, related=(*d.related, *place.stack())) for d in remarks]
+        if text is not None:
+            artifacts.append(Artifact(output.file, text, output.backend, output.name, format.is_withheld(output)))
+    found, more = apply(tree, [*found, *unsupported_notes(tree, outputs, FORMATS)], acceptable)
+    if not requested:  # otherwise an entry of accept may be about another output
+        found += unused_entries(
+            tree, understood.used | more, rules.acceptable(), ("",) if search is None else ("", "meshes")
+        )
+    all_diagnostics, inputs = arrange([*diagnostics, *found]), (*expanded.files, *templates.read())
+    resolved = (*expanded.resolved, *(meshes.resolved if meshes else ()))
+    return Compiled(robot, () if has_errors(found) else tuple(artifacts), all_diagnostics, inputs, resolved, meshes)
+
+
+def emit_published(understood: Understood, path: Path) -> Compiled:
+    """Return the URDF of a robot that was loaded with ``understand_foreign``; of a URDF, its own text."""
+    compiled = emit(understood, path)
+    if path.suffix.lower() in FORMATS.published_format().endings:
+        text = read_text(path, errors="replace")
+        return replace(compiled, artifacts=tuple(replace(one, text=text) for one in compiled.artifacts))
+    return compiled

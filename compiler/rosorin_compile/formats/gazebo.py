@@ -1,0 +1,455 @@
+"""Elements for Gazebo: sensors and drives as text, the blocks of a URDF, and elements of a URDF compared by meaning.
+
+Gazebo turns a URDF to SDF with libsdformat. That drops every link without mass, merges what fixed joints hold together
+into one link (a sensor moves along, its reference stays good), names collisions after the link that they end up in, and
+joins all ``<gazebo>`` of a link or a joint (``gazebosim/sdformat@sdf14:src/parser_urdf.cc``; run with libsdformat 12).
+White space, comments, the order of different names and defaults of SDF mean nothing, but within a plug-in.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from typing import TYPE_CHECKING
+from xml.etree import ElementTree
+
+from markupsafe import escape
+
+from rosorin_compile.model import Pose, Sensor
+from rosorin_compile.model.geometry import IDENTITY, pose_of
+from rosorin_compile.model.simulation import CLASSIC, MOTOR, POSITION, VELOCITY, GazeboSensor, SdfElement
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source
+from rosorin_compile.source.numbers import NumberFormat, number_format, vector
+from rosorin_compile.source.wording import plural, quote
+from rosorin_compile.source.xml.elements import canonical, tree_of
+from rosorin_compile.source.xml.markup import MarkupError, parse
+
+from .format import Unsupported
+from .templating import attributes
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+    from rosorin_compile.model import Output, Robot
+
+    from .urdf.write import Content
+
+DISTRIBUTIONS = GazeboSensor.FRAME_ELEMENTS
+
+# The defaults of SDF, by the last two elements of a path
+# (sdformat@sdf14:sdf/1.11/{sensor,lidar,camera,noise}.sdf).
+SDF_DEFAULTS = {
+    "sensor": {"always_on": "false", "visualize": "false", "update_rate": "0", "pose": "0 0 0 0 0 0"},
+    "horizontal": {"resolution": "1"},
+    "vertical": {"resolution": "1"},
+    "range": {"resolution": "0"},
+    "camera": {"horizontal_fov": "1.047"},
+    "image": {"width": "320", "height": "240"},
+    "clip": {"near": "0.1", "far": "100"},
+    "imu": {"enable_orientation": "true"},
+    "noise": {"mean": "0", "bias_mean": "0", "bias_stddev": "0"},
+}
+SDF_FLAGS = ("always_on", "visualize", "enable_orientation", "enable_metrics")
+SDF_TRUTH = {"1": "true", "0": "false", "True": "true", "False": "false"}
+
+
+def distribution(asked: object) -> str:
+    """Return which Gazebo an output asks for: ``true`` is Harmonic; empty for none."""
+    return "harmonic" if asked is True else str(asked or "")
+
+
+def sensor_lines(
+    one: GazeboSensor, frame_id: str, number: NumberFormat, indent: str, pose: str, collisions: Sequence[str] = ()
+) -> Iterator[str]:
+    """Yield the lines of a sensor; ``frame_id`` is the element that names its frame, ``pose`` its <pose>, if any."""
+    inner = indent + "  "
+    yield f"{indent}<sensor{attributes(name=one.name, type=one.type)}>"
+    if pose:
+        yield f"{inner}{pose}"
+    said = {element.name for element in one.elements} | one.without
+    if one.stamp and frame_id and not said & {*DISTRIBUTIONS.values(), frame_id}:
+        yield f"{inner}<{frame_id}>{escape(one.stamp)}</{frame_id}>"
+    shapes = [SdfElement("collision", name) for name in collisions]
+    for element in one.elements:
+        yield from _lines(element, inner, number, shapes if element.name == "contact" else ())
+    if collisions and "contact" not in said:
+        yield from _lines(SdfElement("contact"), inner, number, shapes)
+    yield f"{indent}</sensor>"
+
+
+def _lines(element: SdfElement, indent: str, number: NumberFormat, more: Sequence[SdfElement] = ()) -> Iterator[str]:
+
+    def word(value: float | str | bool) -> str:
+        text = number(value) if isinstance(value, float) else str(value)
+        return text.lower() if isinstance(value, bool) else text
+
+    name = escape(element.name)
+    start = f"{indent}<{name}{attributes(**{key: word(value) for key, value in element.attributes.items()})}"
+    if element.value is not None:
+        yield f"{start}>{escape(word(element.value))}</{name}>"
+    elif not element.elements and not more:
+        yield f"{start}/>"
+    else:
+        yield f"{start}>"
+        for inner in (*more, *element.elements):
+            yield from _lines(inner, indent + "  ", number)
+        yield f"{indent}</{name}>"
+
+
+# The plug-ins for actuators: gz-sim@gz-sim8:src/systems/{joint_position_controller,joint_controller,apply_joint_force}
+_PLUGINS = {
+    POSITION: ("joint-position-controller", "JointPositionController"),
+    VELOCITY: ("joint-controller", "JointController"),
+    MOTOR: ("apply-joint-force", "ApplyJointForce"),
+}
+_OTHER_TARGETS = ("body", "crank_site", "joint_in_parent", "reference_site", "site", "slider_site", "tendon")
+
+
+def unsupported_drives(output: Output, quiet: bool = False) -> Mapping[str, Unsupported]:
+    """Return which keys of actuators an output does not carry; ``quiet`` if it needs none without Gazebo."""
+    places = ("actuators.*", "joints.*.actuator")
+    if distribution(output.options.get("gazebo")) in ("", CLASSIC):
+        return dict.fromkeys(places, Unsupported("no drives; newer versions of Gazebo have plug-ins for them", quiet))
+    bound = Unsupported("Gazebo bounds commands by the limits of the joint, and names topics after it", quiet=True)
+    found = {f"{place}.{key}": bound for place in places for key in ("name", "range", "unlimited", "mjcf")}
+    found |= {f"{place}.{key}": Unsupported("no such gain") for place in places for key in ("gear", "damping_ratio")}
+    return found | {f"actuators.*.{key}": Unsupported("drives of joints alone") for key in _OTHER_TARGETS}
+
+
+def drive_blocks(
+    robot: Robot, joints: Mapping[str, str], rule: str, gazebo: str, number: NumberFormat, others: Iterable[str]
+) -> tuple[list[str], list[Diagnostic]]:
+    """Return a ``<gazebo>`` for each drive of a joint that no ``others`` drive, and a warning without a plug-in."""
+    # An actuator with gains becomes a controller with the same law: kp * (command - position) - kv * speed or
+    # kv * (command - speed). Hardware blocks of ros2_control and plug-ins among ``others`` have precedence.
+    blocks, without, taken = list[str](), list[str](), set[str]()
+    if gazebo in ("", CLASSIC):
+        return [], []
+    for root in (tree_of(f"<all>{text}</all>") for text in others if "<ros2_control" in text or "<plugin" in text):
+        taken |= {joint.get("name", "") for block in root.iter("ros2_control") for joint in block.iter("joint")}
+        # JointStatePublisher names joints, too.
+        plugins = [plugin for plugin in root.iter("plugin") if "state" not in plugin.get("name", "").lower()]
+        inner = (element for plugin in plugins for element in plugin.iter())
+        taken |= {(element.text or "").strip() for element in inner if "joint" in element.tag.lower()}
+    program, namespace = ("ignition-gazebo", "ignition::gazebo") if gazebo == "fortress" else ("gz-sim", "gz::sim")
+    pairs = [(joint.actuator, joint) for joint in robot.joints if joint.actuator]
+    pairs += [(one, robot.joint[name]) for one in robot.actuators if (name := one.targets.get("joint", ""))]
+    without += [one.name for one in robot.actuators if "joint" not in one.targets]
+    for actuator, joint in pairs:
+        kind, name = actuator.type, joints.get(joint.name, "")
+        is_braked = actuator.damping and kind != POSITION  # a controller brakes only what it positions
+        if name in taken:
+            continue
+        if not name or not joint.moves or kind not in _PLUGINS or is_braked:
+            without.append(actuator.name or joint.name)
+            continue
+        # The damping of a servo, which MuJoCo has at the joint, acts like kv; kv and kp are 1 by default in MuJoCo.
+        gains = {"p_gain": actuator.kv or 1.0} if kind == VELOCITY else {}
+        if kind == POSITION:
+            gains = {"p_gain": 1.0 if actuator.kp is None else actuator.kp, "d_gain": actuator.kv + actuator.damping}
+        effort = joint.limit.known_value("effort") if joint.limit else None
+        force = actuator.force or ((-effort, effort) if effort else None)
+        gains |= {"cmd_min": force[0], "cmd_max": force[1]} if force is not None and kind != MOTOR else {}
+        values = {"joint_name": escape(name), **({"use_force_commands": "true"} if kind == VELOCITY else {})}
+        values |= {tag: number(value) for tag, value in gains.items()}
+        lines = [f"    <{tag}>{text}</{tag}>" for tag, text in values.items()]
+        file, word = _PLUGINS[kind]
+        start = f'  <plugin filename="{program}-{file}-system" name="{namespace}::systems::{word}">'
+        blocks.append("\n".join(["<gazebo>", start, *lines, "  </plugin>", "</gazebo>"]))
+    message = f"Gazebo {gazebo} has no plug-in for {plural('actuator', len(without))} {quote(without, 3)}"
+    help = "drive the joint by position, velocity or motor, or by ros2_control"
+    return blocks, [Diagnostic(rule, WARNING, message, help=help)] if without else []
+
+
+# Blocks of a URDF: <gazebo reference="LINK"> with sensors, springs and friction.
+
+_KEEPING = ("preserveFixedJoint", "disableFixedJointLumping")
+
+
+def gazebo_blocks(content: Content) -> tuple[list[str], list[Diagnostic]]:
+    """Return the <gazebo> blocks of an output, and what this Gazebo ignores."""
+    robot, number = content.robot, number_format(content.output.options)
+    name, mounting = distribution(content.output.options["gazebo"]), _Mounting(content)
+    blocks: list[str] = []
+    unseen: dict[tuple[str, str], list[str]] = {}  # the names of sensors that Gazebo drops, by why and what to do
+    for sensor, one in [(each, one) for each in robot.sensors for one in each.gazebo]:
+        link, pose, collisions, reason = mounting.place(sensor, one)
+        if reason[0]:
+            names = unseen.setdefault(reason, [])
+            names += [] if sensor.name in names else [sensor.name]
+            continue
+        lines = [f"  <gazebo{attributes(reference=link)}>"]
+        if one.at_joint and robot.joint[one.link].is_fixed and one.link not in mounting.kept:
+            lines.append("    <preserveFixedJoint>true</preserveFixedJoint>")
+        numbers = f"{vector(pose.xyz, number)} {vector(pose.rpy, number)}"
+        place = "" if pose == IDENTITY else f"<pose>{numbers}</pose>"
+        written = one.in_classic() if name == CLASSIC else one
+        lines += sensor_lines(written, DISTRIBUTIONS[name], number, "    ", place, collisions)
+        blocks.append("\n".join([*lines, "  </gazebo>"]))
+    lost = []
+    for (why, way), names in unseen.items():
+        message = f"Gazebo does not see {plural('sensor', len(names))} {quote(names, 3)}: {why}"
+        lost.append(
+            Diagnostic("gazebo-cannot-see", WARNING, message, help=f"{way}; or leave the sensor out: gazebo: []")
+        )
+    physics, lost_physics = _physics(content)
+    return [*blocks, *physics], [*lost, *lost_physics]
+
+
+def _blocks_in(elements: Iterable[str]) -> Iterator[Element]:
+    for text in elements:
+        if "<gazebo" in text:
+            yield from tree_of(f"<all>{text}</all>").iter("gazebo")
+
+
+def _physics(content: Content) -> tuple[list[str], list[Diagnostic]]:
+    """Return the blocks for springs of joints and friction of links; Gazebo reads one coefficient a link."""
+    robot, number = content.robot, number_format(content.output.options)
+    own = {(block.get("reference", ""), inner.tag) for block in _blocks_in(robot.urdf_elements) for inner in block}
+    values: dict[str, dict[str, float]] = {}
+    lost, mixed, balls = list[tuple[str, str]](), list[str](), list[str]()
+    for link in robot.links:
+        shapes = content.collisions(link.name) if link.name in content.carried else ()
+        coefficients = {shape.contact.sliding_friction if shape.contact else None for shape in shapes}
+        known = [one for one in coefficients if one is not None]
+        if known and not {(link.name, "mu1"), (link.name, "mu2")} & own:
+            values[link.name] = {"mu1": min(known), "mu2": min(known)}
+            mixed += [link.name] if len(coefficients) > 1 else []
+    for joint in content.joints if "dynamics" in content.elements else ():
+        spring = joint.dynamics
+        if spring is not None and spring.stiffness and not joint.moves:
+            balls.append(joint.name)
+        elif spring is not None and spring.stiffness and (joint.name, "springStiffness") not in own:
+            values[joint.name] = {"springReference": spring.spring_reference, "springStiffness": spring.stiffness}
+    blocks = []
+    for name, numbers in values.items():
+        lines = [f"    <{tag}>{number(value)}</{tag}>" for tag, value in numbers.items()]
+        blocks.append("\n".join([f"  <gazebo{attributes(reference=name)}>", *lines, "  </gazebo>"]))
+    if balls:
+        message = f"Gazebo reads no springs of joints that move in several directions: {quote(balls, 3)}"
+        lost.append((message, "make each of them several joints, one for each axis"))
+    if mixed:
+        message = f"shapes of {quote(mixed, 3)} differ in friction, and Gazebo reads one a link from a URDF: the least"
+        lost.append((message, "give each shape a link of its own, or use the SDF"))
+    return blocks, [Diagnostic("urdf-cannot-say", WARNING, message, help=help) for message, help in lost]
+
+
+class _Mounting:
+    """Finds the links of a URDF that sensors are in: Gazebo makes one link of what fixed joints hold together."""
+
+    def __init__(self, content: Content) -> None:
+        self.content, self.above = content, {joint.child: joint for joint in content.joints}
+        robot = content.robot
+        elements = robot.urdf_elements if "urdf_elements" in content.elements else ()
+        blocks = _blocks_in(text for text in elements if any(word in text for word in _KEEPING))
+        kept = [one for one in blocks if any(one.findtext(word, "").strip() in ("true", "1") for word in _KEEPING)]
+        self.kept = {one.get("reference", "") for one in kept}  # joints that are not merged
+        # Fixed joints that sensors measure at are not merged, where both ends have mass: that comes before all else.
+        joints = {joint.name for joint in content.joints}
+        at_joints = {one.link for sensor in robot.sensors for one in sensor.gazebo if one.at_joint} & joints
+        self.measured: set[str] = set()
+        for name in sorted(at_joints):
+            self._merge({*self.kept, name})
+            self.measured |= set() if self._dropped_with(robot.joint[name].child) else {name}
+        self._merge(self.kept | self.measured)
+
+    def _merge(self, kept: set[str]) -> None:
+        joints = self.content.joints
+        self.merging = {joint.child for joint in joints if joint.is_fixed and joint.name not in kept}
+        self.below: dict[str, list[str]] = {}
+        for joint in sorted(joints, key=lambda joint: joint.name):  # urdfdom has them by name
+            if joint.child in self.merging:
+                self.below.setdefault(joint.parent, []).append(joint.child)
+
+    def _top(self, link: str) -> str:
+        while link in self.merging:
+            link = self.above[link].parent
+        return link
+
+    def _pieces(self, top: str) -> Iterator[str]:
+        """Yield the links that one of Gazebo is made of, in the order of their collisions in it."""
+        yield top
+        for child in self.below.get(top, ()):
+            yield from self._pieces(child)
+
+    def _dropped_with(self, link: str) -> str:
+        """Return the link without mass that Gazebo drops with all below it, this link among them; empty if none."""
+        masses, link = self.content.masses, self._top(link)
+        while any(piece in masses and masses[piece].mass > 0 for piece in self._pieces(link)):
+            if link not in self.above:
+                return ""
+            link = self.above[link].parent  # also one that is merged: what moves on it is dropped if it has no mass
+        return link
+
+    def _collisions(self, link: str) -> list[str]:
+        """Return what Gazebo calls the collisions of a link, which are numbered in the link that it becomes."""
+        top = self._top(link)
+        shapes = [(piece, shape) for piece in self._pieces(top) for shape in self.content.collisions(piece)]
+        found = []
+        for index, (piece, base) in enumerate((piece, shape.name or piece) for piece, shape in shapes):
+            # It takes every name that begins like the link for one of the link's own.
+            name = base if base.startswith(top) else f"{top}_fixed_joint_lump__{base}"
+            found += [f"{name}_collision{f'_{index}' if index else ''}"] if piece == link else []
+        return found
+
+    def place(self, sensor: Sensor, one: GazeboSensor) -> tuple[str, Pose, list[str], tuple[str, str]]:
+        """Return the link and pose of a sensor, the collisions that it feels, and why Gazebo drops it with a remedy."""
+        carried, link, pose, names = self.content.carried, one.link, IDENTITY, list[str]()
+        if one.at_joint:
+            lost = "" if one.link in self.measured else sensor.frame
+        else:
+            frame, pose = (one.feels, IDENTITY) if one.feels else (one.link, one.pose)
+            link, transform = frame, pose.transform()
+            while link not in carried:
+                above = self.content.robot.joint_to.get(link)
+                if above is None or not above.is_fixed:
+                    link = ""
+                    break
+                transform = above.origin.transform().then(transform)
+                link, pose = above.parent, pose_of(transform)
+            lost = frame if not link or (one.feels and link != frame) else self._dropped_with(link)
+            names = self._collisions(link) if one.feels and not lost else []
+        reason = ("", "")
+        if lost and lost not in carried:
+            reason = f'the URDF has no link "{lost}"', "let robot_state_publisher publish it"
+        elif lost and "inertial" not in self.content.elements:
+            reason = "it drops links without mass, and no link of this URDF has one", "add inertial to elements"
+        elif lost:
+            way = "give it an inertial, or what is fixed to it"
+            reason = f'it drops link "{lost}", which has no mass in this URDF', way
+        elif one.feels and not names:
+            reason = f'link "{link}" has no shape in this URDF that could feel', "give it a collision"
+        return link, pose, names, reason
+
+
+# Elements of a URDF compared by meaning.
+
+_OF_NOISE = ("mean", "stddev", "bias_mean", "bias_stddev")
+_MEASURED = {"rate": "angular_velocity", "accel": "linear_acceleration"}
+
+
+def with_noise(text: str) -> str:
+    """Move the noise of an IMU to each axis, for the text of a ``<sensor>`` from Gazebo classic."""
+    # Up to version 1.4 of SDF <imu> has one <noise> with <rate> and <accel>, which readers of later versions ignore
+    # (gazebosim/sdformat@sdf12:sdf/1.4/imu.sdf).
+    try:
+        root = parse(Source("", text)).root if "<imu" in text and "<noise" in text else None
+    except MarkupError:  # more than one element: the rules found them well formed
+        root = None
+    if root is None:
+        return text
+    pairs = [(noise, imu) for imu in root.iter() if imu.tag == "imu" for noise in imu.children if noise.tag == "noise"]
+    for noise, imu in reversed(pairs):
+        if not any(child.tag in _MEASURED for child in noise.children):
+            continue
+        kind = next((child.text for child in noise.children if child.tag == "type"), noise.get("type")) or "gaussian"
+        lines: list[str] = []
+        for child in noise.children:
+            what = _MEASURED.get(child.tag, "")
+            if what and all(sibling.tag != what for sibling in imu.children):
+                inner = (one for one in child.children if one.tag in _OF_NOISE)
+                numbers = "".join(f"<{one.tag}>{escape(one.text)}</{one.tag}>" for one in inner)
+                noisy = f'<noise type="{escape(kind)}">{numbers}</noise>'
+                lines += [f"<{what}>", *(f"  <{axis}>{noisy}</{axis}>" for axis in "xyz"), f"</{what}>"]
+        before = text[: noise.start]
+        indent = before.rpartition("\n")[2]
+        is_alone = "\n" in before and not indent.strip()
+        made = f"\n{indent}".join(lines) if is_alone else "".join(map(str.strip, lines))
+        text = f"{before}{made}{text[noise.end :]}"
+    return text
+
+
+_SIGNIFICANT = 9  # of numbers that are compared as texts: ``number_format: short`` is off by 1e-12
+_DIGITS = 10  # of metres and entries of a rotation, behind the point
+Key = tuple[str, ...]
+
+
+def meanings(texts: Iterable[str], followers: Set[str] = frozenset()) -> Counter[Key]:
+    """Return the contents of some texts of elements, each with its count; ``followers`` are joints that mimic."""
+    found: Counter[Key] = Counter()
+    for text in texts:
+        try:
+            root = tree_of(with_noise(f"<all>{text}</all>"))
+        except ValueError:
+            found["text", " ".join(text.split())] += 1
+            continue
+        for element in root:
+            if element.tag == "ros2_control":
+                found["ros2_control", element.get("name", ""), _form(element, followers)] += 1
+            elif element.tag == "gazebo" and not (element.text or "").strip():
+                of = {key: value for key, value in sorted(element.attrib.items()) if key != "reference"}
+                for child in element:
+                    form = _form(child, followers) if child.tag == "sensor" else canonical(child)
+                    found["gazebo", element.get("reference", ""), repr(of), child.tag, form] += 1
+            else:
+                found[element.tag, canonical(element)] += 1
+    return found
+
+
+def _form(element: Element, followers: Set[str], above: str = "", lidar: bool = False) -> str:
+    if element.tag == "plugin":
+        return ElementTree.canonicalize(ElementTree.tostring(element), strip_text=True)
+    lidar = element.get("type") in ("gpu_lidar", "lidar") if element.tag == "sensor" else lidar
+    # A lidar has two names in the newer Gazebo, in the classic one only the first.
+    tag = "lidar" if element.tag == "ray" and lidar and above == "sensor" else element.tag
+    values = dict(element.attrib)
+    if tag == "joint" and values.get("name") in followers:
+        values.setdefault("mimic", "true")
+    start = tag + "".join(f" {name}={_numbers(value)}" for name, value in sorted(values.items()))
+    text = _numbers(element.text or "")
+    text = SDF_TRUTH.get(text, text) if tag in SDF_FLAGS else text
+    text = _pose(text) if tag == "pose" and not values else text
+    if not len(element):
+        default = SDF_DEFAULTS.get(above, {}).get(tag) if not values else None
+        is_default = default is not None and text == (_pose(default) if tag == "pose" else _numbers(default))
+        return "" if is_default else f"<{start}>{text}</>"
+
+    def order(child: Element) -> tuple[str, str]:
+        return "lidar" if child.tag == "ray" else child.tag, child.get("name", "") if child.tag == "param" else ""
+
+    inner = "".join(_form(child, followers, tag, lidar) for child in sorted(element, key=order))
+    return f"<{start}>{text}{inner}</>" if inner or values or text or tag not in ("imu", "clip") else ""
+
+
+def _pose(text: str) -> str:
+    """Return a pose in one spelling: its place and its rotation, which has several triples of angles."""
+    try:
+        x, y, z, roll, pitch, yaw = map(float, text.split())
+    except ValueError:
+        return text
+    transform = Pose((x, y, z), (roll, pitch, yaw)).transform()
+    numbers = (*transform.xyz, *(entry for row in transform.rows for entry in row))
+    return " ".join(f"{round(number, _DIGITS) + 0.0!r}" for number in numbers)
+
+
+def _numbers(text: str) -> str:
+    def spelling(word: str) -> str:
+        try:
+            return word if "_" in word else f"{float(word) + 0.0:.{_SIGNIFICANT}g}"
+        except ValueError:
+            return word
+
+    return " ".join(map(spelling, text.split()))
+
+
+def followers_of(robot: Robot, humble: bool) -> frozenset[str]:
+    """Return the joints that follow another, which elements for distributions after Humble need not say."""
+    return frozenset(joint.name for joint in robot.joints if joint.mimic is not None and not humble)
+
+
+def element_differences(one: Iterable[str], other: Iterable[str], followers: Set[str] = frozenset()) -> list[str]:
+    """Return what only one of two lists of elements of a URDF says, in words."""
+    first, second = meanings(one, followers), meanings(other, followers)
+    return [f"{words(key)} is lost" for key in (first - second)] + [f"{words(key)} is new" for key in (second - first)]
+
+
+def spelt(key: Key) -> str:
+    """Return something that elements say as an element."""
+    return f'<gazebo reference="{key[1]}">{key[-1]}' if key[0] == "gazebo" and len(key) > 3 and key[1] else key[-1]
+
+
+def words(key: Key) -> str:
+    """Return what something that elements say is called in a message."""
+    if key[0] == "gazebo" and len(key) > 3:
+        return f'<{key[3]}> of <gazebo reference="{key[1]}">' if key[1] else f"<{key[3]}> of <gazebo>"
+    return f'<{key[0]} name="{key[1]}">' if len(key) > 2 else key[1][:80]

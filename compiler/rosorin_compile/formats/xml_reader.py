@@ -1,0 +1,277 @@
+"""Read XML elements that describe a robot: attributes, numbers, misspelt words, and the mistakes in them.
+
+``XmlReader`` is shared by the readers of URDF, SDF and SRDF.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from rosorin_compile.rules.check import acceptable
+from rosorin_compile.rules.magnitudes import FAR, FULL_TURN
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Help, Related, Span, error
+from rosorin_compile.source.messages import gather
+from rosorin_compile.source.tree import Map, Path, Seq
+from rosorin_compile.source.units import ANGLE, LENGTH, Quantity
+from rosorin_compile.source.wording import and_more, count_of, plural, quote
+from rosorin_compile.source.xml.elements import canonical, kept_text, tree_of
+from rosorin_compile.source.xml.markup import Element, Word, correction, name_of
+
+from .format import Placed, cannot_carry
+from .imported_robot import ReadOptions
+
+ANGLES, LENGTHS, PLAIN = "rad", "m", ""
+UNITS = {ANGLES: (ANGLE, FULL_TURN), LENGTHS: (LENGTH, FAR)}  # the dimension, and the largest number without its unit
+
+NAME = re.compile(r"""[^\s<>&"']+( +[^\s<>&"']+)*\Z""")  # a name in a description, as its schema has it
+NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\Z")
+_INTEGER = re.compile(r"[-+]?[0-9]{1,18}\Z")
+_NAME_IN_TAG = re.compile(r'(<[^\s>]+) name="[^"]*">')  # see ``named``
+# The elements of which a second one that differs is an error: readers would see another robot.
+_DECIDING = ("origin", "pose", "parent", "child", "axis", "xyz", "limit", "mimic", "geometry", "mass", "inertia")
+_GATHERED = ("import-cannot-carry", "import-ignored")
+
+
+class _Size(NamedTuple):
+    """An angle or a length of the file."""
+
+    value: float  # rad or m
+    tag: str  # of its element
+    what: str  # its description
+    span: Span
+
+
+class XmlReader:
+    """One reading of a file: collects diagnostics and which entry an element became."""
+
+    attributes: Collection[str] = ()  # all attributes of the format
+
+    def __init__(self, options: ReadOptions, spelling: bool = True) -> None:
+        self.options, self.spelling = options, spelling
+        self.diagnostics: list[Diagnostic] = []
+        self.paths: dict[int, Path] = {}  # the path of the entry for each element, by id
+        self.joint_types: set[str] = set()
+        self._sizes: dict[str, list[_Size]] = {ANGLES: [], LENGTHS: []}
+
+    def error(self, rule: str, message: str, span: Span, help: Help = "", related: Iterable[Related] = ()) -> None:
+        self.diagnostics.append(error(rule, message, span, help, related))
+
+    def note(self, rule: str, message: str, span: Span) -> None:
+        self.diagnostics.append(Diagnostic(rule, NOTE, message, span))
+
+    def cannot_carry(self, what: str, span: Span, help: str = "") -> None:
+        self.diagnostics.append(cannot_carry(what, span, help))
+
+    def ignore(self, what: str, span: Span) -> None:
+        self.note("import-ignored", what, span)
+
+    def lenient(self, rule: str, message: str, span: Span, help: Help, instead: str) -> bool:
+        """Report a mistake that --lenient reads as ``instead`` describes; return True if it is read."""
+        if not self.options.lenient:
+            self.error(rule, message, span, f"{help if isinstance(help, str) else help()}; --lenient {instead}")
+        elif rule not in acceptable():  # otherwise the accepted rule reports it
+            self.note(rule, f"{message}; --lenient {instead}", span)
+        return self.options.lenient
+
+    def spoilt(self, element: Element, what: str, before: int) -> bool:
+        """Return True if there are errors from ``before`` on, which a warning replaces with --lenient."""
+        reported = [one.with_help() for one in self.diagnostics[before:]]
+        wrong = [one for one in reported if one.severity == ERROR]
+        if wrong and self.options.lenient:
+            self.diagnostics[before:] = [one for one in reported if one.severity != ERROR]
+            self.cannot_carry(name_of(element), element.span, wrong[0].message)
+        elif wrong:
+            for index, one in enumerate(reported, before):
+                if one.severity == ERROR and "--lenient" not in one.help:
+                    one = replace(one, help=f"{one.help}; --lenient leaves {what} out")
+                self.diagnostics[index] = one
+        return bool(wrong)
+
+    def all_diagnostics(self) -> list[Diagnostic]:
+        """Return all diagnostics, with those of one kind about what is left out or has no effect as one."""
+        groups: dict[object, list[Diagnostic]] = {}
+        for index, one in enumerate(self.diagnostics):
+            kind = (_NAME_IN_TAG.sub(r"\1>", one.message), one.help) if one.rule in _GATHERED else index
+            groups.setdefault(kind, []).append(one)
+        return [*(gather(some, (WARNING, NOTE))[0] for some in groups.values()), *self._other_units()]
+
+    def single(self, element: Element, tag: str) -> Element | None:
+        """Return the only child of a tag, or None; a second one is an error if it decides on motion and differs."""
+        children = [child for child in element.children if child.tag == tag]
+        for again in children[1:]:
+            if canonical(tree_of(children[0].verbatim)) == canonical(tree_of(again.verbatim)):
+                self.ignore(f"a second <{tag}>, the same as the first, has no effect", again.span)
+            elif tag in _DECIDING and not self.options.lenient:
+                message = f"{name_of(element)} has a second <{tag}>; readers differ in which of them they take"
+                related = [Related("the first", children[0].span)]
+                self.error("duplicate-element", message, again.span, "remove one; --lenient takes the first", related)
+            else:
+                self.cannot_carry(f"a second <{tag}> of {name_of(element)}", again.span, "the first is taken")
+        return children[0] if children else None
+
+    def attribute(self, element: Element, name: str) -> str | None:
+        self.need(element, name)
+        return element.attributes[name].value if name in element.attributes else None
+
+    def need(self, element: Element, *names: str) -> None:
+        """Report required attributes that are missing, but not those that are reported as misspelt."""
+        strange = [other for other in element.attributes if other not in self.attributes and not self.options.lenient]
+        missing = [name for name in names if name not in element.attributes]
+        missing = [name for name in missing if not any(correction(other, [name]) for other in strange)]
+        if missing:
+            help = "add " + " ".join(f'{name}="..."' for name in missing)
+            self.error("missing-attribute", lacks(element, missing), element.span, help)
+
+    def check(self, element: Element, tags: Collection[str], attributes: Collection[str], keep: Map | None) -> None:
+        """Report unknown attributes and children of an element: misspelt, kept in ``keep``, or not carried over."""
+        self.check_attributes(element, attributes)
+        for child in element.children:
+            if child.tag in tags:
+                continue
+            near = correction(child.tag, tags) if self.spelling else None
+            if child.tag.startswith("xacro:"):
+                help = "readers of URDF pass over it; name the file NAME.xacro to have it expanded"
+                self.cannot_carry(f"<{child.tag}> in {name_of(element)}", child.span, help)
+            elif near is not None:
+                self.misspelt(f"<{child.tag}>", f"<{near}>", element, child.span)
+            elif keep is None:
+                self.cannot_carry(f"<{child.tag}> in {name_of(element)}", child.span)
+            else:
+                self.keep(child, keep)
+
+    def check_attributes(self, element: Element, attributes: Collection[str]) -> None:
+        for attribute in element.attributes.values():
+            if attribute.name in attributes or attribute.name.startswith("xmlns"):
+                continue
+            what = f'the attribute "{attribute.name}"'
+            near = correction(attribute.name, [name for name in attributes if name not in element.attributes])
+            if near is None:
+                self.cannot_carry(f"{what} of {name_of(element)}", attribute.name_span)
+            else:
+                self.misspelt(what, f'"{near}"', element, attribute.name_span)
+
+    def misspelt(self, what: str, near: str, element: Element, span: Span) -> None:
+        if self.options.lenient:
+            self.cannot_carry(f"{what} of {name_of(element)}", span, f"did you mean {near}?")
+        else:
+            message = f"{name_of(element)} has {what}, which no reader knows"
+            self.error("misspelt", message, span, f"did you mean {near}? --lenient leaves it out")
+
+    def keep(self, element: Element, entry: Map) -> None:
+        entry.setdefault_at("urdf_elements", Seq(element.span), element.span)
+        above = self.paths.get(id(element.parent), ())
+        inside = () if above == ("robot",) else above
+        self.paths[id(element)] = (*inside, "urdf_elements", len(entry["urdf_elements"]))
+        entry["urdf_elements"].put(kept_text(element), element.span)
+
+    def numbers(
+        self, words: Sequence[Word], what: str, span: Span, count: int, unit: str = "", tag: str = ""
+    ) -> list[Placed] | None:
+        # A comma between numbers makes a word that is no number, which is the better message.
+        if len(words) != count and (count == 1 or all(NUMBER.match(word.text) for word in words)):
+            have = "is empty" if not words else f"has {count_of(len(words), 'number')}"
+            message = f"{what} {have}; it takes {'one' if count == 1 else count}"
+            self.error("wrong-count", message, span, f"give {'one number' if count == 1 else count}")
+            return None
+        made = list[Placed]()
+        for word in words:
+            value = self.number(word, what, unit, tag)
+            if value is None:
+                return None
+            made.append(Placed(value, word.span))
+        return made
+
+    def number(self, word: Word, what: str, unit: str = "", tag: str = "") -> float | None:
+        """Return the number that a word is, or None after an error."""
+        # A number that looks like degrees or millimetres becomes a quantity with its unit, because the rules about such
+        # numbers are for descriptions. Those in elements with a tag are compared with the other numbers of the file.
+        text = word.text
+        if not NUMBER.match(text) or not math.isfinite(float(text)):
+            wrong = "too large for a number" if NUMBER.match(text) else "not a number"
+            self.error("not-a-number", f'{what}: "{text[:40]}" is {wrong}', word.span, _advice(text))
+            return None
+        value: float = int(text) if _INTEGER.match(text) else float(text)
+        if unit not in UNITS:
+            return value
+        dimension, far = UNITS[unit]
+        is_far = abs(value) > far
+        if tag and value:
+            self._sizes[unit].append(_Size(abs(value), tag, f"{what} is {text} {unit}" if is_far else "", word.span))
+        return Quantity(value, dimension, f"{text} {unit}") if is_far else value
+
+    def _other_units(self) -> Iterator[Diagnostic]:
+        """Yield warnings about numbers in degrees and in millimetres."""
+        # A large number alone proves nothing: wrists turn by 400 degrees, and "no limit" is written as 999999. In a
+        # drawing in millimetres most lengths are large. What does not move is a room or a plane.
+        angles, lengths = self._sizes.values()
+        degrees = [one for one in angles if FULL_TURN < one.value < 721 and _is_degrees(one)]
+        sizes = sorted(one.value for one in lengths if one.tag != "limit")
+        in_millimetres = self.joint_types - {"fixed"} and sizes and sizes[len(sizes) // 2] > 1
+        far = [one for one in lengths if one.value > FAR]
+        far = far if in_millimetres else [one for one in far if one.tag == "origin" and self.joint_types]
+        for rule, found, limit, other, unit in (
+            ("angle-looks-like-degrees", degrees, "more than a full turn", "degrees", ANGLES),
+            ("length-looks-like-millimetres", far, "larger than any robot", "millimetres", LENGTHS),
+        ):
+            if found:
+                more = f",{and_more(len(found) - 1)}" if len(found) > 1 else ""
+                message = f"{found[0].what}, {limit}: this looks like {other}{more}"
+                help = f"it is kept as it is, in {unit}; if it is wrong, correct it in the source"
+                yield Diagnostic(rule, WARNING, message, found[0].span, (), help)
+
+
+def _is_degrees(size: _Size) -> bool:
+
+    def is_multiple(step: float) -> bool:
+        return abs(size.value - round(size.value / step) * step) < 0.06  # 89.95 is 1.57 rad
+
+    if size.tag == "origin":
+        return size.value > 14.94 and is_multiple(5)
+    digits = size.value / 10 ** math.floor(math.log10(size.value))
+    many_turns = any(math.isclose(digits, one) for one in (1, 2, 5)) or is_multiple(math.tau)
+    # 20 rad is the largest limit in 600 public robots that does not mean many turns.
+    return size.value < 360.06 and ((size.value > 31 and not many_turns) or is_multiple(45))
+
+
+def _advice(text: str) -> str:
+    if text.lower().lstrip("+-") in ("nan", "inf", "infinity") or NUMBER.match(text):
+        return "write a finite number"
+    if "$" in text:
+        return "this is xacro: name the file NAME.xacro, or declare xmlns:xacro"
+    if "," in text:
+        return "write a point in numbers and a space between them"
+    if text[:1].isdigit() or text[:1] in "+-.":
+        return "write digits alone: values are in metres, radians and kilograms and carry no unit"
+    return "write a number such as 0.5 or 1e-3"
+
+
+def lacks(element: Element, names: Sequence[str]) -> str:
+    """Return the message about attributes that an element lacks."""
+    return f"{name_of(element)} lacks the {plural('attribute', len(names))} {quote(names)}"
+
+
+def numbers(element: Element, name: str, count: int, unit: str, reading: XmlReader) -> Seq | None:
+    """Return the numbers of an attribute as a list, or None if it is missing or after an error."""
+    attribute = element.attributes.get(name)
+    if attribute is None:
+        return None
+    tag = "origin" if element.tag == "origin" else "size" if name in ("size", "radius", "length") else "limit"
+    words = attribute.words()
+    if name == "scale" and (len(words) == 1 or len(words) > count) and reading.options.lenient:
+        taken = "one number, which is taken for all three" if len(words) == 1 else "more than three numbers"
+        reading.note("wrong-count", f"scale of {name_of(element)} has {taken}", attribute.span)
+        words = (words * count)[:count]
+    found = reading.numbers(words, f"{name} of {name_of(element)}", attribute.span, count, unit, tag)
+    made = Seq(attribute.span)
+    for one in found or ():
+        made.put(one.value, one.span)
+    return None if found is None else made
+
+
+def put(entry: Map, key: str, value: Any, element: Element) -> None:
+    """Set a key whose value is that of a whole element."""
+    entry.put(key, value, element.span, element.span)

@@ -1,0 +1,334 @@
+"""Replace elements of a URDF or SDF by sections of the language where both mean the same.
+
+Each entry is written as an element again and compared with the element that it came from. What a rule refuses, what
+comes out differently and what the language cannot express is kept as it was, with the reason.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence, Set
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+from xml.etree import ElementTree
+
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.gazebo import element_differences, followers_of
+from rosorin_compile.formats.imported_robot import Comment, Imported, as_tree
+from rosorin_compile.formats.robot_files import violations
+from rosorin_compile.language.expand.parts import apply_types
+from rosorin_compile.language.expand.scope import Expansion, Scope
+from rosorin_compile.language.lower import lower
+from rosorin_compile.language.validate import validate
+from rosorin_compile.model import Output, Robot
+from rosorin_compile.source.diagnostics import ERROR, Source, first_of, has_errors
+from rosorin_compile.source.project import data_folder
+from rosorin_compile.source.tree import Map, Path, Seq, Text
+from rosorin_compile.source.xml.elements import indent_lines, tree_of
+from rosorin_compile.source.xml.markup import COMMENT, Remark, parse
+
+from .drives import Drives, read_drives
+from .hardware import block
+from .sensors import CannotConvert, GazeboSensor, entry, gazebo_of, overlay, read_sensor, without_collisions
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element as Tree
+
+CONTROL, SENSORS, ELEMENTS = "control", "sensors", "urdf_elements"
+_FORMATS = ("urdf", "sdf")
+_FEW = 3  # names in a line of the report
+
+
+class Candidate(NamedTuple):
+    """An element that may become an entry of a section: its name, the text that contains it, its number there.
+
+    ``reference`` is that of the ``<gazebo>`` around it.
+    """
+
+    section: str
+    name: str
+    text: int
+    number: int
+    element: Tree
+    reference: str = ""
+
+    @property
+    def called(self) -> str:
+        """Its name in messages."""
+        return f'{"sensor" if self.section == SENSORS else "<ros2_control>"} "{self.name}"'
+
+
+class Converted(NamedTuple):
+    """A robot whose elements became sections: ``names`` of the new entries by kind, ``kept`` reasons by element.
+
+    ``plain`` is the tree with all elements.
+    """
+
+    imported: Imported
+    plain: Map | None = None
+    names: Mapping[str, Sequence[str]] = {}
+    kept: Mapping[str, str] = {}
+
+
+def with_sections(imported: Imported) -> Converted:
+    """Return a robot with sections instead of the elements of its URDF or SDF, as far as possible."""
+    tree = imported.tree
+    texts = tree.get(ELEMENTS) if tree is not None else None
+    if tree is None or imported.format not in _FORMATS or not isinstance(texts, Seq):
+        return Converted(imported)
+    found, robot = _candidates(texts), imported.robot
+    if robot is None or not (found or any("<plugin" in text for text in texts)):
+        return Converted(imported)
+    return _Conversion(imported, tree, texts, robot).convert(found)
+
+
+class _Conversion:
+    """The conversion of one robot; ``kept`` are the reasons why elements are kept."""
+
+    def __init__(self, imported: Imported, tree: Map, texts: Seq, robot: Robot) -> None:
+        self.imported, self.tree, self.texts, self.robot = imported, tree, texts, robot
+        self.kept: dict[str, str] = {}
+
+    def convert(self, found: list[Candidate]) -> Converted:
+        """Return the robot with sections."""
+        count = Counter((one.section, one.name) for one in found)
+        unique: dict[str, dict[str, Candidate]] = {CONTROL: {}, SENSORS: {}}
+        for one in found:
+            if one.name and count[one.section, one.name] == 1:
+                unique[one.section][one.name] = one
+            else:
+                self.kept[one.called] = "two have this name" if one.name else "it has no name"
+        control, distribution = self.control(unique[CONTROL])
+        sensors, gazebo = self.sensors(unique[SENSORS])
+        drives = self.drives()
+        taken = [unique[section][name] for section, some in ((CONTROL, control), (SENSORS, sensors)) for name in some]
+        if not taken and not drives.sections:
+            return Converted(self.imported, None, {}, self.kept)
+        sections: dict[str, Any] = {CONTROL: control, SENSORS: sensors, **drives.sections}
+        sections[ELEMENTS], comments = self.without(taken)
+        options = ({"control": distribution} if control else {}) | ({"gazebo": gazebo} if sensors else {})
+        if options:
+            outputs: dict[str, Any] = {**(self.tree.get("outputs") or {}), "urdf": dict(options)}
+            if self.imported.format == "sdf" and sensors:
+                outputs["sdf"] = {**(outputs.get("sdf") or {}), "gazebo": gazebo}
+            sections["outputs"] = outputs
+        imported = self.imported._replace(tree=_put(self.tree, sections), comments=comments)
+        names = {"hardware block": list(control), "sensor": list(sensors), **drives.names}
+        return Converted(imported, self.tree, {key: value for key, value in names.items() if value}, self.kept)
+
+    def control(self, found: Mapping[str, Candidate]) -> tuple[dict[str, Any], str]:
+        """Return the entries of hardware blocks that mean the same, and the distribution that most of them are for."""
+        best: tuple[dict[str, Any], str, dict[str, str]] = ({}, "jazzy", {})
+        for distribution in ("jazzy", "humble") if found else ():
+            humble = distribution == "humble"
+            entries = {name: block(one.element, self.robot, humble) for name, one in found.items()}
+            options = {"control": distribution}
+            reasons = self.remove_refused(entries, CONTROL, options)
+            reasons |= self.remove_different(found, entries, CONTROL, options, followers_of(self.robot, humble))
+            if len(entries) > len(best[0]) or not humble:
+                best = entries, distribution, reasons
+        self.kept |= {found[name].called: reason for name, reason in best[2].items()}
+        return best[0], best[1]
+
+    def sensors(self, found: Mapping[str, Candidate]) -> tuple[dict[str, Any], str]:
+        """Return the entries of sensors that mean the same, and the Gazebo that most of them are for."""
+        parsed: dict[str, GazeboSensor] = {}
+        entries: dict[str, Any] = {}
+        reasons: dict[str, str] = {}
+        for name, one in found.items():
+            try:
+                parsed[name] = read_sensor(one.element, one.reference)
+            except CannotConvert as problem:
+                reasons[name] = str(problem)
+        gazebo = gazebo_of(list(parsed.values())) if parsed else ""
+        for name, sensor in parsed.items():
+            try:
+                entries[name] = entry(sensor, self.robot, gazebo)
+            except CannotConvert as problem:
+                reasons[name] = str(problem)
+        options = {"gazebo": gazebo}
+        reasons |= self.remove_refused(entries, SENSORS, options)
+        robot = self.with_sections({SENSORS: entries})[0] if entries else None
+        for made in robot.sensors if robot is not None else ():
+            if made.name in entries and (changes := overlay(parsed[made.name], made, gazebo)):
+                entries[made.name]["gazebo"] = changes
+        reasons |= self.remove_refused(entries, SENSORS, options)
+        reasons |= self.remove_different(found, entries, SENSORS, options)
+        self.kept |= {found[name].called: reason for name, reason in reasons.items()}
+        return entries, gazebo
+
+    def drives(self) -> Drives:
+        """Return what plug-ins specify about the drive and transforms, as far as no rule refuses it."""
+        found = read_drives((element for _, element in _trees(self.texts)), self.robot)
+        self.kept |= found.kept
+        for word, keys in (("drive", ("drive",)), ("transform", ("publishers", "edges"))):
+            some = {key: found.sections[key] for key in keys if key in found.sections}
+            if some and (reason := self.with_sections(some)[1]):
+                for key in some:
+                    del found.sections[key]
+                self.kept[f"the {word} of {', '.join(found.names.pop(word))}"] = reason
+        return found
+
+    def remove_refused(self, entries: dict[str, Any], section: str, options: Mapping[str, Any]) -> dict[str, str]:
+        """Remove the entries that a rule refuses, alone or together, and return the reasons by name."""
+        reasons: dict[str, str] = {}
+        if entries and self.with_sections({section: entries}, options)[1]:
+            for name in list(entries):
+                if reason := self.with_sections({section: {name: entries[name]}}, options)[1]:
+                    reasons[name] = reason
+                    del entries[name]
+            if entries and (together := self.with_sections({section: entries}, options)[1]):
+                reasons |= dict.fromkeys(entries, together)
+                entries.clear()
+        return reasons
+
+    def remove_different(
+        self,
+        found: Mapping[str, Candidate],
+        entries: dict[str, Any],
+        section: str,
+        options: Mapping[str, Any],
+        followers: Set[str] = frozenset(),
+    ) -> dict[str, str]:
+        """Remove the entries that are not written as their elements were, and return the reasons by name."""
+        reasons: dict[str, str] = {}
+        while entries:  # the reason why one entry comes out differently may be another one
+            texts, wrong = self.write(section, entries, options), dict[str, str]()
+            for name in entries:
+                one = found[name]
+                alone = one.element
+                if section == SENSORS:
+                    alone = ElementTree.Element("gazebo", {"reference": one.reference} if one.reference else {})
+                    alone.append(one.element)
+                before, *after = without_collisions(
+                    [ElementTree.tostring(alone, "unicode"), *texts.get(one.called, [])]
+                )
+                if changes := element_differences([before], after, followers):
+                    added = [text for text in changes if text.endswith("is new") and "<sensor" not in text]
+                    added = [text for text in added if "<ros2_control" not in text]
+                    missing = "nothing is written: its link has no mass that Gazebo keeps it for"
+                    wrong[name] = f"written back, it differs: {added[0] if added else changes[0]}" if after else missing
+            if not wrong:
+                break
+            reasons |= wrong
+            for name in wrong:
+                del entries[name]
+        return reasons
+
+    def with_sections(
+        self, sections: dict[str, Any], options: Mapping[str, Any] | None = None
+    ) -> tuple[Robot | None, str]:
+        """Return the robot with more sections, or None and its first error."""
+        output = {"file": "robot.urdf", **(options or {})}
+        tree, expansion = _put(self.tree, {**sections, "outputs": {"urdf": output}}).copy(), Expansion()
+        if isinstance(tree.get(SENSORS), Map):
+            tree[SENSORS] = tree[SENSORS].copy()
+            apply_types(tree, None, Scope(expansion), data_folder("parts_library") / "sensors.yaml")
+        found = [*expansion.diagnostics, *validate(tree, FORMATS)]
+        found = found if has_errors(found) else violations(tree)
+        message = next((one.message for one in found if one.severity == ERROR), "")
+        return (None if message else lower(tree).robot), message
+
+    def write(self, section: str, entries: dict[str, Any], options: Mapping[str, Any]) -> dict[str, list[str]]:
+        """Return the elements of the URDF that entries become, by what they are called."""
+        robot, brings = self.with_sections({section: entries}, options)[0], FORMATS["urdf"].brings
+        found: dict[str, list[str]] = {}
+        if robot is not None and brings is not None:
+            for text in brings(robot, Output("urdf", "urdf", "robot.urdf", {**options, "number_format": "exact"})):
+                texts = Seq(self.texts.span)
+                texts.put(text, self.texts.span)
+                for one in _candidates(texts):
+                    found.setdefault(one.called, []).append(text)
+        return found
+
+    def without(self, taken: list[Candidate]) -> tuple[Seq, list[Comment]]:
+        """Return the elements without those that became entries, and all comments with their new paths.
+
+        An empty ``<gazebo>`` is removed, too.
+        """
+        left, paths, inner = Seq(self.texts.span, self.texts.via), dict[int, Path](), list[Comment]()
+        for index, (text, span) in enumerate(zip(self.texts, self.texts.value_spans, strict=True)):
+            rest = str(text)
+            if mine := [one for one in taken if one.text == index]:
+                rest, remarks = _cut(rest, mine)
+                inner += [Comment(words, span, path) for path, words in remarks]
+            paths[index] = (ELEMENTS, len(left)) if rest else (mine[0].section, mine[0].name)
+            if rest:
+                left.put(Text(rest), span)
+        comments = []
+        for comment in self.imported.comments:
+            section, *place = comment.path[:2] or ("",)
+            moved = paths.get(int(place[0])) if section == ELEMENTS and place else None
+            comments.append(comment if moved is None else replace(comment, path=moved))
+        return left, [*comments, *inner]
+
+
+def _trees(texts: Seq) -> Iterator[tuple[int, Tree]]:
+    """Yield the elements of each text that is XML, with its index."""
+    for index, text in enumerate(texts):
+        try:
+            yield from ((index, element) for element in tree_of(f"<all>{text}</all>"))
+        except ValueError:
+            continue
+
+
+def _candidates(texts: Seq) -> list[Candidate]:
+    """Return the hardware blocks and the sensors in elements."""
+    found = []
+    for index, element in _trees(texts):
+        if element.tag == "ros2_control":
+            found.append(Candidate(CONTROL, element.get("name", "").strip(), index, 0, element))
+        elif element.tag == "gazebo" and set(element.attrib) <= {"reference"}:
+            reference = element.get("reference", "").strip()
+            for number, child in enumerate(child for child in element if child.tag == "sensor"):
+                found.append(Candidate(SENSORS, child.get("name", "").strip(), index, number, child, reference))
+    return found
+
+
+def _cut(text: str, taken: list[Candidate]) -> tuple[str, list[tuple[Path, str]]]:
+    """Return a text without some elements, and the comments of what is cut out by the path of their entry."""
+    root = parse(Source("", f"<all>{text}</all>")).root
+    outer = root.children[0]
+    sensors = [child for child in outer.children if child.tag == "sensor"]
+    elements = {one.name: outer if one.section == CONTROL else sensors[one.number] for one in taken}
+    is_empty = outer.tag != "gazebo" or len(outer.children) == len(taken)
+    remarks: dict[int, tuple[Path, str]] = {}  # by their place
+    for name, element in (*elements.items(), *([(taken[0].name, outer)] if is_empty else [])):
+        for item in (item for inner in element.iter() for item in inner.content):
+            if isinstance(item, Remark) and item.kind == COMMENT:
+                remarks.setdefault(item.start, ((taken[0].section, name), item.text))
+    comments = [remarks[start] for start in sorted(remarks)]
+    if is_empty:
+        return "", comments
+    rest = root.document.source.text[outer.start : outer.end]
+    for element in sorted(elements.values(), key=lambda one: one.start, reverse=True):
+        start, end = element.start - outer.start, element.end - outer.start
+        rest = rest[:start].rstrip(" \t") + rest[end:].lstrip(" \t")
+    return indent_lines("\n".join(line for line in rest.split("\n") if line.strip()), ""), comments
+
+
+def _put(tree: Map, sections: Mapping[str, Any]) -> Map:
+    """Return a tree with more sections, whose values are plain; empty sections are removed."""
+    made = tree.copy()
+    for key, value in sections.items():
+        if value:
+            plain = value if isinstance(value, (Map, Seq)) else as_tree(value, tree.span, [key])
+            made.put(key, plain, tree.span, tree.span)
+        else:
+            made.pop(key, None)
+    return made
+
+
+def report_elements(converted: Converted) -> list[str]:
+    """Return the lines about the elements that became sections, and about those that did not."""
+    lines = []
+    if converted.names:
+        parts = [
+            f"{len(names)} {word}{'' if len(names) == 1 else 's'} ({first_of(list(names), _FEW)})"
+            for word, names in converted.names.items()
+        ]
+        lines.append(f"converted, and equal when they are written back: {', '.join(parts)}")
+    reasons: dict[str, list[str]] = {}
+    for what, why in converted.kept.items():
+        reasons.setdefault(why, []).append(what)
+    return [*lines, *(f"kept as XML: {first_of(names, _FEW)}: {why}" for why, names in reasons.items())]

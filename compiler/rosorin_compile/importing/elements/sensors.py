@@ -1,0 +1,328 @@
+"""Convert a ``<sensor>`` in a ``<gazebo>`` to an entry of ``sensors`` on the link that it is in.
+
+The library's type that measures the same is used, with arguments as far as the element has them. What Gazebo has
+differently or additionally becomes ``gazebo``: ``overlay`` compares the element with the one of the type. An element
+with content that the entry does not have is found when the entry is written back.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from rosorin_compile.compare.precision import NOISE, same_number
+from rosorin_compile.formats.gazebo import SDF_DEFAULTS, SDF_FLAGS, SDF_TRUTH
+from rosorin_compile.model import Robot, Sensor
+
+from .hardware import plain
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+LIDARS = ("ray", "gpu_ray", "gpu_lidar", "lidar")
+TYPES: Mapping[str, str] = {
+    "camera": "camera",
+    "depth": "depth_camera",
+    "depth_camera": "depth_camera",
+    "rgbd_camera": "depth_camera",
+    "imu": "imu",
+    "gps": "gnss",
+    "navsat": "gnss",
+    "contact": "contact",
+    "force_torque": "force_torque",
+    "magnetometer": "magnetometer",
+    "altimeter": "altimeter",
+}
+IMAGES = ("camera", "depth_camera")
+LIDAR_TYPES = ("lidar_2d", "lidar_3d", "range_finder")
+MAX_RAYS = 2000  # more are a burden in MuJoCo: the lidar is left out of it
+_CLASSIC = ("ray", "gpu_ray", "depth", "gps", "multicamera")
+_MODERN = ("gpu_lidar", "rgbd_camera", "navsat")
+_FRAMES = ("gz_frame_id", "ignition_frame_id")
+_FRAME_NAMES = ("frame_name", "frameName", "frame_id")
+_NEAR = 5e-3  # rad: how precisely a circle is written
+# Arguments of types in the library: the section and the key of the number.
+_RANGES = {"max_range": ("range", "max"), "min_range": ("range", "min")}
+_LENSES = {
+    "hfov": ("camera", "horizontal_fov"),
+    "width": ("image", "width"),
+    "height": ("image", "height"),
+    "near": ("clip", "near"),
+    "far": ("clip", "far"),
+}
+_WIDEST = {"hfov": math.radians(170), "fov": math.tau, "vertical_fov": math.radians(179)}
+_SMALLEST = 1e-4  # of a distance in the library (m)
+
+
+class CannotConvert(Exception):
+    """Something that the language cannot express; the message names it."""
+
+
+class GazeboSensor(NamedTuple):
+    """A sensor of a source: its name, its type there, the link or joint that it is in, its elements and pose."""
+
+    name: str
+    type: str
+    reference: str
+    elements: dict[str, Any]
+    pose: tuple[float, ...]
+
+    def inner(self, *path: str) -> Mapping[str, Any]:
+        """Return the elements in an element; those of a lidar are in <ray> or <lidar>."""
+        values: Mapping[str, Any] = self.elements
+        for key in path:
+            found = values.get(key) or (values.get("ray") if key == "lidar" else None)
+            values = found if isinstance(found, dict) else {}
+        return values
+
+    @property
+    def plugins(self) -> list[dict[str, Any]]:
+        """The elements in its plug-ins."""
+        plugins = self.elements.get("plugin") or []
+        return [item for item in (plugins if isinstance(plugins, list) else [plugins]) if isinstance(item, dict)]
+
+    @property
+    def stamp(self) -> str:
+        """The frame that messages carry, as the element of Gazebo or a plug-in names it."""
+        named = [self.elements.get(name) for name in _FRAMES]
+        named += [plugin.get(name) for plugin in self.plugins for name in _FRAME_NAMES]
+        return next((name.lstrip("/") for name in named if isinstance(name, str)), "")
+
+
+def read_sensor(element: Element, reference: str) -> GazeboSensor:
+    """Return the parts of a <sensor>. Raises CannotConvert for a pose that is not six numbers."""
+    made = _elements(element, exact=False)
+    try:
+        numbers = tuple(map(float, str(made.pop("pose", None) or "0 0 0 0 0 0").split()))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != 6 or not all(map(math.isfinite, numbers)):
+        raise CannotConvert("its <pose> is not six numbers")
+    pose = tuple(0.0 if abs(number) <= NOISE else number for number in numbers)
+    return GazeboSensor(element.get("name", "").strip(), element.get("type", "").strip(), reference, made, pose)
+
+
+def _elements(element: Element, exact: bool) -> dict[str, Any]:
+    """Return the children of an element as the values of ``elements``; ``exact`` keeps texts as they are."""
+    made: dict[str, Any] = {}
+    for child in element:
+        value = _value(child, exact or child.tag == "plugin")
+        if child.tag in made:
+            before = made[child.tag]
+            made[child.tag] = [*before, value] if isinstance(before, list) else [before, value]
+        else:
+            made[child.tag] = value
+    return made
+
+
+def _value(element: Element, exact: bool) -> Any:
+    text, read = (element.text or "").strip(), plain if exact else _scalar
+    if element.tag in SDF_FLAGS and text in SDF_TRUTH and not exact:
+        return SDF_TRUTH[text] == "true"
+    if element.attrib or len(element) or not text:
+        attributes = {name: read(value) for name, value in element.attrib.items()}
+        return {**({"attributes": attributes} if attributes else {}), **_elements(element, exact)}
+    return read(text)
+
+
+def _scalar(text: str) -> Any:
+    word = " ".join(text.split())
+    if word in ("true", "false"):
+        return word == "true"
+    try:
+        number = float(word)
+    except ValueError:
+        return word
+    return number if "_" not in word and math.isfinite(number) else word
+
+
+def gazebo_of(found: Sequence[GazeboSensor]) -> str:
+    """Return which Gazebo most of some sensors are for: harmonic, fortress or classic."""
+    votes = {"harmonic": 0, "fortress": 0, "classic": 0}
+    for one in found:
+        files = [str((item.get("attributes") or {}).get("filename", "")) for item in one.plugins]
+        if "ignition_frame_id" in one.elements:
+            votes["fortress"] += 1
+        elif "gz_frame_id" in one.elements or one.type in _MODERN:
+            votes["harmonic"] += 1
+        elif one.type in _CLASSIC or any(re.match(r"lib.*(gazebo|hector).*\.so$", file) for file in files):
+            votes["classic"] += 1
+    return max(votes, key=lambda name: votes[name])
+
+
+def entry(one: GazeboSensor, robot: Robot, gazebo: str) -> dict[str, Any]:
+    """Return the entry of a sensor without what Gazebo has differently. Raises CannotConvert."""
+    kind, frame = TYPES.get(one.type, ""), one.reference
+    if one.type in LIDARS:
+        rays, layers = (one.inner("lidar", "scan", axis).get("samples", 1.0) for axis in ("horizontal", "vertical"))
+        if not (_is_count(rays) and _is_count(layers)):
+            raise CannotConvert("the number of its rays is no whole number")
+        kind = "lidar_3d" if layers > 1 else "lidar_2d" if rays > 1 else "range_finder"
+    elif not kind:
+        raise CannotConvert(f'the library has no type of sensor for "{one.type}"')
+    if kind == "force_torque":
+        if frame not in robot.joint or any(one.pose):
+            raise CannotConvert(f'"{frame}" is no joint of the URDF, or it has a <pose> there')
+        frame = robot.joint[frame].child
+    elif frame not in robot.link:
+        raise CannotConvert(f'"{frame}" is no link of the URDF' if frame else "no reference defines its link")
+    if kind == "contact":
+        own, names = {frame, *(shape.name for shape in robot.link[frame].collision)}, one.inner("contact")
+        named = names.get("collision", [])
+        for name in map(str, named if isinstance(named, list) else [named]):
+            base = re.sub(r"_collision(_\d+)?$", "", name.rpartition("_fixed_joint_lump__")[2])
+            if base not in own and name not in own:
+                raise CannotConvert(f'it responds to the collision "{name}", which is not one of link "{frame}"')
+    made: dict[str, Any] = {"type": kind, "frame": frame}
+    if arguments := _arguments(one, kind, gazebo):
+        made["with"] = arguments
+    stamp, optical = one.stamp, ""
+    if kind in IMAGES:
+        below, waiting = list[str](), [] if "optical" in frame else [frame]
+        while waiting:  # the image frame is fixed to the camera
+            link = waiting.pop(0)
+            fixed = [joint.child for joint in robot.joints if joint.parent == link and joint.is_fixed]
+            below += [name for name in fixed if "optical" in name]
+            waiting += fixed
+        optical = stamp if stamp in below else below[0] if below and not stamp else ""
+        made["optical"] = {"frame": optical} if optical else False
+    elif kind in LIDAR_TYPES and not _in_mujoco(one, arguments):
+        made["mjcf"] = []
+    if stamp in robot.link and stamp not in (frame, optical):
+        made["stamps"] = [stamp]
+    return made
+
+
+def _is_count(value: Any) -> bool:
+    return isinstance(value, float) and 1 <= value <= 100_000 and value == int(value)
+
+
+def _arguments(one: GazeboSensor, kind: str, gazebo: str) -> dict[str, Any]:
+    """Return the arguments of a type in the library; numbers that it does not accept are left out."""
+    rate, topic = one.elements.get("update_rate", 0.0), one.elements.get("topic")
+    topic = one.inner("contact").get("topic", topic) if kind == "contact" else topic
+    made: dict[str, Any] = {"rate": rate} if isinstance(rate, float) and rate >= 0 else {}
+    made |= {"topic": topic} if isinstance(topic, str) and topic else {}
+    if kind == "imu":
+        if one.inner("imu").get("enable_orientation", True if gazebo != "classic" else None) in (True, 1.0):
+            made["orientation"] = True
+        for word, what in (("gyro_noise", "angular_velocity"), ("accelerometer_noise", "linear_acceleration")):
+            x, y, z = (one.inner("imu", what, axis, "noise") for axis in "xyz")
+            made |= _noise(word, x) if x and x == y == z else {}
+    if kind not in (*LIDAR_TYPES, *IMAGES):
+        return made
+    name, numbers = ("camera", _LENSES) if kind in IMAGES else ("lidar", _RANGES)
+    if name == "lidar":
+        horizontal, vertical = (one.inner("lidar", "scan", axis) for axis in ("horizontal", "vertical"))
+        if kind != "range_finder":
+            made["rays"] = int(horizontal["samples"])
+            made |= _field_of_view("fov", horizontal, made["rays"])
+        if kind == "lidar_3d":
+            made["layers"] = int(vertical["samples"])
+            made |= _field_of_view("vertical_fov", vertical, 0)
+    for word, (section, key) in numbers.items():
+        holder = one.inner(name) if section == name else one.inner(name, section)
+        value = holder.get(key, _scalar(SDF_DEFAULTS.get(section, {}).get(key, "")))
+        if section == "image" and _is_count(value):
+            made[word] = int(value)
+        elif section != "image" and isinstance(value, float) and _SMALLEST <= value <= _WIDEST.get(word, math.inf):
+            made[word] = value
+    return made | _noise("noise", one.inner(name, "noise"))
+
+
+def _noise(word: str, noise: Mapping[str, Any]) -> dict[str, Any]:
+    kind, stddev = noise.get("type", (noise.get("attributes") or {}).get("type")), noise.get("stddev")
+    is_plain = kind == "gaussian" and isinstance(stddev, float) and stddev > 0 and not noise.get("mean")
+    return {word: stddev} if is_plain else {}
+
+
+def _field_of_view(word: str, axis: Mapping[str, Any], rays: int) -> dict[str, Any]:
+    """Return the field of view if it is symmetric; a full circle is the default of the library."""
+    low, high = axis.get("min_angle"), axis.get("max_angle")
+    if not isinstance(low, float) or not isinstance(high, float):
+        return {}
+    span = high - low
+    if (rays and abs(span + span / max(rays - 1, 1) - math.tau) < _NEAR) or span >= math.tau - _NEAR:
+        return {}
+    return {word: 2 * high if abs(low + high) <= NOISE else span} if 0 < span <= _WIDEST[word] else {}
+
+
+def _in_mujoco(one: GazeboSensor, arguments: Mapping[str, Any]) -> bool:
+    """Return True if MuJoCo can simulate a lidar: its rays are symmetric, and not too many."""
+    for name, word in (("horizontal", "fov"), ("vertical", "vertical_fov")):
+        axis = one.inner("lidar", "scan", name)
+        low, high = axis.get("min_angle", 0.0), axis.get("max_angle", 0.0)
+        if not isinstance(low, float) or not isinstance(high, float):
+            return False
+        full = math.tau - 2 * _NEAR - math.tau / arguments.get("rays", 1)
+        is_circle = word == "fov" and word not in arguments and high - low >= full
+        if not is_circle and abs(low + high) > _NEAR:
+            return False
+    return int(arguments.get("rays", 1)) * int(arguments.get("layers", 1)) <= MAX_RAYS
+
+
+def without_collisions(texts: Sequence[str]) -> list[str]:
+    """Return elements without the names of the collisions of contact sensors: they follow from the shapes of a link."""
+    return [re.sub(r"<collision>[^<]*</collision>", "", text) for text in texts]
+
+
+def overlay(one: GazeboSensor, sensor: Sensor, gazebo: str) -> dict[str, Any]:
+    """Return what a sensor of the source has otherwise than the one of Gazebo that its type brings, or besides."""
+    made: dict[str, Any] = {}
+    if len(sensor.gazebo) != 1:
+        return made
+    brought = sensor.gazebo[0]
+    frame_id = brought.FRAME_ELEMENTS[gazebo]
+    if gazebo == "classic":  # elements keep the names that a description has
+        brought = replace(brought, type=brought.in_classic().type)
+    if one.type != brought.type:
+        made["sensor"] = one.type
+    pose = (*brought.pose.xyz, *brought.pose.rpy)
+    stamp = brought.stamp
+    if any(abs(a - b) > NOISE for a, b in zip(pose, one.pose, strict=True)):
+        image = TYPES.get(one.type) in IMAGES
+        made |= {"frame": "sensor"} if image else {}
+        made |= {"xyz": list(one.pose[:3])} if any((*one.pose[:3], *pose[:3])) else {}
+        made |= {"rpy": list(one.pose[3:])} if image or any(one.pose[3:]) else {}
+        stamp = "" if image else stamp
+    elements = dict(one.elements)
+    lidar = "ray" if gazebo == "classic" or one.type in ("gpu_lidar", "lidar") else ""
+    if lidar in elements and "lidar" not in elements:
+        elements = {("lidar" if key == lidar else key): value for key, value in elements.items()}
+    if brought.feels and "contact" in elements:  # its shapes are those of the link
+        elements["contact"] = {key: value for key, value in one.inner("contact").items() if key != "collision"}
+    if frame_id and not any(name in elements for name in _FRAMES):
+        elements[frame_id] = None
+    elif frame_id and elements.get(frame_id) == stamp:
+        del elements[frame_id]
+    changes = _changes({item.name: item.words() for item in brought.elements}, elements, ("sensor",))
+    return made | ({"elements": changes} if changes else {})
+
+
+def _changes(own: Mapping[str, Any], wanted: Mapping[str, Any], above: tuple[str, ...]) -> dict[str, Any]:
+    """Return what makes one mapping of elements another: what is new or other, and None for what goes."""
+    made: dict[str, Any] = {}
+    for key, value in wanted.items():
+        if isinstance(value, dict) and isinstance(own.get(key), dict):
+            inner = _changes(own[key], value, (*above, key))
+            made |= {key: inner} if inner else {}
+        elif not (_same(own[key], value) if key in own else _is_default((*above, key), value)):
+            made[key] = value
+    gone = [key for key, value in own.items() if key not in wanted and not _is_default((*above, key), value)]
+    return made | dict.fromkeys(gone)
+
+
+def _same(one: Any, other: Any) -> bool:
+    if isinstance(one, float) and isinstance(other, float):
+        return same_number(one, other)
+    return bool(one == other) and isinstance(one, bool) == isinstance(other, bool)
+
+
+def _is_default(path: tuple[str, ...], value: Any) -> bool:
+    if isinstance(value, dict):
+        return bool(value) and all(_is_default((*path, key), item) for key, item in value.items())
+    default = SDF_DEFAULTS.get(path[-2], {}).get(path[-1]) if len(path) > 1 else None
+    return default is not None and _same(value, _scalar(default))

@@ -1,0 +1,168 @@
+"""Rename the meshes of an imported robot so that its description finds the files that the source finds.
+
+The ``source`` of a description has the ``folder`` in which relative names are looked for, and the ``packages`` that are
+found from the source, but not from the description. A relative name that leads out of the folder of the source becomes
+one from a folder above it, so that artifacts have their files next to them wherever they are.
+"""
+
+from __future__ import annotations
+
+import os
+import posixpath
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from rosorin_compile.formats.imported_robot import Imported
+from rosorin_compile.formats.mesh_files import Places
+from rosorin_compile.language.expand.included_robots import map_files, move_files, relative_files
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, first_of
+from rosorin_compile.source.files import is_file, resolve
+from rosorin_compile.source.packages import Packages
+from rosorin_compile.source.project import Description
+from rosorin_compile.source.tree import Map
+
+_RULE = "import-mesh-path"
+
+
+class Renamed(NamedTuple):
+    """The tree of a robot with the mesh names of its description, and diagnostics about them.
+
+    ``meshes`` is the prefix of all relative names, or None.
+    """
+
+    tree: Map
+    diagnostics: list[Diagnostic]
+    meshes: str | None = None
+
+
+def rename_files(
+    tree: Map, source: Path, folder: Path, meshes: str | None, packages: Mapping[str, Path], keeps: bool = False
+) -> Renamed:
+    """Rename meshes and textures so that the description finds the same files as the source.
+
+    Args:
+        tree: The tree of the robot.
+        source: The file that it was read from.
+        folder: The folder of the description.
+        meshes: The prefix of relative names from ``--meshes``.
+        packages: The folders of packages from the command line.
+        keeps: Macros make the names, so they stay. If they are outside of the folder of the source, their prefix is the
+            path from the artifacts to the source.
+
+    """
+    place = tree.value_spans.get("robot", tree.span)
+    searched = Places(source, source.parent, packages, os.environ).search(tree, relative=meshes is None)
+    files, messages, here = searched.by_name, list(searched.diagnostics), Path(os.path.abspath(folder))
+    base, relative = Path(os.path.abspath(source.parent)), relative_files(tree)
+    has_files = any(is_file(base / name) for name in relative)
+    if meshes is not None:
+        if not relative:
+            message = f"{source.name} names no mesh or texture by a relative path: --meshes changes nothing"
+            messages.append(Diagnostic(_RULE, WARNING, message, place, (), "leave --meshes out"))
+        known = _packages(files, here)
+        package, _, path = meshes.partition("://")[2].strip("/").partition("/")
+        depth = len(base.parts) - len(Path(path).parts)
+        if _is_of_package(meshes) and has_files and base.parts[depth:] == Path(path).parts:
+            found = Packages({}, os.environ, here / Description.ROOT_FILE).find(package)
+            if found is None or not any(is_file(found / path / name) for name in relative):
+                known[package] = _seen(Path(*base.parts[:depth]), here)
+        return Renamed(_with_places(move_files(tree, meshes), "", known), messages, meshes)
+    top, names = base, {name: name for name in relative}
+    if not keeps and (files or has_files):  # missing files keep their names
+        top, names = _names(base, relative, files)
+    known = _packages({names.get(name, name): file for name, file in files.items()}, here)
+    bare = [name for name in files if name not in names and not _is_of_package(name)]
+    if bare:
+        messages.append(_elsewhere("are named by paths of this machine, where artifacts look for them", bare, place))
+    outside = [name for name in relative if keeps and posixpath.normpath(name).startswith("../")]
+    if outside:
+        in_project = here.parent.name == Description.FOLDER
+        artifacts = (folder.parent.parent if in_project else Path()) / Description.OUTPUTS / folder.name
+        how = f"are out of the folder of {source.name}: artifacts name them as seen from {artifacts.as_posix()}"
+        messages.append(_elsewhere(how, outside, place))
+        meshes = _seen(base, artifacts)
+        return Renamed(_with_places(move_files(tree, meshes), "", known), messages, meshes)
+    tree = map_files(tree, lambda name: names.get(name, name))
+    has_folder = any(not _is_of_package(name) for name in names.values())
+    return Renamed(_with_places(tree, _seen(top, here) if has_folder else "", known), messages)
+
+
+def _is_of_package(name: str) -> bool:
+    return name.startswith(("package://", "model://"))
+
+
+def _names(base: Path, relative: Sequence[str], files: Mapping[str, Path]) -> tuple[Path, dict[str, str]]:
+    """Return the common folder of the files of a source, and their new names relative to it, by their names.
+
+    ``base`` is the folder of the source. A path of this machine that leads into another ROS package becomes an address
+    in that package.
+    """
+
+    def package_above(path: Path) -> Path | None:
+        return next((folder for folder in path.parents if Packages.name_of(folder)), None)
+
+    places = {name: Path(os.path.normpath(base / name)) for name in relative}
+    names: dict[str, str] = {}
+    for name, file in files.items():
+        if name.startswith(("/", "file://")):
+            path = Path(os.path.abspath(file))
+            package = package_above(path)
+            if package is None or package == package_above(base / "any"):
+                places[name] = path
+            else:
+                names[name] = f"package://{Packages.name_of(package)}/{path.relative_to(package).as_posix()}"
+    top = Path(os.path.commonpath([base, *places.values()]))
+    return top, {**names, **{name: _seen(path, top) for name, path in places.items()}}
+
+
+def _packages(files: Mapping[str, Path], here: Path) -> dict[str, str]:
+    """Return the packages of files with their folders, except those that are found from ``here``."""
+    near, found = Packages({}, os.environ, here / Description.ROOT_FILE), dict[str, Path]()
+    for name, file in files.items():
+        if _is_of_package(name):
+            package, _, path = name.partition("://")[2].lstrip("/").partition("/")
+            found.setdefault(package, Path(os.path.abspath(file)).parents[len(Path(path).parts) - 1])
+    known = {package: near.find(package) for package in found}
+    return {
+        package: _seen(folder, here)
+        for package, folder in found.items()
+        if (there := known[package]) is None or resolve(there) != resolve(folder)
+    }
+
+
+def seen_from(imported: Imported, folder: Path) -> Imported:
+    """Return a robot whose source has absolute paths of its meshes, relative to ``folder`` before."""
+    source = imported.tree.get("source") if imported.tree is not None else None
+    if imported.tree is None or not (isinstance(source, Map) and {"folder", "packages"} & source.keys()):
+        return imported
+    here = Path(os.path.abspath(folder))
+    known = {name: os.path.normpath(here / path) for name, path in (source.get("packages") or {}).items()}
+    own = os.path.normpath(here / source["folder"]) if "folder" in source else ""
+    return imported._replace(tree=_with_places(imported.tree, own, known))
+
+
+def _with_places(tree: Map, folder: str, packages: Mapping[str, str]) -> Map:
+    """Return the tree of a robot whose source says where its meshes are."""
+    if not (folder or packages):
+        return tree
+    made, span = tree.copy(), tree.span
+    source, named = tree["source"].copy(), Map(span)
+    for package, path in packages.items():
+        named.put(package, path, span, span)
+    for key, value in (("folder", folder), ("packages", named)):
+        if value:
+            source.put(key, value, span, span)
+    made["source"] = source
+    return made
+
+
+def _seen(path: Path, folder: Path) -> str:
+    """Return a path relative to a folder, as a description has it."""
+    return Path(os.path.relpath(path, folder)).as_posix()
+
+
+def _elsewhere(how: str, names: Sequence[str], span: Span) -> Diagnostic:
+    """Return the warning about files that artifacts find in one place only."""
+    help = "name them as package://NAME/FILE; or import with --meshes FOLDER, as seen from the artifacts"
+    return Diagnostic(_RULE, WARNING, f"files {how}: {first_of(names, 1)}", span, (), help)

@@ -1,0 +1,89 @@
+"""A colour for each link, and visuals for links that only have collision shapes, equal in pages, pictures and files."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Mapping, Sequence
+from colorsys import hls_to_rgb, rgb_to_hls
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from rosorin_compile.source.cache import of_robot
+
+from .link import Link
+from .shape import Material, Rgba
+
+if TYPE_CHECKING:
+    from .robot import Robot
+
+# Degrees to the next hue that is tried: 360 times the golden ratio, so that no two are close.
+_GOLDEN_ANGLE = 137.50776
+_NEAR = 25.0  # degrees: the smallest difference between the hues of a link and its parent
+_LIGHTNESSES, _SATURATIONS = (0.60, 0.52), (0.42, 0.10)
+_ROUNDED = 0.01  # what rounding to three digits changes of lightness and saturation, at most
+
+
+@of_robot
+def own_colours(robot: Robot) -> Mapping[str, Rgba]:
+    """Return a muted colour for each link, by its name.
+
+    It follows from the name, and differs from that of the parent. A base is grey.
+    """
+    hues: dict[str, float] = {}
+    colours: dict[str, Rgba] = {}
+    for link in robot.walk():
+        above = robot.joint_to.get(link.name)
+        # equal on every machine, and very different for similar names
+        number = (zlib.crc32(link.name.encode("utf-8", "surrogatepass")) * 2_654_435_761 >> 8) & 0xFFFFFF
+        hue = number % 3600 / 10
+        while above is not None and abs((hue - hues[above.parent] + 180) % 360 - 180) < _NEAR:
+            hue = (hue + _GOLDEN_ANGLE) % 360
+        hues[link.name] = hue
+        light, saturation = _LIGHTNESSES[number // 3600 % 2], _SATURATIONS["base" in link.name]
+        red, green, blue = hls_to_rgb(round(hue, 1) / 360, light, saturation)
+        colours[link.name] = (round(red, 3), round(green, 3), round(blue, 3), 1.0)
+    return colours
+
+
+def is_own(rgba: Sequence[float]) -> bool:
+    """Return True if a colour can be one of ``own_colours``."""
+    if len(rgba) != 4 or rgba[3] != 1.0 or not all(0 <= part <= 1 for part in rgba):
+        return False
+    pairs = zip(rgb_to_hls(*rgba[:3])[1:], (_LIGHTNESSES, _SATURATIONS), strict=True)
+    return all(min(abs(value - one) for one in usual) < _ROUNDED for value, usual in pairs)
+
+
+def colours_of(robot: Robot) -> dict[str, Material]:
+    """Return new materials LINK_colour for the links that have collision shapes and no visual, by link."""
+    names = set(robot.material)
+    colours: dict[str, Material] = {}
+    for link in robot.links:
+        if link.collision and not link.visual:
+            name = f"{link.name}_colour"
+            while name in names:
+                name += "_"
+            names.add(name)
+            colours[link.name] = Material(name, own_colours(robot)[link.name])
+    return colours
+
+
+def with_visuals(robot: Robot) -> Robot:
+    """Return a robot whose links are all visible: a link without a visual as its collision shapes, in one colour.
+
+    The colours are added to the materials (``colours_of``). The visuals have no names and no elements of XML.
+    """
+    colours = colours_of(robot)
+    links = []
+    for link in robot.links:
+        if link.name in colours:
+            look: Any = {"name": "", "material": colours[link.name].name, "stand_in": "", "urdf_elements": ()}
+            link = replace(link, visual=tuple(replace(shape, **look) for shape in link.collision))
+        links.append(link)
+    return replace(robot, links=tuple(links), materials=(*robot.materials, *colours.values())) if colours else robot
+
+
+def shows_collision(link: Link) -> bool:
+    """Return True if the visuals of a link are those of ``with_visuals``."""
+    visual, collision = ([(shape.geometry, shape.pose) for shape in some] for some in (link.visual, link.collision))
+    made = all((shape.material or "").rstrip("_").endswith("_colour") for shape in link.visual)
+    return bool(visual) and made and visual == collision

@@ -1,0 +1,316 @@
+"""Compute the collision matrix of a robot for MoveIt, and write the file that its description includes."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from itertools import combinations, product
+from pathlib import Path
+from random import Random
+from typing import Annotated, Any
+
+from rosorin_compile.formats.mesh_files import Places
+from rosorin_compile.model import DisabledCollision, Robot
+from rosorin_compile.output import OutputError, may_replace, write_file
+from rosorin_compile.request import Request
+from rosorin_compile.source.diagnostics import Diagnostic, RequestError, count_of, error
+from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.yaml_text import Scalar
+
+from .physics import require
+from .rest_pose import leader_of, range_of
+from .solids import Bodies, Meshes, Pair, read_meshes
+
+FILE = "collisions.yaml"
+FAR = 0.02  # m: links that stay farther apart than this are reported so, without the distance
+TOUCH = 1e-6  # m: faces that lie on each other touch, whatever the rounding of the poses made of it
+_ROUND, _MOST_ROUNDS = 200, 50  # states of a round
+_BLOCK = 1000  # states whose positions are in memory
+_NEAREST, _STARTS = 24, 3  # states of a pair that are measured, and from which it is brought nearer
+_FIRST_STEP, _HALVINGS = 0.1, 8  # of a joint's range, and how often it is halved when no step brings a pair nearer
+_BATCH = 8  # steps that are measured at once
+_FARTHEST = 10.0  # m: nothing of a robot is farther from its other parts
+_MESH_STATES = 5  # states in which the meshes of a pair are tested, besides their hulls
+
+State = dict[str, float]  # of joints that move by themselves, rad or m
+Planning = Any  # ros.srdf.planning.Planning, the robot as MoveIt plans with it: this layer does not import it
+
+
+@dataclass(frozen=True)
+class CollisionMatrix:
+    """The collision matrix of a robot. With an error among ``diagnostics`` it was not computed or not written."""
+
+    robot: str
+    file: str
+    written: Annotated[bool, "false: the file is up to date, or there is an error"] = False
+    urdf: Annotated[str, "the URDF that the matrix belongs to"] = ""
+    seed: Annotated[int, "the seed of the search"] = 0
+    states: Annotated[int, "the number of random states that were tried"] = 0
+    links: Annotated[int, "the number of links with collision shapes"] = 0
+    pairs: Annotated[tuple[DisabledCollision, ...], "pairs that MoveIt does not need to check; distances in m"] = ()
+    kept: Annotated[int, "the number of pairs whose result is still valid from the matrix before"] = 0
+    touching_hulls: Annotated[tuple[Pair, ...], "pairs to be checked whose hulls touch, but not their meshes"] = ()
+    contradicted: Annotated[tuple[Pair, ...], "pairs that the description declares as Never, and that collide"] = ()
+    included: Annotated[bool, "whether the description includes a matrix"] = False
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+
+def compute_matrix(
+    request: Request,
+    planning_of: Callable[[Robot], Planning | None],
+    *,
+    output: Path | None = None,
+    force: bool = False,
+) -> CollisionMatrix:
+    """Compute the pairs of links that need no check, and write them next to the description or to ``output``.
+
+    ``planning_of`` returns the robot as MoveIt plans with it. A file that is up to date is only computed again with
+    ``force``. Raises RequestError without MuJoCo, or if ``output`` is not a regular file.
+    """
+    understood, path = request.understand(), output or request.description.path.parent / FILE
+    case, errors = understood.case, tuple(one for one in understood.diagnostics if one.severity == "error")
+    refused = CollisionMatrix(request.description.name, str(path), diagnostics=errors)
+    if case is None:
+        return refused
+
+    def refuse(message: str, help: str, *more: Diagnostic) -> CollisionMatrix:
+        return replace(refused, diagnostics=(*more, error("collisions-refused", message, None, help)))
+
+    planning = planning_of(case.robot)
+    if planning is None:
+        return refuse(f"{case.robot.name} has no URDF among its outputs", "add urdf: {file: NAME.urdf}")
+    if os.path.lexists(path) and not path.is_file():
+        raise RequestError(f"{path} cannot be written: it is not a regular file")
+    with suppress(OSError, ValueError):  # it does not exist, or writing reports the reason
+        if not may_replace(path):
+            return refuse(f"{path} was not written by rosorin-compile", "name another file with -o, or remove it")
+    places = Places(request.description.path, request.description.outputs, request.packages, os.environ)
+    files = places.meshes(case.tree, case.robot.outputs) if planning.meshes else {}
+    digests, included, seed = planning.digests(files), planning.said.matrix, planning.said.search.seed
+    result = CollisionMatrix(
+        planning.robot.name, str(path), urdf=planning.urdf.file, seed=seed, included=included is not None
+    )
+    if included is not None and included.of == planning.digest and dict(included.meshes) == digests and not force:
+        return result
+    require("collisions")
+    _, meshes, problems = read_meshes(case, files, planning.meshes)
+    if problems:
+        help = "--package NAME=PATH names a package"
+        return refuse("pairs that never touch can only be found with all meshes", help, *problems)
+    parts = planning.parts(digests)
+    search = Search(planning, meshes, {} if force else planning.same_pairs(parts))
+    pairs = search.run()
+    text = f"""\
+# Generated by rosorin-compile collisions; edits here are lost. Which pairs of links MoveIt need not check:
+# {count_of(search.tried, "random state")} of {planning.urdf.file}, seed {seed}.
+moveit:
+  collision_matrix:
+    of: "{planning.digest}"
+    states: {search.tried}
+    how: "{parts.how}"
+"""
+    for key, values in {"meshes": digests, "shapes": parts.shapes, "joints": parts.joints}.items():
+        text += f"    {key}:\n" if values else ""
+        text += "".join(f'      {Scalar(name).as_text(False)}: "{one}"\n' for name, one in sorted(values.items()))
+    text += "    pairs:\n" if pairs else "    pairs: []\n"
+    for pair in pairs:
+        names = ", ".join(Scalar(name).as_text(True) for name in pair.links)
+        distances = {"nearest": pair.nearest, "beyond": pair.beyond}
+        more = "".join(f", {key}: {1000 * d + 0.0:.6g} mm" for key, d in distances.items() if d is not None)
+        text += f"      - {{links: [{names}], reason: {pair.reason}{more}}}\n"
+    try:
+        write_file(path, text.encode())
+    except OutputError as problem:
+        return replace(refused, diagnostics=(problem.diagnostic,))
+    never = [one.links for one in planning.said.disabled if one.reason == DisabledCollision.NEVER]
+    return replace(
+        result,
+        written=True,
+        states=search.tried,
+        links=len(planning.solids),
+        pairs=tuple(pairs),
+        kept=len(search.same),
+        touching_hulls=tuple(sorted(search.only_hulls)),
+        contradicted=tuple(pair for pair in never if not search.hit.isdisjoint((pair, pair[::-1]))),
+    )
+
+
+class Search(Bodies):
+    """Finds the pairs that need no check, as MoveIt's assistant does, and a little more carefully.
+
+    A pair keeps its first reason (moveit2: moveit_setup_srdf_plugins/src/compute_default_collisions.cpp):
+
+    1. Adjacent: joined by one joint, or over links without shapes;
+    2. Default: in collision where every joint is at zero, or in the middle of limits that do not include zero;
+    3. Always: in more than a share of the 200 states of a round; rounds go on until one finds none;
+    4. Never: in none of the states of the rounds, and of the trials after them.
+
+    The states follow from the seed alone. Never takes more than luck: from its nearest states, joints are turned to
+    bring a pair nearer still, and it must not come nearer than the clearance, nor depend on a joint without bounds.
+    What no joint moves against each other is measured once. Hulls that touch do not count where the meshes do not.
+
+    ``found`` are the pairs that need no check, ``hit`` those that touched in a state, ``only_hulls`` those whose hulls
+    touch, and not their meshes. ``same`` are pairs with a result that is still valid, None for one to be checked. Pairs
+    are sorted by name.
+    """
+
+    def __init__(
+        self, planning: Planning, meshes: Meshes, same: Mapping[Pair, DisabledCollision | None] | None = None
+    ) -> None:
+        super().__init__(planning.robot, planning.solids, meshes)
+        self.model.geom_margin[:] = TOUCH
+        self.geoms = {name: [n for n, solid in enumerate(self.solids) if solid.link == name] for name in self.names}
+        self.planning, self.same, self.how = planning, dict(same or {}), planning.said.search
+        self.random = Random(self.how.seed)  # noqa: S311 - a search that anybody can repeat
+        joints = sorted(planning.joints.items())
+        self.bounds = {name: ends for name, joint in joints if (ends := range_of(joint))}
+        self.found: dict[Pair, DisabledCollision] = {}
+        self.hit, self.only_hulls = set[Pair](), set[Pair]()
+        self.tried = 0
+
+    def run(self) -> list[DisabledCollision]:
+        """Return the pairs that need no check, sorted by name."""
+        self.found = {pair: DisabledCollision(pair, DisabledCollision.ADJACENT) for pair in self.planning.adjacent}
+        for pair, result in self.same.items():
+            if result is None and pair not in self.found:
+                self.hit.add(pair)
+            elif result is not None and result.reason != DisabledCollision.ADJACENT:
+                self.found.setdefault(pair, result)
+        start = {name: 0.0 if low <= 0 <= high else (low + high) / 2 for name, (low, high) in self.bounds.items()}
+        for pair, overlap in next(self.overlaps([start], TOUCH)).items():
+            if pair not in self.found and pair not in self.hit and self._is_real(pair, [start]):
+                self.found[pair] = DisabledCollision(pair, DisabledCollision.DEFAULT, _rounded(-overlap.depth))
+        known = self.found.keys() | self.hit
+        pairs = [pair for pair in combinations(self.names, 2) if pair not in known]
+        for pair in pairs:
+            if not self._joints_between(pair) and (distance := next(self.distances(pair, [start], FAR))) > TOUCH:
+                self.found[pair] = _never(pair, distance)
+        if self.found.keys() >= set(pairs):
+            return [self.found[pair] for pair in sorted(self.found)]
+        valid = {pair for pair in self.same if pair in self.hit}
+        for _ in range(_MOST_ROUNDS):
+            hits: dict[Pair, list[tuple[State, float]]] = {}
+            for state, touching in self._states(_ROUND):
+                for pair in touching.keys() - valid - self.only_hulls:
+                    hits.setdefault(pair, []).append((state, touching[pair]))
+            often = {pair: states for pair, states in hits.items() if len(states) > int(_ROUND * self.how.always)}
+            always = [p for p, states in often.items() if self._is_real(p, [one for one, _ in states[:_MESH_STATES]])]
+            for pair in always:
+                depth = max(depth for _, depth in hits[pair])
+                self.found[pair] = DisabledCollision(pair, DisabledCollision.ALWAYS, _rounded(-depth))
+            if not always:
+                break
+        pairs = [pair for pair in pairs if pair not in self.found and pair not in self.hit]
+        nearest = self._nearest_states(pairs)
+        pairs = [pair for pair in pairs if pair not in self.hit]
+        for number, pair in enumerate(pairs):
+            Progress.step("bringing links near each other", number, len(pairs))
+            joints = self._joints_between(pair)
+            if self.bounds.keys() >= set(joints):
+                distance = self.approach(pair, joints, nearest[pair])
+                if distance > max(self.how.clearance, TOUCH):
+                    self.found[pair] = _never(pair, distance)
+        return [self.found[pair] for pair in sorted(self.found)]
+
+    def _joints_between(self, pair: Pair) -> list[str]:
+        """Return the joints that move one link of a pair against the other; for a mimic joint, its leader."""
+        moving = [joint for joint in self.planning.joints_between(*pair) if not joint.is_fixed]
+        return list(dict.fromkeys(leader_of(self.planning.robot, joint).name for joint in moving))
+
+    def _is_real(self, pair: Pair, states: Sequence[State]) -> bool:
+        """Return True if a pair touches in each of some states by its meshes, and not by their hulls alone."""
+        for state in states:
+            contacts = [solids for *solids, _ in self.contacts(self.rows([state])[0], TOUCH)]
+            if not any(self.touches((a, b), state) for a, b in contacts if {a.link, b.link} == set(pair)):
+                self.only_hulls.add(pair)
+                return False
+        return True
+
+    def distances(self, pair: Pair, states: Sequence[State], most: float) -> Iterator[float]:
+        """Yield the distance (m) of a pair in each state, ``most`` at most; below zero is the depth.
+
+        Contacts do not have it: with a margin of centimetres MuJoCo 4.0 misses some of them.
+        """
+        geoms, measure = list(product(self.geoms[pair[0]], self.geoms[pair[1]])), self.mujoco.mj_geomDistance
+        places = [slice(7 * number, 7 * number + 7) for number in map(self.names.index, pair)]
+        for row in self.rows(states, pair):
+            self.data.qpos[places[0]], self.data.qpos[places[1]] = row[:7], row[7:]
+            self.mujoco.mj_kinematics(self.model, self.data)
+            gaps = (float(measure(self.model, self.data, first, second, most, None)) for first, second in geoms)
+            yield min(gaps, default=most)
+
+    def _states(self, count: int) -> Iterator[tuple[State, dict[Pair, float]]]:
+        """Yield random states, in which the links are placed, and the open pairs that touch there with their depth."""
+        for first in range(0, count, _BLOCK):
+            states = [
+                {name: low + self.random.random() * (high - low) for name, (low, high) in self.bounds.items()}
+                for _ in range(min(_BLOCK, count - first))
+            ]
+            for state, overlaps in zip(states, self.overlaps(states, TOUCH), strict=True):
+                touching = {pair: overlap.depth for pair, overlap in overlaps.items() if pair not in self.found}
+                self.hit.update(touching)
+                self.tried += 1
+                if self.tried % 20 == 1:
+                    Progress.step("trying states", self.tried, max(self.how.trials + _ROUND, self.tried))
+                yield state, touching
+
+    def _nearest_states(self, pairs: Sequence[Pair]) -> dict[Pair, list[State]]:
+        """Return the random states in which the spheres around the shapes of two links were nearest, nearest first."""
+        import numpy as np
+
+        geoms = [list(product(self.geoms[first], self.geoms[second])) for first, second in pairs]
+        first, second = np.array([both for several in geoms for both in several], dtype=int).reshape(-1, 2).T
+        starts, radii = np.cumsum([0, *map(len, geoms)])[:-1], self.model.geom_rbound[first]
+        radii += self.model.geom_rbound[second]
+        gaps, numbers = np.empty((0, len(pairs))), np.empty((0, len(pairs)), dtype=int)
+        states, block = list[State](), list[Any]()
+        for state, _ in self._states(self.how.trials):
+            apart = np.linalg.norm(self.data.geom_xpos[first] - self.data.geom_xpos[second], axis=1)
+            block.append(np.minimum.reduceat(apart - radii, starts) if pairs else apart)
+            states.append(state)
+            if len(block) == _BLOCK or len(states) == self.how.trials:
+                added = np.arange(len(states) - len(block), len(states))[:, None].repeat(len(pairs), axis=1)
+                gaps, numbers = np.concatenate([gaps, block]), np.concatenate([numbers, added])
+                order = np.argsort(gaps, axis=0, kind="stable")[:_NEAREST]
+                gaps, numbers, block = (*(np.take_along_axis(one, order, 0) for one in (gaps, numbers)), [])
+        return {pair: [states[number] for number in numbers[:, index]] for index, pair in enumerate(pairs)}
+
+    def approach(self, pair: Pair, joints: Sequence[str], states: Sequence[State]) -> float:
+        """Return how near (m) a pair comes from some states, joints turned one by one and together."""
+        chance = Random(f"{self.how.seed} {' '.join(pair)}")  # noqa: S311 - whatever else is searched
+        measured = zip(self.distances(pair, states, _FARTHEST), states, strict=True)
+        low, high = ({name: ends[which] for name, ends in self.bounds.items()} for which in (0, 1))
+        nearest = math.inf
+        for best, state in sorted(measured, key=lambda start: start[0])[:_STARTS]:
+            share = _FIRST_STEP
+            while share > _FIRST_STEP / 2**_HALVINGS and best > TOUCH:
+                is_nearer, steps = False, [{name: turn} for name in joints for turn in (-1.0, 1.0)]
+                for _ in joints if len(joints) > 1 else ():
+                    step = {name: chance.uniform(-1, 1) for name in joints}
+                    steps += [step, {name: -turn for name, turn in step.items()}]
+                while steps:
+                    turned = []
+                    for step in steps[:_BATCH]:  # each joint by a share of its range, as far as it goes
+                        moves = {n: state[n] + turn * share * (high[n] - low[n]) for n, turn in step.items()}
+                        turned.append({**state, **{n: min(high[n], max(low[n], at)) for n, at in moves.items()}})
+                    distances = enumerate(self.distances(pair, turned, _FARTHEST), 1)
+                    done, nearer = next(((n, d) for n, d in distances if d < best - TOUCH), (len(turned), best))
+                    if nearer < best:  # the steps after it start there
+                        best, state, is_nearer = nearer, turned[done - 1], True
+                    steps = steps[done:]
+                share = share if is_nearer else share / 2
+            nearest = min(nearest, best)
+        return nearest
+
+
+def _never(pair: Pair, distance: float) -> DisabledCollision:
+    is_far = distance >= FAR
+    return DisabledCollision(pair, DisabledCollision.NEVER, *((None, FAR) if is_far else (_rounded(distance),)))
+
+
+def _rounded(length: float) -> float:
+    """Return a length (m) to the tenth of a millimetre, on which engines agree from machine to machine."""
+    return round(length, 4) + 0.0

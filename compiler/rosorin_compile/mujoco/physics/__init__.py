@@ -1,1 +1,0 @@
-"""check physics: find impossible masses, overlapping parts and unstable robots with MuJoCo and the meshes."""

@@ -1,0 +1,303 @@
+"""The collision shapes of a robot as solids, and its links as floating bodies in MuJoCo.
+
+Every body is placed by the kinematics of the robot, so that nothing depends on joints of MuJoCo or on which neighbours
+it lets collide. Meshes are their convex hulls, as in simulators.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from importlib import import_module
+from itertools import combinations, product
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rosorin_compile.model import Box, Capsule, Cylinder, Joint, Mesh, Robot, Shape, Transform
+from rosorin_compile.model.mesh_triangles import TriangleMesh
+from rosorin_compile.rules.case import Case
+from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.progress import Progress
+
+from .mjcf.bodies import half_sizes, weld_groups
+
+Floats = Any  # an array of numpy, which is imported where it is used
+Meshes = Mapping[Mesh, Any]  # readable meshes as ``trimesh.Trimesh`` in metres
+Positions = Mapping[str, Any]  # of joints in rad or m; of a joint with several coordinates, a sequence
+Pair = tuple[str, str]  # two links; in a scene the link nearer to the root is first
+
+_LEAST = 5e-4  # m: smaller overlaps come from printed digits and from the search for the depth
+_SMALLEST = 1e-6  # m: a smaller shape is a point
+_FILLING, _ON_SURFACE, _TESTED = 600, 4_000, 150  # points: in a link, on a mesh, tested against a mesh
+_MEMORY = 2**28  # bytes for contacts: parts that fill each other have many
+
+
+class MeshShape(NamedTuple):
+    """A shape with a mesh: its link, "collision" or "visual", and its index there."""
+
+    link: str
+    purpose: str
+    number: int
+    mesh: Mesh
+
+
+def read_meshes(
+    case: Case, files: Mapping[str, Path], colliding: Collection[str] | None = None
+) -> tuple[list[MeshShape], Meshes, list[Diagnostic]]:
+    """Read the meshes of all shapes, or of the collision shapes with one of some files.
+
+    ``files`` are paths by the names in the description. Return the shapes, the meshes, and a warning for each that
+    cannot be read.
+    """
+    import numpy as np
+    import trimesh
+
+    shapes, meshes, problems = list[MeshShape](), dict[Mesh, Any](), dict[Mesh, Diagnostic]()
+    for link, purpose in product(case.robot.links, ("collision", "visual") if colliding is None else ("collision",)):
+        for number, shape in enumerate(getattr(link, purpose)):
+            if isinstance(shape.geometry, Mesh) and (colliding is None or shape.geometry.file in colliding):
+                shapes.append(MeshShape(link.name, purpose, number, shape.geometry))
+    for number, one in enumerate(shapes):
+        Progress.step("reading meshes", number, len(shapes))
+        if one.mesh not in meshes and one.mesh not in problems:
+            found = TriangleMesh.of_shape(case, one[:3], files)
+            if isinstance(found, Diagnostic):
+                problems[one.mesh] = found
+            else:
+                corners = found.triangles.reshape(-1, 3)
+                meshes[one.mesh] = trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
+                meshes[one.mesh].merge_vertices()
+    return shapes, meshes, list(problems.values())
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A collision shape with its index in ``link.collision``, its place in the link and its ``trimesh.Trimesh``.
+
+    For tests of points a primitive is a polyhedron.
+    """
+
+    link: str
+    number: int
+    shape: Shape
+    place: Transform
+    mesh: Any = None
+
+    @property
+    def size(self) -> list[float]:
+        """The sizes of the geom of a primitive in MuJoCo."""
+        sizes = half_sizes(self.shape.geometry)
+        return [*sizes, *[sizes[0]] * (3 - len(sizes))]
+
+    @cached_property
+    def hull(self) -> Any:
+        """The convex hull as a ``trimesh.Trimesh`` in the frame of the shape, or None for a flat mesh."""
+        from trimesh import creation
+
+        geometry: Any = self.shape.geometry
+        if isinstance(geometry, Mesh):
+            try:
+                return self.mesh.convex_hull
+            except (RuntimeError, ValueError):  # of Qhull
+                return None
+        if isinstance(geometry, Box):
+            return creation.box(geometry.size)
+        if isinstance(geometry, Cylinder):
+            return creation.cylinder(geometry.radius, geometry.length)
+        if isinstance(geometry, Capsule):
+            return creation.capsule(geometry.length, geometry.radius)
+        return creation.icosphere(3).apply_scale(self.size)
+
+    def in_link(self, points: Floats) -> Floats:
+        """Transform points (n, 3) from the frame of the shape to that of its link."""
+        return TriangleMesh.place(points, self.place.rows, self.place.xyz)
+
+    def contains(self, points: Floats, exact: bool = False) -> Any:
+        """Return which points (n, 3) in the frame of the link are inside the hull, or ``exact`` inside the mesh.
+
+        Inside a mesh its triangles wind around a point: their solid angles (A. Van Oosterom, J. Strackee, 1983) add up
+        to a full sphere, of either sign. With holes the sum is in between (A. Jacobson, L. Kavan, O. Sorkine-Hornung,
+        "Robust inside-outside segmentation using generalized winding numbers", 2013).
+        """
+        import numpy as np
+
+        local = (points - np.array(self.place.xyz)) @ np.array(self.place.rows)
+        if not exact or self.mesh is None:
+            return self._in_hull(local)
+        angles = np.zeros(len(local))
+        for index, point in enumerate(local):
+            a, b, c = (self.mesh.triangles[:, corner] - point for corner in range(3))
+            x, y, z = (np.linalg.norm(side, axis=1) for side in (a, b, c))
+            over = np.einsum("ij,ij->i", a, np.cross(b, c))
+            under = x * y * z + (a * b).sum(1) * z + (b * c).sum(1) * x + (c * a).sum(1) * y
+            angles[index] = 2 * np.arctan2(over, under).sum()
+        return np.abs(angles) > 2 * math.pi
+
+    def _in_hull(self, points: Floats) -> Any:
+        normals = self.hull.face_normals
+        return (points @ normals.T <= (normals * self.hull.triangles[:, 0]).sum(axis=1)).all(axis=1)
+
+    def sample(self, count: int, generator: Any) -> Floats:
+        """Return at most ``count`` random points (n, 3) inside the hull, in the frame of the link."""
+        lower, upper = self.hull.bounds
+        points = lower + generator.random((4 * count, 3)) * (upper - lower)
+        return self.in_link(points[self._in_hull(points)][:count])
+
+
+def solids_of(shapes: Sequence[Shape], link: str, meshes: Meshes) -> list[Solid]:
+    """Return the shapes of a link that have a volume."""
+    solids = []
+    for number, shape in enumerate(shapes):
+        for piece in shape.solids():
+            mesh = meshes.get(piece.geometry) if isinstance(piece.geometry, Mesh) else None
+            solid = Solid(link, number, piece, piece.origin().transform(), mesh)
+            if not isinstance(piece.geometry, Mesh):
+                has_volume = all(math.isfinite(size) and size > _SMALLEST for size in solid.size)
+            else:
+                has_volume = mesh is not None and solid.hull is not None and solid.hull.volume >= _SMALLEST**3
+            solids += [solid] if has_volume else []
+    return solids
+
+
+class Overlap(NamedTuple):
+    """The depth (m) of two links in each other, and the solids where it is deepest, in the order of the pair."""
+
+    depth: float
+    solids: tuple[Solid, Solid]
+
+
+class Bodies:
+    """Floating bodies in MuJoCo, one for each link. ``solids`` are in the order of the geoms."""
+
+    def __init__(
+        self, robot: Robot, shapes: Mapping[str, Sequence[Shape]], meshes: Meshes, excluded: Iterable[Pair] = ()
+    ) -> None:
+        """Build the bodies of links with their shapes; ``excluded`` pairs never touch."""
+        self.mujoco = mujoco = import_module("mujoco")
+        self.robot = robot
+        self.kinematics = replace(robot, edges=()).kinematics  # by the joints alone
+        self.names, self.solids = list(shapes), list[Solid]()
+        self.solids_of = {name: solids_of(shapes[name], name, meshes) for name in shapes}
+        spec: Any = mujoco.MjSpec()
+        spec.memory = _MEMORY
+        for name, solids in self.solids_of.items():  # with a prefix, for MuJoCo has a body "world"
+            body = spec.worldbody.add_body(name=f"link {name}", explicitinertial=True, mass=1, inertia=[1, 1, 1])
+            body.add_freejoint()
+            for solid in solids:
+                kind = getattr(mujoco.mjtGeom, f"mjGEOM_{type(solid.shape.geometry).__name__.upper()}")
+                geom = body.add_geom(type=kind, pos=solid.place.xyz, quat=solid.place.quaternion())
+                if solid.mesh is None:
+                    geom.size = solid.size
+                else:
+                    geom.meshname = f"{len(spec.meshes)}"
+                    spec.add_mesh(name=geom.meshname, uservert=solid.hull.vertices.ravel())
+                self.solids.append(solid)
+        for first, second in excluded:
+            if {first, second} <= self.solids_of.keys():
+                spec.add_exclude(bodyname1=f"link {first}", bodyname2=f"link {second}")
+        self.model: Any = spec.compile()
+        self.data: Any = mujoco.MjData(self.model)
+
+    def rows(self, states: Sequence[Positions], names: Sequence[str] = ()) -> Floats:
+        """Return the poses of all bodies, or of some, in states of the same joints: a row a state, 7 numbers a body."""
+        import numpy as np
+
+        names, joints = names or self.names, states[0].keys() if states else ()
+        positions = {joint: np.array([state[joint] for state in states]) for joint in joints}
+        frames = self.kinematics.all_frames(self.robot.root, positions, names)
+        rows, quaternion = np.empty((len(states), len(names), 7)), np.empty(4)
+        for number, name in enumerate(names):
+            turns, rows[:, number, :3] = frames[name]
+            for row, turn in zip(rows, np.broadcast_to(turns, (len(states), 3, 3)), strict=True):
+                self.mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(turn).reshape(-1))
+                row[number, 3:] = quaternion
+        return rows.reshape(len(states), 7 * len(names))
+
+    def put(self, row: Floats) -> None:
+        """Place all bodies as in a row of ``rows``."""
+        self.data.qpos[:] = row
+        self.mujoco.mj_kinematics(self.model, self.data)
+
+    def contacts(self, row: Floats, farthest: float) -> Iterator[tuple[Solid, Solid, float]]:
+        """Place all bodies and yield the solids that touch, with their distance (m, below zero) up to ``farthest``."""
+        self.put(row)
+        self.mujoco.mj_collision(self.model, self.data)
+        contact = self.data.contact
+        for (first, second), distance in zip(contact.geom.tolist(), contact.dist.tolist(), strict=True):
+            if distance <= farthest:
+                yield self.solids[first], self.solids[second], distance
+
+    def overlaps(self, states: Sequence[Positions], farthest: float = -_LEAST) -> Iterator[dict[Pair, Overlap]]:
+        """Place all bodies in each of several states of the same joints, and yield the pairs that touch there.
+
+        Pairs are in the order of the bodies; distances (m) go up to ``farthest``, by default inside each other.
+        """
+        for row in self.rows(states):
+            overlaps: dict[Pair, Overlap] = {}
+            for *solids, distance in self.contacts(row, farthest):
+                first, second = sorted(solids, key=lambda solid: self.names.index(solid.link))
+                pair = (first.link, second.link)
+                if pair not in overlaps or overlaps[pair].depth < -distance:
+                    overlaps[pair] = Overlap(-distance, (first, second))
+            yield overlaps
+
+    def move(self, points: Floats, source: Solid, target: Solid) -> Floats:
+        """Transform points (n, 3) from the link of one solid to that of another."""
+        turns, places = self.data.xmat, self.data.xpos
+        old, new = (int(self.model.geom_bodyid[self.solids.index(solid)]) for solid in (source, target))
+        return (points @ turns[old].reshape(3, 3).T + places[old] - places[new]) @ turns[new].reshape(3, 3)
+
+    def touches(self, solids: tuple[Solid, Solid], positions: Positions) -> bool:
+        """Return True if a corner or the middle of a triangle of a shape is inside the other, not only in its hull."""
+        import numpy as np
+
+        if all(solid.mesh is None for solid in solids):
+            return True
+        self.put(self.rows([positions])[0])
+        for inner, outer in (solids, solids[::-1]):
+            if inner.mesh is None:
+                points = inner.sample(_FILLING, np.random.default_rng(2))
+            else:
+                points = np.concatenate([inner.mesh.triangles_center, inner.mesh.triangles.reshape(-1, 3)])
+                points = inner.in_link(points[:: 1 + len(points) // _ON_SURFACE])
+            points = self.move(points, inner, outer)
+            points = points[outer.contains(points)]
+            if len(points) and outer.contains(points[:: 1 + len(points) // _TESTED], exact=True).any():
+                return True
+        return False
+
+
+class Scene(Bodies):
+    """The collision shapes of a robot; links that are fixed to each other or disabled never touch."""
+
+    def __init__(self, robot: Robot, meshes: Meshes) -> None:
+        shapes, groups = {link.name: link.collision for link in robot.walk()}, weld_groups(robot)
+        self.top = {name: top for top, names in groups.items() for name in names}  # the link that a link is fixed to
+        moving = [joint for joint in robot.joints if not joint.is_fixed]
+        self.joint_between = {frozenset((self.top[joint.parent], joint.child)): joint for joint in moving}
+        fixed = [pair for names in groups.values() for pair in combinations(names, 2)]
+        super().__init__(robot, shapes, meshes, [*fixed, *robot.disabled_contacts])
+        self.volume = {link: float(sum(one.hull.volume for one in solids)) for link, solids in self.solids_of.items()}
+        self._points: dict[str, Floats] = {}
+
+    def joint_of(self, pair: Pair) -> Joint | None:
+        """Return the joint between two adjacent links, or None."""
+        return self.joint_between.get(frozenset((self.top[pair[0]], self.top[pair[1]])))
+
+    def share(self, small: str, large: str, positions: Positions, exact: bool = False) -> float:
+        """Return the share (0 to 1) of the volume of a link inside the hulls of another, or ``exact`` its meshes."""
+        import numpy as np
+
+        inner, outer = self.solids_of[small], self.solids_of[large]
+        if small not in self._points:
+            generator, volume = np.random.default_rng(1), self.volume[small]
+            counts = [max(8, round(_FILLING * solid.hull.volume / volume)) for solid in inner]
+            samples = [solid.sample(count, generator) for solid, count in zip(inner, counts, strict=True)]
+            self._points[small] = np.concatenate(samples)
+        self.put(self.rows([positions])[0])
+        points = self.move(self._points[small], inner[0], outer[0])
+        points = points[:: 1 + len(points) // _TESTED] if exact else points
+        inside = np.any([solid.contains(points, exact) for solid in outer], axis=0)
+        return float(inside.mean()) if len(points) else 0.0

@@ -1,0 +1,278 @@
+"""Compare committed artifacts with those just compiled: by meaning first, then as texts, and load them with engines.
+
+Each committed artifact is read back by its format, and compared with what it is meant to contain.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from difflib import unified_diff
+from itertools import zip_longest
+from pathlib import Path, PurePosixPath
+from posixpath import commonprefix
+from typing import TYPE_CHECKING, NamedTuple
+
+from rosorin_compile.compare.artifacts import Pair, pair_of, with_new_names
+from rosorin_compile.compare.changes import Change, find_changes
+from rosorin_compile.compare.precision import NOISE, POSE_NOISE, Precision, printed_precision
+from rosorin_compile.compare.walk import Address, Leaves, compare_leaves, leaves
+from rosorin_compile.formats import FORMATS, Artifact
+from rosorin_compile.model import Mesh, Robot
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, error
+from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.wording import count_of, phrase, printable
+
+if TYPE_CHECKING:
+    from rosorin_compile.formats.compilation import Compiled
+    from rosorin_compile.rules.case import Case
+
+
+CHANGED, MISSING, EXTRA, NOT_TEXT = "changed", "missing", "extra", "not-text"
+MAX_LINES, MAX_WIDTH = 40, 160  # of a diff
+_MAX_CHANGES = 100
+_MAX_COMPARED = 20_000  # lines; comparing more line by line takes too long
+_MAX_VALUE = 60  # letters
+_LARGEST_PICTURE = 200_000  # letters of a text that is not for people; the lines of a larger one are not compared
+_REMARKS = {
+    MISSING: "missing; rosorin-compile all writes it",
+    EXTRA: "no artifact of this robot; remove it, or run rosorin-compile all --prune",
+    NOT_TEXT: "the committed file is no UTF-8 text; rosorin-compile all writes it again",
+}
+
+
+class TextDifference(NamedTuple):
+    """How the text of a file differs: its kind, a remark, and for a changed file the lines of a unified diff.
+
+    ``shown``: whether these say anything to a person; of a picture they do not.
+    """
+
+    file: str
+    kind: str
+    remark: str = ""
+    lines: tuple[str, ...] = ()
+    shown: bool = True
+
+
+def _unified(file: str, old: str, new: str) -> tuple[str, ...]:
+    """Return the unified diff from a committed to a compiled text, without line ends, control characters visible."""
+    before, after = old.splitlines(keepends=True), new.splitlines(keepends=True)
+    if max(len(before), len(after)) > _MAX_COMPARED:
+        return (f"{len(before)} lines committed, {len(after)} lines compiled: too many to show how they differ",)
+    shown: list[str] = []
+    for line in unified_diff(before, after, f"committed/{file}", f"compiled/{file}"):
+        shown.append(printable(line.removesuffix("\n"), keep="\t"))
+        shown += [] if line.endswith("\n") else ["\\ No newline at end of file"]
+    return tuple(shown)
+
+
+def shorten(lines: Sequence[str]) -> list[str]:
+    """Return the first lines of a diff, with long lines cut, and the number of lines left out."""
+    more = [f"... {len(lines) - MAX_LINES} more lines (--full shows them)"] if len(lines) > MAX_LINES else []
+    return [line if len(line) <= MAX_WIDTH else f"{line[:MAX_WIDTH]}..." for line in lines[:MAX_LINES]] + more
+
+
+def _first_difference(old: str, new: str) -> str:
+    """Return the words that differ in the first line that does, and the element or the key that they belong to."""
+    for number, lines_here in enumerate(zip_longest(old.splitlines(), new.splitlines(), fillvalue=""), 1):
+        before, after = (line.split() for line in lines_here)
+        if before == after:
+            continue
+        same = commonprefix([before, after])
+        del before[: len(same)], after[: len(same)]
+        names = re.findall(r"<([\w.-]+)", " ".join([*same, *(after or before)[:1]]))
+        names = names or re.findall(r"\b[a-zA-Z_][\w.-]*", " ".join(same))
+        while before and after and before[-1] == after[-1]:
+            del before[-1], after[-1]
+        values = (printable(" ".join(words))[:_MAX_VALUE] or "nothing" for words in (before, after))
+        return f"{' '.join([f'line {number}', *names[-1:]])}: {' -> '.join(values)}"
+    return "white space"
+
+
+class Comparison(NamedTuple):
+    """How committed artifacts differ from compiled ones: by meaning, and file by file.
+
+    ``pairs`` are the artifacts that differ and can be read, as they were and as they are.
+    """
+
+    changes: tuple[Change, ...]
+    texts: tuple[TextDifference, ...]
+    pairs: tuple[Pair, ...] = ()
+
+
+def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> Comparison:
+    """Return how the committed files (bytes by name, see ``output.read_set``) differ from what was just compiled."""
+    arranged = sorted(artifacts, key=lambda artifact: (FORMATS[artifact.backend].rank, artifact.output))
+    extra = committed.keys() - {artifact.file for artifact in artifacts}
+    texts = [TextDifference(file, EXTRA, _REMARKS[EXTRA]) for file in extra]
+    pairs: list[Pair] = []
+    changed: list[tuple[Artifact, str, str]] = []  # with the old text, and a remark
+    for number, artifact in enumerate(arranged):
+        Progress.step(f"comparing {artifact.file},", number, len(arranged))
+        try:
+            old, remark = committed[artifact.file].decode("utf-8"), ""
+        except (KeyError, UnicodeDecodeError) as problem:
+            kind = MISSING if isinstance(problem, KeyError) else NOT_TEXT
+            texts.append(TextDifference(artifact.file, kind, _REMARKS[kind]))
+            continue
+        if old == artifact.text:
+            continue
+        try:
+            pair = pair_of(robot, artifact, old)
+            pairs += [pair] if pair is not None else []
+        except ValueError as problem:
+            where = _first_difference(old, artifact.text)
+            remark = f"the committed file is damaged and compared as text alone ({printable(str(problem))}): {where}"
+        changed.append((artifact, old, remark))
+    pairs = with_new_names(pairs)
+    changes = tuple(find_changes(robot, pairs)) if pairs else ()
+    explained = {output for change in changes for output in change.artifacts}
+    for artifact, old, remark in changed:
+        new, format = artifact.text, FORMATS[artifact.backend]
+        if not remark and artifact.output not in explained:
+            remark = format.differ(old, new) if format.differ is not None else ""
+            if not remark and format.read is not None:
+                same = False  # but for white space, comments and the spelling of numbers
+                with suppress(ValueError, SyntaxError):
+                    same = format.syntax is not None and bool(format.syntax(old) == format.syntax(new))
+                remark = "same meaning, different text"
+                if not same:
+                    where = _first_difference(old, new)
+                    remark = f"different text; nothing that is compared by meaning differs: {where}"
+        is_large = not format.shown and max(len(old), len(new)) > _LARGEST_PICTURE
+        lines = () if is_large else _unified(artifact.file, old, new)
+        texts.append(TextDifference(artifact.file, CHANGED, remark, lines, format.shown))
+    return Comparison(changes, tuple(sorted(texts)), tuple(pairs))
+
+
+def lines(comparison: Comparison, full: bool = False) -> list[str]:
+    """Return a comparison as lines of plain text: changes of meaning, remarks and what to do, then the text diffs.
+
+    Diffs are shortened unless ``full``.
+    """
+    lines, texts = [change.line() for change in comparison.changes], comparison.texts
+    if not full and len(lines) > _MAX_CHANGES:
+        lines[_MAX_CHANGES:] = [f"... {count_of(len(lines) - _MAX_CHANGES, 'more difference')} (--full shows them)"]
+    lines += [f"{printable(text.file)}: {text.remark}" for text in texts if text.remark]
+    for text in texts:
+        if text.lines and (full or text.shown):
+            lines += ["", *(text.lines if full else shorten(text.lines))]
+    if any(text.kind == CHANGED for text in texts):
+        lines += ["", "if this is what you meant, run rosorin-compile all and commit what it writes"]
+    return lines
+
+
+class Committed(NamedTuple):
+    """The differences between committed files and compiled artifacts, and why engines reject artifacts.
+
+    ``meshes`` are the mesh files that differ, each with a description of the difference. ``edited`` are the artifacts
+    that contradict others which are up to date, so that not the description has changed.
+    """
+
+    comparison: Comparison
+    committed: Mapping[str, bytes]
+    meshes: tuple[tuple[str, str], ...]
+    diagnostics: list[Diagnostic]
+    folder: Path
+    edited: tuple[Artifact, ...] = ()
+
+    def differing(self) -> tuple[str, ...]:
+        """Return the names of the files that are not as compiled."""
+        return (*(text.file for text in self.comparison.texts), *(name for name, _ in self.meshes))
+
+    def lines(self, full: bool = False) -> list[str]:
+        """Return the differences as lines; texts are shortened unless ``full``."""
+        outputs = {artifact.output for artifact in self.edited}
+        changes = tuple(change for change in self.comparison.changes if not outputs.issuperset(change.artifacts))
+        return [
+            *(f"{self.folder / one.file} was edited: it differs from the other artifacts" for one in self.edited),
+            *lines(self.comparison._replace(changes=changes), full),
+            *(f"{name}: {what}" for name, what in self.meshes),
+        ]
+
+
+def compare_committed(
+    compiled: Compiled, committed: Mapping[str, bytes], folder: Path, load: Callable[[], Case | None]
+) -> Committed:
+    """Compare a compiled robot without errors with the files in its outputs folder.
+
+    ``load`` returns the robot with its positions in files, for errors of engines.
+    """
+    if compiled.robot is None:
+        raise ValueError("a robot with errors has no artifacts")
+    meshes = compiled.mesh_files
+    present = [] if meshes.keys() - committed.keys() else [one for one in compiled.artifacts if one.file in committed]
+    files = {name: data for name, data in committed.items() if name not in meshes}
+    comparison = compare(compiled.robot, compiled.artifacts, files)
+    changed = []
+    for name in (name for name, data in meshes.items() if data != committed.get(name)):
+        what = "another file than the mesh is" if name in committed else "missing"
+        changed.append((name, f"{what}; rosorin-compile all writes it"))
+    edited = _edited(present, committed) if comparison.changes else ()
+    return Committed(comparison, committed, tuple(changed), load_all(present, folder, load), folder, edited)
+
+
+def _edited(artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> tuple[Artifact, ...]:
+    """Return the artifacts whose committed text contradicts another artifact that is up to date.
+
+    Had the description changed, that one would have changed, too.
+    """
+
+    def content(artifact: Artifact, text: str) -> tuple[Leaves, Precision]:
+        read = FORMATS[artifact.backend].read
+        with suppress(ValueError, TypeError, OverflowError):
+            return leaves(read(text)) if read is not None else {}, printed_precision(text)
+        return {}, printed_precision(text)
+
+    def differing(one: tuple[Leaves, Precision], other: tuple[Leaves, Precision], tolerance: float) -> set[Address]:
+        return {found.address for found in compare_leaves(one[0], other[0], (one[1], other[1]), tolerance)}
+
+    texts = {one.output: committed[one.file].decode("utf-8", "replace") for one in artifacts}
+    current = [content(one, one.text) for one in artifacts if texts[one.output] == one.text]
+    edited = []
+    for artifact in (one for one in artifacts if texts[one.output] != one.text):
+        old, new = content(artifact, texts[artifact.output]), content(artifact, artifact.text)
+        changed = differing(old, new, NOISE)
+        for other in current:
+            sides = [found for found, _ in (old, new, other)]
+            shared = {a for a in changed if all(a.quantity in side.get(a[:2], {}) for side in sides)}
+            if shared & (differing(old, other, POSE_NOISE) - differing(new, other, POSE_NOISE)):
+                edited.append(artifact)
+                break
+    return tuple(edited)
+
+
+def load_all(artifacts: Sequence[Artifact], folder: Path, load: Callable[[], Case | None]) -> list[Diagnostic]:
+    """Load artifacts in a folder with their engines; return why one is not loaded, and which engines are missing.
+
+    An engine that is too old is a warning, one that is not installed a note.
+    """
+    diagnostics: list[Diagnostic] = []
+    missing: dict[str, list[str]] = {}
+    for artifact in artifacts:
+        engine = FORMATS[artifact.backend].refusal
+        found = engine(artifact.text, (folder / artifact.file).parent) if engine else None
+        if found is not None and found.missing:
+            missing.setdefault(found.missing, []).append(artifact.file)
+        elif found is not None and found.reason:
+            message = f"MuJoCo cannot load {artifact.file}: {found.reason}"
+            case = None if found.outdated else load()
+            if case is None:
+                severity = WARNING if found.outdated else ERROR
+                diagnostics.append(Diagnostic("engine-refuses", severity, message))
+                continue
+            help = "correct the file, or name another one; it is looked for from the folder of the artifact"
+            at_meshes = [
+                case.problem("engine-refuses", message, case.link(link.name, purpose, index, "mesh", "file"), help)
+                for link in case.robot.links
+                for purpose in ("collision", "visual")
+                for index, shape in enumerate(getattr(link, purpose))
+                if isinstance(shape.geometry, Mesh) and PurePosixPath(shape.geometry.file).name in found.reason
+            ]
+            output = case.tree.locate(("outputs", artifact.output), key=True)
+            diagnostics += at_meshes or [error("engine-refuses", message, output.span, "correct what it names")]
+    for name, files in missing.items():
+        message = f"{name} not installed: {phrase(files)} {'was' if len(files) == 1 else 'were'} not loaded"
+        diagnostics.append(Diagnostic("engine-missing", NOTE, message))
+    return diagnostics

@@ -1,0 +1,342 @@
+"""check parameters: parameter files and remaps, checked against one robot.
+
+Remaps of the command line and of launch files decide which topic a node reads or publishes.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from rosorin_compile.model import Controller, Robot
+from rosorin_compile.model.joint import NODE
+from rosorin_compile.request import FilePath, Packages, Request, Values
+from rosorin_compile.rules.case import Case, report
+from rosorin_compile.source.diagnostics import (
+    ERROR,
+    NOTE,
+    WARNING,
+    Diagnostic,
+    Related,
+    RequestError,
+    Source,
+    Span,
+    count_of,
+    error,
+    has_errors,
+    phrase,
+    quote,
+)
+from rosorin_compile.source.files import is_file
+from rosorin_compile.source.load import LoadError, read_utf8
+from rosorin_compile.source.messages import arrange
+from rosorin_compile.source.project import no_file
+
+from ..controllers import against_robot, missing, of_type
+from ..controllers.write import derive
+from ..graph import End, Graph, mismatched_qos, source_message, topics_of_sensors
+from ..launch_files import LaunchError, nodes_of
+from ..node_kinds import MANAGER
+from ..parameter_files import PARAMETERS, NoParameters, Section, read_file
+from ..ports import IMU, ODOMETRY, SCAN, VELOCITY, controller_ports, full_topic, full_type, ports, short_type
+from .nodes import Node, check_node, nodes_in_files
+from .transforms import Remap, check_edges, check_frames, claims, remapped_topics
+
+# Keys of the configuration files of MoveIt, which are no parameter files.
+_MOVEIT = re.compile(
+    r"\b(cartesian_limits|joint_limits|kinematics_solver|moveit_controller_manager|moveit_simple_controller_manager"
+    r"|octomap_frame|planner_configs|planning_plugins?|sensor_plugin|trajectory_execution)\s*:"
+)
+_ODOM = "odom"  # the usual topic
+_OF_CONTROLLER = re.compile(r"_controller/odom(etry)?\Z")  # as controllers of a drive are called
+# Nodes that run others in their process: their remaps apply to all of them.
+_HOSTS = ("controller_manager", "ros2_control_node")
+
+
+@dataclass(frozen=True)
+class CheckedParameters:
+    """What was checked: the edges of nodes that were judged, the publishers that no file has, and unknown nodes.
+
+    ``robot`` is empty if errors of the description kept it from being checked.
+    """
+
+    robot: str = ""
+    judged: int = 0
+    absent: tuple[str, ...] = ()
+    unknown: tuple[str, ...] = ()
+    diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
+
+
+def check_parameters(
+    robot: FilePath | Request,
+    files: Sequence[FilePath],
+    arguments: Values = None,
+    packages: Packages = None,
+    *,
+    controllers: Sequence[FilePath] = (),
+    launch: Sequence[FilePath] = (),
+    remaps: Sequence[str] = (),
+    namespace: str = "",
+    distribution: str | None = None,
+    trust: bool = False,
+) -> CheckedParameters:
+    """Check parameter files of ROS nodes against a robot: frames, publishers, controllers and odometry topics.
+
+    Args:
+        files: The parameter files.
+        controllers: Parameter files of a controller_manager.
+        launch: Launch files to read remappings from.
+        remaps: Further remappings, as ``"NODE:FROM:=TO"``.
+        namespace: The namespace of the nodes.
+        distribution: The ROS 2 distribution; by default that of the outputs of the robot, if they agree.
+
+    Raises:
+        RequestError: A file does not exist, or a remap is invalid.
+    """
+    paths, managers, launches = ([Path(file) for file in some] for some in (files, controllers, launch))
+    for path in (*paths, *managers, *launches):
+        if not is_file(path):
+            raise RequestError(no_file(path))
+    moved = [_parse_remap(word) for word in remaps]
+    understood = Request.of(robot, arguments, packages, trust=trust).understand()
+    case = understood.case
+    if case is None:
+        return CheckedParameters(diagnostics=tuple(one for one in understood.diagnostics if one.severity == ERROR))
+    if not distribution:
+        every = {str(one.options["distribution"]) for one in case.robot.outputs if "distribution" in one.options}
+        distribution = every.pop() if len(every) == 1 else ""
+    found: list[Diagnostic] = []
+    sections = _read((*managers, *paths), found)
+    for path in launches:
+        moved += _launch_remaps(path, found)
+    known, wrong = nodes_in_files(sections, namespace, distribution, case.robot.controllers)
+    found += wrong
+    if managers and not any(node.type for node in known) and not has_errors(found):
+        help = f"{MANAGER}: {{ros__parameters: {{NAME: {{type: TYPE}}}}}}"
+        first = [section.span for of_file in sections for section in of_file]
+        span = first[0] if first else Span(Source(str(managers[0]), ""), 1, 1)
+        found.append(error("controllers-none", "no controller has a type here", span, help))
+    for node in known:
+        found += _check_node(case, node, distribution)
+    owned = claims(known, moved)
+    found += check_edges(case, owned)
+    found += check_frames(case, known, owned)
+    found += _check_topics(case.robot, known, moved, distribution)
+    publishers = case.robot.publishers
+    of_nodes = [edge.publisher for edge in case.robot.edges if edge.publisher.kind == NODE]
+    judged = [one for one in of_nodes if any(node.kind and node.is_of(one, publishers) for node in known)]
+    absent = dict.fromkeys(one.name for one in of_nodes if one not in judged)
+    unknown = [node for node in known if node.kind is None]
+    names = (node.shown for node in unknown if any(node.is_of(one, publishers) for one in publishers))
+    return CheckedParameters(case.robot.name, len(judged), tuple(absent), tuple(names), tuple(arrange(found)))
+
+
+def _read(paths: Iterable[Path], diagnostics: list[Diagnostic]) -> list[list[Section]]:
+    """Return the sections of each file. What is wrong is added to ``diagnostics``; files of MoveIt are a note."""
+    read: list[list[Section]] = []
+    for path in paths:
+        try:
+            sections, wrong = read_file(path)
+        except NoParameters as problem:
+            found = problem.diagnostic
+            text = found.span.source.text if found.span is not None else ""
+            if _MOVEIT.search(text) and PARAMETERS not in text:
+                message = f"{path.name} is not checked: it has no parameters of a node, and launch files of MoveIt "
+                found = Diagnostic("parameters-syntax", NOTE, f"{message}read it")
+            diagnostics.append(found)
+        else:
+            read.append(sections)
+            diagnostics += wrong
+    return read
+
+
+def _check_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
+    """Yield what is wrong with the parameters of a node, of a controller also by what the robot knows of it."""
+    wrong = of_type(node.shown, node.type, distribution) if node.type else None
+    if wrong is not None:
+        yield wrong.place(node.type_span)
+        if wrong.severity == ERROR:
+            return  # of which no key would be right
+    diagnostics = list(check_node(node))
+    yield from diagnostics
+    if not node.type:
+        return
+    if wrong is None and (needed := missing(node.kind, node.parameters)):
+        message = f"{node.shown} needs {quote(needed, most=4)}: it does not start"
+        yield error("controller-missing", message, node.span, f"add {needed[0]}: VALUE")
+    places = {one.span for one in diagnostics}
+    values = {key: value for key, value in node.values.items() if node.parameters[key].span not in places}
+    kind = full_type(node.type)
+    known = derive(case.robot, Controller(node.name, kind, values), kind)
+    moving = any(not joint.is_fixed for joint in case.robot.joints)
+    for one in against_robot(node.shown, kind, values, known, case.robot, ERROR):
+        if one.rule == "controller-name" and not moving:
+            continue  # a description of where things are mounted
+        if wrong is not None:  # of a package that is not known, whose keys may mean something else
+            one = one._replace(severity=WARNING)
+        drive = [case.related("the drive of the robot", ("drive",), key=True)]
+        yield one.place(node.setting(one.key).span, drive if one.rule == "controller-differs" else [])
+
+
+# Remaps
+
+
+def _parse_remap(word: str) -> Remap:
+    left, _, to = word.partition(":=")
+    node, colon, name = left.rpartition(":")
+    if not name or not to or (colon and not node):
+        raise RequestError(f'"{word}" is not a remap: write NODE:FROM:=TO, as in controller:~/tf_odometry:=/tf')
+    return Remap(node.strip("/").rsplit("/", 1)[-1], name, to)
+
+
+def _launch_remaps(path: Path, diagnostics: list[Diagnostic]) -> list[Remap]:
+    """Return the remaps of a launch file; those that only a run of it knows are added to ``diagnostics``."""
+    remaps: list[Remap] = []
+    warning = "{} known only when the launch file runs"
+    help = "say {}: --remap NODE:FROM:=TO"
+    try:
+        for node in nodes_of(read_utf8(path, str(path))):
+            name = "" if node.name in _HOSTS else node.name
+            unknown = [("which remaps this node has is", "them", node.span)] if node.remaps is None else []
+            for remap in node.remaps or ():
+                if "$(" in remap.name + remap.to:
+                    unknown.append(("which topic is remapped is", "it", remap.span))
+                else:
+                    remaps.append(Remap(name, remap.name, remap.to))
+            for what, these, span in unknown:
+                message = warning.format(what)
+                diagnostics.append(Diagnostic("parameters-launch", WARNING, message, span, help=help.format(these)))
+            remaps += _of_arguments([word or "" for word in node.arguments or ()], name)
+    except LoadError as problem:
+        diagnostics.append(problem.diagnostic)
+        return []
+    except LaunchError as problem:
+        message = f"{path} is no launch file: {problem}"
+        diagnostics.append(error("parameters-launch", message, None, "name a launch file"))
+        return []
+    return remaps
+
+
+def _of_arguments(words: Sequence[str], node: str) -> Iterator[Remap]:
+    for flag, word in pairwise(words):
+        if flag in ("-r", "--remap"):
+            with suppress(RequestError):  # which the node refuses, too
+                remap = _parse_remap(word)
+                yield remap if remap.node else remap._replace(node=node)
+        elif flag == "--controller-ros-args":
+            spawned = next((one for one in words if not one.startswith("-")), "")
+            yield from _of_arguments(word.split(), spawned)
+
+
+# Topics
+
+
+def _check_topics(
+    robot: Robot, nodes: Sequence[Node], remaps: Sequence[Remap], distribution: str
+) -> Iterator[Diagnostic]:
+    """Yield topics without a publisher, of two types or qualities, and sources of obstacles that do not work."""
+    graph, by_name = Graph(), {node.full: node for node in nodes}
+    for node in nodes:  # topics that a launch file names are unknown
+        values = node.values
+        known = controller_ports(full_type(node.type), distribution) if node.type else ()
+        if node.kind is not None and not node.type:
+            known = tuple(ports(distribution, node=node.kind.name))
+        those = [one for one in known if not one.each and node.setting(one.parameter).value != ""]
+        those = [one for one in those if one.parameter in values or one.parameter not in node.parameters]
+        graph.add(node.full, those, values, node.namespace, remapped_topics(node, remaps).items())
+    sensors = {full_topic(topic, "", ""): message for _, topic, message in topics_of_sensors(robot)}
+    for end in graph.read:
+        node = by_name[end.node]
+        if end.port.role == SCAN:
+            yield from _unseen(node, end.topic, end.type, sensors, node.setting(end.key).span)
+        yield from _unheard(node, end, graph, by_name, bool(distribution))
+    for node in nodes:
+        plugins = node.setting("plugins").value
+        for key, listing in node.parameters.items():
+            layer, _, last = key.rpartition(".")
+            is_used = not layer or not isinstance(plugins, list) or layer in plugins
+            if last == "observation_sources" and is_used and node.kind is not None and not listing.substituted:
+                names = listing.value.split() if isinstance(listing.value, str) else listing.value
+                for name in names if isinstance(names, list) else ():
+                    yield from _source(node, layer, str(name), listing.span, sensors)
+
+
+def _unheard(node: Node, end: End, graph: Graph, by_name: Mapping[str, Node], is_decided: bool) -> Iterator[Diagnostic]:
+    """Yield that no node publishes what a node reads, if a controller publishes a similar topic, or another type."""
+    there, role, heard = graph.publishers(end), end.port.role, end.topic
+    fitting = [one for one in there if one.type == end.type]
+    if mismatch := mismatched_qos(end, fitting):
+        yield report("parameters-topic", mismatch, node.span, f"qos_overrides.{heard}.publisher.reliability: reliable")
+    if not fitting and there and is_decided and role == VELOCITY:
+        message = f"{node.shown} takes {short_type(end.type)} on {heard}, and {there[0].node.strip('/')} sends "
+        message += f"{short_type(there[0].type)}: {end.port.missing}"
+        yield report("parameters-topic", message, node.span, "give both the same value of enable_stamped_cmd_vel")
+        return
+    of_control = [one for one in graph.published if one.port.role == role and one.port.group == "control"]
+    sources = {by_name[one.node]: one.topic for one in of_control}
+    if fitting or role not in (ODOMETRY, IMU) or not sources:
+        return
+    meant = next((one for one in sources if one.full == heard.rpartition("/")[0] and sources[one] != heard), None)
+    of_drive = heard in (full_topic(_ODOM, node.namespace, ""), f"/{_ODOM}") or _OF_CONTROLLER.search(heard)
+    if meant is None and not of_drive and role != IMU:
+        return  # of another node, such as that of a camera
+    source, setting = meant or next(iter(sources)), node.setting(end.key)
+    what = "IMU" if role == IMU else "odometry"
+    message = f'{node.shown} listens to the {what} {heard} ("{end.key}"{setting.how}), and '
+    message += f"no node in the files publishes that: {source.shown} publishes {sources[source]}"
+    help = f"{end.key}: {sources[source].strip('/')}" + ("" if meant else "; or say the remap: --remap NODE:FROM:=TO")
+    related = (Related(f"{source.shown} is here", source.span),)
+    rule = "parameters-topic" if role == IMU else "parameters-odometry"
+    yield report(rule, message, setting.span, help, related, WARNING if meant else NOTE)
+
+
+def _source(node: Node, layer: str, name: str, place: Span, sensors: Mapping[str, str]) -> Iterator[Diagnostic]:
+    before, rule = f"{layer}.{name}." if layer else f"{name}.", "parameters-source"
+    given = {key.removeprefix(before): one for key, one in node.parameters.items() if key.startswith(before)}
+    if not given:
+        message = f'{node.shown} lists the source "{name}", which has no parameters'
+        help = f"{name}: {{topic: TOPIC, data_type: LaserScan, marking: true, clearing: true}}"
+        yield report(rule, message, place, help if layer else "")
+    if not given or any(one.substituted for one in given.values()):
+        return
+    values: dict[str, Any] = {key: one.value for key, one in given.items()}
+    what = f'the source "{name}" of {node.shown}'
+    place = given["topic"].span if "topic" in given else next(iter(given.values())).span
+    if layer and values.get("marking", True) is True:
+        if "clearing" not in values:
+            message = f'{what} marks obstacles and never clears them: "clearing" is false by default'
+            yield report(rule, message, place, "clearing: true")
+        marks, clears = values.get("obstacle_max_range", 2.5), values.get("raytrace_max_range", 3.0)
+        if values.get("clearing") is True and isinstance(marks, float) and isinstance(clears, float) and clears < marks:
+            message = f"{what} marks obstacles up to {marks:g} m and clears them up to {clears:g} m"
+            yield report(rule, message, place, f"raytrace_max_range: {marks + 0.5:g}")
+    topic, message = "/" + str(values.get("topic", name)).strip("/"), source_message(values)
+    if values.get("type") in ("polygon", "costmap"):
+        return
+    if topic in sensors and sensors[topic] != message:
+        actual = short_type(sensors[topic])
+        text = f"{what} expects {short_type(message)} on {topic}, and the sensor publishes {actual}: it sees nothing"
+        yield report(rule, text, place, f"data_type: {actual}" if layer else "choose the type of these messages")
+    elif topic not in sensors:
+        yield from _unseen(node, topic, message, sensors, place)
+
+
+def _unseen(node: Node, topic: str, message: str, sensors: Mapping[str, str], place: Span) -> Iterator[Diagnostic]:
+    """Yield that no sensor publishes a topic, if the description has the topics of such sensors."""
+    known = sorted(other for other, kind in sensors.items() if kind == message)
+    if known and topic not in known:
+        text = f"{node.shown} reads {short_type(message)} on {topic}, and the sensors of the robot publish "
+        yield report("parameters-source", text + phrase(known), place, f"topic: {known[0]}", severity=NOTE)
+
+
+def summary(result: CheckedParameters) -> str:
+    """Return what was judged, in a line."""
+    severities = [one.severity for one in result.diagnostics]
+    counts = phrase(count_of(severities.count(s), s) for s in ("error", "warning", "note") if s in severities)
+    line = f"{count_of(result.judged, 'edge')} of nodes compared with the files: {counts or 'as described'}"
+    return line + (f"; no known parameters of {phrase(result.absent)}" if result.absent else "")

@@ -1,0 +1,333 @@
+"""The controllers of a description with all their parameters, and the text of controllers.yaml.
+
+What the description says goes before what the robot knows (``derive``): joints by their roles, radius and places of
+the wheels (``model.drive``), frames, limits. Each number is written as its type requires.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import takewhile
+from typing import Any, NamedTuple
+
+from rosorin_compile.formats.format import HUMBLE, JAZZY
+from rosorin_compile.formats.format import described_by as known_distribution
+from rosorin_compile.formats.templating import Templates
+from rosorin_compile.model import Controller, Edge, Output, Robot
+from rosorin_compile.model.drive import DIFFERENTIAL, MECANUM, OMNI, Driving, driving_of
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic
+
+from .. import node_kinds
+from ..node_kinds import MANAGER, Kind, convert, is_of, kinds
+from ..parameter_files import Node, Parameters, distro_of, parameters_of, text
+from ..ports import ODOMETRY, VELOCITY, facts, full_type, interfaces_of, port_of
+from ..sections.control.hardware import EFFORT, JOINT_WORDS, POSITION
+from ..sections.control.hardware import VELOCITY as SPEED
+from ..sections.controllers import flat
+
+UPDATE_RATE = 100  # Hz
+CONTROLLERS = "controllers"  # the backend
+TF = "/tf"
+COMMAND = "/cmd_vel"  # where Nav2 and most others send velocities
+# Steering controllers of Jazzy call wheels by what they do, and keep the words of Humble for where they are.
+_LATER, _EARLIER = "traction_joints_names", ("front_wheel", "rear_wheel", "wheel_track")
+_EVEN = 1e-6  # m and rad: within this the controller takes wheels to be equal, or evenly spaced
+_ZERO = 1e-9
+# By default a mecanum controller stops one cycle after each velocity, and Nav2 sends 20 a second. Seconds: what
+# diff_drive has by default (cmd_vel_timeout).
+_TIMEOUT = 0.5
+
+
+class RobotParameters(NamedTuple):
+    """Parameters by their keys, as many as the robot knows, and the reason why it does not know others."""
+
+    values: Mapping[str, Any]
+    why_not: str = ""
+
+
+def derive(robot: Robot, controller: Controller, kind: str) -> RobotParameters:
+    """Return the parameters of a controller that follow from the robot, for all distributions."""
+    about = interfaces_of(kind)
+    if "drive" in about:
+        return _of_drive(robot, controller, about["drive"])
+    if "sensor" in about:
+        named = [one for one in robot.sensors if one.name == controller.sensor]
+        found = named or [one for one in robot.sensors if one.type == about["sensor"] and not controller.sensor]
+        if controller.sensor and not named:
+            return RobotParameters({}, f'there is no sensor "{controller.sensor}"')
+        if len(found) != 1:
+            why = f"the description has {len(found) or 'no'} sensors of type {about['sensor']}"
+            return RobotParameters({}, f"{why}: say which, sensor: NAME" if found else why)
+        return RobotParameters({"sensor_name": found[0].name, "frame_id": found[0].frame})
+    return RobotParameters(_of_joints(robot, controller, about))
+
+
+def _of_drive(robot: Robot, controller: Controller, kind: str) -> RobotParameters:
+    """Return the parameters of a controller of the drive.
+
+    A namespace would be written before the frames by default; they are called as the description calls them.
+    """
+    if robot.drive is None or robot.drive.kind != kind:
+        why = f"the drive is {robot.drive.kind}, not {kind}" if robot.drive else "the description has no drive"
+        return RobotParameters({}, why)
+    try:
+        driving = driving_of(robot)
+    except ValueError as problem:
+        return RobotParameters({}, str(problem))
+    base = _base(robot, driving.frame)
+    edges, navigates = [edge for edge in robot.edges if edge.child == base], _navigates(robot)
+    values: dict[str, Any] = {"base_frame_id": base, "tf_frame_prefix_enable": False}
+    # Nav2 of Humble sends no header; a key of Humble alone.
+    values |= {"use_stamped_vel": False} if navigates else {}
+    values["enable_odom_tf"] = any(edge in edges for edge in edges_of(robot, controller))
+    values |= {"odom_frame_id": edges[0].parent} if edges else {}
+    known = _quantities(robot, driving, robot.drive.joints)
+    keys = facts("ros2_controllers")["derived"]["steered" if driving.steering else kind]
+    values |= {key: known[what] for key, what in keys.items() if what in known}
+    wheels = {wheel.joint for wheel in driving.wheels}
+    states = [one.states for block in robot.control for one in block.joints if one.name in wheels]
+    if states and not any(POSITION in words for words in states) and all(SPEED in words for words in states):
+        values["position_feedback"] = False
+    rounded = {key: float(f"{value:.9g}") for key, value in values.items() if isinstance(value, float)}
+    return RobotParameters(values | rounded)
+
+
+def edges_of(robot: Robot, controller: Controller) -> list[Edge]:
+    """Return the edges of the description that a controller of a drive publishes.
+
+    One that the description calls otherwise is known by its package, if it is the only one that drives.
+    """
+    driving = [one for one in robot.controllers if "drive" in interfaces_of(full_type(one.type))]
+    kind = node_kinds.controller(full_type(controller.type), "") if driving == [controller] else None
+    return [edge for edge in robot.edges if is_of(controller.name, kind, edge.publisher, robot.publishers)]
+
+
+def _navigates(robot: Robot) -> bool:
+    return any(output.backend == "nav2" for output in robot.outputs)
+
+
+def _base(robot: Robot, frame: str) -> str:
+    base = frame
+    while not any(edge.child == base for edge in robot.edges):
+        joint = robot.joint_to.get(base)
+        if joint is None or not joint.is_fixed:
+            return frame
+        if max(map(abs, (*joint.origin.xyz[:2], *joint.origin.rpy))) > _EVEN:
+            return frame
+        base = joint.parent
+    return base
+
+
+def _quantities(robot: Robot, driving: Driving, joints: Mapping[str, Sequence[str]]) -> dict[str, Any]:
+    """Return what the drive says, by the names that ``derived`` of ``ros2_controllers.json`` has for it (m, rad)."""
+    radii = [wheel.radius for wheel in driving.wheels]
+    radius = radii[0] if _spread(radii) < _EVEN else sum(radii) / len(radii)
+    found: dict[str, Any] = {"radius": radius, "wheelbase": driving.wheelbase, "track": driving.track}
+    if driving.kind == MECANUM:
+        around = (driving.wheelbase + driving.track) / 2
+        found |= {role: names[0] for role, names in joints.items()} | {"half_sum": around}
+        found |= {"timeout": _TIMEOUT} if _navigates(robot) else {}
+        # The base seen from the centre of the wheels: the controller has vx + y * wz (mecanum_drive_controller.cpp).
+        found |= {f"offset_{axis}": -at for axis, at in zip("xy", driving.centre, strict=True) if abs(at) > _ZERO}
+        return found | _speeds(robot, driving, around)
+    if driving.kind == DIFFERENTIAL:
+        found |= {"left": list(joints["left"]), "right": list(joints["right"]), "per_side": len(joints["left"])}
+        return found | _speeds(robot, driving, driving.track / 2)
+    if driving.kind == OMNI:  # the wheels in their order around the robot, if they are even
+        wheels = sorted(driving.wheels, key=lambda one: math.atan2(one.y, one.x) % math.tau)
+        angles = [math.atan2(one.y, one.x) % math.tau for one in wheels]
+        away = [math.hypot(one.x, one.y) for one in wheels]
+        turns = [angle - angles[0] - math.tau / len(wheels) * index for index, angle in enumerate(angles)]
+        if max(map(abs, turns)) < _EVEN and _spread(away) < _EVEN:
+            found |= {"wheels": [one.joint for one in wheels], "first_angle": angles[0], "away": away[0]}
+        return found
+    found["front"] = driving.steering[0].x > 0
+    places = ("front", "rear") if found["front"] else ("rear", "front")
+    for role, place in zip(("steering", "wheel"), places, strict=True):
+        names = [one.joint for one in (driving.steering if role == "steering" else driving.wheels)]
+        track = _spread([one.y for one in (driving.steering if role == "steering" else driving.wheels)])
+        found |= {f"{word}_joints": names for word in (role, place)}
+        found |= {f"{word}_track": track for word in (role, place)}
+    if len(driving.wheels) == 1 and len(driving.steering) == 1:
+        found |= {"wheel_joint": driving.wheels[0].joint, "steering_joint": driving.steering[0].joint}
+    return found
+
+
+def _spread(numbers: list[float]) -> float:
+    return max(numbers) - min(numbers)
+
+
+def _speeds(robot: Robot, driving: Driving, around: float) -> dict[str, Any]:
+    """Return the largest velocities of the base that no wheel turns too fast for; nothing where one has no limit.
+
+    ``around`` (m) is what a turn of the base by 1 rad rolls of a wheel.
+    """
+    rims = []
+    for wheel in driving.wheels:
+        limit = robot.joint[wheel.joint].limit
+        rims.append(((limit.known_value("velocity") if limit is not None else None) or 0.0) * wheel.radius)
+    least = min(rims, default=0.0)
+    if not least or not around:
+        return {}
+    turn = least / around
+    return {"speed": least, "back": -least, "turn": turn, "turn_back": -turn, "limited": True}
+
+
+def _of_joints(robot: Robot, controller: Controller, about: Mapping[str, Any]) -> dict[str, Any]:
+    command = about.get("command", "")
+    block = next((one for one in robot.control if one.name == controller.hardware), None)
+    moved = [one for one in block.joints if one.command and (not command or command in one.commands)] if block else []
+    names = [one.name for one in moved]
+    values: dict[str, Any] = {}
+    if command and about.get("joints") == "joint":  # a gripper
+        joint = robot.joint.get(str(controller.params.get("joint", names[0] if len(names) == 1 else "")))
+        if joint is not None:
+            values["joint"] = joint.name
+            for key in (EFFORT, SPEED):
+                most = joint.limit.known_value(key) if joint.limit is not None else None
+                values |= {f"max_{key}": most} if most is not None else {}
+        return values
+    values |= {"joints": names} if names else {}
+    values |= {"joint": names[0]} if len(names) == 1 else {}
+    if "states" in about and "action" in about:
+        # The first command that all joints have, for several are ways of which one is used at a time, and the states.
+        given = controller.params.get("joints")
+        names = list(map(str, given)) if given and isinstance(given, (list, tuple)) else names
+        found = [one for block in robot.control for one in block.joints if one.name in names]
+        if names and len(found) >= len(names):
+            commands = [word for word in (POSITION, SPEED, EFFORT) if all(word in one.commands for one in found)][:1]
+            states = list(takewhile(lambda word: all(word in one.states for one in found), JOINT_WORDS[:3]))
+            words = {"command_interfaces": commands, "state_interfaces": states}
+            values |= {key: some for key, some in words.items() if some}
+    return values
+
+
+class ControllerParameters(NamedTuple):
+    """A controller with its type in full, all its parameters as they are written, and those that the robot knows."""
+
+    controller: Controller
+    type: str
+    values: Mapping[str, Any]
+    known: RobotParameters
+    kind: Kind | None
+
+    @property
+    def remaps(self) -> list[tuple[str, str]]:
+        """The remaps, from and to, without which it would not publish the transform that it owns."""
+        topic = self.kind.odometry if self.kind is not None and self.values.get("enable_odom_tf") else ""
+        return [(topic, TF)] if topic.startswith("~") else []
+
+
+def fill(robot: Robot, distribution: str) -> list[ControllerParameters]:
+    """Return the controllers of a robot with all that is known of their parameters, for humble or jazzy."""
+    made = []
+    for one in robot.controllers:
+        plugin = full_type(one.type)
+        kind, known = node_kinds.controller(plugin, distribution), derive(robot, one, plugin)
+        values = {key: value for key, value in known.values.items() if kind is not None and key in kind}
+        if kind is not None and _LATER in kind:
+            values = {key: value for key, value in values.items() if not key.startswith(_EARLIER)}
+        values = {key: _typed(kind, key, value) for key, value in {**values, **one.params}.items()}
+        made.append(ControllerParameters(one, plugin, values, known, kind))
+    return made
+
+
+def distribution_of(robot: Robot, controllers: str) -> str:
+    """Return the distribution, humble or jazzy, that the output ``controllers`` is for; without it, that of another."""
+    outputs = sorted(robot.outputs, key=lambda one: one.name != controllers)
+    words = (one.options.get("distribution") or one.options.get("control") for one in outputs)
+    return known_distribution(str(next(filter(None, words), JAZZY)))
+
+
+def manager_parameters(output: Output, distribution: str) -> dict[str, Any]:
+    """Return the parameters of the controller_manager itself."""
+    values = {"update_rate": output.options.get("update_rate", UPDATE_RATE)} | flat(output.options.get("manager") or {})
+    return {key: _typed(kinds(distribution)[MANAGER], key, value) for key, value in values.items()}
+
+
+def _typed(kind: Kind | None, key: str, value: Any) -> Any:
+    entry = kind.key(key) if kind is not None else None
+    if entry is not None:
+        return convert(value, entry.type)
+    return list(value) if isinstance(value, tuple) else value
+
+
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+    """Return the controllers.yaml of a robot, for the distribution of the output."""
+    name, notes = distro_of(output).capitalize(), []
+    controllers = fill(robot, distro_of(output))
+    made = text(robot, output, templates, [f"Controllers of ros2_control, for {name}."], _nodes(output, controllers))
+    if distro_of(output) not in (HUMBLE, JAZZY):
+        message = f"what is known of controllers is that of Jazzy: {name} is taken to be like it"
+        notes.append(Diagnostic("controllers-later", NOTE, message))
+    for one in controllers:
+        for topic, to in one.remaps:
+            full = f"{f'/{namespace_of(output)}'.rstrip('/')}/{one.controller.name}{topic.removeprefix('~')}"
+            frames = f"{one.values.get('odom_frame_id', 'odom')} -> {one.values.get('base_frame_id', 'base_link')}"
+            message = f'the controller "{one.controller.name}" publishes {frames} on {full}, not on {to}'
+            notes.append(Diagnostic("controllers-remap", NOTE, message, help=f"start it with {full}:={to}"))
+    return made, notes
+
+
+def view(robot: Robot, output: Output) -> Parameters:
+    """Return what the controllers.yaml of a robot is meant to contain."""
+    return parameters_of(output, _nodes(output, fill(robot, distro_of(output))))
+
+
+def namespace_of(output: Output) -> str:
+    """Return the namespace of the controllers of an output, without slashes around it."""
+    return str(output.options.get("namespace", "")).strip("/")
+
+
+def _nodes(output: Output, controllers: Sequence[ControllerParameters]) -> list[Node]:
+    distribution, space = known_distribution(distro_of(output)), namespace_of(output)
+    types = {f"{one.controller.name}.type": one.type for one in controllers}
+    manager = {**manager_parameters(output, distribution), **types}
+    nodes = [Node(f"{space}/{MANAGER}", kinds(distribution)[MANAGER], manager)]
+    return nodes + [Node(f"{space}/{one.controller.name}", one.kind, one.values) for one in controllers]
+
+
+class Driver(NamedTuple):
+    """A controller of a drive as others reach it; topics begin with ~ for its name.
+
+    ``space`` is its namespace, or empty; ``stamped`` means that it takes TwistStamped, else Twist.
+    """
+
+    one: ControllerParameters
+    space: str
+    command: str
+    odometry: str
+    stamped: bool
+
+    @property
+    def name(self) -> str:
+        """The name of the controller."""
+        return self.one.controller.name
+
+    def topic(self, own: str) -> str:
+        """Return one of its topics as nodes outside of its namespace reach it."""
+        return f"{f'/{self.space}/' if self.space else ''}{self.name}{own.removeprefix('~')}"
+
+
+def drivers(robot: Robot) -> list[Driver]:
+    """Return the controllers of a drive, those that are started active first; none without an output for them."""
+    output = next((one for one in robot.outputs if one.backend == CONTROLLERS), None)
+    if output is None or not is_whole(robot):
+        return []
+    found = []
+    for one in fill(robot, distro_of(output)):
+        command, odometry = (port_of(one.type, distro_of(output), role) for role in (VELOCITY, ODOMETRY))
+        if command is not None and odometry is not None:
+            stamped = command.is_stamped(one.values)
+            found.append(Driver(one, namespace_of(output), command.name(one.values), odometry.topic, stamped))
+    return sorted(found, key=lambda driver: driver.one.controller.inactive)
+
+
+def is_whole(robot: Robot) -> bool:
+    """Return True if the joints and the frame of the drive exist."""
+    drive = robot.drive
+    if drive is None:
+        return True
+    names = [name for names in drive.joints.values() for name in names]
+    return all(name in robot.joint for name in names) and (not drive.frame or drive.frame in robot.link)

@@ -1,0 +1,384 @@
+"""Kinds of nodes (``ros2_nodes.json``, ``ros2_controllers.json``) with their keys, types and defaults; their checks.
+
+The ``about`` of each file explains its fields and names its sources. Validators are those of
+``PickNikRobotics/generate_parameter_library``, and the combinations of interfaces of joint_trajectory_controller
+(``validate_jtc_parameters.hpp`` of ros2_controllers).
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import operator
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from types import NoneType
+from typing import Any, NamedTuple
+
+from rosorin_compile.formats.format import HUMBLE, JAZZY
+from rosorin_compile.model import Publisher
+from rosorin_compile.model.joint import NODE
+from rosorin_compile.source.diagnostics import (
+    ERROR,
+    WARNING,
+    Diagnostic,
+    Help,
+    Related,
+    Span,
+    Suggestion,
+    diagnostic,
+    phrase,
+    quote,
+)
+from rosorin_compile.source.wording import suggest
+
+from .ports import TF, distribution_of_ports, drive_plugins, facts, port_of
+
+DISTRIBUTIONS = (HUMBLE, JAZZY, "kilted")  # those of the tables; "" as a distribution is any of them
+MANAGER = "controller_manager"
+REMOVE = "remove it"
+_SIMILAR = 0.9
+_TYPES: Mapping[str, Any] = {"bool": bool, "int": int, "double": float, "string": str}
+# Keys that every node has, and the beginnings of others.
+_ANY_NODE = ("use_sim_time", "start_type_description_service")
+_ANY_BELOW = ("qos_overrides.", "diagnostic_updater.", "bond_heartbeat_period", "service_introspection_mode")
+_VARIABLE = re.compile(r"(__map_\w+|<[a-z]+>)")
+# The packages that a description may name for a controller besides its own.
+_OF_CONTROLLERS = ("ros2_controllers", "ros2_control", MANAGER)
+
+
+class Key(NamedTuple):
+    """A parameter that a kind of node has. ``name`` may have pieces such as <n>, which stand for many names.
+
+    ``valid`` are its validators with their arguments, ``forced`` is the value that it always has. ``frame`` is the role
+    of the frame that it names, or empty; ``only`` are the distributions that know it, and ``stock``, if not empty,
+    those whose stock plug-in has it. Without a ``needed`` one its node does not start. ``renamed`` has values that are
+    refused now, with their replacements.
+    """
+
+    name: str
+    type: str
+    default: Any = None
+    valid: Mapping[str, list[Any]] = {}
+    only: Sequence[str] = DISTRIBUTIONS
+    frame: str = ""
+    forced: str = ""
+    needed: bool = False
+    stock: Sequence[str] = ()
+    renamed: Mapping[str, str] = {}
+
+    @property
+    def many(self) -> bool:
+        """Return True if it is a pattern for keys of many names."""
+        return "<" in self.name or "__map_" in self.name
+
+
+@cache
+def _pattern(name: str) -> re.Pattern[str]:
+    pieces = [re.escape(piece) for piece in _VARIABLE.split(name)]
+    pieces[1::2] = [r"(\d+)" if piece == re.escape("<n>") else r"([^.]+)" for piece in pieces[1::2]]
+    return re.compile("".join(pieces))
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of node, with its keys by name; ``complete`` means that it has no others.
+
+    The keys are those of all distributions; types and defaults are of ``distribution``. ``names`` are those that the
+    node usually has, ``signs`` keys by which one of another name is known. ``transform`` names the keys of the parent,
+    the child and the switch of the transform that it publishes, and ``odometry`` is the topic that a controller
+    publishes it on.
+    """
+
+    name: str
+    keys: Mapping[str, Key]
+    distribution: str = ""
+    packages: tuple[str, ...] = ()
+    complete: bool = True
+    names: Sequence[str] = ()
+    signs: Sequence[str] = ()
+    strips_slash: bool = False
+    odometry: str = ""
+    transform: Mapping[str, str] = field(default_factory=dict)
+
+    def key(self, name: str) -> Key | None:
+        """Return a key; of several that fit, the one without variables."""
+        patterns = (key for key in self.keys.values() if key.many and _pattern(key.name).fullmatch(name))
+        return self.keys.get(name) or next(patterns, None)
+
+    def __contains__(self, name: str) -> bool:
+        key = self.key(name)
+        return key is not None and self.has(key)
+
+    def has(self, key: Key) -> bool:
+        """Return True if the distribution knows a key."""
+        return not self.distribution or self.distribution in key.only
+
+    def writes(self, key: Key) -> bool:
+        """Return True if files for the distribution may have a key: it or its stock plug-in knows it."""
+        return self.has(key) and (not key.stock or self.distribution in key.stock)
+
+    def own_keys(self) -> Iterator[Key]:
+        """Yield the keys that the distribution knows."""
+        return filter(self.has, self.keys.values())
+
+    def like(self, name: str) -> set[str]:
+        """Return the candidates for a misspelt key; patterns have its words and its first number."""
+        words, number = name.split("."), next(iter(re.findall(r"\d+", name)), "0")
+        found = set()
+        for key in self.own_keys():
+            pieces = key.name.replace("<n>", number).split(".")
+            if not key.many or "<n>" in key.name:
+                found.add(".".join(pieces))
+            elif len(pieces) == len(words):
+                pairs = zip(pieces, words, strict=True)
+                found.add(".".join(word if _VARIABLE.fullmatch(piece) else piece for piece, word in pairs))
+        return found
+
+
+def is_of(name: str, kind: Kind | None, publisher: Publisher, publishers: Iterable[Publisher]) -> bool:
+    """Return True if a node is the one that a description calls a publisher: by its name, else by its package.
+
+    A node that is another publisher by its name is not this one by its package.
+    """
+    if publisher.kind != NODE or name == publisher.name:
+        return publisher.kind == NODE
+    named = any(name == other.name for other in publishers)
+    return not named and kind is not None and publisher.package in kind.packages
+
+
+@cache
+def kinds(distribution: str) -> Mapping[str, Kind]:
+    """Return the kinds of nodes that are no controllers, by name."""
+    found = facts("ros2_nodes")["nodes"]
+    return {name: _kind(name, entry, entry["keys"], (entry["package"],), distribution) for name, entry in found.items()}
+
+
+@cache
+def controller(plugin: str, distribution: str) -> Kind | None:
+    """Return what is known of a type of controllers, or None.
+
+    A distribution that does not have it gets what others know.
+    """
+    table = facts("ros2_controllers")
+    entry = table["controllers"].get(plugin, {})
+    if "keys" not in entry:
+        return None
+    keys = {**table["every_controller"], **entry["keys"]}
+    return _kind(plugin, entry, keys, (entry["package"], *_OF_CONTROLLERS), distribution)
+
+
+def plugins(distribution: str) -> Mapping[str, str]:
+    """Return every type of controllers, with keys or without, with its package."""
+    found, known = facts("ros2_controllers")["controllers"], distribution and distribution_of_ports(distribution)
+    return {name: of["package"] for name, of in found.items() if not known or known in of.get("only", DISTRIBUTIONS)}
+
+
+def _kind(
+    name: str, entry: Mapping[str, Any], keys: Mapping[str, Any], packages: tuple[str, ...], distribution: str
+) -> Kind:
+    known, port = distribution and distribution_of_ports(distribution), port_of(name, "", TF)
+    known = known if known in entry.get("only", DISTRIBUTIONS) else ""
+    made = {}
+    for key, of in keys.items():
+        values = {**of, **of.get(HUMBLE, {})} if known == HUMBLE else of
+        fields = {field: values[field] for field in Key._fields if values.get(field) is not None}
+        if fields["type"] == "double" and isinstance(fields.get("default"), str):
+            fields["default"] = float(fields["default"])  # JSON has no nan
+        made[key] = Key(key, **fields)
+    words = {word: entry[word] for word in ("complete", "names", "signs", "strips_slash", "transform") if word in entry}
+    return Kind(name, made, known, packages, odometry=port.topic if port else "", **words)
+
+
+def by_signs(keys: Mapping[str, object], distribution: str) -> Kind | None:
+    """Return the kind that has most of its signs among some keys, or None if none has any."""
+    best = max(kinds(distribution).values(), key=lambda kind: sum(sign in keys for sign in kind.signs))
+    return best if any(sign in keys for sign in best.signs) else None
+
+
+def controller_by_keys(keys: Mapping[str, object], distribution: str) -> Kind | None:
+    """Return the controller of a drive that knows most of some keys, where they are those of one."""
+    if "enable_odom_tf" not in keys:
+        return None
+    found = [kind for plugin in drive_plugins() if (kind := controller(plugin, distribution)) is not None]
+    return max(found, key=lambda kind: sum(kind.key(name) is not None for name in keys))
+
+
+def by_name(name: str, distribution: str) -> Kind | None:
+    """Return the kind that a node of a name usually is."""
+    return next((kind for kind in kinds(distribution).values() if name in kind.names), None)
+
+
+# Values
+
+
+def fits(value: Any, kind: str) -> bool:
+    """Return True if a value is of a type of the tables, as rcl takes it: 1 is no double.
+
+    >>> fits(1, "double"), fits(1.0, "double"), fits([1, 2.0], "double_array"), fits("a", "string or string_array")
+    (False, True, False, True)
+    """
+    for one in kind.split(" or "):
+        if one == "none":
+            return True
+        if one.endswith("_array"):
+            item = one.removesuffix("_array")
+            if isinstance(value, (list, tuple)) and all(fits(each, item) for each in value):
+                return True
+        elif isinstance(value, _TYPES[one]) and (one == "bool" or not isinstance(value, bool)):
+            return True
+    return False
+
+
+def convert(value: Any, kind: str) -> Any:
+    """Return a value as its type is written, where that is the same number; else the value itself."""
+    for one in kind.split(" or "):
+        if one.endswith("_array") and isinstance(value, (list, tuple)):
+            return [convert(item, one.removesuffix("_array")) for item in value]
+        if one == "double" and isinstance(value, (int, float)) and not isinstance(value, bool):
+            return float(value)
+        if one == "int" and isinstance(value, float) and value.is_integer():
+            return int(value)
+    return value
+
+
+def as_yaml(value: Any) -> str:
+    """Return a value as YAML in one line."""
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(map(as_yaml, value))}]"
+    if isinstance(value, bool) or value is None:
+        return {True: "true", False: "false", None: "null"}[value]
+    return f'"{value}"' if isinstance(value, str) else repr(value)
+
+
+_BOUNDS: Mapping[str, tuple[Callable[[float, float], bool], str]] = {
+    "gt": (operator.gt, "above"),
+    "gt_eq": (operator.ge, "at least"),
+    "lt_eq": (operator.le, "at most"),
+}
+_SIZES: Mapping[str, tuple[Callable[[int, int], bool], str]] = {
+    "fixed_size": (operator.eq, ""),
+    "size_gt": (operator.gt, "more than "),
+    "size_lt": (operator.lt, "fewer than "),
+}
+
+
+def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
+    """Return why a validator refuses a value of its type, empty if it does not, and the fix."""
+    if bound := _BOUNDS.get(name.removesuffix("_or_nan")):
+        is_free = name.endswith("_or_nan") and math.isnan(value)
+        if not is_free and not bound[0](value, arguments[0]):
+            return f"is {as_yaml(value)}, and has to be {bound[1]} {arguments[0]:g}", ""
+    elif name in _SIZES:
+        fits_size, words = _SIZES[name]
+        if not any(fits_size(len(value), size) for size in arguments):
+            return f"has {len(value)} values, and needs {words}{' or '.join(map(str, arguments))}", ""
+    elif name in ("one_of", "subset_of"):
+        values = value if name == "subset_of" else [value]
+        if others := [str(one) for one in values if one not in arguments[0]]:
+            return f"cannot be {quote(others)}", Suggestion(others[0], [*map(str, arguments[0])])
+    elif name == "not_empty" and not len(value):
+        return "is empty", ""
+    elif name == "unique" and (repeated := [str(one) for one in dict.fromkeys(value) if value.count(one) > 1]):
+        return f"has {quote(repeated)} twice", ""
+    elif name == "set_of" and set(value) not in map(set, arguments):
+        return f"is {as_yaml(value)}, and has to be {' or '.join(map(as_yaml, arguments))}", ""
+    return "", ""
+
+
+# The parameters of a node, of a description or of a file
+
+
+class Finding(NamedTuple):
+    """Something wrong with a parameter; ``key`` is empty for the node as a whole, ``at_key``: the name of it.
+
+    ``unknown`` is a name that does not exist, ``known`` are those that do.
+    """
+
+    rule: str
+    message: str
+    key: str = ""
+    help: Help = ""
+    severity: str = ERROR
+    at_key: bool = False
+    unknown: str = ""
+    known: Collection[str] = ()
+
+    def place(self, span: Span | None, related: Iterable[Related] = ()) -> Diagnostic:
+        """Return the diagnostic at a place in a file."""
+        return diagnostic(self.rule, self.severity, self.message, span, self.help, related)
+
+
+def against_kind(name: str, kind: Kind | None, values: Mapping[str, Any]) -> Iterator[Finding]:
+    """Yield what is wrong with the parameters of a node of a kind, by full key; ``name`` is the node in messages.
+
+    Without a kind these are values that no parameter of any node can be.
+    """
+    for key, value in values.items():
+        known = kind.key(key) if kind is not None else None
+        if kind is None:
+            types = {type(one) for one in value} if isinstance(value, (list, tuple)) else {type(value)}
+            if len(types) > 1 or types & {list, tuple, NoneType}:
+                message = f'"{key}" of {name} is {as_yaml(value)}: no parameter can be that'
+                yield Finding("parameters-wrong-type", message, key, "write a value, or a list of values of one type")
+        elif known is None or not kind.has(known):
+            is_of_all_nodes = key in _ANY_NODE or key.startswith(_ANY_BELOW)
+            if known is not None or not is_of_all_nodes:
+                yield from _unknown(name, kind, key, values, known)
+        else:
+            yield from _wrong_value(name, key, value, known)
+            match = _pattern(known.name).fullmatch(key) if "__map_" in known.name and key not in kind.keys else None
+            if match:  # about one of a list: gains.joint1.p of joints
+                many = known.name.partition("__map_")[2].partition(".")[0]
+                listed = values.get(many)
+                if isinstance(listed, (list, tuple)) and match[1] not in listed:
+                    message = f'"{key}" of {name} is about "{match[1]}", which is not in its {many}: it has no effect'
+                    help = Suggestion(match[1], set(map(str, listed)))
+                    yield Finding("parameters-unknown-key", message, key, help, at_key=True)
+
+
+def _unknown(name: str, kind: Kind, key: str, values: Mapping[str, Any], of_others: Key | None) -> Iterator[Finding]:
+    """Yield that a kind does not have a key; ``of_others`` is it in other distributions."""
+    names, severity = kind.like(key), ERROR
+    help: Help = ""
+    if kind.complete:
+        help = Suggestion(key, names, instead=REMOVE)
+    elif close := difflib.get_close_matches(key, names - values.keys(), n=1, cutoff=_SIMILAR):
+        help = suggest(close[0])
+    if of_others is not None:
+        others = phrase(map(str.capitalize, of_others.only))
+        message = f'{name} of {kind.distribution.capitalize()} has no key "{key}"; it is one of {others}'
+    elif kind.complete:
+        message = f'{name} has no key "{key}": it is accepted in silence, and does nothing'
+    elif help:
+        message, severity = f'"{key}" of {name} is nearly a key that it has', WARNING
+    else:
+        return
+    yield Finding("parameters-unknown-key", message, key, help or REMOVE, severity, at_key=True)
+
+
+def _wrong_value(name: str, key: str, value: Any, known: Key) -> Iterator[Finding]:
+    what, kind = f'"{key}" of {name}', known.type
+    if not fits(value, kind):
+        words = " or ".join(facts("ros2_nodes")["types"][one] for one in kind.split(" or "))
+        made = [value] if kind == "string_array" else convert(value, kind)
+        if kind == "string" and not isinstance(value, (list, tuple)):
+            made = as_yaml(value)
+        help = f"write {as_yaml(made) if fits(made, kind) else words}"
+        if isinstance(value, str) and kind in ("bool", "int", "double"):
+            help = f"write {words} without quotes"
+        message = f"{what} is {as_yaml(value)}, and has to be {words}: the node does not start"
+        yield Finding("parameters-wrong-type", message, key, help)
+    elif isinstance(value, str) and value in known.renamed:
+        message = f'{what} is "{value}", which was renamed: the node does not start'
+        yield Finding("parameters-wrong-value", message, key, f"write {known.renamed[value]}")
+    elif known.forced and value not in ("", known.forced):
+        message = f'{what} is always "{known.forced}": this value has no effect'
+        yield Finding("parameters-wrong-value", message, key, REMOVE, WARNING)
+    else:
+        found = (_refused(validator, value, list(arguments)) for validator, arguments in known.valid.items())
+        why, fix = next((one for one in found if one[0]), ("", ""))
+        if why:
+            yield Finding("parameters-wrong-value", f"{what} {why}", key, fix or "correct it")

@@ -1,0 +1,381 @@
+"""Parameter files of ROS 2: read as its nodes read them, with the place of every key and value, and written.
+
+The words are those of ``ros2/rcl:rcl_yaml_param_parser``, which are not those of YAML 1.2: yes and on are true, 010 is
+eight, a list has values of one type, there are no aliases, and a key without a value is an error. Whatever a node
+would refuse to start with is an error here.
+
+A value is written as the type that its node takes (1.0 for a double), for a node does not start with another one. A key
+that a distribution lacks is left out for it.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+from rosorin_compile.formats.format import DISTRIBUTIONS, JAZZY, Format
+from rosorin_compile.formats.templating import Templates
+from rosorin_compile.model import Output, Robot
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, DiagnosticError, Related, Source, Span, error
+
+from .node_kinds import Kind, as_yaml, convert, kinds
+from .ports import facts
+
+PARAMETERS = "ros__parameters"
+_DEEPEST = 42  # mappings and lists in each other
+_HELP = "a parameter file is NODE: {ros__parameters: {KEY: VALUE}}"
+_TRUE = {"y", "Y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON"}
+_FALSE = {"n", "N", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF"}
+# What strtol and strtod take, and the words of YAML for what is not finite.
+_INT = re.compile(r"[-+]?(0[xX][0-9a-fA-F]{1,250}|0[0-7]{0,300}|[1-9][0-9]{0,300})\Z")
+_DOUBLE = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?\Z")
+_ZERO = re.compile(r"[-+]?[0.]+([eE].*)?\Z")
+_SPECIAL = re.compile(r"[-+]?(\.(inf|Inf|INF)|(?i:inf|infinity|nan))\Z|\.(nan|NaN|NAN)\Z")
+_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*|\*\*?")
+# Texts that are replaced when the file is used: by a launch file, or by nodes that rewrite it (nav2_common).
+_SUBSTITUTED = re.compile(r"\$\(|<[A-Za-z_]\w*>")
+_MOST = 2**63 - 1
+# Texts that are written without quotes, but for those that YAML reads as something else.
+_PLAIN = re.compile(r"[A-Za-z_/][A-Za-z0-9_/.-]*(::?[A-Za-z0-9_/.-]+)*")
+_WORDS = frozenset(("y", "yes", "n", "no", "true", "false", "on", "off", "null", "nan", "inf", "infinity"))
+
+
+class Parameter(NamedTuple):
+    """A value of a parameter file (bool, int, float, str, or a list of one of them), and its places."""
+
+    value: Any
+    key: Span
+    span: Span
+
+    @property
+    def substituted(self) -> bool:
+        """Whether something else is put here, ``$(find-pkg-share ...)`` or ``<prefix>``: its type is unknown."""
+        values = self.value if isinstance(self.value, list) else [self.value]
+        return any(isinstance(one, str) and _SUBSTITUTED.search(one) for one in values)
+
+
+@dataclass(frozen=True)
+class Section:
+    """What a file says for the nodes that a name matches: ``name`` begins with / and may have the wildcards * and **.
+
+    ``parameters`` are by full name, with dots between the levels.
+    """
+
+    name: str
+    span: Span
+    parameters: dict[str, Parameter] = field(default_factory=dict)
+
+    @property
+    def of_any(self) -> bool:
+        """Whether it names no node: its last word is a wildcard."""
+        return self.name.rsplit("/", 1)[-1] in ("*", "**")
+
+    def matches(self, node: str) -> bool:
+        """Return True if it is for a node of a full name."""
+        words = self.name.strip("/").split("/")
+        pattern = "".join({"**": "(/[^/]+)*", "*": "/[^/]+"}.get(word, "/" + re.escape(word)) for word in words)
+        return re.fullmatch(pattern, node) is not None
+
+
+class NoParameters(DiagnosticError, ValueError):
+    """A file that is none of parameters; carries the diagnostic."""
+
+
+def read_sections(source: Source) -> tuple[list[Section], list[Diagnostic]]:
+    """Return the sections of a parameter file in its order, and warnings. Raises NoParameters."""
+    reader, loader = _Reader(source), getattr(yaml, "CLoader", yaml.Loader)
+    try:
+        reader.check_events(yaml.parse(source.text, loader))
+        tops = [top for top in yaml.compose_all(source.text, loader) if top is not None]
+    except yaml.YAMLError as problem:
+        from rosorin_compile.source.yaml_mistakes import explain_mistake
+
+        raise NoParameters(replace(explain_mistake(source, problem), rule="parameters-syntax")) from None
+    for top in tops:
+        if not isinstance(top, yaml.MappingNode):
+            raise reader.fail("this is no parameter file: its top is no mapping", top)
+        reader.names("", top, None)
+    if not reader.sections and tops:
+        reader.warn(f"no node has parameters here: there is no {PARAMETERS}", source.span(), _HELP)
+    return list(reader.sections.values()), reader.diagnostics
+
+
+def read_file(path: Path) -> tuple[list[Section], list[Diagnostic]]:
+    """Read a parameter file. Raises NoParameters."""
+    from rosorin_compile.source.load import LoadError, read_utf8
+
+    try:
+        source = read_utf8(path, str(path))
+    except LoadError as problem:
+        help = problem.diagnostic.help.replace("descriptions are", "parameter files are")
+        raise NoParameters(replace(problem.diagnostic, help=help)) from None
+    return read_sections(source)
+
+
+class _Reader:
+    """Reads the nodes of YAML as rcl does."""
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.sections: dict[str, Section] = {}
+        self.diagnostics: list[Diagnostic] = []
+        self.texts: set[int] = set()  # where values with the tag !!str begin
+
+    def check_events(self, events: Iterable[Any]) -> None:
+        """Check what the nodes of YAML do not tell, and that they are not nested too deep to be made."""
+        depth = 0
+        for event in events:
+            if isinstance(event, yaml.AliasEvent):
+                raise self.fail("ROS 2 takes no aliases in a parameter file", event, "write the value here")
+            if isinstance(event, yaml.ScalarEvent) and event.tag == "tag:yaml.org,2002:str":
+                self.texts.add(event.start_mark.index)  # type: ignore[union-attr]
+            depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+            if depth > _DEEPEST:
+                raise self.fail("nested deeper than 40 levels", event, "flatten the file")
+
+    def names(self, above: str, mapping: Any, named: Span | None) -> bool:
+        """Read a mapping of namespaces and nodes, and return True if it has parameters.
+
+        ``named`` is the place of the last name.
+        """
+        is_node = has_parameters = False
+        for key, value in mapping.value:
+            name = self.text(key)
+            if not name:
+                raise self.fail("a node has no name: ROS 2 refuses the whole file", key, "name it")
+            if not isinstance(value, yaml.MappingNode):
+                if name == PARAMETERS:
+                    raise self.fail(f"{PARAMETERS} is a mapping of keys to values", value)
+                raise self.fail(f'"{name}" has a value, but is not below a {PARAMETERS}', key)
+            if name != PARAMETERS:
+                between = "" if above.endswith("/") or (name.startswith("/") and not above) else "/"
+                if self.names(f"{above}{between}{name}", value, self.span(key)):
+                    has_parameters = True
+                    if is_node:
+                        what = f'"{name}" follows the {PARAMETERS} of "{above.strip("/")}", which ROS 2 refuses'
+                        raise self.fail(what, key, f"write it as a node of its own: {above.strip('/')}/{name}")
+                continue
+            if named is None:
+                raise self.fail(f"{PARAMETERS} is at the top level: no node is named", key)
+            if is_node:
+                raise self.fail(f"{PARAMETERS} is repeated for one node, which ROS 2 refuses", key, "make it one")
+            words = above.removeprefix("/").split("/")  # rmw_validate_node_name
+            wrong = [word for word in words if not _WORD.fullmatch(word) and not _SUBSTITUTED.search(word)]
+            if wrong:
+                what = f'"{wrong[0] or above}" is no name of a node or a namespace: ROS 2 refuses the whole file'
+                help = "letters, digits and _ alone, a digit not first"
+                help = help if wrong[0] else "write / between two names, and at most one before the first"
+                raise NoParameters(error("parameters-syntax", what, named, help))
+            section = self.sections.setdefault(above, Section(above, named))
+            self.parameters(section, "", value)
+            is_node = True
+            has_parameters |= bool(section.parameters)
+        return has_parameters
+
+    def parameters(self, section: Section, above: str, mapping: Any) -> str:
+        """Read parameters, and return the name of the last one if it is empty: ROS 2 miscounts the levels after it."""
+        empty = ""
+        for key, value in mapping.value:
+            text = self.text(key)
+            if not text:
+                raise self.fail("a parameter has no name: ROS 2 refuses the whole file", key, "name it")
+            if empty:
+                message = f'"{text}" follows "{empty}", which is empty: ROS 2 refuses or misreads the file'
+                raise self.fail(message, key, "leave the empty one out")
+            name = f"{above}{text}"
+            maps = [one for one in value.value if isinstance(one, yaml.MappingNode)] if _is_list(value) else []
+            if isinstance(value, yaml.MappingNode):
+                empty = self.parameters(section, f"{name}.", value) if value.value else name
+            elif maps and len(value.value) == 1 and all(_is_list(inner) for _, inner in maps[0].value):
+                # gpio_controllers has such parameters: a: [{b: [x]}] is a.b: [x].
+                self.parameters(section, f"{name}.", maps[0])
+            elif maps:
+                message = f'"{name}" has a mapping in a list: ROS 2 reads it otherwise than it looks'
+                self.warn(message, self.span(key), "write a mapping without the list")
+            else:
+                self.put(section, name, key, value)
+        return empty
+
+    def put(self, section: Section, name: str, key: Any, value: Any) -> None:
+        """Add a parameter to those of a section."""
+        read = self.values(name, value) if _is_list(value) else self.scalar(value)[0]
+        made = Parameter(read, self.span(key), self.span(value))
+        if before := section.parameters.get(name):
+            message = f'"{name}" is repeated for {section.name}; the last one counts'
+            related = (Related("first set here", before.key),)
+            self.diagnostics.append(Diagnostic("parameters-twice", WARNING, message, made.key, related, "remove one"))
+        if made.value == []:
+            message = f'"{name}" is an empty list, and ROS 2 does not know of what: nodes in C++ do not start '
+            message += '("No parameter value set")'
+            self.warn(message, made.span, "leave it out, if the node has a list by default")
+        section.parameters[name] = made
+
+    def values(self, name: str, items: Any) -> list[Any]:
+        """Return the values of a list, which have one type or no node starts."""
+        values: list[Any] = []
+        first = ""
+        for item in items.value:
+            if _is_list(item):
+                message, help = f'"{name}" holds a list in a list, which ROS 2 refuses', "write one text in quotes"
+                raise self.fail(message, item, f'{help}: "[[x, y], ...]"')
+            value, kind = self.scalar(item)
+            if isinstance(value, str) and _SUBSTITUTED.search(value):
+                kind = first
+            if first and kind != first:
+                message = f'"{name}" mixes {first} and {kind}: ROS 2 refuses the whole file, and no node starts'
+                help = "write every number with a point: 0.0"
+                raise self.fail(message, item, help if {first, kind} == {"int", "double"} else "use one type")
+            first = kind
+            values.append(value)
+        return values
+
+    def scalar(self, node: Any) -> tuple[Any, str]:
+        """Return a value and its type."""
+        text = node.value
+        if node.style in ("'", '"') or node.start_mark.index in self.texts:
+            return text, "string"
+        if not text:
+            raise self.fail("this key has no value: ROS 2 refuses the whole file", node, 'write "" for an empty text')
+        if text in _TRUE or text in _FALSE:
+            return text in _TRUE, "bool"
+        if _INT.match(text):
+            digits = text.lstrip("+-")
+            number = int(text, 16 if digits[1:2] in ("x", "X") else 8 if digits.startswith("0") else 10)
+            return (number, "int") if -_MOST - 1 <= number <= _MOST else (float(number), "double")
+        if _DOUBLE.match(text):
+            fits = sys.float_info.min <= abs(float(text)) <= sys.float_info.max or _ZERO.match(text)
+            return (float(text), "double") if fits else (text, "string")  # beyond a double it is text for rcl
+        if _SPECIAL.match(text):
+            return float(text.replace(".", "")), "double"
+        return text, "string"
+
+    def text(self, node: Any) -> str:
+        """Return a key."""
+        if not isinstance(node, yaml.ScalarNode):
+            raise self.fail("a key is plain text", node)
+        return str(node.value)
+
+    def span(self, node: Any) -> Span:
+        """Return the place of a node or an event."""
+        start, end = node.start_mark, node.end_mark
+        is_word = end.line == start.line and not isinstance(node, yaml.CollectionNode)
+        length = max(1, end.column - start.column) if is_word else 1
+        return Span(self.source, start.line + 1, start.column + 1, length)
+
+    def fail(self, message: str, node: Any, help: str = _HELP) -> NoParameters:
+        return NoParameters(error("parameters-syntax", message, self.span(node), help))
+
+    def warn(self, message: str, span: Span, help: str) -> None:
+        self.diagnostics.append(Diagnostic("parameters-syntax", WARNING, message, span, help=help))
+
+
+def _is_list(node: Any) -> bool:
+    return isinstance(node, yaml.SequenceNode)
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """What a parameter file contains: the parameters of each node by full name."""
+
+    node: Mapping[str, Mapping[str, Any]]
+
+
+def read(text: str) -> Parameters:
+    """Return what a parameter file that we wrote contains. Raises ValueError for a damaged text."""
+    return Parameters(nodes_of(text))
+
+
+def nodes_of(text: str) -> dict[str, dict[str, Any]]:
+    """Return the parameters of a file by node and full name. Raises ValueError for a damaged text."""
+    sections, _ = read_sections(Source("", text))
+    if not sections:
+        raise ValueError(f"it is no parameter file: it has no {PARAMETERS}")
+    return {one.name.strip("/"): {key: value.value for key, value in one.parameters.items()} for one in sections}
+
+
+class Node(NamedTuple):
+    """A node with its parameters, by full name with dots; / parts ``name``.
+
+    ``kind`` is its kind, or the name of that in the tables; None if its types are unknown.
+    """
+
+    name: str
+    kind: Kind | str | None
+    values: Mapping[str, Any]
+
+
+def distro_of(output: Output) -> str:
+    """Return the distribution that an output is for."""
+    return str(output.options.get("distribution", JAZZY))
+
+
+def text(robot: Robot, output: Output, templates: Templates, head: Sequence[str], nodes: Sequence[Node]) -> str:
+    """Return the parameter file of some nodes; ``head`` are lines of comment."""
+    tree: dict[str, Any] = {}
+    for name, parameters in parameters_of(output, nodes).node.items():
+        for key, value in parameters.items():
+            *above, last = f"{name}/{PARAMETERS}".split("/") + key.split(".")
+            place: Any = tree
+            for word in above:
+                place = place.setdefault(word, {}) if isinstance(place, dict) else None
+            if place is not None:
+                place[last] = value
+    values = {"robot": robot, "distribution": distro_of(output).capitalize(), "head": head, "rows": list(_rows(tree))}
+    return templates.own("ros/parameters.yaml.jinja", values)
+
+
+def parameters_of(output: Output, nodes: Iterable[Node]) -> Parameters:
+    """Return what the parameter file of some nodes is meant to contain.
+
+    An empty list is left out, for rcl does not know of what it is one.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    for node in nodes:
+        kind = kinds(distro_of(output))[node.kind] if isinstance(node.kind, str) else node.kind
+        for key, value in node.values.items():
+            known = kind.key(key) if kind is not None else None
+            if value not in ([], ()) and (kind is None or known is None or kind.writes(known)):
+                made = convert(value, known.type) if known is not None else value
+                found.setdefault(node.name.strip("/"), {})[key] = made
+    return Parameters(found)
+
+
+def _rows(tree: Mapping[str, Any], depth: int = 0) -> Iterator[str]:
+    for key, value in tree.items():
+        if isinstance(value, dict):
+            yield f"{'  ' * depth}{_scalar(key)}:"
+            yield from _rows(value, depth + 1)
+        else:
+            yield f"{'  ' * depth}{_scalar(key)}: {_scalar(value)}"
+
+
+def _scalar(value: Any) -> str:
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(map(_scalar, value))}]"
+    if not isinstance(value, str):
+        return as_yaml(value)
+    is_plain = _PLAIN.fullmatch(value) and value.lower() not in _WORDS
+    return value if is_plain else json.dumps(value, ensure_ascii=False)
+
+
+def parameter_file(name: str, **more: Any) -> Format:
+    """Return the format of a parameter file by its name, with the fields that it does not share with others."""
+    about = "The distribution of ROS 2 whose nodes it is for; default jazzy."
+    return Format(
+        name=name,
+        article="a",
+        options={"distribution": {"enum": DISTRIBUTIONS, "description": about}, **facts("ros2_options")[name]},
+        read=read,
+        names_robot=False,
+        syntax=nodes_of,
+        folder="config",
+        deploys=True,
+        **more,
+    )

@@ -466,7 +466,7 @@ def _numbers(numbers: Sequence[Number], known: Sequence[Step]) -> Iterator[str]:
             source = combined if number.origin.parts else f"{_place(where)}  {where.text}"
         rows.append((number.name, value, source, list(_details(number.origin, known)) if number.origin else []))
     width, value_width = (max((len(row[column]) for row in rows), default=0) for column in (0, 1))
-    for (name, value, source, details), following in zip(rows, [*(row[3] for row in rows[1:]), []], strict=True):
+    for (name, value, source, details), following in zip(rows, [*(row[3] for row in rows[1:]), []], strict=False):
         yield f"    {name:{width}}  {value:{value_width}}  {source}".rstrip()
         yield from details if details != following else ()
 

@@ -337,7 +337,7 @@ def _with(tree: Map, key: str, value: object) -> Map:
 def _check_folder(folder: Path, force: bool) -> None:
     """Raise RequestError if a folder is not empty, unless it is forced, or if it is a file."""
     if folder.exists() and not folder.is_dir():
-        raise RequestError(f"{folder} is no folder; name a new one with -o")
+        raise RequestError(f"{folder} is not a folder; name a new one with -o")
     with suppress(OSError):  # writing to a folder that cannot be read fails with a better message
         if force or not any(folder.iterdir()):
             return

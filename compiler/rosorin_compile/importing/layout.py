@@ -213,12 +213,12 @@ def in_degrees(value: float, unit: str) -> str:
 
 
 def joint_unit(*path: str) -> str:
-    """Return the unit in degrees of a value of a joint that turns, by its path there; empty if it is no angle."""
+    """Return the unit in degrees of a value of a joint that turns, by its path there; empty if it is not an angle."""
     return _of_joint(("joints", "*", *path))
 
 
 def angle_of(tree: Map, path: Path) -> str:
-    """Return the unit in degrees of the value at a path of a description, empty if it is no angle."""
+    """Return the unit in degrees of the value at a path of a description, empty if it is not an angle."""
     body = tree["parts"][path[1]] if path[0] == "parts" and len(path) > 2 else tree
     path = within_part(path)
     if path[-2:-1] == ("rpy",) or (path[:1] == ("sensors",) and path[2:] in _OF_SENSOR):
@@ -233,7 +233,7 @@ def angle_of(tree: Map, path: Path) -> str:
 
 
 def _of_joint(path: Path) -> str:
-    """Return the unit in degrees of a value of a joint that turns; empty if it is no angle of one."""
+    """Return the unit in degrees of a value of a joint that turns; empty if it is not an angle of one."""
     units = () if _VERBATIM in path else fragment_at(path).get("x-unit", ())
     return _OF_JOINT.get(tuple(units), "")
 

@@ -447,7 +447,7 @@ def _edge(edge: Edge) -> Iterator[str]:
     yield f"    {_place(edge.where)}"
     yield from _stack(edge.stack, 4)
     if edge.transform is None:
-        yield "    the numbers are known to that node alone"
+        yield "    the numbers are known only to that node"
     else:
         yield from _numbers(edge.numbers, edge.stack)
         yield f"    quaternion x y z w  {_row(edge.transform.quaternion_xyzw)}"

@@ -116,7 +116,7 @@ def _add_drive(plugin: Element, known: Plugin, name: str, robot: Robot, found: D
     roles = {role: tuple(text for tag in tags for text in _texts(plugin, tag)) for role, tags in known.roles.items()}
     missing = next((joint for joints in roles.values() for joint in joints if joint not in robot.joint), None)
     if missing is not None:
-        return f'"{missing}" is no joint of the URDF'
+        return f'"{missing}" is not a joint of the URDF'
     is_mecanum = known.kind == Drive.MECANUM
     if not all(roles.values()) or (is_mecanum and any(len(joints) != 1 for joints in roles.values())):
         return "it does not name its wheels"
@@ -162,7 +162,7 @@ def _add_edge(plugin: Element, known: Plugin, name: str, robot: Robot, found: Dr
     if not parent or not child:
         return "it does not name both frames"
     if child not in robot.link:
-        return f'"{child}" is no link of the URDF'
+        return f'"{child}" is not a link of the URDF'
     node = _BRIDGE if known.bridged else re.sub(r"[^\w.-]+", "_", name)
     package = _BRIDGE if known.bridged else "gazebo_plugins"
     about = f"plug-in {plugin.get('filename', '')} of Gazebo"

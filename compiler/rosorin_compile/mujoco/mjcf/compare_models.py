@@ -2,7 +2,7 @@
 
 Objects are matched by name, or by the name that the import gave them; nameless ones by what they refer to and by their
 place. Some differences do not count: visual appearance, added sites, bodies without mass and geoms that touch nothing,
-a site that became a body, both signs of a quaternion, other principal axes, and the origin to which MuJoCo moves a mesh.
+a site that became a body, both signs of a quaternion, other principal axes, and the origin that MuJoCo gives a mesh.
 """
 
 from __future__ import annotations

@@ -9,7 +9,6 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compilation import understand
 from rosorin_compile.language.explain import Explanation, explain
 from rosorin_compile.model import Drive, Joint, Link, Output, Robot
-from rosorin_compile.model.drive import DIFFERENTIAL
 from support.paths import data_text
 
 PROJECT = {"descriptions/arm/robot.yaml": data_text("robots/servos_two.yaml")}
@@ -19,7 +18,7 @@ STANDING = Robot(
     (Link("footprint"), Link("l_link"), Link("r_link")),
     tuple(Joint(name, "continuous", "footprint", f"{name}_link", axis=(0, 1, 0)) for name in "lr"),
 )
-DRIVEN = replace(STANDING, drive=Drive(DIFFERENTIAL, {"left": ("l",), "right": ("r",)}, "footprint", 0.05))
+DRIVEN = replace(STANDING, drive=Drive("differential", {"left": ("l",), "right": ("r",)}, "footprint", 0.05))
 
 
 @pytest.mark.parametrize(

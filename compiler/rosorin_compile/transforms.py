@@ -195,7 +195,7 @@ def _no_way(case: Case, problem: NoWay) -> Diagnostic:
             publisher = f"the static_transform_publisher {node.name}"
         elif node.kind == NODE and node.about:
             publisher = f"{node.name} ({node.about})"
-        numbers = "a pose of its own" if edge.pose is not None else "known to that node alone"
+        numbers = "a pose of its own" if edge.pose is not None else "known only to that node"
         when = f"when {edge.when}" if edge.when else "always"
         message = f"{edge.parent} -> {edge.child}: {publisher} publishes it {when}, {numbers}"
         related.append(case.related(message, path))

@@ -117,7 +117,7 @@ def _save(name: str, text: str, kind: bytes) -> None:
 
     try:
         if exists(name) and not is_file(name):
-            raise RequestError(f"{name} cannot be written: it is no regular file")
+            raise RequestError(f"{name} cannot be written: it is not a regular file")
         write_file(Path(name), text.encode(), may_replace=is_ours)
     except OutputError as problem:
         raise RequestError(f"{problem.diagnostic.message}; {problem.diagnostic.help}") from None

@@ -129,7 +129,7 @@ def disagreements(robot: Robot, artifact: Artifact) -> Iterator[str]:
     sides = meant, found
     differences = compare_leaves(*sides, precisions, POSE_NOISE if format.partial else NOISE)
     for _, text in Describer(robot, sides, precisions).describe(differences):
-        yield f"{artifact.file} is not as it is meant to be: {text}"
+        yield f"{artifact.file} differs from what it has to contain: {text}"
 
 
 def _part(found: Mapping[str, Any], meant: Mapping[str, Any]) -> dict[str, Any]:

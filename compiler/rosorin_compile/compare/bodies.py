@@ -137,7 +137,7 @@ class Gap(NamedTuple):
 
 
 def gap(one: Placed, other: Placed, tolerance: float) -> Gap:
-    """Return how far two places are apart; ``tolerance`` (m, rad) is no distance."""
+    """Return how far two places are apart; ``tolerance`` (m, rad) is not a distance."""
     return Gap(
         math.dist(one.transform.xyz, other.transform.xyz),
         one.transform.angle_to(other.transform),

@@ -247,7 +247,7 @@ def _carried(robot: Robot, pair: Pair, link: str) -> set[str]:
 
 
 def _without_hidden(pair: Pair, differences: Sequence[Difference]) -> Iterator[Difference]:
-    """Yield the differences that are no consequence of things that are new or gone, or move now and did not."""
+    """Yield the differences that do not follow from things that are new or gone, or that began to move."""
     before, after = links_of(pair.old), links_of(pair.new)
     changed = {one.address.name for one in differences if one.address.kind == "frame" and not one.address.quantity}
     came = {name for name in before ^ after if " " not in name} | changed

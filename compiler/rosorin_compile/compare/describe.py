@@ -294,7 +294,7 @@ def _numbers(start: str, one: Solid, other: Solid) -> str:
 
 
 def _parts(one: Solid, other: Solid, least: Apart) -> list[str]:
-    """Return what became of the kind, the size and the place of a solid; ``least`` and below is no difference."""
+    """Return what became of the kind, the size and the place of a solid; ``least`` and below is not a difference."""
     parts = []
     boxes = [solid.box for solid in (one, other)]
     if one.kind != other.kind:

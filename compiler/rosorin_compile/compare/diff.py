@@ -31,7 +31,7 @@ from .walk import compare_leaves, inertial_leaves
 def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefix: str | None = None) -> Difference:
     """Return how two robots differ by meaning.
 
-    ``tolerance`` is no difference (m, rad, parts of other numbers), besides what the digits of a source leave open.
+    ``tolerance`` is not a difference (m, rad, parts of other numbers), besides what the digits of a source leave open.
     ``prefix`` is what the names of B begin with, None: find out, empty: nothing.
     """
     if all(side.format is YAML and side.robot.as_said().is_tree for side in (a, b)):

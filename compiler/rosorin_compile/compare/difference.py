@@ -19,7 +19,7 @@ from rosorin_compile.source.wording import count_of, plural, printable
 
 from .precision import POSE_NOISE, Precision, exact
 
-# A description has a word for everything, and is no artifact.
+# A description has a word for everything, and is not an artifact.
 YAML = Format(name="yaml", word="description", article="a", endings=ENDINGS, takes_arguments=True)
 DEFAULT_TOLERANCE = POSE_NOISE
 

@@ -98,7 +98,7 @@ def value_change(about: str, old: Any, new: Any, unit: str = "") -> str:
 
 
 def is_number(value: Any) -> bool:
-    """Return True for a number that is no truth value."""
+    """Return True for a number that is not a truth value."""
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 

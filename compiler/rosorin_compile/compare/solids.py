@@ -131,7 +131,7 @@ class Matched(NamedTuple):
 
 
 def match(old: Sequence[Solid], new: Sequence[Solid], noise: float = POSE_NOISE) -> Matched:
-    """Return which solids of two sets are the same; ``noise`` (m, and rotation entries) is no difference."""
+    """Return which solids of two sets are the same; ``noise`` (m, and rotation entries) is not a difference."""
     twins: dict[Solid, list[int]] = {}
     for index in reversed(range(len(new))):
         twins.setdefault(new[index], []).append(index)

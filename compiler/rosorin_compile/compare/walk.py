@@ -68,7 +68,7 @@ def walk(
 ) -> list[Difference]:
     """Return every leaf that differs between two values of one dataclass type.
 
-    ``precisions`` are how well the numbers of both are known; ``tolerance`` is no difference besides: a part of the
+    ``precisions`` are how well the numbers of both are known; ``tolerance`` is not a difference besides: a part of the
     larger number, and of 1 m or 1 rad for lengths and angles.
     """
     return compare_leaves(leaves(old), leaves(new), precisions, tolerance)

@@ -153,7 +153,7 @@ def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
         tree = Map(span)
         for key, item in value.items():
             if not isinstance(key, str):
-                raise TypeError(f"{subject(path)} has a key that is no text: {key!r}")
+                raise TypeError(f"{subject(path)} has a key that is not text: {key!r}")
             place = item.span if isinstance(item, Placed) else span
             tree.put(str(key), as_tree(item, span, [*path, key]), place, place)
         return tree

@@ -171,7 +171,7 @@ class XmlReader:
     def numbers(
         self, words: Sequence[Word], what: str, span: Span, count: int, unit: str = "", tag: str = ""
     ) -> list[Placed] | None:
-        # A comma between numbers makes a word that is no number, which is the better message.
+        # A comma between numbers makes a word that is not a number, which is the better message.
         if len(words) != count and (count == 1 or all(NUMBER.match(word.text) for word in words)):
             have = "is empty" if not words else f"has {count_of(len(words), 'number')}"
             message = f"{what} {have}; it takes {'one' if count == 1 else count}"

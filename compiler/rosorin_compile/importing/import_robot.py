@@ -317,7 +317,7 @@ def _with(tree: Map, key: str, value: object) -> Map:
 def _check_folder(folder: Path, option: str) -> None:
     """Raise RequestError if a folder is not empty, or if it is a file; ``option`` names another one."""
     if folder.exists() and not folder.is_dir():
-        raise RequestError(f"{folder} is no folder; name a new one with -o")
+        raise RequestError(f"{folder} is not a folder; name a new one with -o")
     with suppress(OSError):  # writing to a folder that cannot be read fails with a better message
         if any(folder.iterdir()):
             message = f"{folder} is not empty; name a new folder with {option}"

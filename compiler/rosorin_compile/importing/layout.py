@@ -213,7 +213,7 @@ def in_degrees(value: float, unit: str) -> str:
 
 
 def angle_of(tree: Mapping[str, Any], path: Path) -> str:
-    """Return the unit in degrees of the value at a path of a description, empty if it is no angle."""
+    """Return the unit in degrees of the value at a path of a description, empty if it is not an angle."""
     body = tree["parts"][path[1]] if path[0] == "parts" and len(path) > 2 else tree
     path = within_part(path)
     if path[-2:-1] == ("rpy",) or (path[:1] == ("sensors",) and path[2:] in _OF_SENSOR):

@@ -279,7 +279,7 @@ def _checked(made: object, before: Robot) -> Robot:
     for joint in (joint for joint in made.joints if id(joint) not in known):
         for end in (joint.parent, joint.child):
             if end not in names:
-                raise ValueError(f'it adds joint "{joint.name}" at link "{end}", which there is not')
+                raise ValueError(f'it adds joint "{joint.name}" at link "{end}", which does not exist')
         if joint.type not in types:
             raise UnknownName(f'type for joint "{joint.name}"', joint.type, types)
     return made

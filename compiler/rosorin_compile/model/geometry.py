@@ -173,7 +173,7 @@ class Transform:
         """
         length = math.hypot(*quaternion)
         if length == 0:
-            raise ValueError("a quaternion of length zero is no rotation")
+            raise ValueError("a quaternion of length zero is not a rotation")
         w, x, y, z = (c / length for c in quaternion)
         rows = (
             (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),

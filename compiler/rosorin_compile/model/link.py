@@ -149,7 +149,7 @@ def inertial_of(shapes: Sequence[Shape], *, mass: float | None = None, density: 
     solids = [solid for shape in shapes for solid in shape.solids()]
     if not solids:
         raise ValueError("no shape, no mass")
-    with _finite("a shape is so large that its mass is no number"):
+    with _finite("a shape is so large that its mass is not a number"):
         sizes = [volume_and_moments(solid.geometry) for solid in solids]
         volume = math.fsum(size for size, _ in sizes)
         total = density * volume if density is not None else mass or 0.0
@@ -172,7 +172,7 @@ def together(parts: Sequence[tuple[Inertial, Transform]]) -> Inertial:
     if len(parts) == 1:
         inertial, transform = parts[0]
         return replace(inertial, pose=pose_of(transform.then(inertial.pose.transform())))
-    with _finite("masses so large, or so far apart, that together they are no number"):
+    with _finite("masses so large, or so far apart, that together they are not number"):
         return _checked(_combine(parts))
 
 
@@ -184,7 +184,7 @@ def _finite(message: str) -> Iterator[None]:
     except OverflowError:
         raise ValueError(message) from None
     except ZeroDivisionError:
-        raise ValueError("a shape is so small that its volume is no number") from None
+        raise ValueError("a shape is so small that its volume is not a number") from None
 
 
 def _checked(inertial: Inertial) -> Inertial:

@@ -80,7 +80,7 @@ GROUNDED = "grounded"  # rows that reach down to z = 0, whatever the bottom is
 
 @dataclass(frozen=True)
 class HeightMap:
-    """The top of a body as heights above z = 0 on a grid of square cells; height 0 is no body.
+    """The top of a body as heights above z = 0 on a grid of square cells; height 0 is not a body.
 
     ``heights[i][j]`` covers x from ``origin[0] + i * cell`` and y from ``origin[1] + j * cell``. The tops of boxes are
     rounded up to multiples of ``step``. ``bottom`` is where the body begins above z = 0: one number, or one for each

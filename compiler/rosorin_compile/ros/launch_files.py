@@ -334,7 +334,7 @@ def parse_arguments(arguments: Sequence[str | None] | None) -> StaticTransform |
         transform = Pose((x, y, z), (roll, pitch, yaw)).transform()
         if numbers.keys() & {*_QUATERNION}:
             transform = Transform.of_quaternion((x, y, z), (numbers.get("--qw", 1.0), qx, qy, qz))
-    except ValueError:  # a text is no number, or the quaternion is zero
+    except ValueError:  # a text is not a number, or the quaternion is zero
         return None
     if not all(map(math.isfinite, numbers.values())):
         return None
@@ -357,7 +357,7 @@ def check_node(robot: Robot, node: LaunchNode) -> Iterator[Diagnostic]:
     if joint is not None:
         owners = [one.publisher for one in robot.turns.get(joint.name, ())] or [joint.publisher]
     if not owners:
-        yield report("deployed-launch-unknown", f"{edge} is no frame of the description", node.span)
+        yield report("deployed-launch-unknown", f"{edge} is not a frame of the description", node.span)
     elif joint is not None and any(owner.kind == STATIC_TRANSFORM_PUBLISHER for owner in owners):
         if parts := list(_differences(joint, static)):
             yield report("deployed-launch-differs", f"{edge} is not as described: {', '.join(parts)}", node.span)

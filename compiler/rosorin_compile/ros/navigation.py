@@ -127,7 +127,7 @@ def stated_topic(robot: Robot, name: str) -> str:
 
 
 def diagnose(case: Case, output: Output, find: Callable[[Robot, Output], Sequence[Problem]]) -> Iterator[Diagnostic]:
-    """Yield what ``find`` finds wrong with an output, at its place; nothing of a robot that is no tree."""
+    """Yield what ``find`` finds wrong with an output, at its place; nothing of a robot that is not a tree."""
     if not case.robot.is_tree:
         return
     entry: Path = ("outputs", output.name)

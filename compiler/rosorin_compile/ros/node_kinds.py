@@ -151,7 +151,7 @@ def is_of(name: str, kind: Kind | None, publisher: Publisher, publishers: Iterab
 
 @cache
 def kinds(distribution: str) -> Mapping[str, Kind]:
-    """Return the kinds of nodes that are no controllers, by name."""
+    """Return the kinds of nodes that are not controllers, by name."""
     found = facts("ros2_nodes")["nodes"]
     return {name: _kind(name, entry, entry["keys"], (entry["package"],), distribution) for name, entry in found.items()}
 
@@ -215,7 +215,7 @@ def by_name(name: str, distribution: str) -> Kind | None:
 
 
 def fits(value: Any, kind: str) -> bool:
-    """Return True if a value is of a type of the tables, as rcl takes it: 1 is no double.
+    """Return True if a value is of a type of the tables, as rcl takes it: 1 is not a double.
 
     >>> fits(1, "double"), fits(1.0, "double"), fits([1, 2.0], "double_array"), fits("a", "string or string_array")
     (False, True, False, True)
@@ -351,7 +351,7 @@ def _unknown(name: str, kind: Kind, key: str, values: Mapping[str, Any], of_othe
         others = phrase(map(str.capitalize, of_others.only))
         message = f'{name} of {kind.distribution.capitalize()} has no key "{key}"; it is one of {others}'
     elif kind.complete:
-        message = f'{name} has no key "{key}": it is accepted in silence, and does nothing'
+        message = f'{name} has no key "{key}": it is accepted silently and has no effect'
     elif help:
         message, severity = f'"{key}" of {name} is nearly a key that it has', WARNING
     else:

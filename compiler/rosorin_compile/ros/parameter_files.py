@@ -100,7 +100,7 @@ def read_sections(source: Source) -> tuple[list[Section], list[Diagnostic]]:
         raise NoParameters(replace(explain_mistake(source, problem), rule="parameters-syntax")) from None
     for top in tops:
         if not isinstance(top, yaml.MappingNode):
-            raise reader.fail("this is no parameter file: its top is no mapping", top)
+            raise reader.fail("this is not a parameter file: its top is not a mapping", top)
         reader.names("", top, None)
     if not reader.sections and tops:
         reader.warn(f"no node has parameters here: there is no {PARAMETERS}", source.span(), _HELP)
@@ -169,7 +169,7 @@ class _Reader:
             words = above.removeprefix("/").split("/")  # rmw_validate_node_name
             wrong = [word for word in words if not _WORD.fullmatch(word) and not _SUBSTITUTED.search(word)]
             if wrong:
-                what = f'"{wrong[0] or above}" is no name of a node or a namespace: ROS 2 refuses the whole file'
+                what = f'"{wrong[0] or above}" is not a name of a node or a namespace: ROS 2 refuses the whole file'
                 help = "letters, digits and _ alone, a digit not first"
                 help = help if wrong[0] else "write / between two names, and at most one before the first"
                 raise NoParameters(error("parameters-syntax", what, named, help))
@@ -296,7 +296,7 @@ def nodes_of(text: str) -> dict[str, dict[str, Any]]:
     """Return the parameters of a file by node and full name. Raises ValueError for a damaged text."""
     sections, _ = read_sections(Source("", text))
     if not sections:
-        raise ValueError(f"it is no parameter file: it has no {PARAMETERS}")
+        raise ValueError(f"it is not a parameter file: it has no {PARAMETERS}")
     return {one.name.strip("/"): {key: value.value for key, value in one.parameters.items()} for one in sections}
 
 

@@ -54,7 +54,7 @@ def _content(robot: Robot, output: Output) -> tuple[Node | None, Lead | None, li
         wrong.append(Problem("filter-unclear", message, (), "an output for each: node: NAME", key=True))
     elif named is not None and named not in filters and (filters or named in [one.name for one in robot.publishers]):
         suggestion = Suggestion(named, filters, none="its publisher says package: robot_localization")
-        message = f'"{named}" is no filter of robot_localization'
+        message = f'"{named}" is not a filter of robot_localization'
         wrong.append(Problem("filter-unclear", message, ("node",), suggestion))
     elif not owned:
         message = f'no edge is of "{name}": it is written with publish_tf: false'
@@ -109,7 +109,7 @@ def _check_inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Prob
             yield Problem(rule, f'"{name}" has no topic', path, "add topic: NAME", key=True)
         controller, driving = one.get("controller"), [driver.name for driver in drivers(robot)]
         if controller is not None and (controller not in driving or kind != "odom"):
-            message = f'"{controller}" is no controller of the drive, whose odometry "{name}" could be'
+            message = f'"{controller}" is not a controller of the drive, whose odometry "{name}" could be'
             yield Problem(rule, message, (*path, "controller"), Suggestion(controller, driving))
         for index, state in enumerate(uses or ()):
             if state not in about["states"]:

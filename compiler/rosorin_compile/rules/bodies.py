@@ -161,7 +161,7 @@ def _centre(case: Case, link: Link, bounds: Bounds | None) -> Iterator[Diagnosti
 
 
 def _shape(case: Case, link: Link) -> Path:
-    """Return the path of the size of a link's first shape that is no mesh."""
+    """Return the path of the size of a link's first shape that is not a mesh."""
     shapes = sorted(case.shapes(link), key=lambda one: one[1][-2] == "visual")
     return next(((*path, *longest(one)[0]) for _, path, one in shapes if not isinstance(one.geometry, Mesh)), ())
 

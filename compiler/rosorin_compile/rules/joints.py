@@ -148,7 +148,7 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
         yield case.problem("joint-cycle", message, path, help, related=related)
 
 
-@rule("several-roots", "More than one link is no joint's child.", "Attach all but one.", JOINTS)
+@rule("several-roots", "More than one link has no parent.", "Attach all but one.", JOINTS)
 @rule("unreached-link", "No joint names this link.", "Attach it with a joint, or remove it.", JOINTS)
 def one_root(case: Case) -> Iterator[Diagnostic]:
     """More than one root, and links that no joint names. An unknown child is the cause of the root that it leaves."""
@@ -330,7 +330,7 @@ def contradictions(case: Case) -> Iterator[Diagnostic]:
     for joint in case.robot.joints:
         path = case.joint(joint)
         for word, other in _contradictions(joint) if joint.mjcf and not joint.is_fixed else ():
-            message = f'joint "{joint.name}" has another {word} in mjcf than {".".join(other)}'
+            message = f'the {word} in mjcf of joint "{joint.name}" differs from {".".join(other)}'
             related = [("the other one", (*path, *other))]
             yield case.problem("joint-word", message, (*path, "mjcf", word), related=related, key=True)
         if joint.type == "continuous" and "range" in joint.mjcf:

@@ -19,7 +19,7 @@ from .case import Case, number
 
 # Positions come from pulses and printed limits: a hair beyond is rounding.
 ROUNDING = 1e-6
-# A linkage is no exact ratio: so much of the range of a joint its leader may move it beyond.
+# A linkage is not an exact ratio: so much of the range of a joint its leader may move it beyond.
 SLACK = 0.05
 SHOWN = 8
 # rad. A pulse or a tick of a servo is a hundredth of that; a hand that counts in whole turns does so with gears.
@@ -86,7 +86,7 @@ def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Itera
     low, high = -math.inf if lower is None else lower, math.inf if upper is None else upper
     if low > high or (lower is None and upper is None) or (id == "control-limit" and path[-3] != "command"):
         return
-    what, slack, limit = f"the {path[-1]} of".replace("_", " "), ROUNDING, case.joint(joint, "limit")
+    what, slack, limit = f'"{path[-1]}" places', ROUNDING, case.joint(joint, "limit")
     related, first, last = [], value, value
     if id == "mimic-beyond-limit":
         leader = case.robot.joint.get(joint.mimic.joint) if joint.mimic else None
@@ -94,7 +94,7 @@ def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Itera
         if joint.mimic is None or leader is None or ends is None:
             return
         first, last = sorted(joint.mimic.multiplier * end + joint.mimic.offset for end in ends)
-        slack, what = SLACK * (high - low), f'"{leader.name}" drives'
+        slack, what = SLACK * (high - low), f'its leader "{leader.name}" places'
         related.append(("those of the leader", case.joint(leader, "limit")))
         path = (*path, "offset" if abs(joint.mimic.offset) > max(abs(low), abs(high)) + slack else "multiplier")
     elif id == "pose-beyond-limit":

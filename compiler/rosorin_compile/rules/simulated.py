@@ -261,7 +261,7 @@ def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, Help] | None:
     if top and tag == "compiler":
         return "<compiler> would change what all numbers of the MJCF mean", "leave it out; angles are in radians here"
     if top and tag in _IN_BODIES:
-        return f"<{tag}> is no section of an MJCF", "write it in a link"
+        return f"<{tag}> is not a section of an MJCF", "write it in a link"
     if not top and tag in mujoco.SECTIONS:
         return f"<{tag}> is a section of the MJCF, and is in a link", "write it under mjcf at the top"
     what = "section of an MJCF" if top else "element of a body"

@@ -77,7 +77,7 @@ def well_formed(case: Case) -> Iterator[Diagnostic]:
                 reason, line, help = f"<{left[2]}> is not closed", 0, f"add </{left[2]}>"
             elif left and left[2] == _AROUND:
                 reason = f"</{left[1]}> does not close an open element"
-        made = case.problem("bad-xml", f"this is no element of XML: {reason}", path, help)
+        made = case.problem("bad-xml", f"not an XML element: {reason}", path, help)
         wanted = text.split("\n")[line - 1] if line else ""
         moved = at_name(made, wanted.strip(), line) if wanted.strip() else made
         if moved.span is not None and moved is not made:
@@ -280,7 +280,7 @@ def _misplaced(case: Case, tags: tuple[str, ...], reference: str) -> tuple[str, 
 
 
 def _unknown_keys(case: Case, path: Path, elements: Any, parent: str) -> Iterator[Diagnostic]:
-    """Yield the keys of a sensor's elements that are no elements of SDF."""
+    """Yield the keys of a sensor's elements that are not elements of SDF."""
     known = sdf_elements().get(parent, [])
     for name, value in elements.items() if isinstance(elements, Map) and known else ():
         if name in known:

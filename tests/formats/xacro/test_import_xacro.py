@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import time
@@ -106,7 +107,7 @@ def test_warning_comes_before_anything_is_run(arm, tmp_path):
     imported = expand(arm)
     first = imported.diagnostics[0]
     assert (first.rule, first.severity) == ("xacro-runs-code", "warning")
-    assert first.message == "arm.xacro is expanded by xacro, which can run Python code of whoever wrote it"
+    assert first.message == "arm.xacro is expanded by xacro, which can run Python code of its author"
 
 
 def test_warning_can_be_told_at_once_and_stop_the_run(arm, monkeypatch):
@@ -280,3 +281,31 @@ def test_the_process_that_expands_ends_with_the_one_that_asks(tmp_path):
     while any(Path(f"/proc/{pid}").exists() for pid in pids) and time.monotonic() < ends:
         time.sleep(0.05)
     assert not any(Path(f"/proc/{pid}").exists() for pid in pids)
+
+
+def test_fault_in_an_included_file_names_it(arm, tmp_path):
+    part = tmp_path / "parts" / "part.xacro"
+    part.write_text(PART.replace("</link>", "</lnk>"), "utf-8")
+    broken = expand(arm).diagnostics[-1]
+    assert place(broken) == ("parts/part.xacro", 4)
+    assert (broken.rule, broken.message) == ("xml-syntax", "</lnk> does not close <link>")
+    part.write_text(PART.replace("table.height", "table.width"), "utf-8")
+    failed = expand(arm).diagnostics[-1]
+    assert failed.rule == "xacro-error"
+    assert "width" in failed.message
+    assert place(failed) == ("parts/part.xacro", 6)
+    assert 'when expanding the macro "part"' in [related.message for related in failed.related]
+
+
+def test_entities_in_the_file_itself_run_nothing(tmp_path, monkeypatch):
+    monkeypatch.setattr(reader, "_expand", lambda *_: pytest.fail("it ran"))
+    text = f'<!DOCTYPE robot [<!ENTITY a "b">]>{HEAD}<link name="${{1}}"/></robot>'
+    assert [d.rule for d in expand(write(tmp_path, a_xacro=text)).diagnostics] == ["xml-doctype"]
+
+
+def test_expanding_gives_the_same_text_every_time(arm, monkeypatch):
+    texts = set()
+    for seed in ("1", "2"):
+        monkeypatch.setitem(os.environ, "PYTHONHASHSEED", seed)
+        texts.add(reader._expand(arm, ReadOptions(environment={}))["text"])
+    assert len(texts) == 1

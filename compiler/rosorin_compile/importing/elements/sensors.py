@@ -155,16 +155,16 @@ def entry(one: GazeboSensor, robot: Robot, gazebo: str) -> dict[str, Any]:
     if one.type in LIDARS:
         rays, layers = (one.inner("lidar", "scan", axis).get("samples", 1.0) for axis in ("horizontal", "vertical"))
         if not (_is_count(rays) and _is_count(layers)):
-            raise CannotConvert("the number of its rays is no whole number")
+            raise CannotConvert("the number of its rays is not a whole number")
         kind = "lidar_3d" if layers > 1 else "lidar_2d" if rays > 1 else "range_finder"
     elif not kind:
         raise CannotConvert(f'the library has no type of sensor for "{one.type}"')
     if kind == "force_torque":
         if frame not in robot.joint or any(one.pose):
-            raise CannotConvert(f'"{frame}" is no joint of the URDF, or it has a <pose> there')
+            raise CannotConvert(f'"{frame}" is not a joint of the URDF, or it has a <pose> there')
         frame = robot.joint[frame].child
     elif frame not in robot.link:
-        raise CannotConvert(f'"{frame}" is no link of the URDF' if frame else "no reference defines its link")
+        raise CannotConvert(f'"{frame}" is not a link of the URDF' if frame else "no reference defines its link")
     if kind == "contact":
         own, names = {frame, *(shape.name for shape in robot.link[frame].collision)}, one.inner("contact")
         named = names.get("collision", [])

@@ -43,7 +43,7 @@ class OutOfTime(BaseException):
 
 
 class NotMarkup(Exception):
-    """A file that is no XML, or not safe to read: its name, and what is wrong."""
+    """A file that is not XML, or not safe to read: its name, and what is wrong."""
 
 
 class MissingPackage(Exception):
@@ -164,6 +164,13 @@ class Expansion:
             _keep_call(document.documentElement)
         return document
 
+    def share(self, name: str) -> str:
+        """Return the folder of a package. Raises MissingPackage."""
+        folder = self.packages.find(name)
+        if folder is None:
+            raise MissingPackage(name)
+        return str(folder)
+
     def prepare(self, xacro: Any) -> None:
         """Make xacro find packages without ROS, know its folder, read files safely, and keep the places of elements."""
         index: Any = ModuleType("ament_index_python")
@@ -191,7 +198,11 @@ class Expansion:
             except MarkupError as problem:
                 xacro.filestack.pop()
                 raise NotMarkup(name, problem.diagnostic.message) from None
-            made = own_parse(_without_declaration(source.text), filename)
+            text = source.text
+            if text.startswith("<?xml"):  # without the encoding that it declares: it is decoded already
+                end = text.find("?>") + 2
+                text = '<?xml version="1.0"?>' + "\n" * text.count("\n", 0, end) + text[end:]
+            made = own_parse(text, filename)
             file = self.files.setdefault(name, len(self.files))
             self.parsed[file] = parsed
             for node, element in zip(elements(made), parsed.root.iter(), strict=True):
@@ -202,17 +213,7 @@ class Expansion:
         # It calls these itself for its load_yaml and its includes of patterns.
         xacro.open, xacro.glob = _opened, SimpleNamespace(glob=glob.glob)
         xacro.substitution_args_context = Context(lambda: xacro.filestack)
-        self.follow(xacro)
-
-    def share(self, name: str) -> str:
-        """Return the folder of a package. Raises MissingPackage."""
-        folder = self.packages.find(name)
-        if folder is None:
-            raise MissingPackage(name)
-        return str(folder)
-
-    def follow(self, xacro: Any) -> None:
-        """Make copies of elements keep their places, with the call that makes them."""
+        # Copies of elements keep their places, with the call that makes them.
         module: Any = minidom
         own_clone, own_call = module._clone_node, xacro.handle_macro_call
         sys.setrecursionlimit(sys.getrecursionlimit() * 3 // 2)  # each call of a macro takes one frame more
@@ -256,14 +257,6 @@ def _opened(name: str) -> StringIO:
     opened: Any = StringIO(read_text(name))
     opened.name = name  # yaml names it in errors
     return opened  # type: ignore[no-any-return]
-
-
-def _without_declaration(text: str) -> str:
-    """Return a text without the encoding that it declares: it is decoded already."""
-    if not text.startswith("<?xml"):
-        return text
-    end = text.find("?>") + 2
-    return '<?xml version="1.0"?>' + "\n" * text.count("\n", 0, end) + text[end:]
 
 
 def portable(name: str, packages: Packages, files: Sequence[str]) -> str:

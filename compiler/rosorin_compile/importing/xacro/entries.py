@@ -320,8 +320,19 @@ def merge(key: str, found: list[Alternative], sure: Sequence[Condition] = ()) ->
         made: Any = _tables(found)
         return None if made is None else conditional(made, None if is_covered else any_of)
     if all(isinstance(value, list) and any(isinstance(item, dict) for item in value) for value in values):
-        return _lists(found)
-    return _chain(key, found, is_covered)
+        if any(isinstance(item, dict) and IF in item for value in values for item in value):
+            return None
+        otherwise = all_of(*(negate(when) for when in known.values()))
+        return [conditional(item, when or otherwise) for value, when in found for item in value]
+    pairs = [(node_of(value), when) for value, when in found]
+    if not is_covered:
+        pairs.append((plain_node([0, 0, 0] if key in _ZEROS["origin"] else None), None))
+    last = pairs.pop()[0]
+    for node, when in reversed(pairs):
+        if node is None or last is None or when is None:
+            return None
+        last = node if as_text(node) == as_text(last) else ast.IfExp(when, node, last)
+    return None if last is None else Expression(f"${{{as_text(last)}}}")
 
 
 def _tables(found: list[Alternative]) -> dict[Any, Any] | None:
@@ -334,27 +345,6 @@ def _tables(found: list[Alternative]) -> dict[Any, Any] | None:
         if made[key] is None:
             return None
     return made
-
-
-def _lists(found: list[Alternative]) -> list[Any] | None:
-    """Return lists of mappings as one, each item on its condition."""
-    if any(isinstance(item, dict) and IF in item for value, _ in found for item in value):
-        return None
-    otherwise = all_of(*(negate(when) for _, when in found if when is not None))
-    return [conditional(item, when or otherwise) for value, when in found for item in value]
-
-
-def _chain(key: str, found: list[Alternative], is_covered: bool) -> Any:
-    """Return values as a choice of one of them, or None if that is no expression."""
-    pairs = [(node_of(value), when) for value, when in found]
-    if not is_covered:
-        pairs.append((plain_node([0, 0, 0] if key in _ZEROS["origin"] else None), None))
-    last = pairs.pop()[0]
-    for node, when in reversed(pairs):
-        if node is None or last is None or when is None:
-            return None
-        last = node if as_text(node) == as_text(last) else ast.IfExp(when, node, last)
-    return None if last is None else Expression(f"${{{as_text(last)}}}")
 
 
 def node_of(value: Any) -> ast.expr | None:

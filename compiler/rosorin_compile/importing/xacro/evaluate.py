@@ -327,8 +327,8 @@ class Conditions:
 
     def _branch(self, node: Any, test: Symbol, holds: bool, macros: Any, symbols: Any) -> None:
         """Evaluate what depends on a condition, and let the properties that it sets depend on it, too."""
-        program = self.program
-        value = test.value is not UNKNOWN and bool(program.xacro.get_boolean_value(test, ""))
+        program, calls, xacro = self.program, self.program.macro_calls, self.program.xacro
+        value = test.value is not UNKNOWN and bool(xacro.get_boolean_value(test, ""))
         test = Symbol(test.as_flag(), value, "boolean", False)
         before = [(table, dict(dict.items(table)), set(table.unevaluated)) for table in self._tables(symbols)]
         defined = [(macro, macro.body) for table in self._tables(macros) for macro in dict.values(table)]
@@ -337,6 +337,7 @@ class Conditions:
         self.assumed[key] = is_same == holds
         node.removeAttribute("value")
         node.tagName = node.nodeName = "xacro-if"
+        stacks = [(one, len(one)) for one in (xacro.filestack, xacro.macrostack, calls.paths, calls.building)]
         try:
             program.eval_all(node, macros, symbols)
         except Exception as problem:
@@ -345,9 +346,19 @@ class Conditions:
             if any(isinstance(one, Restart) for one in chain) or (value == holds and not is_endless):
                 raise
             reason = f"with another value of it, {' '.join(str(problem).split())[:120] or type(problem).__name__}"
-            if not program.blame([test.node], reason):
-                raise
-            raise Restart from None
+            if is_endless or any(isinstance(one, Failed) for one in chain):
+                if not program.blame([test.node], reason):
+                    raise
+                raise Restart from None
+            program.refused |= dict.fromkeys(variables_in([test.node]), reason)
+            for table, values, unevaluated in before:  # xacro refuses the other value as well
+                dict.clear(table)
+                dict.update(table, values)
+                table.unevaluated = unevaluated
+            for stack, length in stacks:
+                del stack[length:]
+            xacro.replace_node(node, by=None)
+            return
         finally:
             self.assumed.pop(key, None)
         if any(macro.body is not body for macro, body in defined):

@@ -54,7 +54,20 @@ _DEFINING = ("arg", "include", "macro", "property")
 _MAKING = ("attribute", "call", "element", "if", "insert_block", "unless")
 _COMMENT = re.compile("<!--.*?-->", re.DOTALL)
 _ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)["']|\$\(arg\s+([^\s)]+)""")
-_EXPRESSION = re.compile(r"when evaluating expression '(.*?)'(?: when|$)")
+# What xacro says about a word of the file: the word, and how to correct it.
+_CAUSES = (
+    (re.compile(r"when evaluating expression '(.*?)'(?: when|$)"), "${{{}}}", ""),
+    (
+        re.compile(r"Undefined substitution argument (\S+)"),
+        "$(arg {})",
+        "give it a value: {0}:=VALUE, or in an include args: {{{0}: VALUE}}",
+    ),
+    (
+        re.compile(r"environment variable '(.+?)' is not set"),
+        "$(env {})",
+        "set it: export {0}=VALUE; or write $(optenv {0} VALUE), which has a default",
+    ),
+)
 # How ``xacro.print_location`` begins its lines.
 _LOCATION = re.compile("when instantiating macro|instantiated from|included from|in file|when processing file")
 
@@ -167,10 +180,10 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
     warning = Diagnostic(
         "xacro-runs-code",
         report.WARNING,
-        f"{document.source.path} is expanded by xacro, which can run Python code of whoever wrote it",
+        f"{document.source.path} is expanded by xacro, which can run Python code of its author",
         first,
         (),
-        "go on only with files of people whom you trust; --trust says that you do",
+        "continue only with files of authors whom you trust; --trust confirms that",
     )
     trusted = options.trust or not untrusted_files([path])
     diagnostics = [] if trusted else [warning]
@@ -199,7 +212,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
             text = f"{answer['text'].rstrip().removesuffix('</robot>')}<link name={attribute_value(mount)}/></robot>"
             made = parse(Source(document.source.path, text))
     except MarkupError as failure:
-        message = f"xacro makes something of {path.name} that is no XML: {failure.diagnostic.message}"
+        message = f"xacro makes something of {path.name} that is not XML: {failure.diagnostic.message}"
         return Imported(None, [*diagnostics, replace(failure.diagnostic, message=message, span=first)], (), files)
     origins.connect(made, [*answer["places"], None], first)  # the mount is from nowhere
     problem = None if any(child.tag == "link" for child in made.root.children) else _no_links(document, path, options)
@@ -252,11 +265,16 @@ def _errors(
     text = " ".join(re.sub(r"<class '[^']*'>:", "", answer.get("error", "")).split())
     text = re.sub(r"^(.+) \1$", r"\1", text)  # xacro repeats some errors
     span = stack[-1].span(0) if element is None else element.span
-    if element is not None:  # the expression in it, if the error names it
+    causes = [(word.format(one), help.format(one)) for said, word, help in _CAUSES for one in said.findall(text)]
+    words = [word for word, _ in causes] + [f"(find {missing})", f"package://{missing}/"]
+    if element is not None:  # the word in it that the error names, or the file that cannot be read
         tag = element.document.source.text[element.start : element.opened]
-        words = [f"${{{one}}}" for one in _EXPRESSION.findall(text)] if missing is None else [missing]
         word = next((one for one in words if one in tag), "")
         span = element.document.span(element.start + tag.index(word), len(word)) if word else span
+        if "markup" in answer and "filename" in element.attributes:
+            span = element.attributes["filename"].span
+        if "unknown macro name" in text:
+            span = element.document.span(element.start, len(element.tag) + 1)
     calls = () if element is None else origins.via(answer["at"])
     includes = [Related("included from", one.span(0)) for one in reversed(stack[:-1])]
     related = (*calls, *includes[:_MOST_RELATED])
@@ -269,7 +287,8 @@ def _errors(
         help = f"say where it is: --package {missing}=PATH"
         return [error("package-missing", f'the package "{missing}" is not found', span, help, related)]
     message = f"xacro cannot expand the file: {text}"[:600]
-    return [error("xacro-error", message, span, answer.get("help", ""), related)]
+    help = answer.get("help") or next((help for _, help in causes if help), "")
+    return [error("xacro-error", message, span, help, related)]
 
 
 def _no_links(document: Document, path: Path, options: ReadOptions) -> Diagnostic | None:
@@ -283,7 +302,7 @@ def _no_links(document: Document, path: Path, options: ReadOptions) -> Diagnosti
 
 
 def _mount(made: Document) -> str:
-    """Return the first parent of a joint that is no link of an expanded macro; empty if there is none."""
+    """Return the first parent of a joint that is not a link of an expanded macro; empty if there is none."""
     links = {child.get("name") for child in made.root.children if child.tag == "link"}
     joints = (child for child in made.root.children if child.tag == "joint")
     parents = (inner.get("link") for joint in joints for inner in joint.children if inner.tag == "parent")

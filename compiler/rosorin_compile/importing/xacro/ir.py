@@ -96,27 +96,26 @@ class Macro:
 
 def nodes_of(parent: Any) -> list[Any]:
     """Return the content of an element of an evaluated document."""
-    return [made for node in parent.childNodes if (made := _node_of(node)) is not None]
-
-
-def _node_of(node: Any) -> Any:
-    if node.nodeType == node.COMMENT_NODE:
-        return Comment(node.data)
-    if node.nodeType == node.TEXT_NODE and node.data.strip():
-        return Words(pieces_of(with_tokens(node.data.strip())))
-    if node.nodeType != node.ELEMENT_NODE:
-        return None
-    place, comments = getattr(node, MARK, None), getattr(node, COMMENTS, [])
-    if node.tagName == "xacro-call":
-        macro, given = node.rosorin_call
-        made = Call(macro, given, place, comments)
-        made.macro.calls.append(made)
-        return made
-    if node.tagName == "xacro-if":
-        test = Symbol.tokens[int(TOKEN.fullmatch(node.getAttribute("test"))[1])]  # type: ignore[index]
-        return If(test, node.getAttribute("holds") == "1", [*map(Comment, comments), *nodes_of(node)])
-    attributes = {name: pieces_of(with_tokens(text)) for name, text in node.attributes.items()}
-    return Element(node.tagName, attributes, nodes_of(node), place, comments)
+    made: list[Any] = []
+    for node in parent.childNodes:
+        place, comments = getattr(node, MARK, None), getattr(node, COMMENTS, [])
+        if node.nodeType == node.COMMENT_NODE:
+            made.append(Comment(node.data))
+        elif node.nodeType == node.TEXT_NODE and node.data.strip():
+            made.append(Words(pieces_of(with_tokens(node.data.strip()))))
+        elif node.nodeType != node.ELEMENT_NODE:
+            continue
+        elif node.tagName == "xacro-call":
+            macro, given = node.rosorin_call
+            made.append(Call(macro, given, place, comments))
+            macro.calls.append(made[-1])
+        elif node.tagName == "xacro-if":
+            test = Symbol.tokens[int(TOKEN.fullmatch(node.getAttribute("test"))[1])]  # type: ignore[index]
+            made.append(If(test, node.getAttribute("holds") == "1", [*map(Comment, comments), *nodes_of(node)]))
+        else:
+            attributes = {name: pieces_of(with_tokens(text)) for name, text in node.attributes.items()}
+            made.append(Element(node.tagName, attributes, nodes_of(node), place, comments))
+    return made
 
 
 def walk(nodes: list[Any]) -> Iterator[Any]:

@@ -53,7 +53,6 @@ class Calls:
 
     def __init__(self, program: Program) -> None:
         self.program = program
-        self.depth = 0
         self.macros: dict[str, Macro] = {}
         self.building: list[Macro] = []
         self.paths: list[str] = [""]
@@ -75,17 +74,15 @@ class Calls:
         invocation = Invocation(copy(macro), node, own_macros, own_symbols)  # the name may be defined again
         self.called.setdefault(invocation.key, False)
         path = self._path(node)
-        self.depth += 1
-        if self.depth > MAX_DEPTH * (1 if program.conditions.assumed else 5):
-            raise RecursionError("macros call each other without end")
         xacro.macrostack.append(invocation.definition)
+        if len(xacro.macrostack) > MAX_DEPTH * (1 if program.conditions.assumed else 5):
+            raise RecursionError("macros call each other without end")
         self._take_values(invocation, macros, symbols)
         if path is not None and invocation.key not in program.inlined:
             self._keep(invocation, path)
         else:
             self._expand(invocation, "xml" if path is None else path)
         xacro.macrostack.pop()
-        self.depth -= 1
         return True
 
     def _path(self, node: Any) -> str | None:
@@ -144,7 +141,7 @@ class Calls:
         names: Names = {}
         for block, element in call.blocks.items():
             if element.tagName != "origin" or element.childNodes or block.startswith("**"):
-                self.inline(call.key, "it has a block that is no origin")
+                self.inline(call.key, "it has a block that is not an origin")
             names[block] = {}
             for attribute in ("xyz", "rpy"):
                 is_taken = attribute in call.values or attribute in call.definition.params

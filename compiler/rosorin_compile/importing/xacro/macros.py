@@ -9,7 +9,7 @@ from __future__ import annotations
 import glob
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -36,6 +36,7 @@ Values = dict[str, tuple[Any, Span]]
 _PARENTS = ("parent", "parent_link", "parent_frame", "connected_to", "attach_to")
 _POSES = ("*origin", "*pose")
 _DIMENSIONS = {"xyz": LENGTH, "rpy": ANGLE}
+_ZERO = "0 0 0"
 # As ``xacro.parse_macro_arg``; "^" takes a property of the caller.
 _PARAMETER = re.compile(
     r"""\s*([^\s:=]+)(?:\s*:?=\s*((?:\^\|?)?(?:\$\{.*?\}|\$\(.*?\)|(?:'.*?'|".*?"|[^\s'"]+)+|))(?=\s|$))?""", re.DOTALL
@@ -64,7 +65,7 @@ def macros_of(document: Document, path: Path, packages: Packages) -> dict[str, P
         for element in opened.root.iter():
             if any(above.tag == "xacro:macro" for above in element.ancestors()):
                 continue
-            name, parameters = element.get("name").removeprefix("xacro:"), dict(_parameters(element.get("params")))
+            name, parameters = element.get("name").removeprefix("xacro:"), _parameters(element.get("params"))
             if element.tag == "xacro:macro" and name in found:
                 merged = {**found[name], **parameters}
                 found[name] = {parameter: default or "" for parameter, default in merged.items()}
@@ -80,10 +81,12 @@ def macros_of(document: Document, path: Path, packages: Packages) -> dict[str, P
     return found
 
 
-def _parameters(text: str) -> Iterator[tuple[str, str | None]]:
+def _parameters(text: str) -> dict[str, str | None]:
+    found: dict[str, str | None] = {}
     while match := _PARAMETER.match(text):
-        yield match[1], match[2]
+        found[match[1]] = match[2]
         text = text[match.end() :]
+    return found
 
 
 def how_to_call(path: Path, macros: Mapping[str, Parameters]) -> str:
@@ -99,10 +102,10 @@ def how_to_call(path: Path, macros: Mapping[str, Parameters]) -> str:
 
 def _keys_for(parameters: Iterable[str]) -> list[str]:
     """Return the keys of an include that pass values to some parameters."""
-    forms = {"": "VALUE", "*": "'<ELEMENT/>'", "**": "'<ELEMENT/><ELEMENT/>'"}
-    values = {key: forms[one.removesuffix(key)] for one in parameters if (key := one.lstrip("*")) not in _PARENTS}
-    keys = [f"with: {{{', '.join(f'{key}: {form}' for key, form in values.items())}}}"] if values else []
-    return [*keys, "parent: LINK"] if any(one in _PARENTS for one in parameters) else keys
+    names = list(parameters)
+    values = ", ".join(f"{one.lstrip('*')}: VALUE" for one in names if one not in _PARENTS)
+    keys = [f"with: {{{values}}}"] if values else []
+    return [*keys, "parent: LINK"] if any(one in _PARENTS for one in names) else keys
 
 
 def _included(name: str, file: Path, packages: Packages) -> Path | None:
@@ -174,23 +177,23 @@ def _values(entry: Map, parameters: Parameters) -> tuple[Values, frozenset[str],
             problems.append(error("bad-argument", message, values[parent][1], "remove it: parent of the include is it"))
         values[parent] = entry["parent"], entry.value_spans["parent"]
         passed.add("parent")
-    pose, texts = [key for key in _DIMENSIONS if entry.get(key) is not None], {"xyz": "0 0 0", "rpy": "0 0 0"}
-    for key in pose:
-        if is_vector(entry[key], _DIMENSIONS[key]):
+    texts: dict[str, str] = {}
+    for key, dimension in _DIMENSIONS.items():
+        if entry.get(key) is not None and is_vector(entry[key], dimension):
             texts[key] = " ".join(repr(float(number)) for number in entry[key])
-        else:
+        elif entry.get(key) is not None:
             message = f"{key} is a list of three {'lengths' if key == 'xyz' else 'angles'}"
             problems.append(error("wrong-type", message, entry.value_spans[key]))
-    span = entry.value_spans[pose[0] if pose else "macro"]
+    span = entry.value_spans[next(iter(texts), "macro")]
     block = next((key[1:] for key in _POSES if key in parameters and key[1:] not in values), None)
     if block is not None:
-        values[block] = f'<origin xyz="{texts["xyz"]}" rpy="{texts["rpy"]}"/>', span
-        passed.update(pose)
-    else:
-        free = [key for key in _DIMENSIONS if key in parameters and key not in values]
-        values |= {key: (texts[key], span) for key in free if key in pose or parameters[key] is None}
-        passed.update(key for key in pose if key in free)
-    for key in pose:
+        values[block] = f'<origin xyz="{texts.get("xyz", _ZERO)}" rpy="{texts.get("rpy", _ZERO)}"/>', span
+        passed |= texts.keys()
+    for key in [one for one in _DIMENSIONS if block is None and one in parameters and one not in values]:
+        if key in texts or parameters[key] is None:
+            values[key] = texts.get(key, _ZERO), span
+            passed |= {key} & texts.keys()
+    for key in texts:
         if key not in passed and "parent" in passed:
             message = f'the macro "{name}" has no block "origin" and no parameter "{key}" to which "{key}" is passed'
             help = f"pass the pose in with, by its parameters: {phrase(keys)}"

@@ -92,6 +92,7 @@ class Program(Expansion):
         self.variables: list[Variable] = []
         self.arguments: dict[str, Variable] = {}
         self.constants: dict[str, Any] = {}  # the values of arguments that are not kept
+        self.refused: dict[Variable, str] = {}  # variables with values that xacro refuses, with the reason
         self.names: set[str] = set()
         self.defined: dict[str, tuple[str, Any]] = {}
         self.bound: dict[tuple[int, str], tuple[Any, str, Symbol]] = {}

@@ -55,7 +55,7 @@ def plain_node(value: Any) -> ast.expr:
     if isinstance(value, dict):
         return ast.Dict([plain_node(key) for key in value], [plain_node(dict.get(value, key)) for key in value])
     if isinstance(value, float) and not math.isfinite(value):
-        raise Failed("nan and inf are no values of the language")
+        raise Failed("nan and inf are not values of the language")
     if isinstance(value, (int, float)) and value < 0:
         return ast.UnaryOp(ast.USub(), ast.Constant(-value))
     if isinstance(value, (int, float, str)):
@@ -67,7 +67,7 @@ def number_node(text: str) -> ast.expr:
     """Return the number in a text as an expression. Raises Failed."""
     value = literal(text.strip())
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise Failed(f'"{text[:40]}" is no number')
+        raise Failed(f'"{text[:40]}" is not a number')
     if isinstance(value, float) and value.is_integer() and abs(value) < 1e6:
         value = int(value)
     return plain_node(value)
@@ -227,7 +227,8 @@ class Symbol:
         if self.constant in ("true", "false"):
             return "boolean"
         can_be_list = self.constant is not None or len(self.pieces) > 1 or self.type == "list"
-        return "list" if can_be_list and is_list_text(self.value) else self.type
+        is_list = can_be_list and isinstance(self.value, str) and _NUMBERS.fullmatch(self.value) is not None
+        return "list" if is_list else self.type
 
     def as_number(self) -> ast.expr:
         """Return the expression as a number. Raises Failed if it is a text without one."""
@@ -298,11 +299,6 @@ def type_of(value: Any) -> str:
     """Return the type that a Python value has in the language."""
     kinds = ((bool, "boolean"), ((int, float), "number"), (str, "text"), ((list, tuple), "list"), (dict, "table"))
     return next((kind for types, kind in kinds if isinstance(value, types)), "")
-
-
-def is_list_text(value: Any) -> bool:
-    """Return True if a value is a text of several numbers."""
-    return isinstance(value, str) and _NUMBERS.fullmatch(value) is not None
 
 
 # Texts in pieces.

@@ -167,7 +167,10 @@ class Values:
             degrees = in_degrees(float(value), "deg") if unit == ANGLES and value else ""
             if is_literal or value == 0 or degrees:
                 return number(as_text(node).replace(" ", ""), unit) if is_literal else Verbatim(degrees or "0")
-        return self.expression(_as_angle(node) if unit == ANGLES else node)
+        inner = node.args[0] if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "float" else None
+        if unit == ANGLES and isinstance(inner, ast.Call) and getattr(inner.func, "id", "") in _ANGULAR:
+            node = inner  # an angle is no plain number
+        return self.expression(node)
 
 
 def number(text: str, unit: str) -> Verbatim:
@@ -175,7 +178,7 @@ def number(text: str, unit: str) -> Verbatim:
     text = text.strip()
     value = literal(text)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or value != value or abs(value) == float("inf"):
-        raise Failed(f'"{text[:40]}" is no number')
+        raise Failed(f'"{text[:40]}" is not a number')
     if value == 0:
         return Verbatim("0")
     if unit == ANGLES and (degrees := in_degrees(float(value), "deg")):
@@ -186,9 +189,3 @@ def number(text: str, unit: str) -> Verbatim:
     elif unit == LENGTHS and abs(value) > _LONG:
         made += " m"
     return Verbatim(made)
-
-
-def _as_angle(node: ast.expr) -> ast.expr:
-    """Return an expression for an angle: functions that return angles are not made plain numbers."""
-    inner = node.args[0] if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "float" else None
-    return inner if isinstance(inner, ast.Call) and getattr(inner.func, "id", "") in _ANGULAR else node

@@ -71,7 +71,7 @@ class Reader:
         packages: Mapping[str, Path] | None = None,
         cache: dict[Any, Any] | None = None,
     ) -> None:
-        # Without a reader of robots every file that is no YAML is taken for one.
+        # Without a reader of robots every file that is not YAML is taken for one.
         self.robot_endings = robots.endings if robots else lambda: ("",)
         self.root, self.folder, self.projects = root, resolve(root.parent), Description.from_path(root).projects
         self.packages, self.cache = dict(packages or {}), {} if cache is None else cache
@@ -203,7 +203,7 @@ class Reader:
             raise IncludeError("package-missing", f'the package "{package}" is not found', help)
         inner = Path(os.path.normpath(file))
         if inner.is_absolute() or inner.parts[:1] in ((), (os.pardir,)):
-            message = f'{file} is outside the folder of the package "{package}"' if file else "a package is no file"
+            message = f'{file} is outside the folder of the package "{package}"' if file else "a package is not a file"
             raise IncludeError("include-outside", message, f"name a file in the package: {ADDRESS}{package}/FILE")
         self._package_folders[Path(os.path.abspath(folder))] = package
         return Path(label(folder / inner))

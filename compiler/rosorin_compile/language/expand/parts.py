@@ -88,8 +88,8 @@ class Parts:
         part = self.found[entry["part"]]
         scope.count(INSTANCE, *place)
         if depth > MAX_NESTED:
-            message = f'parts stand in parts, more than {MAX_NESTED} deep, at part "{part.name}"'
-            scope.report("part-cycle", message, place, "a part that uses itself ends with an if")
+            message = f'parts are nested more than {MAX_NESTED} levels deep, at part "{part.name}"'
+            scope.report("part-cycle", message, place, "a part that uses itself needs an if")
             self.expansion.nodes, self.expansion.is_full = sys.maxsize, True  # reported once, not for each branch
             raise Failed
         prefix = str(entry.get("prefix", f"{name}_") or "")

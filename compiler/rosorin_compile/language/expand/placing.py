@@ -233,7 +233,7 @@ def _vectors(polar: tuple[str, ...], axial: tuple[str, ...] = ()) -> Callable[[M
 
 def _axis(joint: Map, axis: int) -> dict[str, Any]:
     values = joint.get("axis")
-    kind = joint.get("type", "revolute" if values is not None else "")  # what has no type is no joint
+    kind = joint.get("type", "revolute" if values is not None else "")  # what has no type is not a joint
     if kind not in ("revolute", "continuous", "prismatic", "planar") or not is_vector(values):
         return {}
     values = sequence_like((1, 0, 0), joint) if values is None else values

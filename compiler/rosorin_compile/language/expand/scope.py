@@ -214,7 +214,7 @@ class Scope:
             chain = [step.partition("@")[0] for step in [*self.running[self.running.index(mark) :], mark]]
             steps = [step for step in chain[1:-1] if step in self.places]
             related = [Related(f'"{step}" is named here', self.places[step].span) for step in steps]
-            message = f"{' -> '.join(chain)}: the value needs itself"
+            message = f"{' -> '.join(chain)}: the value depends on itself"
             self.broken.update(chain)
             raise self.fail("cycle", message, self.places[chain[0]], "give one of them a value of its own", related)
         self.running.append(mark)

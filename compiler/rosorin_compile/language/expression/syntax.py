@@ -93,7 +93,7 @@ _FOREIGN: tuple[tuple[str, str], ...] = (
     (r"\|\|", 'write "or"'),
     (r"\?.*:", "write A if CONDITION else B"),
     (r"!(?!=)", 'write "not"'),
-    (r"\$", "a name stands in an expression as it is: no $ before it"),
+    (r"\$", "a name in an expression has no $ before it"),
     (r"[\u00b0\u00ba]", "write deg: 90 deg"),
     (r"[\u2212\u2013\u2014]", 'write the minus sign of the keyboard: "-"'),
     (r"[\u00d7\u00b7]", "write * for a product"),
@@ -227,7 +227,7 @@ def _check_node(node: Any) -> None:
                 problem, column = "a loop sets plain names", target.col_offset
     elif isinstance(node, ast.Call):
         if not isinstance(node.func, ast.Name):
-            problem, help = "this is no function", "functions are called by name: upper(text), not text.upper()"
+            problem, help = "this is not a function", "functions are called by name: upper(text), not text.upper()"
         elif node.keywords or any(isinstance(item, ast.Starred) for item in node.args):
             problem = "functions take their values in order, without names or stars"
     if problem:

@@ -10,7 +10,7 @@ that MJCF may not have, and what stands in for them is declared as a stand-in.
 - Zero is that of the file. If a body is at another position than zero (``ref``), the origin of its joint is turned or
   moved back by it, and ``mjcf`` of the joint keeps it.
 - A ball stays one; its range (a cone) is among MuJoCo's own words.
-- A free joint of the only top body is no joint of the robot: the simulation knows where the robot is (``base: free``).
+- A free joint of the only top body is not a joint of the robot: the simulation places the robot (``base: free``).
   Of one among several top bodies it is a floating joint to the ground.
 """
 
@@ -290,7 +290,7 @@ def _put_details(reading: Reading, which: int, entry: Map, element: Element, ref
         convert.put(entry, "actuator", drive.entry)
     if kind != BALL:
         low, high = joint["actfrcrange"]
-        # A force that is not the same both ways, or that its actuators have as well, is no effort.
+        # A force that is not the same both ways, or that its actuators have as well, is not effort.
         is_repeated = drive.effort is not None and math.isclose(drive.effort, high, rel_tol=1e-9)
         if joint["actfrclimited"] and (low != -high or is_repeated):
             rest["actuatorfrcrange"] = f"{low!r} {high!r}"

@@ -96,7 +96,7 @@ def aims(drive: Drive) -> tuple[float, float] | None:
 
 
 def is_clamped(robot: Robot, joint: Joint, effort: float) -> bool:
-    """Return True if the actuators of a joint bring its effort and no more: then that is no second clamp."""
+    """Return True if the actuators of a joint bring its effort and no more: then that is not a second clamp."""
     own = [joint.actuator] if joint.actuator else []
     others = robot.actuators if own and own[0].targets == {} else ()
     total = 0.0

@@ -435,7 +435,7 @@ def _damaged(sensor: Sensor, part: simulation.Simulated, text: str) -> Iterator[
         made = ElementTree.fromstring(f"<{around}>{text}</{around}>")  # noqa: S314 - no entities without a DOCTYPE
     except ElementTree.ParseError as problem:
         help = "MJCF is XML: close every element, put every value in quotes"
-        yield error("template-failed", f"{what} is no XML: {problem}", None, help)
+        yield error("template-failed", f"{what} is not XML: {problem}", None, help)
         return
     if any(True for name in ("joint", "freejoint") for _ in made.iter(name)):
         yield error("template-failed", f"{what} has a joint", None, "define the joint under joints of the description")

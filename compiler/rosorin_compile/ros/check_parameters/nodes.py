@@ -216,7 +216,7 @@ def check_node(node: Node) -> Iterator[Diagnostic]:
         yield found.place(parameter.key if found.at_key else parameter.span)
     footprint = node.setting("footprint")
     if "footprint" in node.kind and isinstance(footprint.value, str) and not _POLYGON.fullmatch(footprint.value):
-        message = f'"footprint" of {node.shown} is no polygon: the costmap goes on with robot_radius'
+        message = f'"footprint" of {node.shown} is not a polygon: the costmap goes on with robot_radius'
         help = 'write three points or more: "[[x, y], ...]"'
         yield error("parameters-wrong-value", message, footprint.span, help)
     prefix = node.setting("frame_prefix")

@@ -187,7 +187,7 @@ def _other_edge(case: Case, claim: Claim, near: Step | None, end: Setting) -> Di
         help = f'the controller writes "{prefix}" before its frames, unless tf_frame_prefix_enable is false'
     message = f"{claim.node.shown} publishes {claim.edge}"
     if near is not None:
-        message += f"{end.how}, and by the description it is {near.parent} -> {near.child}"
+        message += f"{end.how}, but in the description it is {near.parent} -> {near.child}"
         related = [case.related(f"described here, of {near.owner}", near.path)]
         help = help or f'name the frame "{near.parent if end is claim.parent else near.child}", or correct the edge'
         return error("parameters-other-edge", message, end.span, help, related)

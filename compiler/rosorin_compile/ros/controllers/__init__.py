@@ -131,7 +131,7 @@ def _findings(case: Case, one: ControllerParameters, distribution: str) -> Itera
         last = key.rpartition(".")[2]
         known = {*frames, *_WORLD} if last == "odom_frame_id" else frames
         if last in _FRAMES and isinstance(value, str) and value and value.lstrip("/") not in known:
-            message = f'"{key}" of {name} names "{value}", which is no frame of the robot'
+            message = f'"{key}" of {name} names "{value}", which is not a frame of the robot'
             yield Finding("controller-name", message, key, Suggestion(value, known), unknown=value, known=known)
     yield from named
 
@@ -149,11 +149,11 @@ def _odometry(robot: Robot, one: ControllerParameters) -> Iterator[Finding]:
             message = f"{name} owns {mine[0]}, and enable_odom_tf is false"
             yield Finding("parameters-no-owner", message, key, "remove enable_odom_tf")
         elif not mine and into is None:
-            message = f"no edge says that {name} publishes where {child} is: it does not"
+            message = f"{name} does not publish the pose of {child}: no edge names it as the publisher"
             help = f"edges: [{{parent: {parent}, child: {child}, publisher: {one.controller.name}}}]"
             yield Finding("controllers-odometry", message, "", help, NOTE)
     elif mine and edge not in mine:
-        message = f"{name} publishes {edge}, and by the description it is {mine[0]}"
+        message = f"{name} publishes {edge}, but in the description it is {mine[0]}"
         yield Finding("parameters-other-edge", message, key, "leave the frames to the description")
     elif not mine and into is not None:
         message = f"{name} publishes {edge}, and by the description {into.parent} -> {child} is of "
@@ -223,7 +223,7 @@ def against_robot(
             if slash and joint in moving and (before in controllers or not controllers):
                 continue  # a controller of the chain claims it
             if one not in moving:
-                what = "a fixed joint" if one in robot.joint else "which is no joint of the robot"
+                what = "a fixed joint" if one in robot.joint else "which is not a joint of the robot"
                 message, help = f'"{key}" of {name} names "{one}", {what}', Suggestion(one, moving)
                 wrong.append(Finding("controller-name", message, key, help, unknown=one, known=moving))
         yield from wrong

@@ -127,7 +127,7 @@ def _problems(robot: Robot, output: Output, frames: Frames, base: str) -> Iterat
     wrong = [(one, lead) for one, lead in leads if (lead.parent, lead.child) != (frames.map, frames.odom)]
     for publisher, lead in wrong:
         step = f"{frames.map or 'map'} -> {frames.odom if frames.map else 'odom'}"
-        message = f'"{publisher.name}" is to publish {lead}, and it publishes {step} alone'
+        message = f'"{publisher.name}" has to publish {lead}, but it publishes only {step}'
         yield Problem("navigation-owner", message, lead.path, absolute=True)
     if not frames.map and not wrong:
         message = f"no publisher is described for map -> {frames.odom}: what needs the frame of a map is left out"
@@ -177,7 +177,7 @@ def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None,
     found = []
     circle = options.get("outline") == _CIRCLE
     if outline.inscribed <= 0 and not circle:
-        message = f'the base frame "{made.base}" is not within the footprint, which Nav2 takes for granted'
+        message = f'the base frame "{made.base}" is not within the footprint, as Nav2 requires'
         found.append(report(rule, message, help="name a frame in the middle: base_frame", severity=WARNING))
 
     def above(frame: str) -> float:
@@ -192,7 +192,7 @@ def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None,
         at = above(source.sensor.frame)
         if source.sensor.type == _PLANAR and at <= heights[0]:
             message = f'lidar "{source.sensor.name}" sees nothing: it is at {at:.3g} m, and what is below '
-            message += f"{heights[0]:g} m is no obstacle"
+            message += f"{heights[0]:g} m is not an obstacle"
             found.append(error("nav2-source", message, None, "make clearance less"))
     padding, remark = options.get("padding"), ""
     free = float(_PADDING if padding is None else padding)

@@ -26,16 +26,16 @@ _PERSON = re.compile(r"\s*([^<>]+?)\s*<\s*([^<>\s@]+@[^<>\s@]+\.[^<>\s@]+)\s*>\s
 _ALLOWED = {
     "name": (
         re.compile(r"(?=.{2})[a-z](_?[a-z0-9])*"),
-        '"{}" is no name for a ROS 2 package: lowercase letters, digits and single underscores, a letter first, at '
+        '"{}" is not a name for a ROS 2 package: lowercase letters, digits and single underscores, a letter first, at '
         "least two characters",
     ),
-    "build_type": (re.compile("|".join(BUILD_TYPES)), f'"{{}}" is no build type: {" or ".join(BUILD_TYPES)}'),
+    "build_type": (re.compile("|".join(BUILD_TYPES)), f'"{{}}" is not a build type: {" or ".join(BUILD_TYPES)}'),
     "version": (
         re.compile(r"(0|[1-9]\d*)\.(0|[1-9]\d*)\.(0|[1-9]\d*)"),
-        '"{}" is no version of a ROS 2 package, which has three numbers: 1.2.3',
+        '"{}" is not a version of a ROS 2 package, which has three numbers: 1.2.3',
     ),
     "license": (re.compile(r"(?=.*\S).+"), "the license is one line of text"),
-    "url": (re.compile(r"https?://[^\s<>\"']+"), '"{}" is no address of a page: https://example.org/robot'),
+    "url": (re.compile(r"https?://[^\s<>\"']+"), '"{}" is not an address of a page: https://example.org/robot'),
     "maintainer": (_PERSON, "\"{}\" is not a name and an address: --maintainer 'NAME <MAIL>'"),
 }
 

@@ -170,7 +170,7 @@ def make(
         first = placed.setdefault(place, artifact)
         if first is not artifact:
             message = f"the outputs {first.output} and {artifact.output} would both be {place} in the package"
-            help = "let their file names differ, not their folders alone"
+            help = "let their file names differ, not only their folders"
             return {}, [error("package-same-place", message, None, help)]
     started, missing = bringup(robot, placed, options.starts)
     remarks = [missing] if missing else list(started.check())

@@ -66,7 +66,7 @@ def control_names(case: Case) -> Iterator[Diagnostic]:
         called, own = f'hardware block "{block.name}"', [one.name for one in block.joints]
         if block.pose and block.pose not in poses:
             path: Path = ("control", block.name, "pose")
-            message = f'{called} starts in pose "{block.pose}", which there is not'
+            message = f'{called} starts in pose "{block.pose}", which does not exist'
             help = case.suggest(path, block.pose, poses, none="the description has no poses")
             yield case.problem("control-pose", message, path, help)
         for one in block.transmissions:

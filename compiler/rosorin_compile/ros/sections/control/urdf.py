@@ -244,7 +244,7 @@ def _check_joint(case: Case, block: Block, one: Component, output: Output, is_ca
         yield problem("control-joint", f"{name} is {joint.type}: it has no position to control", path)
         return
     if not is_carried:
-        why = "Humble does not miss it, other readers do" if humble else "Jazzy refuses the URDF"
+        why = "Humble ignores this, other readers refuse the URDF" if humble else "Jazzy refuses the URDF"
         severity = WARNING if humble else ERROR
         yield problem("control-joint", f"{name} is not in {output.file}: {why}", path, severity=severity)
     if one.mimic and joint.mimic is None:

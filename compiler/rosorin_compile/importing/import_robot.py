@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Format
-from rosorin_compile.formats.imported_robot import Imported, ReadOptions
+from rosorin_compile.formats.imported_robot import Imported, ReadOptions, as_tree
 from rosorin_compile.formats.robot_files import join, read_robot
 from rosorin_compile.model.joint import MOVING_TYPES
 from rosorin_compile.output import OutputError, write_set
@@ -257,7 +257,7 @@ class _Import:
         drives = self.drives or ("none" if has_actuators else "position")
         if drives == "none" or all(joint["type"] not in MOVING_TYPES for joint in joints):
             return tree
-        entry = _with(_with(Map(tree.span), "file", "robot.xml"), "drives", drives)
+        entry = as_tree({"file": "robot.xml", "drives": drives}, tree.span)
         return _with(tree, "outputs", _with(outputs, _MJCF, entry))
 
     def _prove(self, converted: Converted, folder: Path) -> RoundTrip | None:

@@ -12,7 +12,7 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.importing.new_robot import TEMPLATES, check_free, init, texts_of
 from support.kills import at_each_step
 from support.paths import ROOT, SCHEMAS
-from support.robots import compiled, texts
+from support.robots import compiled
 
 pytestmark = pytest.mark.usefixtures("here")
 
@@ -104,20 +104,6 @@ def test_whoever_cannot_be_asked_gets_the_default_and_a_taken_name_is_told_befor
     told = capsys.readouterr()
     assert "is there already" in told.err
     assert "which one" not in told.out
-
-
-@pytest.mark.parametrize("base", ["fixed", "free"])
-def test_mujoco_runs_the_starter(base: str) -> None:
-    mujoco = pytest.importorskip("mujoco")
-    init("bot")
-    made = compiled(Path("descriptions/bot/robot.yaml"), {"base": base})
-    model = mujoco.MjModel.from_xml_string(texts(made)["bot.xml"])
-    data = mujoco.MjData(model)
-    while data.time < 1:
-        mujoco.mj_step(model, data)
-    assert abs(data.joint("left_joint").qpos[0]) < 1e-6
-    assert abs(data.qpos).max() < 10
-    assert not data.warning.number.any()
 
 
 def test_the_modeline_leads_to_the_schema_without_a_network() -> None:

@@ -14,7 +14,6 @@ from typing import Any
 from rosorin_compile.language.schema import resolve, schema
 from rosorin_compile.model import Transform, Vector
 from rosorin_compile.model.geometry import IDENTITY, Rows
-from rosorin_compile.model.geometry import unit as normalized
 from rosorin_compile.model.link import along_link
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.tree import Map, Seq
@@ -234,12 +233,6 @@ def tidy_vector(values: Iterable[float]) -> Vector:
     """Return three numbers without rounding errors."""
     x, y, z = map(tidy, values)
     return (x, y, z)
-
-
-def unit(axis: Sequence[float]) -> Vector:
-    """Return an axis with length 1, without the rounding errors of MuJoCo."""
-    x, y, z = axis
-    return tidy_vector(normalized((x, y, z)))
 
 
 def transform(pos: Sequence[float], quat: Sequence[float] | None = None) -> Transform:

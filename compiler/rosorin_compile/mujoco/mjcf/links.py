@@ -23,7 +23,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.model import Link, Transform, Vector
-from rosorin_compile.model.geometry import rotation_about
+from rosorin_compile.model.geometry import rotation_about, unit
 from rosorin_compile.model.link import limited_fields
 from rosorin_compile.source.diagnostics import first_of, phrase
 from rosorin_compile.source.tree import Map
@@ -236,7 +236,10 @@ def _add_chain(
     at = _ORIGIN  # where in the body, not turned, the link is that the chain has reached
     for number, (which, joint) in enumerate(held, 1):
         kind, span = joint["type"], reading.places.place_of("joints", which)
-        name, axis = (reading.ball_of if kind == BALL else reading.joint_of)[which], convert.unit(joint["axis"])
+        name, axis = (
+            (reading.ball_of if kind == BALL else reading.joint_of)[which],
+            convert.tidy_vector(unit(joint["axis"])),
+        )
         anchor, child = (at if kind == SLIDE else convert.tidy_vector(joint["pos"])), body
         if number < len(held) or anchor != _ORIGIN:
             is_anchor = kind != SLIDE and any(anchor)

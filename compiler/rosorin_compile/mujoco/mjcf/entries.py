@@ -31,7 +31,7 @@ _FILTERED = "MuJoCo keeps neighbours apart; here links without mass are between 
 
 
 class _Measured(NamedTuple):
-    """A sensor at a site: its number in the file and its name in the description; ``element`` is its place."""
+    """A sensor at a site: its number in the file, and its name in the description."""
 
     number: int
     name: str

@@ -42,6 +42,12 @@ def put(entry: Map, key: str, value: Any, span: Span | None = None) -> None:
     entry.put(key, value, place, place)
 
 
+def put_some(entry: Map, key: str, value: Any) -> None:
+    """Set a key of an entry unless the value is empty."""
+    if value:
+        put(entry, key, value)
+
+
 def put_number(entry: Map, key: str, value: float, element: Element, attribute: str = "", at: int = 0) -> None:
     """Set a number; its place is word ``at`` of the attribute if that word has the same value."""
     words = element.attributes.get(attribute)
@@ -122,8 +128,7 @@ def put_words(
             rest[name] = text
         else:
             put(target, key, value, _place(element, name, text))
-    if inner:
-        put(entry, "mjcf", inner)
+    put_some(entry, "mjcf", inner)
     return rest
 
 

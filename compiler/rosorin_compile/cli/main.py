@@ -20,7 +20,7 @@ from pathlib import Path
 import click
 from click.shell_completion import CompletionItem, shell_complete
 
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, RequestError, UnknownName, nearest
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, DiagnosticError, RequestError, UnknownName, nearest
 from rosorin_compile.source.plugins import PluginFailed, broken_plugin, clash, failed_plugin, installed_plugins, load
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import ROOT_FILE, Description, NoDescription
@@ -119,7 +119,7 @@ class Program(click.Group):
             robot = Description.find([word])[0].path
         if inner is None:
             if robot is None and (close := nearest(word, names("checks"))) is not None:
-                sys.stderr.write(f'{PROGRAM}: "{word}" is no check; {suggest(close)}\n')
+                sys.stderr.write(f'{PROGRAM}: "{word}" is not a check; {suggest(close)}\n')
             return CHECK, found, rest
         if robot is not None:
             path = robot.parent if robot.name == ROOT_FILE else robot
@@ -222,7 +222,7 @@ def _run(words: list[str], console: Console) -> int:
         return console.fail(_usage_message(problem), USAGE)
     except RequestError as problem:
         return console.fail(str(problem), USAGE)
-    except PluginFailed as problem:
+    except DiagnosticError as problem:
         console.show([problem.diagnostic])
     except (BrokenPipeError, KeyboardInterrupt, click.Abort):
         raise

@@ -66,7 +66,7 @@ def check_for_mujoco(data: bytes, ending: str, collides: bool = False) -> None:
     """Raise UnreadableMesh for a file that MuJoCo does not load; of a mesh that ``collides`` it needs the hull."""
     check_content(data)
     if ending == ".png" and not (data.startswith(_PNG_START) and data.endswith(_PNG_END)):
-        raise UnreadableMesh("it is no complete PNG", "export it again, as PNG")
+        raise UnreadableMesh("it is not a complete PNG", "export it again, as PNG")
     if ending not in (".stl", ".obj"):
         return
     if ending == ".stl":

@@ -188,7 +188,7 @@ _UNSUPPORTED = {
     "sensors.*.optical.joint": _NO_JOINT,
     "joints.*.calibration": Unsupported("no calibration of joints"),
     "joints.*.safety_controller": Unsupported("no soft limits"),
-    "joints.*.limit.velocity": Unsupported("it decides on drives alone", one_way=True),
+    "joints.*.limit.velocity": Unsupported("it only affects drives", one_way=True),
     "root": Unsupported("worlds are not read", one_way=True),
 }
 

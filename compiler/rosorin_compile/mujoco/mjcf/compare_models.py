@@ -1,8 +1,8 @@
 """Compare two compiled models of MuJoCo in each array of mjModel that ``mujoco.introspect`` lists.
 
 Objects are matched by name, or by the name that the import gave them; nameless ones by what they refer to and by their
-place. These are no difference: visual appearance, added sites, bodies without mass and geoms that touch nothing, a site
-that became a body, both signs of a quaternion, other principal axes, and the origin to which MuJoCo moves a mesh.
+place. Some differences do not count: visual appearance, added sites, bodies without mass and geoms that touch nothing,
+a site that became a body, both signs of a quaternion, other principal axes, and the origin that MuJoCo gives a mesh.
 """
 
 from __future__ import annotations
@@ -295,7 +295,7 @@ class Comparison:
                     or (kind == "key" and ours.names["key"][index] == "home")  # every robot of ours has it
                 )
                 if not is_harmless:
-                    self.report(kind, -1, "", f"{ours.name_of(kind, index)} is in ours alone")
+                    self.report(kind, -1, "", f"{ours.name_of(kind, index)} is only in ours")
 
     def _field(self, kind: str, array: str, extent: str, one: int, other: int) -> None:
         """Compare the values of an array for one object, unless MuJoCo does not read them."""
@@ -419,7 +419,7 @@ class Comparison:
         for a, b in zip(*np.nonzero(np.triu(theirs != own)), strict=True):
             bodies = sorted(int(source.mj.geom_bodyid[geoms[at]]) for at in (a, b))
             names = " and ".join(source.name_of("body", body) for body in bodies)
-            texts.add(f"{names} may touch in {'the source' if theirs[a, b] else 'ours'} alone")
+            texts.add(f"{names} may touch only in {'the source' if theirs[a, b] else 'ours'}")
         for text in sorted(texts):
             self.report("contact", -1, "", text)
 

@@ -225,7 +225,7 @@ def add_contacts(reading: Reading) -> None:
             found.append((sorted(names, key=lambda name: name != element.get("body1")), element, _EXCLUDED))
         elif element not in reading.reported:
             reading.reported.add(element)
-            what = "a contact with the world that is excluded: the scene is no part of the robot"
+            what = "a contact with the world that is excluded: the scene is not a part of the robot"
             reading.note("import-ignored", what, element.span)
     found += [
         (names, element, _FILTERED) for names, element in _filtered(reading, {frozenset(one[0]) for one in found})

@@ -8,7 +8,7 @@ that MJCF may not have, and what stands in for them is declared as a stand-in.
 - Several joints in one body are a chain of links without mass, in MuJoCo's order.
 - If a body is at another position than zero (``ref``), the origin of its joint is moved back by it.
 - A ball stays one; its range (a cone) is among MuJoCo's own words.
-- A free joint of the only top body is no joint of the robot: the simulation knows where the robot is (``base: free``).
+- A free joint of the only top body is not a joint of the robot: the simulation places the robot (``base: free``).
   Of one among several top bodies it is a floating joint to the ground.
 
 The first actuator of a joint is part of its entry, others have entries of their own. MuJoCo compiles ``<position>``,
@@ -302,7 +302,7 @@ def _put_details(reading: Reading, which: int, entry: Map, element: Element, ref
         convert.put(entry, "actuator", drive.entry)
     if kind != BALL:
         low, high = joint["actfrcrange"]
-        # A force that is not the same both ways, or that its actuators have as well, is no effort.
+        # A force that is not the same both ways, or that its actuators have as well, is not effort.
         is_repeated = drive.effort is not None and math.isclose(drive.effort, high, rel_tol=1e-9)
         if joint["actfrclimited"] and (low != -high or is_repeated):
             rest["actuatorfrcrange"] = f"{low!r} {high!r}"

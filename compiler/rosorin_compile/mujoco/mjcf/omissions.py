@@ -41,7 +41,7 @@ def mesh_path(file: str) -> str:
 
 
 def texture_path(file: str) -> str:
-    """Return the file of an image as MuJoCo opens it, by its name in the description; empty if it is no PNG."""
+    """Return the file of an image as MuJoCo opens it, by its name in the description; empty if it is not a PNG."""
     return _path(file, "") if file and posixpath.splitext(file)[1].lower() == _IMAGE_FORMAT else ""
 
 

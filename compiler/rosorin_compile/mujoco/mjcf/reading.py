@@ -125,14 +125,14 @@ class Reading:
         self.diagnostics.append(Diagnostic(rule, NOTE, message, span, and_here(others), help))
 
     def skip_scene(self, kind: str, span: Span) -> None:
-        """Count an object of the world, which is no part of the robot, for ``report_scene``."""
+        """Count an object of the world, which is not a part of the robot, for ``report_scene``."""
         self.scene.append((kind, span))
 
     def report_scene(self) -> None:
         if self.scene:
             counts = Counter(kind for kind, _ in self.scene)
             what = phrase([count_of(count, kind) for kind, count in counts.items()])
-            message = f"{what} of the world: the scene is no part of the robot"
+            message = f"{what} of the world: the scene is not a part of the robot"
             self.note("import-ignored", message, self.scene[0][1])
 
     def change(self, message: str, span: Span) -> None:

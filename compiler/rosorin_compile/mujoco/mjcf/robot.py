@@ -38,7 +38,7 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
     files = tuple(markup.files)
     if markup.root.tag != "mujoco":
         help = "an MJCF begins with <mujoco>"
-        message = f"this is no robot: its root element is <{markup.root.tag}>"
+        message = f"this is not a robot: its root element is <{markup.root.tag}>"
         return Imported(None, [error("wrong-root", message, markup.root.span, help)], files=files)
     wrong = list(check_source(markup))
     if wrong:

@@ -199,11 +199,11 @@ def check_source(markup: Markup) -> Iterator[Diagnostic]:
             name, value = attribute.name, attribute.value.replace("\\", "/")
             is_file = name.startswith("file") and value and element.tag not in ("include", "model")
             if is_file and any(files.is_special(folder / value) for folder in places):
-                message = f"{attribute.value} is no regular file"
+                message = f"{attribute.value} is not a regular file"
                 yield error("file-unreadable", message, attribute.span, "name a file")
             for word in attribute.words() if name not in _WORDS else ():
                 if _NOT_FINITE.fullmatch(word.text):
-                    message = f"{name} of <{element.tag}> is {word.text}, which is no number"
+                    message = f"{name} of <{element.tag}> is {word.text}, which is not a number"
                     yield error("not-finite", message, word.span, "give a number")
 
 

@@ -24,14 +24,14 @@ from typing import NamedTuple
 from markupsafe import Markup
 
 from rosorin_compile import model
-from rosorin_compile.formats.templating import Templates, attribute, attributes, comment
+from rosorin_compile.formats.templating import Templates, attributes, comment
 from rosorin_compile.model.colours import colours_of
 from rosorin_compile.model.geometry import plane_axes, pose_of
 from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.model.mesh_vertices import clouds_of
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.model.shape import Material
-from rosorin_compile.model.simulation import Attribute
+from rosorin_compile.model.simulation import POSITION, Attribute
 from rosorin_compile.mujoco.rest_pose import HOME, home_of, stands_at
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
@@ -134,7 +134,7 @@ def _keys(
         ctrl: list[float] = []
         for drive in drives:
             control, moved, gear = 0.0, drive.joint, drive.actuator.gear
-            if drive.actuator.holds_position and moved is not None and moved.moves:  # it is to hold the pose
+            if drive.actuator.type == POSITION and moved is not None and moved.moves:  # it is to hold the pose
                 control = at[moved.name][0] * (gear[0] if gear else 1.0)
             ctrl += controls_of(drive, pose.controls.get(drive.name, control))
         place = base_pose(pose) if base_pose else None
@@ -215,7 +215,7 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
         pose, names = root if frame.depth == 0 else frame.pose, ""
         if frame.depth >= top:
             place = place_of(pose.xyz, pose.rpy, number)
-            names = attribute("name", bodies.body_name(robot, frame.name)) + attributes(**place)
+            names = attributes(name=bodies.body_name(robot, frame.name)) + attributes(**place)
             names += printer.print_values({**link.limited_values("mjcf"), **link.mjcf})
         inertial = _LEAST_INERTIAL if link.name in none else link.inertial
         body = (
@@ -225,7 +225,7 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
             _inertial(inertial, number) if inertial and omissions.has_mass(inertial) else "",
             [] if joint is None else [printed[joint.name]] if joint.moves else _several(joint, printer),
             made,
-            attribute("name", frame.name) + framed,
+            attributes(name=frame.name) + framed,
             [*measuring.of_bodies.get(frame.name, ()), *map(printer.mark, link.marked)],
             [indent_lines(text, _indent(frame.depth - top + 1)) for text in link.mjcf_elements],
             [_indent(depth - top) for depth in range(frame.depth, (after.depth if after else top) - 1, -1)],

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 from markupsafe import Markup
 
-from rosorin_compile.formats.templating import Templates, attribute, attributes
+from rosorin_compile.formats.templating import Templates, attributes
 from rosorin_compile.model import Pose, Robot, Sensor, Shape, Vector, simulation
 from rosorin_compile.model.shape import Material
 from rosorin_compile.model.simulation import Attribute, Values
@@ -105,7 +105,7 @@ class Classes:
         element, name = self._elements[place], self._names.get(place, "")
         common = next((one.values for one in self.shared.get(name, ()) if one.tag == element.tag), {})
         own = {word: text for word, text in element.values.items() if word not in common}
-        return attribute("name", element.name) + attributes(**({"class": name} if name else {}), **own)
+        return attributes(name=element.name) + attributes(**({"class": name} if name else {}), **own)
 
     def tree(self, used: Collection[str], rolls: bool, groups: Mapping[str, int]) -> Class:
         """Return the classes: of geoms the ``used`` ones, with ``groups`` by purpose; ``rolls``: some are wheels."""
@@ -421,7 +421,7 @@ def _damaged(sensor: Sensor, part: simulation.Simulated, text: str) -> Iterator[
         made = ElementTree.fromstring(f"<{around}>{text}</{around}>")  # noqa: S314 - no entities without a DOCTYPE
     except ElementTree.ParseError as problem:
         help = "MJCF is XML: close every element, put every value in quotes"
-        yield error("template-failed", f"{what} is no XML: {problem}", None, help)
+        yield error("template-failed", f"{what} is not XML: {problem}", None, help)
         return
     if any(True for name in ("joint", "freejoint") for _ in made.iter(name)):
         yield error("template-failed", f"{what} has a joint", None, "define the joint under joints of the description")

@@ -8,7 +8,7 @@ import pytest
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Mesh, Shape, Sphere, Transform  # noqa: E402
-from rosorin_compile.mujoco.mjcf.contacts import NEAR, Solid, Touching, solid_of  # noqa: E402
+from rosorin_compile.mujoco.mjcf import contacts  # noqa: E402
 
 CASES = 1500
 QUARTER_TURNS = ([1, 0, 0, 0], [1, 1, 0, 0], [1, 0, 1, 0], [1, 1, 1, 1])
@@ -29,11 +29,8 @@ def solid(chance: random.Random) -> tuple[Shape, str, list[float]]:
 
 
 def touch(ones: Sequence[Shape], others: Sequence[Shape], way: Transform) -> bool:
-    return Touching(solids(ones), solids(others)).touches(way)
-
-
-def solids(shapes: Sequence[Shape]) -> list[Solid]:
-    return [solid for solid in map(solid_of, shapes) if solid is not None]
+    made = [[solid for solid in map(contacts.solid_of, shapes) if solid is not None] for shapes in (ones, others)]
+    return contacts.touch(made[0], made[1], way)
 
 
 def distance(one: str, other: str, pos: str, quat: str) -> float:
@@ -62,7 +59,7 @@ def test_two_solids_touch_where_mujoco_says_so() -> None:
         ours = touch([one], [other], way)
         assert ours == touch([other], [one], way.inverse())
         touching += ours
-        if abs(judged) > 10 * NEAR:  # where the engine is as exact as the question
+        if abs(judged) > 10 * contacts.NEAR:  # where the engine is as exact as the question
             assert ours == (judged < 0), (kind, sizes, other_kind, other_sizes, xyz, quat, judged)
     assert CASES / 4 < touching < 3 * CASES / 4
 
@@ -70,11 +67,11 @@ def test_two_solids_touch_where_mujoco_says_so() -> None:
 UNIT = Shape(Box((-0.5, -0.5, -0.5), (0.5, 0.5, 0.5)))
 
 
-@pytest.mark.parametrize("gap", [0.0, NEAR / 2, -0.3])
+@pytest.mark.parametrize("gap", [0.0, contacts.NEAR / 2, -0.3])
 @pytest.mark.parametrize("other", [UNIT, Shape(Sphere(0.5)), Shape(Cylinder(0.5, 1.0)), Shape(Capsule(0.5, 0.2))])
 def test_faces_that_lie_on_each_other_touch(other: Shape, gap: float) -> None:
     assert touch([UNIT], [other], Transform(xyz=(1.0 + gap, 0.0, 0.0)))
-    assert not touch([UNIT], [other], Transform(xyz=(1.0 + 2 * NEAR, 0.0, 0.0)))
+    assert not touch([UNIT], [other], Transform(xyz=(1.0 + 2 * contacts.NEAR, 0.0, 0.0)))
 
 
 def test_solids_in_one_place_touch_and_a_mesh_does_not() -> None:

@@ -69,7 +69,7 @@ def _check_physics(run: Run, description: Description) -> int:
     result = check_physics(run.request(description))
     run.console.show(result.diagnostics)
     run.console.robots[-1]["looked_at"] = result.looked_at
-    if result.looked_at is None:
+    if not result.looked_at:
         return run.no_robot(description)
     run.console.say(f"{description.name}: physics of {result.looked_at}: {severities(result.diagnostics)}")
     return FINE if result.fine else PROBLEMS

@@ -65,27 +65,13 @@ _HALVINGS = 8
 
 
 @dataclass(frozen=True)
-class LookedAt:
-    """The extent of a check: zero and the poses, the joints that were moved over their ranges, the meshes."""
-
-    poses: Annotated[int, "how many named poses; position zero comes on top"]
-    joints: Annotated[int, "how many joints, each moved over its range"]
-    meshes: Annotated[int, "how many files of meshes"]
-
-    def __str__(self) -> str:
-        parts = [count_of(self.poses, "pose")] if self.poses else []
-        parts += ["zero"] + ([f"the ranges of {count_of(self.joints, 'joint')}"] if self.joints else [])
-        return phrase(parts + ([count_of(self.meshes, "mesh")] if self.meshes else []))
-
-
-@dataclass(frozen=True)
 class CheckedPhysics:
     """The result of the check of one robot."""
 
     robot: str
     file: Annotated[str, "its first file"]
     fine: Annotated[bool, "whether there is no error; the exit code is 0 where all are fine"]
-    looked_at: Annotated[LookedAt | None, "null if the description has errors"]
+    looked_at: Annotated[str, "poses, joints and meshes in words; empty if the description has errors"]
     diagnostics: tuple[Diagnostic, ...] = ()
 
 
@@ -109,7 +95,7 @@ def check_physics(
 
     request = Request.of(robot, arguments, packages, trust=trust)
     description, understood = request.description, request.understand()
-    case, looked_at = understood.case, None
+    case, looked_at = understood.case, ""
     found = [one for one in understood.diagnostics if one.severity == "error"]
     if case is not None:
         files = Places(description.path, description.outputs, request.packages, os.environ)
@@ -120,7 +106,10 @@ def check_physics(
             found += [*_check_meshes(case, shapes, meshes), *check_overlaps(case, Scene(case.robot, meshes))]
         found = arrange(apply_acceptances(case, found, "physics"))
         joints = sum(range_of(joint) is not None for joint in case.robot.joints)
-        looked_at = LookedAt(len(case.robot.poses), joints, len({shape.mesh.file for shape in shapes}))
+        count, of_meshes = len(case.robot.poses), len({shape.mesh.file for shape in shapes})
+        parts = [*([count_of(count, "pose")] if count else []), "zero"]
+        parts += [f"the ranges of {count_of(joints, 'joint')}"] if joints else []
+        looked_at = phrase([*parts, *([count_of(of_meshes, "mesh")] if of_meshes else [])])
     return CheckedPhysics(description.name, str(description.path), not has_errors(found), looked_at, tuple(found))
 
 

@@ -59,6 +59,18 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         places = (at - distance * part for at, part in zip(centre, direction, strict=True))
         return vector([round(place, 3) + 0.0 for place in places], six)
 
+    # In MuJoCo a scene and what it includes share their names.
+    taken = {mark.name for link in robot.links for mark in link.marked}
+    taken |= {shape.name for link in robot.links for shape in (*link.collision, *link.visual)}
+    taken |= {part.name for sensor in robot.sensors for part in sensor.simulated}
+    texts = [*robot.mjcf, *(text for link in robot.links for text in link.mjcf_elements)]
+    taken |= {found for text in texts for found in _NAMED.findall(text)}
+
+    def unused(name: str) -> str:
+        while name in taken:
+            name += "_"
+        return name
+
     values = {
         "robot": robot,
         "title": comment(robot.name),
@@ -69,7 +81,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "camera": behind(_MARGIN * extent / 2 / math.sin(_HALF_VIEW), _FORWARD),
         "lamp": behind(_LAMP * extent, _LIGHT),
         "ground": six(0.0 if robot.has_free_base(of) else round(min(0.0, bounds.lower[2]), 6)),
-        "name": lambda name: _unused(name, robot),
+        "name": unused,
     }
     return templates.own("mujoco/scene.xml.jinja", values), []
 
@@ -111,18 +123,6 @@ def _bounds(robot: Robot, of: Output) -> tuple[Bounds, bool]:
         places = (at.transform().then(place).xyz for place in robot.poses_in_root(dict(home.positions)).values())
         boxes += [Bounds(place, place) for place in places]
     return reduce(Bounds.join, boxes), is_known
-
-
-def _unused(name: str, robot: Robot) -> str:
-    """Return a name that nothing of the robot has: in MuJoCo a scene and what it includes share their names."""
-    taken = {mark.name for link in robot.links for mark in link.marked}
-    taken |= {shape.name for link in robot.links for shape in (*link.collision, *link.visual)}
-    taken |= {part.name for sensor in robot.sensors for part in sensor.simulated}
-    texts = [*robot.mjcf, *(text for link in robot.links for text in link.mjcf_elements)]
-    taken |= {found for text in texts for found in _NAMED.findall(text)}
-    while name in taken:
-        name += "_"
-    return name
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:

@@ -15,7 +15,7 @@ from rosorin_compile.request import Request
 from rosorin_compile.ros.srdf.planning import planning_of
 from rosorin_compile.source.project import Description
 from support.coal import Coal
-from support.paths import ROOT, ROSORIN, data_text
+from support.paths import data_text
 
 pytest.importorskip("mujoco", minversion="4")
 pytest.importorskip("pinocchio")
@@ -119,17 +119,3 @@ def test_no_state_of_a_fine_grid_is_nearer_than_what_was_found(tmp_path: Path, s
     (found,) = (one for one in search.run() if one.links == pair)
     assert found.nearest == pytest.approx(0.0036, abs=1e-9)
     assert least == pytest.approx(found.nearest, abs=ROUNDING)
-
-
-ROBOTS = {
-    "rosorin": (ROSORIN, ROOT / "outputs" / "rosorin"),
-    **{name: (ROOT / "examples" / name / "robot.yaml", ROOT / "examples" / name) for name in ("ur5e", "unitree_a1")},
-}
-
-
-@pytest.mark.landing("engines", "unitree_a1")
-@pytest.mark.parametrize("name", ROBOTS)
-def test_robots_that_exist(name: str) -> None:
-    touching, near = judged(*both(*ROBOTS[name]))
-    assert touching > 500
-    assert near > 100

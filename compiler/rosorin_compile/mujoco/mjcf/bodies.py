@@ -35,9 +35,9 @@ FLOATING = ("_TX", "_TY", "_TZ", "_R")
 
 # The default stiffness of the coupling of a joint that follows another one.
 STIFF = {"solref": (0.005, 1.0), "solimp": (0.95, 0.99, 0.001)}
-# The ends of the names of default classes (``classes``), and the groups by which viewers show and hide.
+# The ends of the names of default classes (``Classes``), and the groups by which viewers show and hide.
 VISUAL, COLLISION = "visual", "collision"
-# What of wheels collides: with the floor alone (``masks``).
+# What of wheels collides: with the floor alone (``Masks``).
 WHEEL = "wheel_collision"
 # Collision shapes that are seen, in the groups of visuals: those of links that have nothing else to be seen by.
 SHOWN, SHOWN_WHEEL = "shown_collision", "shown_wheel_collision"

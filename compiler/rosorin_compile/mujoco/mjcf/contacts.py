@@ -112,46 +112,36 @@ def solid_of(shape: Shape) -> Solid | None:
     return Solid(shape, ball.middle, radius)
 
 
-class Touching:
-    """Tests two groups of solids for contact: whether any two are closer than ``near`` (m)."""
-
-    def __init__(self, fixed: Sequence[Solid], moved: Sequence[Solid], near: float = NEAR) -> None:
-        self.near = near
-        self._fixed = [piece for solid in fixed for piece in solid.pieces]
-        self._moved = [piece for solid in moved for piece in solid.pieces]
-        self._last: tuple[Solid, Solid] | None = None  # a pair in contact will be a little further on, too
-
-    def touches(self, way: Transform) -> bool:
-        """Return True if they touch where ``way`` is the pose of the moved group in the frame of the fixed one."""
-        if self._last is not None and self._are_close(*self._last, way):
+def touch(fixed: Sequence[Solid], moved: Sequence[Solid], way: Transform) -> bool:
+    """Return True if two groups of solids touch; ``way`` is the pose of the moved ones in the frame of the others."""
+    others = [piece for solid in fixed for piece in solid.pieces]
+    for solid in (piece for one in moved for piece in one.pieces):
+        middle, limit = way.apply(solid.middle), solid.radius + NEAR
+        gaps = [(math.dist(middle, other.middle) - other.radius, other) for other in others]
+        near = sorted((one for one in gaps if one[0] <= limit), key=lambda one: one[0])
+        if any(_are_close(other, solid, way) for _, other in near):
             return True
-        for solid in self._moved:
-            middle, limit = way.apply(solid.middle), solid.radius + self.near
-            gaps = [(math.dist(middle, other.middle) - other.radius, other) for other in self._fixed]
-            for _, other in sorted((one for one in gaps if one[0] <= limit), key=lambda one: one[0]):
-                if self._are_close(other, solid, way):
-                    self._last = other, solid
-                    return True
-        return False
+    return False
 
-    def _are_close(self, fixed: Solid, moved: Solid, way: Transform) -> bool:
-        there, limit = way.then(moved.origin), self.near + fixed.margin + moved.margin
-        nearest = minus(fixed.origin.xyz, there.xyz)
-        simplex: list[Vector] = []
-        for _ in range(_STEPS):
-            length = math.hypot(*nearest)
-            if length <= limit:
-                return True
-            x, y, z = nearest
-            point = minus(fixed.support(fixed.origin, (-x, -y, -z)), moved.support(there, nearest))
-            ahead = dot(nearest, point)
-            # The support plane is beyond the limit, or no point is nearer than this one.
-            if ahead > limit * length or (simplex and length * length - ahead <= _DONE * length * length):
-                return False
-            nearest, simplex = _closest([*simplex, point])
-            if len(simplex) == 4:  # the origin is inside
-                return True
-        return True
+
+def _are_close(fixed: Solid, moved: Solid, way: Transform) -> bool:
+    there, limit = way.then(moved.origin), NEAR + fixed.margin + moved.margin
+    nearest = minus(fixed.origin.xyz, there.xyz)
+    simplex: list[Vector] = []
+    for _ in range(_STEPS):
+        length = math.hypot(*nearest)
+        if length <= limit:
+            return True
+        x, y, z = nearest
+        point = minus(fixed.support(fixed.origin, (-x, -y, -z)), moved.support(there, nearest))
+        ahead = dot(nearest, point)
+        # The support plane is beyond the limit, or no point is nearer than this one.
+        if ahead > limit * length or (simplex and length * length - ahead <= _DONE * length * length):
+            return False
+        nearest, simplex = _closest([*simplex, point])
+        if len(simplex) == 4:  # the origin is inside
+            return True
+    return True
 
 
 def _closest(simplex: Simplex) -> tuple[Vector, list[Vector]]:
@@ -296,7 +286,6 @@ def _always_touch(
     """Return True if two links touch at zero, in each pose, and all over the range of the joint between them."""
     one, other = (places[name] for name in links)
     mine, theirs = ({geom.number: geom.solid for geom in side}.values() for side in zip(*meeting, strict=True))
-    touching = Touching(list(mine), list(theirs))
     states = [{}, *(pose.positions for pose in robot.poses)] if joint.moves else []
     positions = [0.0, *(robot.position(joint, state) for state in states)]
     if joint.type in ("revolute", "continuous", "prismatic"):
@@ -304,7 +293,7 @@ def _always_touch(
         positions += [ends[0] + (ends[1] - ends[0]) * step / STEPS for step in range(STEPS + 1)] if ends else []
     base = one.inverse().then(places[joint.parent]).then(joint.origin.transform())
     ways = (motion(joint.type, joint.axis, at) for at in dict.fromkeys(positions))
-    return all(touching.touches(base.then(way).then(other)) for way in ways)
+    return all(touch(list(mine), list(theirs), base.then(way).then(other)) for way in ways)
 
 
 _ROUND = ("cylinder", "ellipsoid")

@@ -14,7 +14,6 @@ from typing import Any
 from rosorin_compile.language.schema import resolve, schema
 from rosorin_compile.model import Transform, Vector
 from rosorin_compile.model.geometry import IDENTITY, Rows
-from rosorin_compile.model.geometry import unit as normalized
 from rosorin_compile.model.link import along_link
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.tree import Map, Seq
@@ -41,6 +40,12 @@ def put(entry: Map, key: str, value: Any, span: Span | None = None) -> None:
     """Set a key of an entry; its place is that of the value or of the entry, unless one is given."""
     place = span or getattr(value, "span", None) or entry.span
     entry.put(key, value, place, place)
+
+
+def put_some(entry: Map, key: str, value: Any) -> None:
+    """Set a key of an entry unless the value is empty."""
+    if value:
+        put(entry, key, value)
 
 
 def put_number(entry: Map, key: str, value: float, element: Element, attribute: str = "", at: int = 0) -> None:
@@ -123,8 +128,7 @@ def put_words(
             rest[name] = text
         else:
             put(target, key, value, _place(element, name, text))
-    if inner:
-        put(entry, "mjcf", inner)
+    put_some(entry, "mjcf", inner)
     return rest
 
 
@@ -234,12 +238,6 @@ def tidy_vector(values: Iterable[float]) -> Vector:
     """Return three numbers without rounding errors."""
     x, y, z = map(tidy, values)
     return (x, y, z)
-
-
-def unit(axis: Sequence[float]) -> Vector:
-    """Return an axis with length 1, without the rounding errors of MuJoCo."""
-    x, y, z = axis
-    return tidy_vector(normalized((x, y, z)))
 
 
 def transform(pos: Sequence[float], quat: Sequence[float] | None = None) -> Transform:

@@ -31,7 +31,7 @@ _FILTERED = "MuJoCo keeps neighbours apart; here links without mass are between 
 
 
 class _Measured(NamedTuple):
-    """A sensor at a site: its number in the file and its name in the description; ``element`` is its place."""
+    """A sensor at a site: its number in the file, and its name in the description."""
 
     number: int
     name: str
@@ -92,8 +92,7 @@ def add_sensors(reading: Reading) -> None:
             if one is not group[0]:
                 convert.put(entry, "gazebo", Seq(entry.span))  # the first of the group has its sensor of Gazebo
             convert.put(sensors, one.name, entry)
-    if sensors:
-        convert.put(reading.tree, "sensors", sensors)
+    convert.put_some(reading.tree, "sensors", sensors)
     order = [one.number for group in groups.values() for one in group] + kept
     names = reading.given.get("sensor", {})
     if order != sorted(order) and all(at in names and not nodes[at]["inner"] for at in order):
@@ -164,8 +163,7 @@ def add_equalities(reading: Reading) -> None:
             convert.put(reading.joints[follower], "mimic", mimic)
         else:
             _add_constraint(reading, constraints, index, zeros, node, element)
-    if constraints:
-        convert.put(reading.tree, "constraints", constraints)
+    convert.put_some(reading.tree, "constraints", constraints)
 
 
 def _is_mimic(reading: Reading, fact: Mapping[str, Any]) -> bool:
@@ -241,8 +239,7 @@ def add_contacts(reading: Reading) -> None:
         convert.put(entry, "links", links)
         convert.put(entry, "reason", reason)
         pairs.put(entry, element.span)
-    if pairs:
-        convert.put(reading.tree, "disabled_contacts", pairs)
+    convert.put_some(reading.tree, "disabled_contacts", pairs)
     for node, element in zip(nodes, reading.elements_of("contact", nodes, "pair"), strict=True):
         reading.keep_in_section("contact", node, "contact", element.span)
 

@@ -23,7 +23,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.model import Link, Transform, Vector
-from rosorin_compile.model.geometry import rotation_about
+from rosorin_compile.model.geometry import rotation_about, unit
 from rosorin_compile.model.link import limited_fields
 from rosorin_compile.source.diagnostics import first_of, phrase
 from rosorin_compile.source.tree import Map
@@ -223,8 +223,7 @@ def add_root(reading: Reading) -> None:
             convert.put(entry, "joint", reading.unique("joint", joint["name"]))
         more = {key: text for key, text in joint["element"]["attributes"].items() if key not in (*_READ, *_OF_LIMITS)}
         reading.put_words(entry, more, "root", own, "the free joint", {"frictionloss": "friction"})
-    if entry:
-        convert.put(reading.tree, "root", entry)
+    convert.put_some(reading.tree, "root", entry)
 
 
 def _add_chain(
@@ -236,7 +235,10 @@ def _add_chain(
     at = _ORIGIN  # where in the body, not turned, the link is that the chain has reached
     for number, (which, joint) in enumerate(held, 1):
         kind, span = joint["type"], reading.places.place_of("joints", which)
-        name, axis = (reading.ball_of if kind == BALL else reading.joint_of)[which], convert.unit(joint["axis"])
+        name, axis = (
+            (reading.ball_of if kind == BALL else reading.joint_of)[which],
+            convert.tidy_vector(unit(joint["axis"])),
+        )
         anchor, child = (at if kind == SLIDE else convert.tidy_vector(joint["pos"])), body
         if number < len(held) or anchor != _ORIGIN:
             is_anchor = kind != SLIDE and any(anchor)
@@ -288,8 +290,7 @@ def _put_details(reading: Reading, which: int, entry: Map, element: Element, ref
     for key in missing:
         word = "range" if key in ("lower", "upper") else key
         reading.stand_ins.setdefault(word, []).append((name, limit[key], element.span))
-    if limit:
-        convert.put(entry, "limit", limit)
+    convert.put_some(entry, "limit", limit)
     rest = _put_dynamics(entry, attributes, element)
     if {"stiffness", "springdamper"} & attributes.keys() and kind != BALL:
         at_rest = convert.tidy_position(float(attributes.get("springref", 0)), slides)
@@ -318,8 +319,7 @@ def _put_dynamics(entry: Map, attributes: Mapping[str, str], element: Element) -
     if pair and min(pair) > 0:  # of which MuJoCo makes both, whatever the others are
         words = {key: text for key, text in words.items() if key not in ("damping", "stiffness")}
     rest = convert.put_words(dynamics, words, "dynamics", element, _OF_DYNAMICS)
-    if dynamics:
-        convert.put(entry, "dynamics", dynamics)
+    convert.put_some(entry, "dynamics", dynamics)
     return rest | {key: text for key, text in attributes.items() if key not in _READ and key not in _OF_DYNAMICS}
 
 
@@ -397,8 +397,7 @@ def _drives_of(reading: Reading) -> dict[int, Drive]:
             drives[index] = Drive(total, entry, _speed(fact, entry))
         elif before is not None:
             drives[index] = before._replace(effort=total)
-    if others:
-        convert.put(reading.tree, "actuators", others)
+    convert.put_some(reading.tree, "actuators", others)
     names = list(reading.actuator_of.values())
     reading.in_order = in_joints == sorted(in_joints) and names == [
         *(name for name in names if name not in others),

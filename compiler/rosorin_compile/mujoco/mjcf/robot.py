@@ -100,24 +100,26 @@ def _read(reading: Reading, path: Path) -> None:
 
 
 def _outputs(reading: Reading) -> Map:
-    outputs, mjcf, groups = (Map(reading.tree.span) for _ in range(3))
-    convert.put(mjcf, "file", "robot.xml")
-    if reading.free_base:
-        convert.put(mjcf, "base", "free")
-    if not reading.in_order:
-        convert.put(mjcf, "actuators", convert.listing(reading.actuator_of.values(), reading.markup.root))
-    if reading.sensor_order:
-        convert.put(mjcf, "sensors", convert.listing(reading.sensor_order, reading.markup.root))
-    convert.put(mjcf, "contacts", "described")
-    if not any("visual" in link for link in reading.links.values()):
-        convert.put(mjcf, "visuals", "own")
+    outputs, mjcf, groups, root = *(Map(reading.tree.span) for _ in range(3)), reading.markup.root
     for purpose, group in reading.groups.items():
         convert.put(groups, purpose, group)
-    if groups:
-        convert.put(mjcf, "groups", groups)
-    if any(not mesh["taken"] for mesh in reading.facts["meshes"]):
-        convert.put(mjcf, "mesh_inertia", "legacy")
-    convert.put(mjcf, "option", _settings(reading))
+    has_look, is_legacy = (
+        ("visual" in one for one in reading.links.values()),
+        (not one["taken"] for one in reading.facts["meshes"]),
+    )
+    values = {
+        "file": "robot.xml",
+        "base": "free" if reading.free_base else "",
+        "actuators": [] if reading.in_order else convert.listing(reading.actuator_of.values(), root),
+        "sensors": convert.listing(reading.sensor_order, root),
+        "contacts": "described",
+        "visuals": "" if any(has_look) else "own",
+        "groups": groups,
+        "mesh_inertia": "legacy" if any(is_legacy) else "",
+        "option": _settings(reading),
+    }
+    for key, value in values.items():
+        convert.put_some(mjcf, key, value)
     convert.put(outputs, "mjcf", mjcf)
     return outputs
 
@@ -141,8 +143,7 @@ def _settings(reading: Reading) -> Map:
             reading.lost(f'the setting "{name}"', root.span)
         elif name != "integrator" and (value := convert.value_of(text, SETTINGS[name], element, name)) is not None:
             convert.put(options, name, value, span)
-    if flags:
-        convert.put(options, "flag", flags)
+    convert.put_some(options, "flag", flags)
     return options
 
 
@@ -173,8 +174,7 @@ def _add_poses(reading: Reading) -> None:
                 follows = "mimic" in reading.joints[reading.joint_of[held]]
             if follows or abs(control - usual) > _NEAR:
                 convert.put_number(controls, name, convert.tidy(control), element)
-        if controls:
-            convert.put(pose, "controls", controls)
+        convert.put_some(pose, "controls", controls)
         more = {word: text for word, text in attributes.items() if word not in ("name", "ctrl", "qpos")}
         if _is_beyond(reading, qpos, at):  # all, as an MJCF of ours counts them
             texts = []
@@ -185,8 +185,7 @@ def _add_poses(reading: Reading) -> None:
             more["qpos"] = " ".join(texts)
         reading.put_words(pose, more, "pose", element, "a key")
         convert.put(poses, reading.name("key", key["name"], f"key_{number}", number), pose, element.span)
-    if poses:
-        convert.put(reading.tree, "poses", poses)
+    convert.put_some(reading.tree, "poses", poses)
 
 
 def _is_beyond(reading: Reading, qpos: list[float], at: Mapping[str, float]) -> bool:

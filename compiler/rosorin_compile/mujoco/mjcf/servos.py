@@ -8,13 +8,13 @@ from typing import NamedTuple
 
 from rosorin_compile.model import Joint, Output, Robot
 from rosorin_compile.model.geometry import cross, dot, unit
-from rosorin_compile.model.link import along_link, together
+from rosorin_compile.model.link import together
 from rosorin_compile.model.simulation import GENERAL, MOTOR, POSITION, SENSOR_ELEMENT, VELOCITY, Actuator
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Suggestion, count_of, first_of
 from rosorin_compile.source.xml.elements import found_in
 
-from .omissions import position_range
+from .omissions import along_link_of, position_range
 
 _STIFF = 100.0
 _LEAST_FELT = 1e-6
@@ -65,8 +65,7 @@ def stand_ins(robot: Robot, joints: Sequence[Joint], output: Output | None) -> l
         parts = [(one.inertial, back.then(places[one.name])) for one in links if one.inertial and one.inertial.mass > 0]
         if parts:
             body, (x, y, z) = together(parts), unit(joint.axis)
-            six = (body.ixx, body.iyy, body.izz, body.ixy, body.ixz, body.iyz)
-            xx, yy, zz, xy, xz, yz = along_link(six, body.pose.transform())
+            xx, yy, zz, xy, xz, yz = along_link_of(body)
             about = xx * x * x + yy * y * y + zz * z * z + 2 * (xy * x * y + xz * x * z + yz * y * z)
             arm = cross((x, y, z), body.pose.xyz)
             felt = max(felt, body.mass if joint.type == "prismatic" else about + body.mass * dot(arm, arm))

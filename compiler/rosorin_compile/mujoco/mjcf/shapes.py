@@ -63,8 +63,7 @@ def add_shapes(reading: Reading) -> None:
                         convert.put(contact, word, geom[word])
                 own = {key: attributes[key] for key in _OF_CONTACT if key in attributes}
                 reading.put_words(contact, own, "contact", element, "a geom")
-                if contact:
-                    convert.put(shape, "contact", contact)
+                convert.put_some(shape, "contact", contact)
             _put_more(reading, geom, shape, element, found, purpose)
             held.setdefault((reading.link_of[geom["bodyid"]], purpose), Seq(element.span)).put(shape, element.span)
     for (link, purpose), shapes in held.items():
@@ -176,13 +175,11 @@ def _shape(reading: Reading, geom: Thing, element: Element) -> Map:
         if scale != (1, 1, 1):
             asset = reading.markup.find("asset", mesh["name"]) or element
             convert.put(sizes, "scale", convert.numbers(scale, asset, "scale"))
-        if mesh["taken"]:
-            convert.put(sizes, "inertia", mesh["taken"])
+        convert.put_some(sizes, "inertia", mesh["taken"])
         attributes, more = _asset(reading, "mesh", mesh["name"])["attributes"], Map(element.span)
         words = ("maxhullvert", "smoothnormal", *(() if PurePosixPath(mesh["file"]).suffix else ("content_type",)))
         convert.put_words(more, {key: attributes[key] for key in words if key in attributes}, "mjcf_mesh", element)
-        if more:
-            convert.put(sizes, "mjcf", more)
+        convert.put_some(sizes, "mjcf", more)
         # MuJoCo takes ``refpos`` from the vertices of the file, turns them by ``refquat``, scales them, and then moves
         # them to the axes ``pos`` and ``quat``. Here they are scaled first: see ``_mesh_file``.
         reference = convert.transform(mesh["reference"]["pos"], mesh["reference"]["quat"]).inverse()
@@ -275,8 +272,7 @@ def _add_unused(reading: Reading) -> None:
             _material(reading, index)
     for _ in left:
         reading.skip_scene("material", markup.first("asset").span)
-    if reading.materials:
-        convert.put(reading.tree, "materials", reading.materials)
+    convert.put_some(reading.tree, "materials", reading.materials)
     textures = {name for kind, name in reading.of_scene if kind == "texture"}
     for material in assets["material_assets"]:
         textures |= {one["attributes"].get("texture", "") for one in (material, *material["inner"])}

@@ -22,13 +22,8 @@ from .process import Answer
 MAX_DEPTH = 20  # of files that include files
 _GROUPING = ("frame", "replicate")
 _MAKERS = ("attach", "replicate", "flexcomp", "composite")
-_TAGS = {
-    "joints": ("joint", "freejoint"),
-    "geoms": ("geom",),
-    "sites": ("site",),
-    "cameras": ("camera",),
-    "lights": ("light",),
-}
+_TAGS = {"joints": ("joint", "freejoint"), "geoms": ("geom",), "sites": ("site",), "cameras": ("camera",)}
+_TAGS |= {"lights": ("light",), "bodies": ("body",)}
 _LINE = re.compile(r"\bline (\d+)")
 _TAG = re.compile(r"Element '([^']+)'")
 _QUOTED = re.compile(r"'([^']+)'")
@@ -151,26 +146,19 @@ class Places:
 
     def __init__(self, markup: Markup, facts: Mapping[str, Any]) -> None:
         self.markup = markup
-        self.bodies: dict[int, Element] = {0: markup.first("worldbody")}
-        self.parts: dict[tuple[str, int], Element] = {}
+        self.parts: dict[tuple[str, int], Element] = {("bodies", 0): markup.first("worldbody")}
         held: dict[tuple[str, int], list[int]] = {}
         for kind in _TAGS:
-            for index, thing in enumerate(facts[kind]):
-                held.setdefault((kind, thing["bodyid"]), []).append(index)
-        for index, body in enumerate(facts["bodies"]):
-            if index:
-                held.setdefault(("bodies", body["parentid"]), []).append(index)
+            for index, thing in list(enumerate(facts[kind]))[kind == "bodies" :]:
+                held.setdefault((kind, thing["parentid" if kind == "bodies" else "bodyid"]), []).append(index)
         waiting: list[tuple[int, Sequence[Element]]] = [(0, markup.sections("worldbody"))]
         while waiting:
             index, containers = waiting.pop()
-            for kind, tags in {**_TAGS, "bodies": ("body",)}.items():
+            for kind, tags in _TAGS.items():
                 wanted = [(at, str(facts[kind][at]["name"])) for at in held.get((kind, index), ())]
                 for at, element in self._match(containers, tags, wanted).items():
-                    if kind == "bodies":
-                        self.bodies[at] = element
-                        waiting.append((at, [element]))
-                    else:
-                        self.parts[kind, at] = element
+                    self.parts[kind, at] = element
+                    waiting += [(at, [element])] if kind == "bodies" else []
 
     def _match(
         self, containers: Sequence[Element], tags: Sequence[str], wanted: list[tuple[int, str]]
@@ -195,7 +183,7 @@ class Places:
                 yield from self._direct(child, tags)
 
     def body(self, index: int) -> Element:
-        return self.bodies.get(index, self.markup.root)
+        return self.place_of("bodies", index)
 
     def place_of(self, kind: str, index: int) -> Element:
         return self.parts.get((kind, index), self.markup.root)

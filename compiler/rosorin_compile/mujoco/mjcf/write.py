@@ -196,6 +196,12 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
     is_placed = robot.root_in_world.placed or not free
     root = robot.root_in_world.pose if is_placed else stands_there(home_of(robot))
     top = 1 if robot.root_in_world.world else 0  # the depth of the frames that are bodies in the world
+    in_world = robot.root_in_world
+    name = in_world.joint or f"{robot.root}_free"
+    while name in robot.joint and not in_world.joint:
+        name += "_"
+    tag, kind = ("freejoint", {}) if set(in_world.values) <= {"group", "align"} else ("joint", {"type": "free"})
+    free_joint = Markup("<{}{}/>").format(tag, printer.print_values({"name": name, **kind, **in_world.values}))
     none = frozenset(omissions.weightless(robot, free))
     in_fluid = any(output.options.get("option", {}).get(word) for word in ("density", "viscosity"))
     printed = {joint.name: classes.print_classes(place) for place, joint in enumerate(moving)}
@@ -213,7 +219,7 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
             names += printer.print_values({**link.limited_values("mjcf"), **link.mjcf})
         inertial = _LEAST_INERTIAL if link.name in none else link.inertial
         body = (
-            [_free_joint(robot, printer)] if free and not elements else [],
+            [free_joint] if free and not elements else [],
             indent,
             names,
             _inertial(inertial, number) if inertial and omissions.has_mass(inertial) else "",
@@ -273,15 +279,6 @@ def _walk(robot: model.Robot) -> Iterator[Frame]:
             ref, moving = bodies.reference(joint), None if joint.is_fixed else joint
             place = pose_of(joint.transform(ref)) if ref else joint.origin
             waiting.append(Frame(joint.child, depth, place, moving, robot.link[joint.child]))
-
-
-def _free_joint(robot: model.Robot, printer: ElementPrinter) -> Markup:
-    root = robot.root_in_world
-    name = root.joint or f"{robot.root}_free"
-    while name in robot.joint and not root.joint:
-        name += "_"
-    tag, kind = ("freejoint", {}) if set(root.values) <= {"group", "align"} else ("joint", {"type": "free"})
-    return Markup("<{}{}/>").format(tag, printer.print_values({"name": name, **kind, **root.values}))
 
 
 def _inertial(inertial: model.Inertial, number: NumberFormat) -> Markup:

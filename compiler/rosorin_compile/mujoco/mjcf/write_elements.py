@@ -1,13 +1,11 @@
 """Elements of an MJCF: actuators, equalities, looks, marks of bodies, what sensors are made of, and default classes.
 
-A sensor element measures at a site: that of the frame, or one of its own, called NAME_site, where it has a pose. MuJoCo
-numbers what is in ``<replicate>``, and with a site the sensors that measure at it.
+A sensor element measures at a site: that of the frame, or one of its own, called NAME_site, where it has a pose.
 
-Classes have what geoms, joints and actuators have in common. All are in one class with the name of the robot, and begin
-with it: two robots that are included in one scene share one space of names. Each element names its class itself, and no
-body has a ``childclass``: what is verbatim in a body, or is attached to it, keeps MuJoCo's own defaults. Joints that
-move alike share a class, and so do actuators that are alike, where that makes the file shorter. Such a class is called
-after the words that the names of all its joints have: wrist of wrist_1_joint and wrist_2_joint.
+All classes are in one with the name of the robot, and begin with it: robots in one scene share one space of names. Each
+element names its class itself, and no body has a ``childclass``: what is verbatim in a body keeps MuJoCo's defaults.
+Joints that move alike share a class, and so do actuators that are alike, where that makes the file shorter. It is
+called after the words that the names of all its joints have: wrist of wrist_1_joint and wrist_2_joint.
 """
 
 from __future__ import annotations

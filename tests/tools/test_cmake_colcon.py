@@ -136,20 +136,6 @@ def test_an_include_of_a_package_that_others_compile(workspace: Path, generator:
 
 
 @BUILDS
-@pytest.mark.parametrize("generator", [MAKE])
-def test_symlink_install(workspace: Path, generator: str) -> None:
-    assert ran(colcon(workspace, generator, "--symlink-install")) == ALL
-    assert ran(colcon(workspace, generator, "--symlink-install")) == []
-    urdf = share(workspace, "arm_description") / "urdf/arm.urdf"
-    mesh = share(workspace, "arm_description") / "mjcf/meshes/arm_description/meshes/arm.stl"
-    assert urdf.is_symlink()
-    assert mesh.is_symlink()
-    touch(workspace / "src/arm_description/descriptions/arm/tool.yaml")
-    assert ran(colcon(workspace, generator, "--symlink-install")) == OF_ARM
-    assert ran(colcon(workspace, generator, "--symlink-install")) == []
-
-
-@BUILDS
 @pytest.mark.parametrize("generator", [NINJA])
 def test_a_clean_rebuild(workspace: Path, generator: str) -> None:
     colcon(workspace, generator)

@@ -103,7 +103,7 @@ def test_names_that_are_refused(name: str, tmp_path: Path, capsys: pytest.Captur
     if name:
         robot = describe(tmp_path, "robot: r\nlinks: {base_link: {}}\noutputs: {urdf: {file: r.urdf}}\n")
         assert main(["package", str(robot), "-o", str(tmp_path / "p"), "--name", name]) == 2
-        assert f'"{name}" is no name for a ROS 2 package' in capsys.readouterr().err
+        assert f'"{name}" is not a name for a ROS 2 package' in capsys.readouterr().err
         assert not (tmp_path / "p").exists()
 
 

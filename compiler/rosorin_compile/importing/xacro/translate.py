@@ -126,11 +126,6 @@ def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outp
     return Translation({}, report=(f"flat, without macros and arguments: {reason}",), reason=reason)
 
 
-def _seconds() -> float:
-    """Return the CPU time of the process and its children."""
-    return sum(os.times()[:4])
-
-
 class _Search:
     """The search for what has to be given up."""
 
@@ -143,7 +138,7 @@ class _Search:
         self.robots: dict[Combination, Imported] = {(): imported}  # what xacro makes
         self.inlined: dict[str, str] = {}  # places of macros, with the reason
         self.fixed: dict[str, list[str]] = {}  # values of arguments, with the reason
-        self.began = _seconds()
+        self.began = sum(os.times()[:4])  # of CPU, with its children
 
     def run(self) -> Translation:
         failing: Combination | None = None
@@ -190,7 +185,7 @@ class _Search:
         raise _Flat("nothing that was given up makes it the same robot")
 
     def is_late(self) -> bool:
-        return _seconds() - self.began > MAX_SECONDS
+        return sum(os.times()[:4]) - self.began > MAX_SECONDS
 
     def expand(self, rows: _Rows, variables: Mapping[str, str]) -> list[Combination]:
         """Let xacro make the robots of combinations of arguments, each once; return those that it refuses.
@@ -226,7 +221,7 @@ class _Search:
                 (stage / file).parent.mkdir(parents=True, exist_ok=True)
                 (stage / file).write_text(text, "utf-8")
             for number, row in enumerate(rows):
-                if number > 1 and (row not in self.robots or self.is_late()):
+                if row not in self.robots or (number > 1 and self.is_late()):
                     break
                 Progress.step("proving the translation", number, len(rows))
                 compiled = compile_robot(stage / Description.ROOT_FILE, dict(row), packages=dict(packages), exact=True)

@@ -92,8 +92,8 @@ class Writer:
             if called.get(key) and key in defined:
                 name_in_source, (file, offset, _) = defined[key]
                 source = program.parsed[file].source
-                at = f"{Path(source.path).name}:{source.text.count(chr(10), 0, offset) + 1}"
-                lost.append([name_in_source, reason, at])
+                line = source.text.count("\n", 0, offset) + 1
+                lost.append([name_in_source, reason, f"{Path(source.path).name}:{line}"])
         heads: dict[str, list[str]] = {}  # the comments at the top of files
         for index, parsed in program.parsed.items():
             texts = [one.text for one in parsed.before if one.kind == COMMENT]

@@ -250,7 +250,7 @@ def write(
     changed = [artifact for artifact in artifacts if artifact.file in done.written]
     more = [*done.diagnostics(folder), *load_all(changed, folder, lambda: request.understand().case)]
     for name in () if only else done.kept:
-        message = f"{folder}/{name} is no artifact of this robot; it is kept"
+        message = f"{folder}/{name} is not an artifact of this robot; it is kept"
         more.append(Diagnostic("not-an-artifact", NOTE, message, help="all --prune removes it"))
     return Written(compiled, folder, done.written, done.unchanged, done.kept, done.removed, (*diagnostics, *more))
 

@@ -120,7 +120,7 @@ def _number(joint: Joint, text: str, expected: Dimension) -> float:
         except ExpressionError as problem:
             raise RequestError(f"{subject} cannot be read: {text}: {problem.message}") from None
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise RequestError(f"{subject} is no finite number: {text}")
+        raise RequestError(f"{subject} is not a finite number: {text}")
     dimension = dimension_of(value)
     if dimension not in (None, NUMBER, expected):
         what = f"{text} is {describe(dimension)}, not {describe(expected)}"

@@ -102,7 +102,7 @@ class Request:
         return read_argument_files(self.argument_files, self.arguments) if self.argument_files else {**self.arguments}
 
     def read_options(self, lenient: bool = True) -> ReadOptions:
-        """Return how a robot in another format is read. Raises LoadError for an argument that is no text or number."""
+        """Return how a robot in another format is read. Raises LoadError for an argument that is not text or number."""
         texts, wrong = as_texts(self.values())
         if wrong:
             raise LoadError(wrong[0])

@@ -6,11 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.cli.main import main
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.imported_robot import Imported, ReadOptions
 from rosorin_compile.formats.robot_files import read_robot
@@ -43,12 +41,6 @@ def robot_in(path: Path, **options) -> Robot:
     robot = lower(imported.tree).robot
     assert robot is not None
     return robot
-
-
-def asked(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
-    code = main([*words])
-    said = capsys.readouterr()
-    return code, said.out, said.err
 
 
 def written(robot: Robot, **options) -> str:
@@ -139,50 +131,6 @@ def test_a_model_that_is_merged_keeps_its_names():
     assert [link.name for link in robot.links] == ["a", "palm", "tip"]
 
 
-def test_a_model_is_found_in_a_package_and_by_its_folder(tmp_path):
-    """``model://NAME`` names a folder, whose model.config names the file."""
-    folder = tmp_path / "elsewhere" / "gripper"
-    folder.mkdir(parents=True)
-    files = '<sdf version="1.5">old.sdf</sdf><sdf version="1.9">new.sdf</sdf>'
-    (folder / "model.config").write_text(f"<model>{files}</model>", "utf-8")
-    (folder / "new.sdf").write_text(FOLLOWERS.format("1.9", '<link name="new"/>'), "utf-8")
-    (folder / "old.sdf").write_text(FOLLOWERS.format("1.5", '<link name="old"/>'), "utf-8")
-    text = FOLLOWERS.format("1.9", '<link name="a"/><include><uri>model://gripper</uri></include>')
-    for options in ({"packages": {"gripper": folder}}, {"environment": {"GZ_SIM_RESOURCE_PATH": str(folder.parent)}}):
-        path = tmp_path / "robot.sdf"
-        path.write_text(text, "utf-8")
-        imported = read_robot(path, ReadOptions(**{"environment": {}, **options}))
-        assert imported.tree is not None
-        assert "m_new" in imported.tree["links"]
-        assert [file.name for file in imported.files] == ["robot.sdf", "new.sdf"]
-
-
-def test_an_include_is_read_where_the_user_says_and_nowhere_else(tmp_path):
-    """``--package`` and the variables of the environment name folders; the file of a stranger names none."""
-    other = tmp_path / "other"
-    robot, private = tmp_path / "robot", tmp_path / "private"
-    for folder in (other, robot, private):
-        folder.mkdir()
-        (folder / "part.sdf").write_text(FOLLOWERS.format("1.9", '<link name="b"/>'), "utf-8")
-    (robot / "link.sdf").symlink_to(private / "part.sdf")
-    (robot / "model.config").write_text('<model><sdf version="1.9">../private/part.sdf</sdf></model>', "utf-8")
-    name = str(tmp_path).strip("/")
-
-    def told(uri: str, **options) -> set[str]:
-        text = FOLLOWERS.format("1.9", f'<link name="a"/><include><uri>{uri}</uri></include>')
-        found = read_text(text, robot, **options)
-        return {one.rule for one in found.diagnostics if one.severity == ERROR}
-
-    assert not told("part.sdf")
-    assert not told("../other/part.sdf", packages={"other": other})
-    path = robot / "robot.sdf"
-    for variable in ("GZ_SIM_RESOURCE_PATH", "AMENT_PREFIX_PATH"):
-        assert not has_errors(read_robot(path, ReadOptions(environment={variable: str(other)})).diagnostics)
-    for uri in ("../other/part.sdf", "link.sdf", "model://robot", f"model://{name}/other/part.sdf"):
-        assert told(uri) == {"include-outside"}, uri
-        assert told(uri, lenient=True) == {"include-outside"}, uri
-
-
 def test_what_is_included_has_one_budget_of_elements(tmp_path, monkeypatch):
     monkeypatch.setattr("rosorin_compile.sdf.values.MAX_ELEMENTS", 200)
     links = "".join(f'<link name="l{number}"/>' for number in range(48))
@@ -196,29 +144,6 @@ def test_what_is_included_has_one_budget_of_elements(tmp_path, monkeypatch):
 def test_comments_go_with_what_they_speak_of():
     imported = read_robot(SDF / "corners" / "kept.sdf", ReadOptions(environment={}))
     assert [comment.text for comment in imported.comments] == [" it stands "]
-
-
-def test_what_has_no_word_is_kept_and_written_again():
-    source = SDF / "corners" / "kept.sdf"
-    text = written(robot_in(source))
-    flat = re.sub(r' xmlns:drake="[^"]*"', "", text)
-    for element in (
-        "<self_collide>true</self_collide>",
-        "<gravity>0</gravity>",
-        '<sensor name="eye" type="camera"><pose relative_to="mark">0 0 1 0 0 0</pose>',
-        "<stiffness>1e7</stiffness></limit>",
-        "<physics><ode><cfm_damping>1</cfm_damping></ode></physics>",
-        "<drake:rotor_inertia>1e-4</drake:rotor_inertia>",
-        '<plugin name="drive" filename="drive.so"><joint>ab</joint></plugin>',
-        "<drake:member>a</drake:member>",
-    ):
-        assert element in flat
-        assert element.split(">")[0] in source.read_text("utf-8")
-    shapes = written(robot_in(SDF / "corners" / "shapes.sdf"))
-    for colour in ("<ambient>0 0 1 1</ambient>", "<diffuse>1 0 0 1</diffuse>", "<specular>0.1 0.1 0.1 1</specular>"):
-        assert colour in shapes
-    assert "<plane><normal>0 0 1</normal><size>1 1</size></plane>" in shapes
-    assert shapes.count("<transparency>0.5</transparency>") == 1
 
 
 def test_an_inertial_may_be_computed(tmp_path):
@@ -237,65 +162,6 @@ def test_newer_words_are_written_in_their_version(tmp_path):
         imported = read_text(FOLLOWERS.format(version, '<link name="a"/>'), tmp_path)
         assert imported.tree is not None
         assert imported.tree["outputs"]["sdf"].get("version") == wanted
-
-
-def test_import_writes_a_description(home, capsys):
-    source = home / "arm.sdf"
-    source.write_text((SDF / "corners" / "followers.sdf").read_text("utf-8"), "utf-8")
-    code, out, _ = asked(capsys, "import", "arm.sdf")
-    assert code == 0, out
-    folder = home / "descriptions" / "corner"
-    outputs = yaml.safe_load((folder / "robot.yaml").read_text("utf-8"))["outputs"]
-    assert outputs["sdf"] == {"file": "corner.sdf", "version": "1.11"}
-    code, out, err = asked(capsys, "diff", "arm.sdf", str(folder))
-    assert code == 0, out + err
-    assert "the same robot" in out
-    code, out, err = asked(capsys, "all", str(folder))
-    assert code == 0, out + err
-    code, out, err = asked(capsys, "diff", "arm.sdf", "outputs/corner/corner.sdf")
-    assert code == 0, out + err
-
-
-@pytest.mark.parametrize(
-    "case", ["corners/world", "corners/classic", "told/two-pieces", "corners/shapes", "corners/kept"]
-)
-def test_what_is_imported_compiles_and_agrees(case, home, capsys):
-    (home / "source.sdf").write_text((SDF / f"{case}.sdf").read_text("utf-8"), "utf-8")
-    for words in (("import", "source.sdf", "-o", "made"), ("all", "made"), ("check", "made")):
-        code, out, err = asked(capsys, *words)
-        assert code == 0, out + err
-
-
-@pytest.mark.parametrize("words", [(), ("--verbatim",)])
-def test_the_noise_of_an_imu_of_gazebo_classic_is_written_for_each_axis(words, home, capsys):
-    noise = "<noise><rate><stddev>0.1</stddev></rate><accel><stddev>0.2</stddev></accel></noise>"
-    text = (SDF / "corners" / "classic.sdf").read_text("utf-8")
-    imu = f'<sensor name="turning" type="imu"><imu>{noise}</imu></sensor>'
-    (home / "source.sdf").write_text(text.replace("</link>", f"{imu}</link>"), "utf-8")
-    for line in (("import", "source.sdf", "-o", "made", *words), ("all", "made")):
-        code, out, err = asked(capsys, *line)
-        assert code == 0, out + err
-    made = "outputs/made/classic.sdf"
-    assert Path(made).read_text("utf-8").count("<stddev>0.2</stddev></noise>") == 3
-    code, out, err = asked(capsys, "diff", "source.sdf", made)
-    assert code == 0, out + err
-
-
-def test_a_description_includes_an_sdf(home, capsys):
-    (home / "whole").mkdir()
-    (home / "whole" / "part.sdf").write_text((SDF / "corners" / "kept.sdf").read_text("utf-8"), "utf-8")
-    (home / "whole" / "robot.yaml").write_text(
-        "rosorin_compile: 1\nrobot: whole\nlinks: {base: {}}\n"
-        "include: [{file: part.sdf, prefix: left_, parent: base, xyz: [0, 0, 1]}]\n"
-        "outputs: {sdf: {file: whole.sdf}, urdf: {file: whole.urdf}}\n",
-        "utf-8",
-    )
-    code, out, err = asked(capsys, "all", "whole")
-    assert code == 0, out + err
-    text = (home / "outputs" / "whole" / "whole.sdf").read_text("utf-8")
-    assert '<plugin name="drive" filename="drive.so"><joint>left_ab</joint></plugin>' in text
-    assert '<pose relative_to="left_mark">0 0 1 0 0 0</pose>' in text
-    assert '<sensor name="eye" type="camera">' in text
 
 
 # What holds for every SDF: no text makes its reader fail, and what it takes is written and read again as the same.

@@ -33,10 +33,10 @@ from support.paths import COMPILER, TESTS
 MJCF = "rosorin_compile.mujoco.mjcf"
 MUJOCO = ("mujoco", "numpy", f"{MJCF}.engine", f"{MJCF}.compare_models")
 XACRO = ("xacro", "yaml", "rosorin_compile.importing.xacro.child")
-TOOL = ("rosorin_compile.__main__",)
+TOOL = ("yaml", "jsonschema", "jinja2", "rosorin_compile.__main__", "rosorin_compile.api")
+TOOL += tuple(f"rosorin_compile.cli.{name}" for name in ("all", "check", "explain", "print"))
 COMMAND = """\
 import atexit, json, os, sys
-from support.forks import learned
 from rosorin_compile import __main__, formats
 formats._names.cache_clear()  # a module may have looked at the formats, without those of plug-ins
 paths = os.environ.get("PYTHONPATH", "").split(os.pathsep)
@@ -48,10 +48,8 @@ try:
 except SystemExit as stopped:
     code = stopped.code
 atexit._run_exitfuncs()
-learned([os.getcwd(), *paths])
 raise SystemExit(code)
 """
-_LEARNING = 12  # command lines after which there is nothing new to import
 
 
 def run(words: Sequence[str], folder: Path, environment: Mapping[str, str]) -> tuple[int, str]:
@@ -130,39 +128,19 @@ def serve() -> None:
     """Import what is named, and do the jobs on standard input, a fork each; answer with its exit code."""
     for name in sys.argv[1:]:
         import_module(name)
-    for number, line in enumerate(sys.stdin):
+    for line in sys.stdin:
         job = json.loads(line)
         child = os.fork()
         if not child:
             _do(job)
         code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-        modules = Path(job["streams"], "modules")
-        if number < _LEARNING and modules.exists():
-            for name in json.loads(modules.read_text("utf-8")):
-                with suppress(Exception):
-                    import_module(name)
         sys.stdout.write(f"{code}\n")
         sys.stdout.flush()
-
-
-def learned(of_others: Sequence[str]) -> None:
-    """Write down which modules this process has, in the order of their import, without those of plug-ins."""
-    names = [
-        name
-        for name, module in sys.modules.items()
-        if name.partition(".")[0] not in ("__main__", "support")
-        and not str(getattr(module, "__file__", None) or "").startswith(tuple(filter(None, of_others)))
-    ]
-    Path(_streams[0], "modules").write_text(json.dumps(names), "utf-8")
-
-
-_streams: list[str] = []
 
 
 def _do(job: dict[str, Any]) -> NoReturn:
     code = 1
     try:
-        _streams.append(job["streams"])
         os.environ.clear()
         os.environ.update(job["environment"])
         for stream, name in enumerate(("given", "output", "errors")):

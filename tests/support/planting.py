@@ -6,11 +6,9 @@ import random
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
-from itertools import permutations
-from math import isclose
 from typing import Any, NamedTuple
 
-from rosorin_compile.model import Box, Capsule, Robot, Transform
+from rosorin_compile.model import Robot, Transform
 from rosorin_compile.model.geometry import norm, rotation_about
 
 LEAST = 1e-6  # what a number changes by; what is no difference is less
@@ -75,45 +73,42 @@ def other(value: Any) -> Any:
 
 
 class Planted(NamedTuple):
-    """A change: the robot with it, the thing that a sentence has to name, and the values that it has to give.
+    """A change: the robot with it, the thing that a sentence names, and the values that it gives.
 
-    What has one ``group`` is one sentence. ``step`` is by how much some number changed where there is more than one
-    way to say it.
+    What has one ``group`` is one sentence.
     """
 
     robot: Robot
     group: tuple[str, str]
     name: str
-    values: tuple[tuple[Any, Any], ...] = ()
-    step: float = 0.0
+    values: tuple[tuple[Any, Any], ...]
 
 
 def told(planted: Sequence[Planted], lines: Sequence[str]) -> bool:
-    """Say whether sentences tell what was planted, each thing once, and nothing else."""
+    """Return True if sentences report what was planted, each group in one sentence, and nothing else."""
     groups: dict[tuple[str, str], list[Planted]] = {}
     for one in planted:
         groups.setdefault(one.group, []).append(one)
-    fits = [[all(_tells(line, one) for one in some) for line in lines] for some in groups.values()]
-    orders = permutations(range(len(lines))) if len(lines) == len(fits) else ()
-    return any(all(row[place] for row, place in zip(fits, order, strict=True)) for order in orders)
+    reported = [{number for number, line in enumerate(lines) if _reports(line, some)} for some in groups.values()]
+    return len(lines) == len(groups) and all(reported) and set().union(*reported) == set(range(len(lines)))
 
 
-def _tells(line: str, planted: Planted) -> bool:
-    if not re.search(rf"(?<![\w/]){re.escape(planted.name)}(?![\w/])", line):
-        return False
-    pairs = list(_pairs(line))
-    for old, new in planted.values:
-        if isinstance(old, (bool, str)):
-            # Some formats give a name to what has none.
-            changed = rf"{re.escape(_word(old))}\"? -> .*{re.escape(_word(new))}"
-            came = rf"new, {re.escape(_word(new))}" if not old else rf"removed, was {re.escape(_word(old))}"
-            if not re.search(changed, line) and ((old and new) or not re.search(came, line)):
-                return False
-        elif not any(_are((a, b), (old, new)) for a, b in pairs):
-            return False
-    if planted.step:
-        return any(isclose(abs(b - a), n * planted.step, rel_tol=0.06) for a, b in pairs for n in (1, 2))
-    return True
+def _reports(line: str, planted: Sequence[Planted]) -> bool:
+    name, pairs = planted[0].name, list(_pairs(line))
+    values = [pair for one in planted for pair in one.values]
+    texts = [pair for pair in values if isinstance(pair[0], (bool, str))]
+    numbers = [pair for pair in values if pair not in texts]
+    return (
+        re.search(rf"(?<![\w/]){re.escape(name)}(?![\w/])", line) is not None
+        and all(any(_are(said, pair) for said in pairs) for pair in numbers)
+        and all(_has_words(line, *map(_word, pair)) for pair in texts)
+    )
+
+
+def _has_words(line: str, old: str, new: str) -> bool:
+    # Some formats give a name to what has none.
+    changed = re.search(rf"{re.escape(old)}\"? -> .*{re.escape(new)}", line)
+    return bool(changed) or (not old and f"new, {new}" in line) or (not new and f"removed, was {old}" in line)
 
 
 def _word(value: bool | str) -> str:
@@ -188,6 +183,9 @@ URDF: Mapping[str, Rule] = {
     "links.*.inertial.ixx": Rule(word="inertia", fits=_upright),
     "links.*.inertial.iyz": Rule(word="inertia", fits=_upright),
     "links.*.visual.*.rgba.*": Rule(word="colour"),
+    "links.*.visual.*.geometry.radius": Rule(word="shape"),
+    "links.*.collision.*.geometry.radius": Rule(word="collision"),
+    "links.*.collision.*.pose.xyz.*": Rule(word="collision"),
     "links.*.visual.*.name": Rule(),
 }
 DESCRIPTION: Mapping[str, Rule] = {
@@ -206,7 +204,6 @@ DESCRIPTION: Mapping[str, Rule] = {
     "edges.*.pose.xyz.*": Rule("child", "origin"),
     "moveit.search.trials": Rule(""),
 }
-_SIZES = ("radius", "length")
 
 
 def _owner(path: Path) -> Path:
@@ -228,7 +225,7 @@ def _leaf(robot: Robot, chance: random.Random, taken: set[Path], rules: Mapping[
     rule, old = rules[kind], at(robot, path)
     new = changed(old, chance)
     name = getattr(at(robot, _owner(path)), rule.owner) if rule.owner else kind.partition(".")[0]
-    word = rule.word if rule.word not in ("colour", "shape") else f"{rule.word} {path[3]}"
+    word = f"{rule.word} {path[3]}" if rule.word in ("colour", "shape", "collision") else rule.word
     return Planted(put(robot, path, new), (name, word or str(path)), name, ((old, new),))
 
 
@@ -246,48 +243,12 @@ def _axis(robot: Robot, chance: random.Random, taken: set[Path]) -> Planted | No
     return Planted(put(robot, path, new), (name, "axis"), name, values)
 
 
-def _shape(robot: Robot, chance: random.Random, taken: set[Path]) -> Planted | None:
-    """Change the size of a shape, or where it sits; a box once, for its corners say both."""
-    ways = [
-        (i, purpose, number)
-        for i, link in enumerate(robot.links)
-        for purpose in ("collision", "visual")
-        for number, shape in enumerate(getattr(link, purpose))
-        if isinstance(shape.geometry, Box) or any(hasattr(shape.geometry, size) for size in _SIZES)
-    ]
-    if not ways:
-        return None
-    i, purpose, number = chance.choice(ways)
-    path = ("links", i, purpose, number)
-    shape, name = at(robot, path), robot.links[i].name
-    group = (name, f"shape {number}" if purpose == "visual" else f"collision {number}")
-    if isinstance(shape.geometry, Box):
-        if path in taken or (*path, "pose") in taken:
-            return None
-        taken.add(path)
-        step = changed(0.0, chance)
-        axis, (lower, upper) = chance.randrange(3), (shape.geometry.lower, shape.geometry.upper)
-        lower, upper = put(lower, (axis,), lower[axis] - step), put(upper, (axis,), upper[axis] + step)
-        return Planted(put(robot, (*path, "geometry"), Box(lower, upper)), group, name, (), step)
-    more = [("geometry", size) for size in _SIZES if hasattr(shape.geometry, size)]
-    way = (*path, *chance.choice([*more, *(("pose", "xyz", axis) for axis in range(3))]))
-    if way in taken:
-        return None
-    taken.add(way)
-    old = at(robot, way)
-    new = changed(old, chance)
-    if isinstance(shape.geometry, Capsule):  # a cylinder of the same full length in a URDF
-        return Planted(put(robot, way, new), group, name, (), abs(new - old))
-    return Planted(put(robot, way, new), group, name, ((old, new),))
-
-
 def plant(robot: Robot, chance: random.Random, count: int, rules: Mapping[str, Rule]) -> tuple[Robot, list[Planted]]:
     """Return a robot with so many changes, fewer if it has not enough that can be changed."""
     taken: set[Path] = set()
     planted: list[Planted] = []
     for _ in range(4 * count):
-        how = chance.choice([_leaf, _leaf, _axis, _shape])
-        one = how(robot, chance, taken) if how is not _leaf else _leaf(robot, chance, taken, rules)
+        one = _axis(robot, chance, taken) if chance.random() < 0.2 else _leaf(robot, chance, taken, rules)
         if one is not None:
             planted.append(one)
             robot = one.robot

@@ -1,12 +1,9 @@
-"""The rule of bazel/ and its page: by a Starlark that is not Bazel's, its action by hand, and in a real Bazel.
+"""The rule of bazel/ and its page: by a Starlark that is not Bazel's, and in a real Bazel.
 
 The rule itself says which words and which files an action has: an interpreter of Starlark runs it with what Bazel
-would give it (``data/bazel/stubs.star``). Then the words are run in a folder that has these files and nothing else,
-without environment, and a hook notes each file that is opened.
+would give it (``data/bazel/stubs.star``).
 """
 
-import json
-import os
 import re
 import shutil
 import subprocess
@@ -20,30 +17,12 @@ import starlark
 from rosorin_compile.cli.main import main
 from rosorin_compile.source.project import data_folder
 from support.pages import MARK, blocks
-from support.paths import DATA, DOCS, ROOT
+from support.paths import DATA, DOCS
 
 PAGE = DOCS / "builds.md"
 RULE = data_folder("bazel") / "rosorin_robot.bzl"
 GLOBALS = starlark.Globals.extended_by([starlark.LibraryExtension.StructType])
 BAZEL = shutil.which("bazel")
-# Runs the tool, and notes which files it opens and which folders it lists, beside those of Python and of packages.
-WATCHED = """\
-import json, os, runpy, sys
-opened = []
-def hook(event, arguments):
-    if event in ("open", "os.listdir", "os.scandir") and isinstance(arguments[0], (str, bytes, os.PathLike)):
-        opened.append(os.path.abspath(os.fsdecode(arguments[0])))
-sys.argv = ["rosorin-compile", *sys.argv[2:]]
-log = os.environ.pop("LOG")
-del sys.path[0]  # the folder of this script
-sys.addaudithook(hook)
-try:
-    runpy.run_module("rosorin_compile", run_name="__main__", alter_sys=True)
-finally:
-    done = list(opened)
-    with open(log, "w") as file:
-        json.dump(done, file)
-"""
 
 
 def page_files(folder: Path) -> dict[str, str]:
@@ -89,36 +68,6 @@ def targets(build: str, folder: Path) -> list[dict[str, Any]]:
     return found
 
 
-def by_hand(made: dict[str, Any], sources: Path, folder: Path) -> tuple[dict[str, bytes], list[str]]:
-    """Run an action where its inputs are and nothing else; return its artifacts, and the files that it opened."""
-    root = folder / "execroot"
-    for name in made["inputs"]:
-        (root / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(sources / name, root / name)
-    (folder / "watched.py").write_text(WATCHED, "utf-8")
-    log = folder / "opened.json"
-    words = [sys.executable, str(folder / "watched.py"), "--", *made["argv"][1:]]
-    done = subprocess.run(
-        words, cwd=root, env={**made["env"], "LOG": str(log)}, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    places = [root / name for name in made["outputs"]]
-    files = [path for place in places for path in ([place] if place.is_file() else sorted(place.rglob("*")))]
-    opened = [path for path in json.loads(log.read_text("utf-8")) if not _of_python(path)]
-    return {path.relative_to(root).as_posix(): path.read_bytes() for path in files}, [
-        os.path.relpath(path, root) for path in opened
-    ]
-
-
-def _of_python(path: str) -> bool:
-    homes = [sys.prefix, sys.base_prefix, str(ROOT / "compiler"), "/usr/lib", "/usr/share/locale", "/proc", "/dev"]
-    # MuJoCo, which all loads to check an MJCF, looks for libraries of the system.
-    homes += ["/usr/lib64", "/usr/local/lib", "/usr/local/lib64", "/opt/homebrew", "/run/current-system"]
-    homes += [str(data_folder(name)) for name in ("templates", "schemas", "parts_library", "viewer", "bazel", "cmake")]
-    homes += [entry for entry in sys.path if entry.endswith("site-packages")]
-    return "__editable__" in path or any(Path(path).is_relative_to(home) for home in homes)
-
-
 @pytest.fixture
 def lamp(tmp_path: Path) -> Path:
     folder = tmp_path / "sources"
@@ -137,37 +86,6 @@ def test_the_targets_of_the_page_are_actions(lamp: Path) -> None:
     ]
     assert measured["outputs"] == ["bazel-out/bin/lamp_0007/lamp.urdf"]
     assert measured["env"]["ROSORIN_COMPILE_CACHE"] == "off"
-
-
-@pytest.mark.slow
-def test_an_action_needs_its_inputs_and_nothing_else(lamp: Path, tmp_path: Path) -> None:
-    for target in targets((lamp / "BUILD.bazel").read_text("utf-8"), lamp):
-        made = action(target)
-        once, opened = by_hand(made, lamp, tmp_path / target["name"] / "one")
-        again, _ = by_hand(made, lamp, tmp_path / target["name"] / "quite another place")
-        assert once == again
-        assert once
-        # A stage is opened by its name in a folder that is open.
-        own = ("bazel-out", ".rosorin-compile-")
-        strange = [path for path in opened if path not in made["inputs"] and not path.startswith(own)]
-        known = {str(folder) for name in made["inputs"] for folder in Path(name).parents}  # folders that are listed
-        assert [path for path in strange if path not in known] == []
-        assert set(made["inputs"]) <= set(opened)
-
-
-def test_the_artifacts_are_those_of_the_command(lamp: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    _, measured = map(action, targets((lamp / "BUILD.bazel").read_text("utf-8"), lamp))
-    made, _ = by_hand(measured, lamp, tmp_path / "hand")
-    monkeypatch.chdir(lamp)
-    assert main(["print", "lamp", "urdf", "prefix:=left_", "--args", "calibration/0007.yaml", "-o", "as.urdf"]) == 0
-    assert made == {"bazel-out/bin/lamp_0007/lamp.urdf": (lamp / "as.urdf").read_bytes()}
-    assert b'xyz="0 0 0.3015"' in (lamp / "as.urdf").read_bytes()
-
-
-def test_a_file_that_is_not_declared_is_missed(lamp: Path, tmp_path: Path) -> None:
-    target = {"name": "lamp", "description": "descriptions/lamp/robot.yaml", "tool": "tools/rosorin-compile"}
-    with pytest.raises(AssertionError, match=r"cannot read descriptions/lamp/shade\.yaml"):
-        by_hand(action(target), lamp, tmp_path / "hand")
 
 
 def test_the_folder_of_a_package_is_that_of_its_package_xml() -> None:

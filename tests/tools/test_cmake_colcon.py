@@ -135,6 +135,19 @@ def test_an_include_of_a_package_that_others_compile(workspace: Path, generator:
     assert ran(colcon(workspace, generator)) == []
 
 
+@BUILDS
+@pytest.mark.parametrize("generator", [NINJA])
+def test_a_clean_rebuild(workspace: Path, generator: str) -> None:
+    colcon(workspace, generator)
+    urdf = share(workspace, "arm_description") / "urdf/arm.urdf"
+    before = urdf.read_bytes()
+    assert ran(colcon(workspace, generator, "--cmake-clean-first", "--parallel-workers", "4")) == ALL
+    shutil.rmtree(workspace / "build")
+    shutil.rmtree(workspace / "install")
+    assert ran(colcon(workspace, generator, "--packages-up-to", "cell_description")) == OF_ARM
+    assert urdf.read_bytes() == before
+
+
 @pytest.mark.tier("builds")
 def test_the_program_is_not_installed(workspace: Path) -> None:
     (workspace / "bin" / "rosorin-compile").unlink()

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.importing.new_robot import TEMPLATES, check_name, init, texts_of
+from rosorin_compile.importing.new_robot import TEMPLATES, check_free, init, texts_of
 from support.kills import at_each_step
 from support.paths import ROOT, SCHEMAS
 from support.robots import compiled
@@ -118,7 +118,7 @@ def test_the_modeline_leads_to_the_schema_without_a_network() -> None:
 
 @pytest.mark.parametrize("name", ["b", "my_bot", "Bot2", "on", "no", "a-b", "x" * 60])
 def test_good_names(here: Path, name: str) -> None:
-    check_name(name)
+    check_free(name, Path())
     init(name)
     made = compiled(here / "descriptions" / name / "robot.yaml")
     assert made.robot is not None

@@ -1,8 +1,6 @@
 """Watch as a person uses it: a process that runs beside an editor, and has to survive all that happens there."""
 
 import signal
-import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,7 +11,7 @@ from rosorin_compile.importing.new_robot import init
 from rosorin_compile.output.watched_files import WatchedFiles
 from rosorin_compile.source.files import exists, read_bytes
 from support.robots import copy_of_rosorin
-from support.viewing import PATIENCE, Running
+from support.viewing import Running
 
 pytestmark = pytest.mark.slow
 
@@ -148,14 +146,6 @@ def test_it_ends_cleanly(watch: Running, number: int) -> None:
     assert watch.end(number) == 0
     assert watch.until("watch ended") == ["watch ended"]
     assert not list(watch.folder.rglob(".rosorin-compile-*"))
-
-
-@pytest.mark.parametrize("words", [["nobody"], ["-a", "x"], ["--args", "none.yaml"]])
-def test_wrong_usage(project: Path, words: list[str]) -> None:
-    command = [sys.executable, "-m", "rosorin_compile", "watch", *words]
-    ran = subprocess.run(command, cwd=project, capture_output=True, text=True, check=False, timeout=PATIENCE)
-    assert ran.returncode == 2
-    assert "Traceback" not in ran.stderr
 
 
 def test_a_file_that_changes_while_it_is_read_is_read_again(tmp_path: Path) -> None:

@@ -2,7 +2,6 @@
 
 import errno
 import json
-import os
 import re
 import subprocess
 import sys
@@ -15,7 +14,7 @@ from rosorin_compile import __version__
 from rosorin_compile.cli.main import commands, main
 from rosorin_compile.formats import schema_names as names
 from rosorin_compile.language.schema import own_schema
-from support.paths import ROOT, ROSORIN, SCHEMAS
+from support.paths import SCHEMAS
 
 Shown = pytest.CaptureFixture[str]
 COMMANDS = commands()
@@ -80,13 +79,6 @@ def test_every_schema_is_printed(capsys: Shown) -> None:
     assert capsys.readouterr().out == (SCHEMAS / "authoring.schema.json").read_text("utf-8")
 
 
-def test_without_a_word_it_shows_its_help(capsys: Shown) -> None:
-    assert main([]) == 2
-    shown = capsys.readouterr()
-    assert shown.out == ""
-    assert shown.err.startswith("Usage: rosorin-compile [OPTIONS] COMMAND ...\n")
-
-
 AS_INSTALLED = """
 import atexit, sys, threading, time
 {before}
@@ -109,27 +101,6 @@ def test_the_installed_command_ends_with_all_said(before: str, words: list[str],
     text = AS_INSTALLED.format(before=before, words=words)
     ran = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=False)
     assert (ran.returncode, ran.stdout) == (code, out)
-
-
-@pytest.mark.parametrize("words", [["--version"], ["print", "rosorin", "urdf"]])
-def test_a_full_disk_is_told(words: list[str]) -> None:
-    command = [sys.executable, "-m", "rosorin_compile", *words]
-    with Path("/dev/full").open("w") as full:
-        ran = subprocess.run(command, cwd=ROOT, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
-    assert ran.returncode == 1
-    assert ran.stderr.endswith("cannot write to standard output: No space left on device\n")
-    assert "Traceback" not in ran.stderr
-
-
-@pytest.mark.parametrize(("module", "package"), [("jsonschema", "jsonschema"), ("yaml", "pyyaml")])
-def test_a_package_that_every_robot_needs_and_that_is_not_there_is_told(module: str, package: str) -> None:
-    """As after ``pip install --no-deps`` of a newer version."""
-    program = f"import sys; sys.modules['{module}'] = None; from rosorin_compile.cli.main import main; sys.exit(main())"
-    words = [sys.executable, "-c", program, "print", str(ROSORIN), "urdf"]
-    environment = {**os.environ, "ROSORIN_COMPILE_CACHE": "off"}
-    shown = subprocess.run(words, capture_output=True, text=True, env=environment, check=False)
-    said = f"the package {package} is not installed, and no robot is read without it: pip install {package}"
-    assert (shown.returncode, shown.stdout, shown.stderr) == (2, "", f"rosorin-compile: {said}\n")
 
 
 STOPPED = {
@@ -164,25 +135,3 @@ def test_an_interrupt_and_a_closed_pipe_are_silent(
         patched.setattr("os.dup2", Mock())
         assert main(["frames"]) == code
     assert capfd.readouterr() == ("", "")
-
-
-def test_a_removed_folder_is_no_traceback(tmp_path: Path) -> None:
-    code = f"mkdir x && cd x && rmdir ../x && exec {sys.executable} -m rosorin_compile all"
-    ran = subprocess.run(["bash", "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert ran.returncode == 2
-    assert ran.stderr.splitlines()[-1].startswith("rosorin-compile: ")
-    assert "Traceback" not in ran.stderr
-
-
-@pytest.mark.parametrize(
-    ("variables", "coloured"),
-    [({}, False), ({"FORCE_COLOR": "1"}, True), ({"FORCE_COLOR": "1", "NO_COLOR": "1"}, False)],
-)
-def test_colours(
-    variables: dict[str, str], coloured: bool, home: Path, monkeypatch: pytest.MonkeyPatch, capsys: Shown
-) -> None:
-    for name, value in variables.items():
-        monkeypatch.setenv(name, value)
-    (home / "broken.yaml").write_text("robot: r\nlinks: 1\n")
-    assert main(["check", "broken.yaml"]) == 1
-    assert ("\x1b[31m" in capsys.readouterr().err) is coloured

@@ -1,6 +1,5 @@
 """The reference robot: what was recorded on the real one comes out of every artifact, and all engines agree."""
 
-import json
 import math
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -137,8 +136,6 @@ def test_every_entry_says_where_it_comes_from() -> None:
 
 
 REAR = data_text("robots/rosorin_rear.yaml")
-CAMERA = data_text("robots/rosorin_camera.yaml")
-OPTICAL = np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])  # REP 103: x right, y down, z forward
 
 
 @pytest.fixture
@@ -183,17 +180,3 @@ def test_range_finder_reaches_static_tf_mjcf_and_frames(folder: Path, capsys: py
     assert "rear_range" in shown
     assert main(["all"]) == 0
     assert main(["check"]) == 0
-
-
-def test_second_camera_with_its_optical_frame_reaches_urdf_and_mjcf(folder: Path) -> None:
-    files = add(folder, CAMERA)
-    mount = pose([-0.12, 0, 0.2], [0, np.radians(10), np.pi])
-    optical = mount.copy()
-    optical[:3, :3] = mount[:3, :3] @ OPTICAL
-    for reader in (Pinocchio(files["rosorin.urdf"]), MuJoCo(files["rosorin.xml"])):
-        frames = reader.frames({})
-        assert np.abs(frames["rear_camera"] - mount).max() < 2e-6
-        assert np.abs(frames["rear_camera_optical_frame"] - optical).max() < 2e-6
-    assert "rear_camera_optical_frame" in files["frames.md"]
-    assert "rear_camera" not in files["static_tf.launch.py"]
-    assert "rear_camera" not in json.loads(files["robot_model.json"])["joints"]

@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from rosorin_compile.cli.main import main
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.model import Robot
 from rosorin_compile.model.joint import NODE
@@ -101,18 +100,6 @@ def test_every_frame_that_tf2_answers_is_where_tf_says(run):
             assert ours.quaternion == pytest.approx([sign * c for c in quaternion], abs=TOLERANCE), child
             compared += 1
     assert compared >= STATES * (len(run.robot.published_by("robot_state_publisher")) - 2)
-
-
-def test_the_command_says_the_same(run, capsys):
-    state, answers = run.states[-1], run.said["states"][-1]
-    child, (root, xyz, quaternion) = max(answers.items(), key=lambda item: len(run.robot.chain(item[0])))
-    joints = [word for name, value in state.items() for word in ("--joint", f"{name}={value!r}")]
-    assert main(["tf", str(run.path), root, child, "--format", "json", *joints]) == 0
-    said = json.loads(capsys.readouterr().out)["result"]
-    assert said["translation"] == pytest.approx(xyz, abs=TOLERANCE)
-    assert abs(sum(a * b for a, b in zip(said["quaternion"], quaternion, strict=True))) == pytest.approx(
-        1, abs=TOLERANCE
-    )
 
 
 def test_the_topics_carry_exactly_the_edges_of_frames_md(run):

@@ -36,7 +36,7 @@ def run_diff(run: Run) -> int:
     if len(run.words) != 2:
         raise RequestError(f"diff compares two robots, not {len(run.words)}: {', '.join(run.words) or 'none'}")
     if not 0 <= run.tolerance < float("inf"):
-        raise RequestError(f'--tolerance: "{run.tolerance}" is no number from zero upwards')
+        raise RequestError(f'--tolerance: "{run.tolerance}" is not a number from zero upwards')
     take_stdin(run.words)
     requests = [replace(run.request(run.find_robot(word)), warn=None) for word in run.words]
     values = requests[0].values()

@@ -19,7 +19,7 @@ from .table import COMMANDS
 
 
 class _Numbers(click.ParamType):  # type: ignore[type-arg] # not generic before click 8.4
-    """Numbers with or without units, separated by commas, in SI; a single one is no tuple.
+    """Numbers with or without units, separated by commas, in SI; a single one is not a tuple.
 
     With ``repeats``, for factors of a mesh, one number is for all axes, and none is zero.
     """

@@ -119,7 +119,7 @@ class Program(click.Group):
             robot = Description.find([word])[0].path
         if inner is None:
             if robot is None and (close := nearest(word, names("checks"))) is not None:
-                sys.stderr.write(f'{PROGRAM}: "{word}" is no check; {suggest(close)}\n')
+                sys.stderr.write(f'{PROGRAM}: "{word}" is not a check; {suggest(close)}\n')
             return CHECK, found, rest
         if robot is not None:
             path = robot.parent if robot.name == ROOT_FILE else robot

@@ -225,7 +225,7 @@ def for_each(
 
 
 def _check_summary(file: Path) -> None:
-    """Raise RequestError for a file that is no summary of this tool and not that of a step of a GitHub job."""
+    """Raise RequestError for a file that is not a summary of this tool and not that of a step of a GitHub job."""
     from .report_formats import HEAD
 
     of_job, begins = os.environ.get("GITHUB_STEP_SUMMARY", ""), ""

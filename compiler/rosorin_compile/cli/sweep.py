@@ -1,7 +1,7 @@
 """rosorin-compile sweep: compile one description for a list of variants, each to a separate folder."""
 
 from rosorin_compile.source.diagnostics import and_more, count_of
-from rosorin_compile.variants.writing import MAX_FAILED, write_sweep
+from rosorin_compile.variants.sweep import MAX_FAILED, write_sweep
 
 from .command import PATH, command, flag, option, robot_argument, robot_options
 from .console import FINE, PROBLEMS

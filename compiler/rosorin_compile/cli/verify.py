@@ -106,7 +106,7 @@ def _save(name: str, text: str, kind: bytes) -> None:
         return not start or kind in start
 
     if exists(name) and not is_file(name):
-        raise RequestError(f"{name} cannot be written: it is no regular file")
+        raise RequestError(f"{name} cannot be written: it is not a regular file")
     try:
         write_file(Path(name), text.encode(), may_replace=is_ours)
     except OutputError as problem:

@@ -45,7 +45,7 @@ def run_view(run: Run) -> int:
         if getattr(problem, "errno", None) == errno.EADDRINUSE:
             raise RequestError(f"port {port} is taken; without --port a free one is found") from None
         reason = getattr(problem, "strerror", None)
-        where = f"{host} is no address of this machine" if port is None else f"port {port} of {host} cannot be used"
+        where = f"{host} is not an address of this machine" if port is None else f"port {port} of {host} cannot be used"
         raise RequestError(f"{where}{f' ({reason})' if reason else ''}") from None
     robot.serve(server, open_browser=not run.no_open)
     return FINE

@@ -31,7 +31,7 @@ from .walk import compare_leaves, inertial_leaves
 def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefix: str | None = None) -> Difference:
     """Return how two robots differ by meaning.
 
-    ``tolerance`` is no difference (m, rad, parts of other numbers), besides what the digits of a source leave open.
+    ``tolerance`` is not a difference (m, rad, parts of other numbers), besides what the digits of a source leave open.
     ``prefix`` is what the names of B begin with, None: find out, empty: nothing.
     """
     if all(side.format is YAML and side.robot.as_said().is_tree for side in (a, b)):
@@ -134,10 +134,7 @@ def not_carried(pairing: Pairing, a: Side, b: Side) -> tuple[frozenset[str], lis
 
 
 def _compare_masses(pairing: Pairing, origins: Mapping[str, str], report: Report) -> None:
-    """Report what differs in the masses of links, and of bodies as a whole where links share them out otherwise.
-
-    ``origins`` are the frames in which bodies of A are compared as a whole.
-    """
+    """Report what differs in the masses of links, or of bodies, at ``origins``, where links share them."""
     precisions = pairing.a.precision, pairing.b.precision
 
     def differences(name: str, *sides: tuple[Inertial | None, Precision]) -> Sequence[Leaf]:

@@ -116,7 +116,7 @@ class Opened:
     def xml(self) -> Document:
         """The elements of an XML file. Raises ValueError for another one."""
         if self.document is None:
-            raise ValueError(f"{self.path} is no XML")
+            raise ValueError(f"{self.path} is not XML")
         return self.document
 
     def at(self, value: Any, where: Where, column: int = 1, length: int = 1) -> Placed:
@@ -219,7 +219,7 @@ class Format:
     names: Callable[[Output], Mapping[str, str]] | None = None  # names of links by those in an artifact
     syntax: Callable[[str], object] | None = None  # a text without layout and comments. Raises ValueError, SyntaxError
     schema: str = ""  # the JSON Schema of its texts, a name in ``schemas/``
-    data: Callable[[str], Any] | None = None  # the value for the schema, of a text that is no JSON. Raises ValueError
+    data: Callable[[str], Any] | None = None  # the value for the schema, of a text that is not JSON. Raises ValueError
     differ: Callable[[str, str], str] | None = None  # the difference between two texts with equal leaves, in words
     shown: bool = True  # its text is for people: ``check`` prints how two of them differ
     refusal: Callable[[str, Path], Refusal] | None = None  # why its engine does not load a text that is in a folder
@@ -315,7 +315,7 @@ OF_MUJOCO: Mapping[str, Unsupported] = {
     "joints.*.dynamics.armature": Unsupported("no inertia of rotors"),
     "links.*.cameras": Unsupported("cameras that are not sensors"),
     "links.*.lights": Unsupported("no lights"),
-    "links.*.collision.*.contact.friction.1": Unsupported("sliding friction alone"),
+    "links.*.collision.*.contact.friction.1": Unsupported("only sliding friction"),
     **{f"links.*.collision.*.contact.{key}": Unsupported("no bits of contacts") for key in ("contype", "conaffinity")},
 }
 # Who publishes a frame; the name of a sensor's joint matters to publishers alone. What frames sensors have is read.

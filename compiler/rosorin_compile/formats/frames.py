@@ -156,7 +156,7 @@ def read(text: str) -> FrameTable:
     for row in _parse(text, _POSE_COLUMNS):
         number, _, unit = row["position"].partition(" ")
         if unit not in ("m", "rad"):
-            raise ValueError(f'"{row["position"]}" is no position of a joint')
+            raise ValueError(f'"{row["position"]}" is not a position of a joint')
         poses.setdefault(row["pose"], {})[row["joint"]] = number_of(number)
     return FrameTable(tuple(edges), tuple(JointPose(name, positions) for name, positions in poses.items()))
 

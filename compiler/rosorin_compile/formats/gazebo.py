@@ -113,7 +113,7 @@ def unsupported_drives(output: Output, quiet: bool = False) -> Mapping[str, Unsu
     bound = Unsupported("Gazebo bounds commands by the limits of the joint, and names topics after it", quiet=True)
     found = {f"{place}.{key}": bound for place in places for key in ("name", "range", "unlimited", "mjcf")}
     found |= {f"{place}.{key}": Unsupported("no such gain") for place in places for key in ("gear", "damping_ratio")}
-    return found | {f"actuators.*.{key}": Unsupported("drives of joints alone") for key in _OTHER_TARGETS}
+    return found | {f"actuators.*.{key}": Unsupported("only drives of joints") for key in _OTHER_TARGETS}
 
 
 def drive_blocks(

@@ -292,7 +292,7 @@ class _Search:
         if irregular is None:
             self._report_missing(one, scheme, rest)
         else:
-            message = f"{one.kind} {one.name} is no regular file: {label(irregular)}"
+            message = f"{one.kind} {one.name} is not a regular file: {label(irregular)}"
             self.diagnostics.append(Diagnostic("mesh-not-a-file", ERROR, message, one.spans[0], (), "name a file"))
         return None
 

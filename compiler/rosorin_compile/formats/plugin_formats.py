@@ -1,7 +1,4 @@
-"""Formats of other packages: entry points of ``rosorin_compile.formats``.
-
-Their records are validated, and their functions guarded: a mistake there is a diagnostic that names the package.
-"""
+"""Formats of other packages: entry points whose records are validated, and whose functions are guarded."""
 
 from __future__ import annotations
 
@@ -60,7 +57,7 @@ def _unique_names(built_in: Collection[str], format: Format) -> list[str]:
     elif format.write is None and format.load is None:
         problem = f"{format.name} is neither written nor loaded"
     elif format.becomes and format.becomes not in built_in:
-        problem = f'becomes is "{format.becomes}", which is no format'
+        problem = f'becomes is "{format.becomes}", which is not a format'
     elif format.schema and not exists(data_folder("schemas") / f"{format.schema}.schema.json"):
         problem = f'schema is "{format.schema}", which is none of those that ship with the tool'
     elif format.load is not None and wrong_ending:

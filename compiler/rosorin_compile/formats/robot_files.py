@@ -161,7 +161,7 @@ def _parsed(path: Path, options: ReadOptions, asked: Span | None = None) -> tupl
 def _mending(source: Source, document: Document) -> list[Diagnostic]:
     if document.source.text == source.text:
         return []
-    what = "this is no XML to the letter, and is read all the same"
+    what = "this is not XML to the letter, and is read all the same"
     if markup.without_late_declaration(source).text == document.source.text:
         what = "the declaration <?xml ...?> is not at the very beginning of the file, and has no effect"
     return [Diagnostic(markup.RULE, NOTE, what, document.root.span)]

@@ -215,7 +215,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Find a servo group that does not exist."""
     group, groups = output.options.get("servos"), {group.name for group in case.robot.servos}
     if group is not None and group not in groups:
-        message = f'there is no servo group "{group}", asked for by output "{output.name}"'
+        message = f'there is no servo group "{group}", which is requested by output "{output.name}"'
         help = Suggestion(group, groups, "name a group")
         yield case.problem("unknown-servo", message, ("outputs", output.name, "servos"), help)
 

@@ -187,7 +187,7 @@ def read(text: str) -> FrameTable:
 def read_arguments(name: object, arguments: object) -> Edge:
     """Return the transform of one static_transform_publisher. Raises ValueError for other than our arguments."""
     if not isinstance(name, str) or not isinstance(arguments, list) or not all(isinstance(a, str) for a in arguments):
-        raise ValueError("a static_transform_publisher has a name that is no text or arguments that are no texts")
+        raise ValueError("a static_transform_publisher has a name that is not text or arguments that are not texts")
     given = dict(zip(arguments[::2], arguments[1::2], strict=False))
     if given.keys() != {*_XYZ, *_RPY, _PARENT, _CHILD} or len(arguments) != 2 * len(given):
         raise ValueError(f"{name} has the arguments {' '.join(arguments)}")

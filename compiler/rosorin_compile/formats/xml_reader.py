@@ -1,7 +1,4 @@
-"""Read XML elements that describe a robot: attributes, numbers, misspelt words, and the mistakes in them.
-
-``XmlReader`` is shared by the readers of URDF, SDF and SRDF.
-"""
+"""Read XML elements of URDF, SDF and SRDF: attributes, numbers, misspelt words, and the mistakes in them."""
 
 from __future__ import annotations
 
@@ -171,7 +168,7 @@ class XmlReader:
     def numbers(
         self, words: Sequence[Word], what: str, span: Span, count: int, unit: str = "", tag: str = ""
     ) -> list[Placed] | None:
-        # A comma between numbers makes a word that is no number, which is the better message.
+        # A comma between numbers makes a word that is not a number, which is the better message.
         if len(words) != count and (count == 1 or all(NUMBER.match(word.text) for word in words)):
             have = "is empty" if not words else f"has {count_of(len(words), 'number')}"
             message = f"{what} {have}; it takes {'one' if count == 1 else count}"

@@ -72,7 +72,7 @@ Finder = Callable[[tuple[str, ...], Mapping[str, str], str], Iterator[Reference]
 
 
 def named_in(text: str) -> Iterator[Reference]:
-    """Yield the names in some elements; none of what is no XML."""
+    """Yield the names in some elements; none of what is not XML."""
     for element in found_in(text):
         yield from references(element.tags, element.attributes, element.text)
 

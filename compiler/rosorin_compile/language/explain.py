@@ -447,7 +447,7 @@ def _edge(edge: Edge) -> Iterator[str]:
     yield f"    {_place(edge.where)}"
     yield from _stack(edge.stack, 4)
     if edge.transform is None:
-        yield "    the numbers are known to that node alone"
+        yield "    the numbers are known only to that node"
     else:
         yield from _numbers(edge.numbers, edge.stack)
         yield f"    quaternion x y z w  {_row(edge.transform.quaternion_xyzw)}"
@@ -466,7 +466,7 @@ def _numbers(numbers: Sequence[Number], known: Sequence[Step]) -> Iterator[str]:
             source = combined if number.origin.parts else f"{_place(where)}  {where.text}"
         rows.append((number.name, value, source, list(_details(number.origin, known)) if number.origin else []))
     width, value_width = (max((len(row[column]) for row in rows), default=0) for column in (0, 1))
-    for (name, value, source, details), following in zip(rows, [*(row[3] for row in rows[1:]), []], strict=True):
+    for (name, value, source, details), following in zip(rows, [*(row[3] for row in rows[1:]), []], strict=False):
         yield f"    {name:{width}}  {value:{value_width}}  {source}".rstrip()
         yield from details if details != following else ()
 

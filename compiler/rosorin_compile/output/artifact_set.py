@@ -39,7 +39,7 @@ Judge = Callable[[str, bytes, bytes], Decision]  # of the name of a file, its by
 
 
 class WriteResult(NamedTuple):
-    """The files of a folder after writing a set: new or changed artifacts, the others, and files that are no artifacts.
+    """The files of a folder after writing a set: new or changed artifacts, the others, and other files.
 
     All are relative POSIX names, sorted. ``renamed`` may be of somebody else, and are kept under another name.
     """

@@ -38,7 +38,7 @@ _LARGEST_PICTURE = 200_000  # letters of a text that is not for people; the line
 _REMARKS = {
     MISSING: "missing; rosorin-compile all writes it",
     EXTRA: "no artifact of this robot; remove it, or run rosorin-compile all --prune",
-    NOT_TEXT: "the committed file is no UTF-8 text; rosorin-compile all writes it again",
+    NOT_TEXT: "the committed file is not UTF-8 text; rosorin-compile all writes it again",
 }
 
 
@@ -123,7 +123,7 @@ def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str,
             pairs += [pair] if pair is not None else []
         except ValueError as problem:
             where = _first_difference(old, artifact.text)
-            remark = f"the committed file is damaged and compared as text alone ({printable(str(problem))}): {where}"
+            remark = f"the committed file is damaged and compared only as text ({printable(str(problem))}): {where}"
         changed.append((artifact, old, remark))
     pairs = with_new_names(pairs)
     changes = tuple(find_changes(robot, pairs)) if pairs else ()

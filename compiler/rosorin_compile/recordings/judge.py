@@ -113,7 +113,7 @@ def _joints(recording: Recording) -> Iterator[Diagnostic]:
         joint = robot.joint.get(name)
         unit = "m" if joint is not None and joint.type == "prismatic" else "rad"
         if seen.not_numbers:
-            message = f"{name} is no number in {share(seen.not_numbers, seen.seen)} messages of {_STATES}"
+            message = f"{name} is not a number in {share(seen.not_numbers, seen.seen)} messages of {_STATES}"
             yield problem("joint-not-a-number", _STATES, message)
         if seen.beyond:
             lower, upper = states.limits(name)

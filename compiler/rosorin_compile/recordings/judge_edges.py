@@ -121,7 +121,7 @@ def _values(recording: Recording, series: Series) -> Iterator[Diagnostic]:
     """Yield values that are not transforms, differ from the description, or contradict each other."""
     name, edge = series.name, series.edge
     if series.bad:
-        message = f"{name}: {share(series.bad, series.pace.count)} are no transforms (NaN, or a quaternion not of "
+        message = f"{name}: {share(series.bad, series.pace.count)} are not transforms (NaN, or a quaternion not of "
         message += f"length 1), first {recording.since_start(series.first_bad):.1f} s into the recording: tf2 drops "
         yield problem("not-a-rotation", name, f"{message}them", f"mend the node that publishes it{series.by_owner}")
     if series.first_other is not None:

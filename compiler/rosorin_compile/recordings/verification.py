@@ -56,7 +56,7 @@ def verify_recording(request: Request, source: str, options: Options, pose: str 
     for option in ("since", "until", "stale"):
         value = getattr(options, option)
         if value is not None and not 0 <= value < 1e9:
-            raise RequestError(f"{option}: {value:g} is no time in seconds")
+            raise RequestError(f"{option}: {value:g} is not a time in seconds")
     if options.since is not None and options.until is not None and options.since >= options.until:
         raise RequestError("since is not before until")
     robot = case.robot
@@ -129,7 +129,7 @@ def _bags(folder: Path) -> list[Path]:
         return bags
     if inner := [path.parent.name for path in sorted(folder.glob("*/metadata.yaml"))]:
         raise Unreadable(f"{folder} holds several recordings: {', '.join(inner[:5])}", "name one of them")
-    message = f"{folder} is no recording: it has no metadata.yaml, no .mcap and no .db3"
+    message = f"{folder} is not a recording: it has no metadata.yaml, no .mcap and no .db3"
     raise Unreadable(message, "name a rosbag2 folder")
 
 
@@ -217,7 +217,7 @@ def _value(series: Series) -> str:
         return f"as described, {series.by_state:,} by joint state"
     if series.compared:
         return "as its joint can be" if series.edge.moving else "as described"
-    return "known to its publisher alone"
+    return "known only to its publisher"
 
 
 def as_svg(recording: Recording) -> str:

@@ -47,10 +47,7 @@ class Lead(NamedTuple):
 
 
 class Frames(NamedTuple):
-    """The frames of navigation: of the map (empty if unknown), of the odometry, and the one that the odometry moves.
-
-    ``leads`` are the transforms that nodes publish.
-    """
+    """The frames of the map (empty if unknown), of the odometry, the one that it moves, and what nodes publish."""
 
     map: str
     odom: str
@@ -127,7 +124,7 @@ def stated_topic(robot: Robot, name: str) -> str:
 
 
 def diagnose(case: Case, output: Output, find: Callable[[Robot, Output], Sequence[Problem]]) -> Iterator[Diagnostic]:
-    """Yield what ``find`` finds wrong with an output, at its place; nothing of a robot that is no tree."""
+    """Yield what ``find`` finds wrong with an output, at its place; nothing of a robot that is not a tree."""
     if not case.robot.is_tree:
         return
     entry: Path = ("outputs", output.name)

@@ -1,11 +1,8 @@
 """Parameter files of ROS 2: read as its nodes read them, with the place of every key and value, and written.
 
 The words are those of ``ros2/rcl:rcl_yaml_param_parser``, which are not those of YAML 1.2: yes and on are true, 010 is
-eight, a list has values of one type, there are no aliases, and a key without a value is an error. Whatever a node
-would refuse to start with is an error here.
-
-A value is written as the type that its node takes (1.0 for a double), for a node does not start with another one. A key
-that a distribution lacks is left out for it.
+eight, a list has values of one type, there are no aliases, and a key without a value is an error. A value is written as
+the type that its node takes (1.0 for a double). A key that a distribution lacks is left out for it.
 """
 
 from __future__ import annotations
@@ -63,10 +60,7 @@ class Parameter(NamedTuple):
 
 @dataclass(frozen=True)
 class Section:
-    """What a file says for the nodes that a name matches: ``name`` begins with / and may have the wildcards * and **.
-
-    ``parameters`` are by full name, with dots between the levels.
-    """
+    """The parameters of the nodes that a name matches, by full name; the name begins with / and may have * and **."""
 
     name: str
     span: Span
@@ -100,7 +94,7 @@ def read_sections(source: Source) -> tuple[list[Section], list[Diagnostic]]:
         raise NoParameters(replace(explain_mistake(source, problem), rule="parameters-syntax")) from None
     for top in tops:
         if not isinstance(top, yaml.MappingNode):
-            raise reader.fail("this is no parameter file: its top is no mapping", top)
+            raise reader.fail("this is not a parameter file: its top is not a mapping", top)
         reader.names("", top, None)
     if not reader.sections and tops:
         reader.warn(f"no node has parameters here: there is no {PARAMETERS}", source.span(), _HELP)
@@ -114,8 +108,7 @@ def read_file(path: Path) -> tuple[list[Section], list[Diagnostic]]:
     try:
         source = read_utf8(path, str(path))
     except LoadError as problem:
-        help = problem.diagnostic.help.replace("descriptions are", "parameter files are")
-        raise NoParameters(replace(problem.diagnostic, help=help)) from None
+        raise NoParameters(problem.diagnostic) from None
     return read_sections(source)
 
 
@@ -141,10 +134,7 @@ class _Reader:
                 raise self.fail("nested deeper than 40 levels", event, "flatten the file")
 
     def names(self, above: str, mapping: Any, named: Span | None) -> bool:
-        """Read a mapping of namespaces and nodes, and return True if it has parameters.
-
-        ``named`` is the place of the last name.
-        """
+        """Read a mapping of namespaces and nodes below a name at a place; return True if it has parameters."""
         is_node = has_parameters = False
         for key, value in mapping.value:
             name = self.text(key)
@@ -169,7 +159,7 @@ class _Reader:
             words = above.removeprefix("/").split("/")  # rmw_validate_node_name
             wrong = [word for word in words if not _WORD.fullmatch(word) and not _SUBSTITUTED.search(word)]
             if wrong:
-                what = f'"{wrong[0] or above}" is no name of a node or a namespace: ROS 2 refuses the whole file'
+                what = f'"{wrong[0] or above}" is not a name of a node or a namespace: ROS 2 refuses the whole file'
                 help = "letters, digits and _ alone, a digit not first"
                 help = help if wrong[0] else "write / between two names, and at most one before the first"
                 raise NoParameters(error("parameters-syntax", what, named, help))
@@ -287,24 +277,16 @@ class Parameters:
     node: Mapping[str, Mapping[str, Any]]
 
 
-def read(text: str) -> Parameters:
-    """Return what a parameter file that we wrote contains. Raises ValueError for a damaged text."""
-    return Parameters(nodes_of(text))
-
-
 def nodes_of(text: str) -> dict[str, dict[str, Any]]:
     """Return the parameters of a file by node and full name. Raises ValueError for a damaged text."""
     sections, _ = read_sections(Source("", text))
     if not sections:
-        raise ValueError(f"it is no parameter file: it has no {PARAMETERS}")
+        raise ValueError(f"it is not a parameter file: it has no {PARAMETERS}")
     return {one.name.strip("/"): {key: value.value for key, value in one.parameters.items()} for one in sections}
 
 
 class Node(NamedTuple):
-    """A node with its parameters, by full name with dots; / parts ``name``.
-
-    ``kind`` is its kind, or the name of that in the tables; None if its types are unknown.
-    """
+    """A node with its parameters by full name; ``kind`` is its kind, the name of that, or None if types are unknown."""
 
     name: str
     kind: Kind | str | None
@@ -332,10 +314,7 @@ def text(robot: Robot, output: Output, templates: Templates, head: Sequence[str]
 
 
 def parameters_of(output: Output, nodes: Iterable[Node]) -> Parameters:
-    """Return what the parameter file of some nodes is meant to contain.
-
-    An empty list is left out, for rcl does not know of what it is one.
-    """
+    """Return what a parameter file is meant to contain; not empty lists, for rcl does not know their type."""
     found: dict[str, dict[str, Any]] = {}
     for node in nodes:
         kind = kinds(distro_of(output))[node.kind] if isinstance(node.kind, str) else node.kind
@@ -372,7 +351,7 @@ def parameter_file(name: str, **more: Any) -> Format:
         name=name,
         article="a",
         options={"distribution": {"enum": DISTRIBUTIONS, "description": about}, **facts("ros2_options")[name]},
-        read=read,
+        read=lambda text: Parameters(nodes_of(text)),
         names_robot=False,
         syntax=nodes_of,
         folder="config",

@@ -1,7 +1,4 @@
-"""The parameters of a filter of robot_localization that a description knows.
-
-The edges say whether it publishes, and what: with odom -> base its world is the odometry, with map -> odom the map.
-"""
+"""The parameters of a filter of robot_localization; the edges say whether it publishes odom -> base or map -> odom."""
 
 from __future__ import annotations
 
@@ -29,12 +26,6 @@ _NAME = re.compile(r"(odom|pose|twist|imu)(0|[1-9]\d*)")
 _NEAR = 1e-3  # m
 
 
-def _about(kind: str) -> Mapping[str, Any]:
-    """Return what is known of an input: the states of its messages, its keys, and an example of what is used."""
-    found: Mapping[str, Any] = facts("ros2_nodes")["filter_inputs"][kind]
-    return found
-
-
 def _inputs_of(output: Output) -> Mapping[str, Mapping[str, Any]]:
     return output.options.get("inputs") or {}
 
@@ -54,7 +45,7 @@ def _content(robot: Robot, output: Output) -> tuple[Node | None, Lead | None, li
         wrong.append(Problem("filter-unclear", message, (), "an output for each: node: NAME", key=True))
     elif named is not None and named not in filters and (filters or named in [one.name for one in robot.publishers]):
         suggestion = Suggestion(named, filters, none="its publisher says package: robot_localization")
-        message = f'"{named}" is no filter of robot_localization'
+        message = f'"{named}" is not a filter of robot_localization'
         wrong.append(Problem("filter-unclear", message, ("node",), suggestion))
     elif not owned:
         message = f'no edge is of "{name}": it is written with publish_tf: false'
@@ -80,7 +71,8 @@ def _content(robot: Robot, output: Output) -> tuple[Node | None, Lead | None, li
         kind = key.rstrip("0123456789")
         uses = one.get("uses") or usual(robot, kind, frames.moved)
         values |= {key: topic(robot, key, one), f"{key}_config": [state in uses for state in STATES]}
-        values |= {f"{key}_{word}": one[word] for word in _about(kind)["keys"] if word in one}
+        about = facts("ros2_nodes")["filter_inputs"][kind]
+        values |= {f"{key}_{word}": one[word] for word in about["keys"] if word in one}
     return Node(name, "ekf", values), lead, wrong
 
 
@@ -96,7 +88,7 @@ def _check_inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Prob
             help = "write odom0, pose0, twist0 or imu0, and so on"
             yield Problem(rule, f'a filter has no input "{name}"', path, help, key=True)
             continue
-        kind, uses, about = match[1], one.get("uses"), _about(match[1])
+        kind, uses, about = match[1], one.get("uses"), facts("ros2_nodes")["filter_inputs"][match[1]]
         gap = next((at for at in range(int(match[2])) if f"{kind}{at}" not in inputs), None)
         if gap is not None:
             message = f'"{name}" would never be read: there is no {kind}{gap}'
@@ -109,7 +101,7 @@ def _check_inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Prob
             yield Problem(rule, f'"{name}" has no topic', path, "add topic: NAME", key=True)
         controller, driving = one.get("controller"), [driver.name for driver in drivers(robot)]
         if controller is not None and (controller not in driving or kind != "odom"):
-            message = f'"{controller}" is no controller of the drive, whose odometry "{name}" could be'
+            message = f'"{controller}" is not a controller of the drive, whose odometry "{name}" could be'
             yield Problem(rule, message, (*path, "controller"), Suggestion(controller, driving))
         for index, state in enumerate(uses or ()):
             if state not in about["states"]:

@@ -55,7 +55,7 @@ def joints(case: Case) -> Iterator[Diagnostic]:
         elif joint.mimic is not None:
             what = f'a follower of "{joint.mimic.joint}"'
         elif role != "steering" and joint.type == "revolute":
-            what, severity = "revolute and has limits: a wheel turns on", WARNING
+            what, severity = "revolute and has limits: a wheel must turn without end", WARNING
         if what:
             message, related = f'joint "{joint.name}" is {what}', [("the joint", case.joint(joint))]
             yield case.problem("drive-joint", message, path, related=related, severity=severity)

@@ -25,7 +25,7 @@ HALF_TURN = math.pi + 1e-2  # rad
 # No part of a robot is this far from another, but a drawing in millimetres has such numbers.
 FAR = 20.0  # m
 # rad/s. A servo turns at 10, a fast leg at 40. From here on a multiple of STEP comes from a data sheet in degrees;
-# 100, 1000 and 50000 are no multiples: they mean "no limit".
+# 100, 1000 and 50000 are not multiples: they mean "no limit".
 FAST, STEP, FASTEST = 60.0, 15.0, 1080.0
 # https://www.w3.org/TR/xml/#charsets
 NOT_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
@@ -76,22 +76,11 @@ def collect(tree: Map) -> Remarkable:
     return found
 
 
-@rule(
-    "angle-looks-like-degrees",
-    "A bare angle is over a full turn.",
-    "Write `180 deg`.",
-    NUMBERS,
-    "link or joint",
-    "always",
-)
-@rule(
-    "length-looks-like-millimetres",
-    "A warning: a bare length is over 20 m.",
-    "Add a unit.",
-    NUMBERS,
-    "link or joint",
-    "always",
-)
+_BOTH = "link or joint"
+
+
+@rule("angle-looks-like-degrees", "A bare angle is over a full turn.", "Write `180 deg`.", NUMBERS, _BOTH, "always")
+@rule("length-looks-like-millimetres", "A warning: a length is over 20 m.", "Add a unit.", NUMBERS, _BOTH, "always")
 def magnitudes(case: Case) -> Iterator[Diagnostic]:
     """Bare numbers that are too large for radians or metres: one message for the numbers of one list or entry."""
     groups: dict[tuple[Path, str], list[tuple[Path, float]]] = {}

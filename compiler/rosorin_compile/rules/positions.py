@@ -19,7 +19,7 @@ from .case import Case, number
 
 # Positions come from pulses and printed limits: a hair beyond is rounding.
 ROUNDING = 1e-6
-# A linkage is no exact ratio: so much of the range of a joint its leader may move it beyond.
+# A linkage is not an exact ratio: so much of the range of a joint its leader may move it beyond.
 SLACK = 0.05
 SHOWN = 8
 # rad. A pulse or a tick of a servo is a hundredth of that; a hand that counts in whole turns does so with gears.
@@ -32,9 +32,7 @@ _INITIAL = re.compile(r"<initial_position>\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\
 
 @rule("beyond-joint-limit", "A warning: a value is beyond the joint limits.", "Correct it.", JOINTS, "joint", "always")
 @rule("pose-beyond-limit", "A warning: a pose is beyond a joint limit.", "Correct the pose or the limit.", POSES)
-@rule(
-    "mimic-beyond-limit", "A warning: a follower is driven beyond its limits.", "Correct it.", JOINTS, "joint", "always"
-)
+@rule("mimic-beyond-limit", "A warning: a follower goes beyond its limits.", "Correct it.", JOINTS, "joint", "always")
 def within_limits(case: Case) -> Iterator[Diagnostic]:
     """Compare what the limits of a joint bound with them: the numbers that the schema marks by ``x-within``."""
     for section, node in sections().items():
@@ -74,7 +72,6 @@ def _bounded(node: Node | None, value: Any, path: Path, joint: str) -> Iterator[
 
 
 def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Iterator[Diagnostic]:
-    """Yield a warning if a value of a joint is beyond its limits."""
     soft = joint.safety.soft_lower_limit if joint.safety and path[-1] == "soft_upper_limit" else None
     if soft is not None and soft >= value:
         message = f'the soft limits of joint "{joint.name}" leave it no room to move'
@@ -86,7 +83,7 @@ def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Itera
     low, high = -math.inf if lower is None else lower, math.inf if upper is None else upper
     if low > high or (lower is None and upper is None) or (id == "control-limit" and path[-3] != "command"):
         return
-    what, slack, limit = f"the {path[-1]} of".replace("_", " "), ROUNDING, case.joint(joint, "limit")
+    what, slack, limit = f'"{path[-1]}" places', ROUNDING, case.joint(joint, "limit")
     related, first, last = [], value, value
     if id == "mimic-beyond-limit":
         leader = case.robot.joint.get(joint.mimic.joint) if joint.mimic else None
@@ -94,7 +91,7 @@ def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Itera
         if joint.mimic is None or leader is None or ends is None:
             return
         first, last = sorted(joint.mimic.multiplier * end + joint.mimic.offset for end in ends)
-        slack, what = SLACK * (high - low), f'"{leader.name}" drives'
+        slack, what = SLACK * (high - low), f'its leader "{leader.name}" places'
         related.append(("those of the leader", case.joint(leader, "limit")))
         path = (*path, "offset" if abs(joint.mimic.offset) > max(abs(low), abs(high)) + slack else "multiplier")
     elif id == "pose-beyond-limit":
@@ -159,7 +156,6 @@ def placed_joints(case: Case) -> Iterator[Diagnostic]:
 
 
 def _motionless(case: Case, joint: Joint, path: Path, what: str, key: bool = False) -> Diagnostic:
-    """Return the problem of a joint that is moved and does not move, or has no single position."""
     id = "joint-is-fixed" if joint.is_fixed else "joint-has-no-position"
     return case.problem(id, f'{what} joint "{joint.name}", which is {joint.type}', path, key=key)
 

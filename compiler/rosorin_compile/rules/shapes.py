@@ -28,7 +28,7 @@ LARGEST_SCALE, SMALLEST_SCALE = 100.0, 1e-5
 UNEVEN = 100.0  # an axis in another unit than the others; a unit cube that is scaled to a table top differs by 30
 # A length is this often the diagonal of the rest of the robot; millimetres for metres make 1000.
 OUT_OF_PROPORTION, SEVERAL_OUT_OF_PROPORTION = 10.0, 15.0
-LARGE = 2.0  # m; no robot is larger that has such shapes, and a plate on a small joint is no mistake
+LARGE = 2.0  # m; no robot is larger that has such shapes, and a plate on a small joint is not a mistake
 TINY = 0.005  # m; the smallest robots that people build on joints are centimetres
 ELSEWHERE = 0.25  # of the larger diagonal: collision that is a rough guess at the visual overlaps it at least nearly
 ENVELOPE = 4  # links in one shape: it is a box that keeps things away from a hand
@@ -50,7 +50,7 @@ def mesh_scales(case: Case) -> Iterator[Diagnostic]:
         if low == 0 or not SMALLEST_SCALE <= high <= LARGEST_SCALE or high / low > UNEVEN:
             index = factors.index(high if high > LARGEST_SCALE else low)
             scale = ", ".join(map(number, shape.geometry.scale))
-            message = f'a mesh of link "{link.name}" is scaled by [{scale}]: no unit of a drawing explains that'
+            message = f'a mesh of link "{link.name}" is scaled by [{scale}]: no unit of length explains this'
             yield case.problem("mesh-scale", message, (*path, "mesh", "scale", index))
 
 
@@ -104,7 +104,6 @@ def proportions(case: Case) -> Iterator[Diagnostic]:
 
 
 def _lengths(case: Case, what: str, path: Path, values: Vector, rest: float) -> Iterator[Diagnostic]:
-    """Yield a warning about the numbers of a vector, without units, that are far outside the rest of the robot."""
     written = value_at(case.tree, path)
     texts = list(written) if isinstance(written, Seq) else list(values)
     limit = max(LARGE, OUT_OF_PROPORTION * rest)
@@ -289,7 +288,7 @@ def definitions(case: Case) -> Iterator[Diagnostic]:
         if material.name and (material.rgba is not None or material.texture):
             place, other = first.setdefault(material.name, (path, material))
             if other != material:
-                message = f'the material "{material.name}" has another colour or texture here than elsewhere'
+                message = f'the material "{material.name}" has a different colour or texture elsewhere'
                 yield case.problem("material-twice", message, path, related=[("the other one", place)])
 
 

@@ -330,7 +330,7 @@ class Joints:
             return
         leader = node.scope.find(attribute.value)
         if leader is None or leader.kind != JOINT:
-            message = f'{name_of(element)} follows "{attribute.value}", which is no joint'
+            message = f'{name_of(element)} follows "{attribute.value}", which is not a joint'
             joints = [one.name for one in node.scope.nodes.values() if one.kind == JOINT]
             help = Suggestion(attribute.value, joints, none="name a joint")
             if reading.lenient("mimic-unknown", message, attribute.span, help, "leaves the mimic out"):

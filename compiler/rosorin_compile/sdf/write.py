@@ -29,7 +29,7 @@ from .content import FOLLOWERS, LEAST, NEWEST, OLDEST, SOLIDS, WORLD, collision_
 MODEL = "__model__"
 _FRAME_ID = "frame_id"  # the word of 1.12 for what each Gazebo before it has its own
 _LOOPS = ("connect", "weld")
-# Three points that are no line hold two bodies together like a weld (m); one is a ball joint.
+# Three points that are not line hold two bodies together like a weld (m); one is a ball joint.
 _CORNERS = ((0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.1, 0.0))
 _ROUNDING = 1e-12
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -330,7 +330,7 @@ class _Writer:
         lost("constraints are not in the SDF", self.open, "both ends have to be links of the SDF")
         closed = [one.name for one in self.loops if one.name not in self.open]
         if not self.gazebo:
-            message, help = "constraints are for Drake alone", 'write gazebo: "classic" for joints that close the loops'
+            message, help = "only Drake reads constraints", 'write gazebo: "classic" for joints that close the loops'
             lost(message, closed, help)
         elif self.gazebo != CLASSIC:
             help = "see github.com/gazebosim/gz-physics/issues/25; Gazebo classic closes them"

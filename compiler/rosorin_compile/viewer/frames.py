@@ -136,7 +136,7 @@ def _draw_frames(robot: Robot, shown: Sequence[Tree], output: str, force: bool) 
     target = Path(output)
     folder = output.endswith(("/", os.sep)) or target.is_dir()
     if not folder and target.suffix.lower() != ".svg":
-        raise RequestError(f"{output} is no picture: name one that ends in .svg, or FOLDER/")
+        raise RequestError(f"{output} is not a picture: name one that ends in .svg, or FOLDER/")
     pictures = {target: shown}
     if folder:
         pictures = {target / (f"frames_{tree.short}.svg" if tree.short else "frames.svg"): [tree] for tree in shown}

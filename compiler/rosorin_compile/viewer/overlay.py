@@ -91,7 +91,7 @@ def moves(
 ) -> Overlay:
     """Return what became of each link of two robots that call the same links by the same names.
 
-    ``tolerance`` (m, rad) is no difference, besides what ``precisions`` leave open; ``unknown`` are links that the
+    ``tolerance`` (m, rad) is not a difference, besides what ``precisions`` leave open; ``unknown`` are links that the
     format of one of the two cannot contain.
     """
     tolerance = max(tolerance, _LEAST)

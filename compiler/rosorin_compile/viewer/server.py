@@ -178,7 +178,7 @@ class _Handler(BaseHTTPRequestHandler):
         followed = self.path == "/" and self.headers.get("Sec-Fetch-Mode") == "navigate"  # a link to the page
         if not self.server.is_mine(host) or origin != f"http://{host}" or (foreign and not followed):
             self.close_connection = True
-            raise Refused(HTTPStatus.FORBIDDEN, "this robot is shown to this machine alone")
+            raise Refused(HTTPStatus.FORBIDDEN, "this robot is shown only to this machine")
 
     def _get(self) -> None:
         url, page = urlsplit(self.path), self.server.page
@@ -206,7 +206,7 @@ class _Handler(BaseHTTPRequestHandler):
         fits = size.isascii() and size.isdecimal() and len(size) <= len(str(_LARGEST)) and int(size) <= _LARGEST
         if not fits or self.headers.get_content_type() != "application/json":
             self.close_connection = True  # the rest of the request is not read
-            raise Refused(HTTPStatus.BAD_REQUEST, "this is no question about the robot")
+            raise Refused(HTTPStatus.BAD_REQUEST, "this is not a question about the robot")
         content = self.rfile.read(int(size))
         if self.path != "/touching":
             raise Refused(HTTPStatus.NOT_FOUND, "there is nothing here but the robot")
@@ -216,7 +216,7 @@ class _Handler(BaseHTTPRequestHandler):
             if not all(type(number) in (int, float) and math.isfinite(number) for number in values):
                 raise ValueError("no position")
         except (ValueError, OverflowError, RecursionError, AttributeError):
-            raise Refused(HTTPStatus.BAD_REQUEST, "these are no positions of joints") from None
+            raise Refused(HTTPStatus.BAD_REQUEST, "these are not positions of joints") from None
         if self.server.page.touching is None:
             raise Refused(HTTPStatus.NOT_IMPLEMENTED, "there is no robot yet")
         self._json(self.server.page.touching(state))

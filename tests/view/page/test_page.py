@@ -2,8 +2,6 @@
 
 import json
 import os
-import subprocess
-import sys
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -18,7 +16,6 @@ from rosorin_compile.model.robot import JointPose
 from rosorin_compile.viewer.page import data_of, html
 from rosorin_compile.viewer.page.data import robot_data
 from rosorin_compile.viewer.page.images import companions
-from support.commands import write_files
 from support.paths import ROOT, ROSORIN, data_text
 from support.robots import compiled, compiled_text, sound
 from support.schemas import schema
@@ -136,22 +133,6 @@ def test_a_camera_of_mujoco_and_of_gazebo_look_the_same_way(tmp_path: Path) -> N
 PROJECT = {"descriptions/rover/robot.yaml": SENSORS}
 
 
-def test_the_same_bytes_in_another_folder_and_order(tmp_path_factory: pytest.TempPathFactory) -> None:
-    written = []
-    for seed in ("0", "4711"):
-        folder = tmp_path_factory.mktemp(f"a folder {seed}")
-        write_files(folder, PROJECT)
-        environment = {**os.environ, "PYTHONHASHSEED": seed, "ROSORIN_COMPILE_CACHE": "off"}
-        program = (
-            "from rosorin_compile.cli.main import main\nmain(['all'])\nmain(['view', '--html', 'sent.html', 'rover'])"
-        )
-        subprocess.run([sys.executable, "-c", program], cwd=folder, env=environment, check=True, capture_output=True)
-        made, sent = (folder / "outputs/rover/rover.html").read_bytes(), (folder / "sent.html").read_bytes()
-        assert str(folder).encode() not in made + sent
-        written.append((made, sent))
-    assert written[0] == written[1]
-
-
 # Images of a page: what materials and meshes name is shown if it is an image, within the limit, and nothing else.
 
 
@@ -159,33 +140,6 @@ PNG = bytes.fromhex(
     "89504e470d0a1a0a0000000d49484452000000010000000108020000009077"
     "53de0000000c49444154789c63f8cfc0000003010100c9fe92ef0000000049454e44ae426082"
 )
-ROBOT = """\
-robot: r
-links:
-  base: {visual: [{box: {size: [1, 1, 1]}, texture: images/wood.png}]}
-  arm: {visual: [{mesh: {file: meshes/arm.obj}}]}
-joints: {j: {type: fixed, parent: base, child: arm}}
-outputs: {page: {file: r.html}, urdf: {file: r.urdf}}
-"""
-OBJ = "mtllib arm.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n"
-MTL = "newmtl a\nKd 1 0 0\nmap_Kd -s 1 1 1 ../images/skin.png\n"
-
-
-@pytest.fixture
-def robot(home: Path) -> Path:
-    files = {"robot.yaml": ROBOT, "meshes/arm.obj": OBJ, "meshes/arm.mtl": MTL}
-    write_files(home, {f"descriptions/r/{name}": text for name, text in files.items()})
-    folder = home / "descriptions/r"
-    (folder / "images").mkdir()
-    for name in ("wood", "skin"):
-        (folder / f"images/{name}.png").write_bytes(PNG)
-    return folder
-
-
-def texture(robot: Any) -> Any:
-    return next(link["visual"][0]["texture"] for link in robot["links"] if link["name"] == "base")
-
-
 DAE = """<COLLADA><library_images><image id="a"><init_from>{}</init_from></image></library_images>
 <library_effects><surface><init_from>a</init_from></surface></library_effects></COLLADA>"""
 

@@ -105,11 +105,11 @@ def read(text: str) -> Robot:
 
 
 def plain(robot: Robot) -> Robot:
-    """Return a robot without sources and publishers of joints. Raises ValueError if the end of a joint is no link."""
+    """Return a robot without sources and publishers. Raises ValueError if the end of a joint is not a link."""
     for joint in robot.joints:
         for end, name in (("parent", joint.parent), ("child", joint.child)):
             if name not in robot.link:
-                raise ValueError(f'the {end} of the joint "{joint.name}" is no link: "{name}"')
+                raise ValueError(f'the {end} of the joint "{joint.name}" is not a link: "{name}"')
     joints = tuple(replace(joint, publisher=_PUBLISHER) for joint in robot.joints)
     return replace(robot, source=NO_SOURCE, joints=joints, outputs=())
 

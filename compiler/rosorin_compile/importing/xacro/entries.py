@@ -18,8 +18,7 @@ from rosorin_compile.formats.xml_reader import ANGLES, LENGTHS
 
 from ..description import in_order
 from ..layout import Expression, Verbatim
-from .ir import Call, Comment, Element, If, Macro, Words
-from .symbols import Failed, all_of, as_text, call, fold, negate, plain_node
+from .ir import Call, Comment, Element, Failed, If, Macro, Words, all_of, as_text, call, fold, negate, plain_node
 from .values import Values
 
 _WITHOUT_EFFECT = {"fixed": ("axis", "limit", "mimic", "dynamics"), "floating": ("axis", "limit")}
@@ -73,7 +72,7 @@ class Entries:
         """Return the condition of nodes as an expression."""
         made = node.test.as_flag() if node.holds else negate(node.test.as_flag())
         if fold(made) is None:
-            self.values.spelt(made)
+            self.values.expression_text(made)
         return made
 
     def fragment(self, nodes: list[Any], level: str) -> list[Item]:
@@ -167,23 +166,18 @@ class Entries:
             value = self.values.list_of(pieces, count, unit) if count > 1 else self.values.number(pieces, unit)
             plain = value if isinstance(value, list) else [value]
             is_zero = all(isinstance(one, Verbatim) and one == "0" for one in plain)
-            if (is_zero and name in _ZEROS.get(node.tag, ())) or (
-                node.tag == "mesh" and all(one == "1" for one in plain)
-            ):
-                continue
-            made[name] = value
+            is_scale = node.tag == "mesh" and all(one == "1" for one in plain)
+            if not is_scale and not (is_zero and name in _ZEROS.get(node.tag, ())):
+                made[name] = value
         return made
-
-    # Named values.
 
     def call_text(self, call: Call) -> str:
         """Return the call of a named value as text of the language."""
         if call.macro.level != "xml":
             self.write_macro(call.macro)
-        arguments = [
-            self.values.argument(call.given[name][0], variable) for name, variable in call.macro.parameters.items()
-        ]
-        return self.values.spelt(ast.Call(ast.Name(call.macro.ours, ast.Load()), arguments, []))
+        parameters = call.macro.parameters.items()
+        arguments = [self.values.argument(call.given[name][0], variable) for name, variable in parameters]
+        return self.values.expression_text(ast.Call(ast.Name(call.macro.ours, ast.Load()), arguments, []))
 
     def named_value(self, macro: Macro) -> tuple[Any, dict[str, Any]]:
         """Return a macro within links or joints, or in kept elements, as a value, and its keys. Raises Failed."""
@@ -216,8 +210,6 @@ class Entries:
         if len(body) != 1 or not isinstance(body[0], Call) or len(self.write_macro(body[0].macro)) < 2:
             return None
         return Expression(f"${{{self.call_text(body[0])}}}")
-
-    # Elements that are kept as text.
 
     def xml(self, node: Element) -> Any:
         """Return an element as a text, or an Expression."""
@@ -290,9 +282,6 @@ def _is_opposite(one: Any, other: Any) -> bool:
     return as_text(one.test.node) == as_text(other.test.node) and one.holds != other.holds
 
 
-# Alternatives.
-
-
 def conditional(value: Any, when: Condition) -> Any:
     """Return a value with its condition."""
     if when is None:
@@ -320,8 +309,19 @@ def merge(key: str, found: list[Alternative], sure: Sequence[Condition] = ()) ->
         made: Any = _tables(found)
         return None if made is None else conditional(made, None if is_covered else any_of)
     if all(isinstance(value, list) and any(isinstance(item, dict) for item in value) for value in values):
-        return _lists(found)
-    return _chain(key, found, is_covered)
+        if any(isinstance(item, dict) and IF in item for value in values for item in value):
+            return None
+        otherwise = all_of(*(negate(when) for when in known.values()))
+        return [conditional(item, when or otherwise) for value, when in found for item in value]
+    pairs = [(node_of(value), when) for value, when in found]
+    if not is_covered:
+        pairs.append((plain_node([0, 0, 0] if key in _ZEROS["origin"] else None), None))
+    last = pairs.pop()[0]
+    for node, when in reversed(pairs):
+        if node is None or last is None or when is None:
+            return None
+        last = node if as_text(node) == as_text(last) else ast.IfExp(when, node, last)
+    return None if last is None else Expression(f"${{{as_text(last)}}}")
 
 
 def _tables(found: list[Alternative]) -> dict[Any, Any] | None:
@@ -334,27 +334,6 @@ def _tables(found: list[Alternative]) -> dict[Any, Any] | None:
         if made[key] is None:
             return None
     return made
-
-
-def _lists(found: list[Alternative]) -> list[Any] | None:
-    """Return lists of mappings as one, each item on its condition."""
-    if any(isinstance(item, dict) and IF in item for value, _ in found for item in value):
-        return None
-    otherwise = all_of(*(negate(when) for _, when in found if when is not None))
-    return [conditional(item, when or otherwise) for value, when in found for item in value]
-
-
-def _chain(key: str, found: list[Alternative], is_covered: bool) -> Any:
-    """Return values as a choice of one of them, or None if that is no expression."""
-    pairs = [(node_of(value), when) for value, when in found]
-    if not is_covered:
-        pairs.append((plain_node([0, 0, 0] if key in _ZEROS["origin"] else None), None))
-    last = pairs.pop()[0]
-    for node, when in reversed(pairs):
-        if node is None or last is None or when is None:
-            return None
-        last = node if as_text(node) == as_text(last) else ast.IfExp(when, node, last)
-    return None if last is None else Expression(f"${{{as_text(last)}}}")
 
 
 def node_of(value: Any) -> ast.expr | None:

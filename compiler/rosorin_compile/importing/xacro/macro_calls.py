@@ -10,15 +10,14 @@ from copy import copy
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from .ir import COMMENTS, MARK, Macro, nodes_of
-from .symbols import UNKNOWN, Failed, Restart, Symbol, symbol_of, with_tokens
+from .child import MARK
+from .ir import COMMENTS, UNKNOWN, Failed, Macro, Restart, Symbol, nodes_of, symbol_of, with_tokens
 
 if TYPE_CHECKING:
     from .program import Program
 
 MAX_DEPTH = 40
 _TRANSPARENT = ("xacro-if", "xacro:if", "xacro:unless")
-_BODY = "xacro:macro"
 # Elements of a description whose content may become a named value; that of others is text.
 _SHAPES = ("link/visual", "link/collision")
 _ENTRIES = ("link", "joint", "link/inertial", *_SHAPES, *(f"{one}/geometry" for one in _SHAPES))
@@ -53,7 +52,6 @@ class Calls:
 
     def __init__(self, program: Program) -> None:
         self.program = program
-        self.depth = 0
         self.macros: dict[str, Macro] = {}
         self.building: list[Macro] = []
         self.paths: list[str] = [""]
@@ -75,24 +73,22 @@ class Calls:
         invocation = Invocation(copy(macro), node, own_macros, own_symbols)  # the name may be defined again
         self.called.setdefault(invocation.key, False)
         path = self._path(node)
-        self.depth += 1
-        if self.depth > MAX_DEPTH * (1 if program.conditions.assumed else 5):
-            raise RecursionError("macros call each other without end")
         xacro.macrostack.append(invocation.definition)
+        if len(xacro.macrostack) > MAX_DEPTH * (1 if program.conditions.assumed else 5):
+            raise RecursionError("macros call each other without end")
         self._take_values(invocation, macros, symbols)
         if path is not None and invocation.key not in program.inlined:
             self._keep(invocation, path)
         else:
             self._expand(invocation, "xml" if path is None else path)
         xacro.macrostack.pop()
-        self.depth -= 1
         return True
 
     def _path(self, node: Any) -> str | None:
         """Return the elements in the robot that a call is in, such as link/visual; None in the call of a macro."""
         names: list[str] = []
         node = node.parentNode
-        while node.parentNode is not None and node.tagName != _BODY:
+        while node.parentNode is not None and node.tagName != "xacro:macro":
             if node.tagName.startswith("xacro:") and node.tagName not in _TRANSPARENT:
                 return None
             names += [] if node.tagName in _TRANSPARENT else [node.tagName]
@@ -102,8 +98,6 @@ class Calls:
         else:
             names.pop()  # the robot
         return "/".join(reversed(names))
-
-    # What a call gives.
 
     def _take_values(self, call: Invocation, macros: Any, symbols: Any) -> None:
         """Evaluate the parameters and the blocks of a call."""
@@ -144,7 +138,7 @@ class Calls:
         names: Names = {}
         for block, element in call.blocks.items():
             if element.tagName != "origin" or element.childNodes or block.startswith("**"):
-                self.inline(call.key, "it has a block that is no origin")
+                self.inline(call.key, "it has a block that is not an origin")
             names[block] = {}
             for attribute in ("xyz", "rpy"):
                 is_taken = attribute in call.values or attribute in call.definition.params
@@ -154,8 +148,6 @@ class Calls:
                 if text == "0 0 0":
                     call.defaulted.add(name)
         return names
-
-    # What becomes of a call.
 
     def inline(self, key: str, reason: str) -> None:
         """Run again, with a macro expanded where it is called."""
@@ -177,10 +169,6 @@ class Calls:
         if macro is None:
             macro = self.macros[f"{key} {level}"] = Macro(call.definition, key, level)
             self._build(macro, call, path, values, blocks)
-        for name, before in macro.reads.items():
-            if name not in implicit and program.identity(call.symbols, name) != before:
-                program.implicit.setdefault(key, set()).add(name)
-                raise Restart
         program.take_comments(node)
         for name, value in values.items():
             if name not in macro.parameters:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import glob
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -36,6 +36,7 @@ Values = dict[str, tuple[Any, Span]]
 _PARENTS = ("parent", "parent_link", "parent_frame", "connected_to", "attach_to")
 _POSES = ("*origin", "*pose")
 _DIMENSIONS = {"xyz": LENGTH, "rpy": ANGLE}
+_ZERO = "0 0 0"
 # As ``xacro.parse_macro_arg``; "^" takes a property of the caller.
 _PARAMETER = re.compile(
     r"""\s*([^\s:=]+)(?:\s*:?=\s*((?:\^\|?)?(?:\$\{.*?\}|\$\(.*?\)|(?:'.*?'|".*?"|[^\s'"]+)+|))(?=\s|$))?""", re.DOTALL
@@ -64,7 +65,7 @@ def macros_of(document: Document, path: Path, packages: Packages) -> dict[str, P
         for element in opened.root.iter():
             if any(above.tag == "xacro:macro" for above in element.ancestors()):
                 continue
-            name, parameters = element.get("name").removeprefix("xacro:"), dict(_parameters(element.get("params")))
+            name, parameters = element.get("name").removeprefix("xacro:"), _parameters(element.get("params"))
             if element.tag == "xacro:macro" and name in found:
                 merged = {**found[name], **parameters}
                 found[name] = {parameter: default or "" for parameter, default in merged.items()}
@@ -72,7 +73,9 @@ def macros_of(document: Document, path: Path, packages: Packages) -> dict[str, P
                 found[name] = parameters
             if element.tag != "xacro:include" or "ns" in element.attributes:
                 continue
-            target = _included(element.get("filename"), file, packages)
+            included = _FIND.sub(lambda match: str(packages.find(match[1]) or match[0]), element.get("filename"))
+            included = included.replace("$(dirname)", str(file.parent))
+            target = None if "$" in included else packages.resolve(included, file.parent)
             if target and (place := os.path.abspath(target)) not in visited:
                 visited.add(place)
                 with suppress(MarkupError):  # which xacro reports
@@ -80,10 +83,12 @@ def macros_of(document: Document, path: Path, packages: Packages) -> dict[str, P
     return found
 
 
-def _parameters(text: str) -> Iterator[tuple[str, str | None]]:
+def _parameters(text: str) -> dict[str, str | None]:
+    found: dict[str, str | None] = {}
     while match := _PARAMETER.match(text):
-        yield match[1], match[2]
+        found[match[1]] = match[2]
         text = text[match.end() :]
+    return found
 
 
 def how_to_call(path: Path, macros: Mapping[str, Parameters]) -> str:
@@ -99,16 +104,10 @@ def how_to_call(path: Path, macros: Mapping[str, Parameters]) -> str:
 
 def _keys_for(parameters: Iterable[str]) -> list[str]:
     """Return the keys of an include that pass values to some parameters."""
-    forms = {"": "VALUE", "*": "'<ELEMENT/>'", "**": "'<ELEMENT/><ELEMENT/>'"}
-    values = {key: forms[one.removesuffix(key)] for one in parameters if (key := one.lstrip("*")) not in _PARENTS}
-    keys = [f"with: {{{', '.join(f'{key}: {form}' for key, form in values.items())}}}"] if values else []
-    return [*keys, "parent: LINK"] if any(one in _PARENTS for one in parameters) else keys
-
-
-def _included(name: str, file: Path, packages: Packages) -> Path | None:
-    name = _FIND.sub(lambda match: str(packages.find(match[1]) or match[0]), name)
-    name = name.replace("$(dirname)", str(file.parent))
-    return None if "$" in name else packages.resolve(name, file.parent)
+    names = list(parameters)
+    values = ", ".join(f"{one.lstrip('*')}: VALUE" for one in names if one not in _PARENTS)
+    keys = [f"with: {{{values}}}"] if values else []
+    return [*keys, "parent: LINK"] if any(one in _PARENTS for one in names) else keys
 
 
 def macro_call(entry: Map, document: Document, path: Path, options: ReadOptions) -> Call:
@@ -174,23 +173,23 @@ def _values(entry: Map, parameters: Parameters) -> tuple[Values, frozenset[str],
             problems.append(error("bad-argument", message, values[parent][1], "remove it: parent of the include is it"))
         values[parent] = entry["parent"], entry.value_spans["parent"]
         passed.add("parent")
-    pose, texts = [key for key in _DIMENSIONS if entry.get(key) is not None], {"xyz": "0 0 0", "rpy": "0 0 0"}
-    for key in pose:
-        if is_vector(entry[key], _DIMENSIONS[key]):
+    texts: dict[str, str] = {}
+    for key, dimension in _DIMENSIONS.items():
+        if entry.get(key) is not None and is_vector(entry[key], dimension):
             texts[key] = " ".join(repr(float(number)) for number in entry[key])
-        else:
+        elif entry.get(key) is not None:
             message = f"{key} is a list of three {'lengths' if key == 'xyz' else 'angles'}"
             problems.append(error("wrong-type", message, entry.value_spans[key]))
-    span = entry.value_spans[pose[0] if pose else "macro"]
+    span = entry.value_spans[next(iter(texts), "macro")]
     block = next((key[1:] for key in _POSES if key in parameters and key[1:] not in values), None)
     if block is not None:
-        values[block] = f'<origin xyz="{texts["xyz"]}" rpy="{texts["rpy"]}"/>', span
-        passed.update(pose)
-    else:
-        free = [key for key in _DIMENSIONS if key in parameters and key not in values]
-        values |= {key: (texts[key], span) for key in free if key in pose or parameters[key] is None}
-        passed.update(key for key in pose if key in free)
-    for key in pose:
+        values[block] = f'<origin xyz="{texts.get("xyz", _ZERO)}" rpy="{texts.get("rpy", _ZERO)}"/>', span
+        passed |= texts.keys()
+    for key in [one for one in _DIMENSIONS if block is None and one in parameters and one not in values]:
+        if key in texts or parameters[key] is None:
+            values[key] = texts.get(key, _ZERO), span
+            passed |= {key} & texts.keys()
+    for key in texts:
         if key not in passed and "parent" in passed:
             message = f'the macro "{name}" has no block "origin" and no parameter "{key}" to which "{key}" is passed'
             help = f"pass the pose in with, by its parameters: {phrase(keys)}"
@@ -236,23 +235,6 @@ def _block(parameter: str, value: Any) -> str:
 
 def with_macros(schema: dict[str, Any], roots: Iterable[Path]) -> dict[str, Any]:
     """Return the schema for editors with the macros, and their parameters, of the xacro files that robots include."""
-    conditions: list[dict[str, Any]] = []
-    for file, macros in _included_macros(roots).items():
-        is_file = {"properties": {"file": {"const": file}}, "required": ["file"]}
-        names = {"anyOf": [{"enum": list(macros)}, {"pattern": r"\$\{"}]}
-        conditions.append({"if": is_file, "then": {"properties": {"macro": names}}})
-        for name, parameters in macros.items():
-            keys = {one.lstrip("*"): {"description": _described(one, parameters[one])} for one in parameters}
-            values = {"properties": keys, "additionalProperties": False, "patternProperties": {r"\$\{": True}}
-            is_call = {"properties": {"file": {"const": file}, "macro": {"const": name}}, "required": ["file", "macro"]}
-            conditions.append({"if": is_call, "then": {"properties": {"with": values}}})
-    include = schema["properties"]["include"]
-    items = {**include["items"], **({"allOf": conditions} if conditions else {})}
-    return {**schema, "properties": {**schema["properties"], "include": {**include, "items": items}}}
-
-
-def _included_macros(roots: Iterable[Path]) -> dict[str, dict[str, Parameters]]:
-    """Return the macros of each xacro file that descriptions include, by the name that they include it by."""
     found: dict[str, dict[str, Parameters]] = {}
     for root in roots:
         reader = Reader(root, RobotReader())
@@ -261,12 +243,24 @@ def _included_macros(roots: Iterable[Path]) -> dict[str, dict[str, Parameters]]:
             with suppress(IncludeError, MarkupError, TypeError, AttributeError):  # an include with a mistake
                 packages = reader.packages_of(item, by)
                 path = reader.target(item["file"], item.get("package"), by, packages)
-                document = parse(read_source(path))
-                found[item["file"]] = macros_of(document, path, Packages(packages, os.environ, path))
-    return {file: macros for file, macros in found.items() if macros}
-
-
-def _described(parameter: str, default: str | None) -> str:
-    if parameter.startswith("*"):
-        return "A block: the text of an element of XML."
-    return "Required." if default is None else f"Default: {default}" if default else "Default: none."
+                found[item["file"]] = macros_of(parse(read_source(path)), path, Packages(packages, os.environ, path))
+    conditions: list[dict[str, Any]] = []
+    for file, macros in found.items():
+        if not macros:
+            continue
+        is_file = {"properties": {"file": {"const": file}}, "required": ["file"]}
+        names = {"anyOf": [{"enum": list(macros)}, {"pattern": r"\$\{"}]}
+        conditions.append({"if": is_file, "then": {"properties": {"macro": names}}})
+        for name, parameters in macros.items():
+            keys: dict[str, Any] = {}
+            for parameter, default in parameters.items():
+                text = "Required." if default is None else f"Default: {default or 'none.'}"
+                is_block = parameter.startswith("*")
+                text = "A block: the text of an element of XML." if is_block else text
+                keys[parameter.lstrip("*")] = {"description": text}
+            values = {"properties": keys, "additionalProperties": False, "patternProperties": {r"\$\{": True}}
+            is_call = {"properties": {"file": {"const": file}, "macro": {"const": name}}, "required": ["file", "macro"]}
+            conditions.append({"if": is_call, "then": {"properties": {"with": values}}})
+    include = schema["properties"]["include"]
+    items = {**include["items"], **({"allOf": conditions} if conditions else {})}
+    return {**schema, "properties": {**schema["properties"], "include": {**include, "items": items}}}

@@ -45,6 +45,7 @@ _HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let", "materi
 _TAIL = ("urdf_elements", "accept", "outputs")
 
 Combination = tuple[tuple[str, str], ...]  # the arguments that are not the default, with their values
+_Rows = Sequence[Combination]
 
 
 class Target(NamedTuple):
@@ -100,10 +101,13 @@ class _Flat(Exception):
 
 
 class _Fault(NamedTuple):
-    """What is wrong with a translation, the names of macros that may be at fault, and with which arguments."""
+    """What is wrong with a translation, and with which arguments.
+
+    ``macros`` are lists of names: of each, the first macro that is kept may be at fault.
+    """
 
     text: str
-    macros: set[str]
+    macros: list[list[str]]
     combination: Combination
 
 
@@ -173,7 +177,6 @@ class _Search:
                 failing = compared.combination
                 self.give_up(answer, compared)
                 continue
-            lines = [*self.report(answer), *_report_proof(compared, rows, refused, total)]
             files = {name: text for name, text in files.items() if not name.startswith("../")}
             return Translation(
                 files,
@@ -182,14 +185,14 @@ class _Search:
                 tuple(one["name"] for one in answer["arguments"] if one["used"]),
                 tuple((name, value) for name, (value, _) in self.fixed.items()),
                 tuple(compared),
-                tuple(lines),
+                tuple(self.report(answer, compared, rows, refused, total)),
             )
         raise _Flat("nothing that was given up makes it the same robot")
 
     def is_late(self) -> bool:
         return _seconds() - self.began > MAX_SECONDS
 
-    def expand(self, rows: Sequence[Combination], variables: Mapping[str, str]) -> list[Combination]:
+    def expand(self, rows: _Rows, variables: Mapping[str, str]) -> list[Combination]:
         """Let xacro make the robots of combinations of arguments, each once; return those that it refuses.
 
         ``variables`` are the arguments that are variables of the environment. The first two robots are always made, the
@@ -213,7 +216,7 @@ class _Search:
         return refused
 
     def compare(
-        self, files: Mapping[str, str], rows: Sequence[Combination], packages: Mapping[str, Path]
+        self, files: Mapping[str, str], rows: _Rows, packages: Mapping[str, Path]
     ) -> list[Combination] | _Fault:
         """Compare a translation with the robots of xacro; return the combinations, or the first one that differs."""
         compared: list[Combination] = []
@@ -232,16 +235,17 @@ class _Search:
                     return _error(compiled.diagnostics, stage, row)
                 source = replace(source, name=self.target.name or source.name)
                 if texts := model_differences(_settled(source), _settled(compiled.robot)):
-                    return _Fault(texts[0][:200], set(_macros(texts, self.robots[row])), row)
+                    return _Fault(texts[0][:200], _calls(texts, self.robots[row]), row)
                 compared.append(row)
         return compared
 
     def give_up(self, answer: Mapping[str, Any], fault: _Fault) -> None:
         """Give up the macros that a difference names, else the arguments that were changed, else all of both."""
-        macros = [key for name, ours, key in answer["macros"] if {name, ours} & fault.macros]
+        kept = {name: key for name, ours, key in answer["macros"] for name in (name, ours)}
+        macros = {kept[found[0]] for names in fault.macros if (found := [name for name in names if name in kept])}
         fixed = [name for name, _ in fault.combination if name not in self.fixed]
         if not macros and not fixed:
-            macros = [key for _, _, key in answer["macros"]]
+            macros = set(kept.values())
             fixed = [one["name"] for one in answer["arguments"] if one["used"]]
         reason = f"not proven: {fault.text}"
         if macros:
@@ -262,7 +266,8 @@ class _Search:
 
         def text(name: str, content: Mapping[str, Any], first: Sequence[str] = ()) -> str:
             lines = Remarks({(): [*first, *answer["heads"].get(name, ())], **remarks.get(name, {})})
-            return layout({key: content[key] for key in sorted(content, key=_rank) if content[key]}, lines)
+            keys = [*_HEAD, *(key for key in content if key not in (*_HEAD, *_TAIL)), *_TAIL]
+            return layout({key: content[key] for key in keys if content.get(key)}, lines)
 
         made = {name: text(name, one) for name, one in documents.items() if name != root and any(one.values())}
         if not answer["copied"]:  # tables are named from the file
@@ -288,8 +293,10 @@ class _Search:
                 known["of"] += [str(one) for one in entry.get("of") or () if str(one) not in known["of"]]
         return [{name: value for name, value in entry.items() if value} for entry in made.values()]
 
-    def report(self, answer: Mapping[str, Any]) -> Iterator[str]:
-        """Yield the lines about macros, arguments and packages."""
+    def report(
+        self, answer: Mapping[str, Any], compared: _Rows, rows: _Rows, refused: _Rows, total: int
+    ) -> Iterator[str]:
+        """Yield the lines about macros, arguments and packages, and about the combinations that were compared."""
         kept = list({key: name for name, _, key in answer["macros"]}.values())
         lost = [InlinedMacro(*one) for one in answer["lost"]]
         if kept or lost:
@@ -315,6 +322,13 @@ class _Search:
             yield f"  {phrase(list(names))}: {reason}"
         for package in answer["unfound"]:
             yield f"it asks for the package {package}: source its workspace, or give --package {package}=FOLDER"
+        how = "its arguments as they are" if len(compared) == 1 else f"{len(compared)} combinations of its arguments"
+        how += " (the defaults, and each argument changed alone)" if total > len(rows) else ""
+        yield f"the same robot as xacro makes it, with {how}"
+        if late := [row for row in rows if row not in compared and row not in refused]:
+            yield f"not compared, because that takes too long: {count_of(len(late), 'combination')}"
+        if first := next((row for row in refused if row in rows), None):
+            yield f"not compared, because xacro refuses it: {' '.join(f'{name}:={value}' for name, value in first)}"
 
 
 def _combinations(choices: Mapping[str, Sequence[str]]) -> tuple[list[Combination], int]:
@@ -329,37 +343,24 @@ def _combinations(choices: Mapping[str, Sequence[str]]) -> tuple[list[Combinatio
     return list(dict.fromkeys(made)), total
 
 
-def _report_proof(
-    compared: Sequence[Combination], rows: Sequence[Combination], refused: Sequence[Combination], total: int
-) -> Iterator[str]:
-    how = "its arguments as they are" if len(compared) == 1 else f"{len(compared)} combinations of its arguments"
-    if total > len(rows):
-        how += " (the defaults, and each argument changed alone)"
-    yield f"the same robot as xacro makes it, with {how}"
-    if late := [row for row in rows if row not in compared and row not in refused]:
-        yield f"not compared, because that takes too long: {count_of(len(late), 'combination')}"
-    if first := next((row for row in refused if row in rows), None):
-        yield f"not compared, because xacro refuses it: {' '.join(f'{name}:={value}' for name, value in first)}"
-
-
 def _error(diagnostics: Sequence[Diagnostic], stage: Path, row: Combination) -> _Fault:
     """Return errors of the compiler as a fault of the translation: of the parts and named values that they are in."""
     errors = [one for one in diagnostics if has_errors([one])]
-    macros: set[str] = set()
+    macros: list[list[str]] = []
     for one in errors:
         for span in (one.span, *(related.span for related in one.related)):
             lines = span.source.text.splitlines()[: span.line] if span is not None else []
             entries = [match[1] for line in lines if (match := re.match(r"  ([\w.-]+)[(:]", line))]
-            macros.update(entries[-1:])
-        macros.update(re.findall(r'part "(\w+)"', " ".join(related.message for related in one.related)))
+            macros.append(entries[-1:])
+        macros += [[name] for related in one.related for name in re.findall(r'part "(\w+)"', related.message)]
     span = errors[0].span if errors else None
-    text = errors[0].message.replace(f"{stage}/", "") if errors else "what is compiled is no robot"
+    text = errors[0].message.replace(f"{stage}/", "") if errors else "what is compiled is not a robot"
     where = f" ({Path(span.source.path).name}:{span.line})" if span is not None else ""
     return _Fault(text + where, macros, row)
 
 
-def _macros(texts: Sequence[str], made: Imported) -> Iterator[str]:
-    """Yield the macros that made the links, joints and elements that sentences name."""
+def _calls(texts: Sequence[str], made: Imported) -> list[list[str]]:
+    """Return the calls of macros, innermost first, that made each link, joint and element that sentences name."""
     names = set(re.findall(r"[\w./-]+", " ".join(texts)))
     tree = made.whole
     spans = []
@@ -370,9 +371,8 @@ def _macros(texts: Sequence[str], made: Imported) -> Iterator[str]:
         root = tree_of(str(text))
         if root.tag in names or root.get("reference") in names:
             spans.append(elements.value_spans[number])
-    for span in spans:
-        for one in getattr(span, "via", ()):
-            yield from re.findall(r'the macro "([^"]+)"', one.message)
+    calls = [" ".join(one.message for one in getattr(span, "via", ())) for span in spans]
+    return [re.findall(r'the macro "([^"]+)"', text) for text in calls]
 
 
 def _settled(value: Any) -> Any:
@@ -395,7 +395,3 @@ def _settled(value: Any) -> Any:
 
 def _them(items: Sequence[Any]) -> str:
     return "it" if len(items) == 1 else "them"
-
-
-def _rank(key: str) -> int:
-    return _HEAD.index(key) if key in _HEAD else 100 + _TAIL.index(key) if key in _TAIL else 50

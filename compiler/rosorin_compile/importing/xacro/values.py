@@ -1,7 +1,4 @@
-"""Write symbols and texts of a xacro as values of a description: numbers, lists, texts, names and files.
-
-This module runs in the child process.
-"""
+"""Write symbols and texts of a xacro as values of a description: numbers, lists, texts, names and files."""
 
 from __future__ import annotations
 
@@ -15,7 +12,7 @@ from rosorin_compile.source.numbers import exact
 
 from ..layout import Expression, Verbatim, in_degrees
 from .child import portable
-from .symbols import (
+from .ir import (
     Failed,
     Pieces,
     Symbol,
@@ -44,7 +41,7 @@ class Values:
     def __init__(self, program: Program, meshes: str | None) -> None:
         self.program, self.meshes = program, meshes
 
-    def spelt(self, node: ast.expr) -> str:
+    def expression_text(self, node: ast.expr) -> str:
         """Return an expression as text, and record what it uses."""
         for one in ast.walk(node):
             if isinstance(one, ast.Call) and getattr(one.func, "id", "") == "find":
@@ -57,7 +54,7 @@ class Values:
 
     def expression(self, node: ast.expr) -> Expression:
         """Return an expression of the language as a value."""
-        return Expression(f"${{{self.spelt(node)}}}")
+        return Expression(f"${{{self.expression_text(node)}}}")
 
     def number(self, pieces: Pieces, unit: str = "") -> Any:
         """Return a number. Raises Failed if a text is none."""
@@ -105,7 +102,7 @@ class Values:
                 continue
             if piece.variable is not None:
                 piece.variable.printed = True
-            made, is_plain = f"{made}${{{self.spelt(node)}}}", False
+            made, is_plain = f"{made}${{{self.expression_text(node)}}}", False
         return made.replace("$${", "${") if is_plain else Expression(made)
 
     def value(self, symbol: Symbol, variable: Variable, unit: str = "") -> Any:
@@ -167,7 +164,10 @@ class Values:
             degrees = in_degrees(float(value), "deg") if unit == ANGLES and value else ""
             if is_literal or value == 0 or degrees:
                 return number(as_text(node).replace(" ", ""), unit) if is_literal else Verbatim(degrees or "0")
-        return self.expression(_as_angle(node) if unit == ANGLES else node)
+        inner = node.args[0] if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "float" else None
+        if unit == ANGLES and isinstance(inner, ast.Call) and getattr(inner.func, "id", "") in _ANGULAR:
+            node = inner  # an angle is no plain number
+        return self.expression(node)
 
 
 def number(text: str, unit: str) -> Verbatim:
@@ -175,7 +175,7 @@ def number(text: str, unit: str) -> Verbatim:
     text = text.strip()
     value = literal(text)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or value != value or abs(value) == float("inf"):
-        raise Failed(f'"{text[:40]}" is no number')
+        raise Failed(f'"{text[:40]}" is not a number')
     if value == 0:
         return Verbatim("0")
     if unit == ANGLES and (degrees := in_degrees(float(value), "deg")):
@@ -186,9 +186,3 @@ def number(text: str, unit: str) -> Verbatim:
     elif unit == LENGTHS and abs(value) > _LONG:
         made += " m"
     return Verbatim(made)
-
-
-def _as_angle(node: ast.expr) -> ast.expr:
-    """Return an expression for an angle: functions that return angles are not made plain numbers."""
-    inner = node.args[0] if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "float" else None
-    return inner if isinstance(inner, ast.Call) and getattr(inner.func, "id", "") in _ANGULAR else node

@@ -142,7 +142,7 @@ class _Search:
         """Follow names that stand alone, to the last place where a person may have written a value."""
         name, keys = _lone_name(span) if steps else ("", "")
         definition = self.definition(scope, name, keys) if name else None
-        # A default of a part of another file is no value of the description.
+        # A default of a part of another file is not a value of the description.
         if definition is None or self.is_foreign(definition.scope) or (self.of_kinds and definition.keeps_kind):
             return span, scope
         return self.follow_names(definition.scope, definition.span, steps - 1)

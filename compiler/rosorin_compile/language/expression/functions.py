@@ -300,7 +300,7 @@ def _guarded(plugin: Plugin, one: Function) -> Callable[..., Any]:
             return {str(key): plain(item) for key, item in value.items()}
         if value is None or isinstance(value, (bool, int, float, str)):
             return value
-        raise ExpressionError(f"{who} gives what is no value: {type(value).__name__}")
+        raise ExpressionError(f"{who} gives what is not a value: {type(value).__name__}")
 
     def apply(*values: Any) -> Any:
         try:

@@ -85,7 +85,7 @@ def aims(drive: Drive) -> tuple[float, float] | None:
         return None
     if actuator.range is not None or joint is None:
         return actuator.range
-    ends = position_range(joint) if actuator.holds_position else None
+    ends = position_range(joint) if actuator.type == POSITION else None
     if actuator.type == VELOCITY and joint.limit and joint.limit.known_value("velocity"):
         speed = joint.limit.known_value("velocity") or 0.0
         ends = -speed, speed
@@ -96,7 +96,7 @@ def aims(drive: Drive) -> tuple[float, float] | None:
 
 
 def is_clamped(robot: Robot, joint: Joint, effort: float) -> bool:
-    """Return True if the actuators of a joint bring its effort and no more: then that is no second clamp."""
+    """Return True if the actuators of a joint bring its effort and no more: then that is not a second clamp."""
     own = [joint.actuator] if joint.actuator else []
     others = robot.actuators if own and own[0].targets == {} else ()
     total = 0.0

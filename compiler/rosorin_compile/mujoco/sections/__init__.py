@@ -176,7 +176,7 @@ def words(case: Case) -> Iterator[Diagnostic]:
             message = f"{called} is of type {kind} and has no {gain}: MuJoCo would use 1"
             yield case.problem("actuator-word", message, path, f"write {gain}: ...", key=True)
         if actuator.damping_ratio and actuator.kv:
-            message = f"{called} has kv and damping_ratio, two words for one damping"
+            message = f"{called} has kv and damping_ratio, two keys for the same damping"
             yield case.problem("actuator-word", message, (*path, "damping_ratio"), "leave one of them out", key=True)
 
 

@@ -47,7 +47,7 @@ from ..ports import IMU, ODOMETRY, SCAN, VELOCITY, controller_ports, full_topic,
 from .nodes import Node, check_node, nodes_in_files
 from .transforms import Remap, check_edges, check_frames, claims, remapped_topics
 
-# Keys of the configuration files of MoveIt, which are no parameter files.
+# Keys of the configuration files of MoveIt, which are not parameter files.
 _MOVEIT = re.compile(
     r"\b(cartesian_limits|joint_limits|kinematics_solver|moveit_controller_manager|moveit_simple_controller_manager"
     r"|octomap_frame|planner_configs|planning_plugins?|sensor_plugin|trajectory_execution)\s*:"
@@ -60,10 +60,7 @@ _HOSTS = ("controller_manager", "ros2_control_node")
 
 @dataclass(frozen=True)
 class CheckedParameters:
-    """What was checked: the edges of nodes that were judged, the publishers that no file has, and unknown nodes.
-
-    ``robot`` is empty if errors of the description kept it from being checked.
-    """
+    """The number of judged edges, publishers without a file, unknown nodes; ``robot`` is empty after an error."""
 
     robot: str = ""
     judged: int = 0
@@ -216,7 +213,7 @@ def _launch_remaps(path: Path, diagnostics: list[Diagnostic]) -> list[Remap]:
         diagnostics.append(problem.diagnostic)
         return []
     except LaunchError as problem:
-        message = f"{path} is no launch file: {problem}"
+        message = f"{path} is not a launch file: {problem}"
         diagnostics.append(error("parameters-launch", message, None, "name a launch file"))
         return []
     return remaps

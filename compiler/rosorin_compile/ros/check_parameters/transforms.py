@@ -187,7 +187,7 @@ def _other_edge(case: Case, claim: Claim, near: Step | None, end: Setting) -> Di
         help = f'the controller writes "{prefix}" before its frames, unless tf_frame_prefix_enable is false'
     message = f"{claim.node.shown} publishes {claim.edge}"
     if near is not None:
-        message += f"{end.how}, and by the description it is {near.parent} -> {near.child}"
+        message += f"{end.how}, but in the description it is {near.parent} -> {near.child}"
         related = [case.related(f"described here, of {near.owner}", near.path)]
         help = help or f'name the frame "{near.parent if end is claim.parent else near.child}", or correct the edge'
         return error("parameters-other-edge", message, end.span, help, related)
@@ -229,10 +229,7 @@ def check_frames(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> I
 
 
 def _named(node: Node) -> Iterator[tuple[Key, str, Setting]]:
-    """Yield the keys of a node that name frames, by their full names, with their values, of the file or by default.
-
-    What a filter calls the map matters where its transform begins there, which is reported with the edge.
-    """
+    """Yield the keys of a node that name frames, by their full names, with their values, of the file or by default."""
     if node.kind is None:
         return
     unused = MAP if node.kind.name == "ekf" else ""

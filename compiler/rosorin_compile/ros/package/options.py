@@ -26,16 +26,16 @@ _PERSON = re.compile(r"\s*([^<>]+?)\s*<\s*([^<>\s@]+@[^<>\s@]+\.[^<>\s@]+)\s*>\s
 _ALLOWED = {
     "name": (
         re.compile(r"(?=.{2})[a-z](_?[a-z0-9])*"),
-        '"{}" is no name for a ROS 2 package: lowercase letters, digits and single underscores, a letter first, at '
+        '"{}" is not a name for a ROS 2 package: lowercase letters, digits and single underscores, a letter first, at '
         "least two characters",
     ),
-    "build_type": (re.compile("|".join(BUILD_TYPES)), f'"{{}}" is no build type: {" or ".join(BUILD_TYPES)}'),
+    "build_type": (re.compile("|".join(BUILD_TYPES)), f'"{{}}" is not a build type: {" or ".join(BUILD_TYPES)}'),
     "version": (
         re.compile(r"(0|[1-9]\d*)\.(0|[1-9]\d*)\.(0|[1-9]\d*)"),
-        '"{}" is no version of a ROS 2 package, which has three numbers: 1.2.3',
+        '"{}" is not a version of a ROS 2 package, which has three numbers: 1.2.3',
     ),
     "license": (re.compile(r"(?=.*\S).+"), "the license is one line of text"),
-    "url": (re.compile(r"https?://[^\s<>\"']+"), '"{}" is no address of a page: https://example.org/robot'),
+    "url": (re.compile(r"https?://[^\s<>\"']+"), '"{}" is not an address of a page: https://example.org/robot'),
     "maintainer": (_PERSON, "\"{}\" is not a name and an address: --maintainer 'NAME <MAIL>'"),
 }
 
@@ -56,7 +56,6 @@ class Options:
     url: str = ""
     at_launch: bool = False
     starts: tuple[str, ...] = ()
-    description: str = ""
 
 
 def is_legal(name: str) -> bool:
@@ -83,10 +82,7 @@ def file_name(file: str, otherwise: str) -> str:
 
 
 def options_of(folder: Path, robot: str, requested: Mapping[str, Any], starts: Mapping[str, bool | None]) -> Options:
-    """Return the stored options of the package in a folder, changed by the ``requested`` ones that are not None.
-
-    ``starts`` turns launch files on and off. Raises RequestError.
-    """
+    """Return the stored options of a package, changed by those that are not None. Raises RequestError."""
     given = {key: value for key, value in requested.items() if value is not None}
     stored = stored_options(folder, Options(package_name(robot)))
     for key, (allowed, message) in _ALLOWED.items():

@@ -170,7 +170,7 @@ def make(
         first = placed.setdefault(place, artifact)
         if first is not artifact:
             message = f"the outputs {first.output} and {artifact.output} would both be {place} in the package"
-            help = "let their file names differ, not their folders alone"
+            help = "let their file names differ, not only their folders"
             return {}, [error("package-same-place", message, None, help)]
     started, missing = bringup(robot, placed, options.starts)
     remarks = [missing] if missing else list(started.check())
@@ -239,7 +239,6 @@ def _rendered(
     started: Bringup,
 ) -> dict[str, bytes]:
     """Return the files that are made from templates."""
-    options = options if options.description else replace(options, description=f"The robot {robot.name}.")
     rviz = "robot.rviz" if "/" in robot.name else file_name(f"{robot.name}.rviz", "robot.rviz")
     listed = [
         PackageFile(f"rviz/{rviz}", "rviz", "a view for RViz"),
@@ -256,7 +255,7 @@ def _rendered(
     has_license = options.license in LICENSES or is_file(target / LICENSE)
     values: dict[str, Any] = {
         "robot": robot,
-        "package": asdict(options),
+        "package": {**asdict(options), "description": f"The robot {robot.name}."},
         "depends": sorted({*_NODES, *_LAUNCH, *needs}),
         "folders": sorted(folders | ({Description.FOLDER} if carried else set())),
         "urdf": urdf.removeprefix("urdf/"),

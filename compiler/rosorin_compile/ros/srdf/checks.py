@@ -1,8 +1,4 @@
-"""Mistakes in the section ``moveit``, for the URDF that its SRDF belongs to.
-
-MoveIt prints them among a hundred other lines, leaves out the group or the pair, and goes on. Unknown names are
-reported without an SRDF, too: by ``rules.joints`` and the rules of the section.
-"""
+"""Mistakes in the section ``moveit``, for the URDF that its SRDF belongs to; MoveIt prints them and goes on."""
 
 from __future__ import annotations
 
@@ -92,7 +88,9 @@ def _groups(case: Case, planning: Planning) -> Iterator[Diagnostic]:
             message = f'the chain of planning group "{group.name}" begins and ends at link "{base}"'
             yield case.problem("moveit-group", message, (*path, "chain"), "name the link that it moves: tip")
         elif tip in parents and any(not joint.is_fixed for joint in way[parents.index(tip) :]):
-            message = f'the chain of planning group "{group.name}" goes from "{base}" up to "{tip}", on which it hangs'
+            message = (
+                f'the chain of planning group "{group.name}" goes from "{base}" up to "{tip}", to which it is attached'
+            )
             help = f"base and tip are swapped: chain: {{base: {tip}, tip: {base}}}"
             yield case.problem("moveit-chain-swapped", message, (*path, "chain"), help, within=True)
         elif is_sound and not planning.joints_in(group):
@@ -127,7 +125,7 @@ def _states(case: Case, planning: Planning) -> Iterator[Diagnostic]:
             missing = [joint for joint in active if joint not in pose.positions]
             if pose.name not in used and missing and 2 * len(missing) < len(active):
                 used.add(pose.name)
-                message = f'pose "{pose.name}" is no state of planning group "{group.name}": it does not name '
+                message = f'pose "{pose.name}" is not a state of planning group "{group.name}": it does not name '
                 help = f"name {'it' if len(missing) == 1 else 'them'} in the pose, or take the pose as it is: states: "
                 message, help = message + quote(missing, 3), f"{help}[{pose.name}]"
                 yield case.problem("moveit-state", message, ("poses", pose.name), help, severity=NOTE, key=True)
@@ -157,11 +155,11 @@ def _virtual_joint(case: Case, planning: Planning) -> Iterator[Diagnostic]:
     if virtual is None:
         return
     if virtual.name in case.robot.joint:
-        message = f'the virtual joint is called "{virtual.name}", as a joint of the robot'
+        message = f'the virtual joint has the name of a joint of the robot: "{virtual.name}"'
         help = "give it another name: virtual_joint: {name: NAME}"
         yield case.problem("moveit-virtual-joint", message, (*path, "name"), help)
     if virtual.parent in planning.links:
-        message = f'the virtual joint hangs the root "{planning.root}" on "{virtual.parent}", which is a link of '
+        message = f'the virtual joint attaches the root "{planning.root}" to "{virtual.parent}", which is a link of '
         help = "name a frame of the world, such as odom"
         yield case.problem("moveit-virtual-joint", f"{message}the URDF", (*path, "parent"), help, severity=WARNING)
 

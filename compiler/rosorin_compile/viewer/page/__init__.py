@@ -102,7 +102,7 @@ def differ(old: str, new: str) -> str:
         before = data_of(old)["robot"]
         known = {link["name"]: link for link in before["links"]}
     except (KeyError, TypeError, ValueError):
-        return "the committed file is damaged and compared as text alone"
+        return "the committed file is damaged and compared only as text"
     parts = ("name", "joints", "sensors", "poses", "modes", "situations", "meshes", "textures")
     found = [_NAMES.get(key, key) for key in parts if before.get(key) != after.get(key)]
     shapes = [link["name"] for link in after["links"] if known.get(link["name"]) != link]

@@ -89,7 +89,7 @@ def _check(lowering: Lowering, name: str, entry: Mapping[str, Any], above: Mappi
     path: Path = ("sensors", name)
     frame, links = entry["frame"], lowering.tree.get("links") or {}
     if frame not in links and frame not in above:
-        message = f'sensor "{name}" has no parent, and its frame "{frame}" is no link of the description'
+        message = f'sensor "{name}" has no parent, and its frame "{frame}" is not a link of the description'
         help = suggest_name(lowering.tree, (*path, "frame"), frame, list(dict.fromkeys((*links, *above))))
         lowering("sensor-frame", message, (*path, "frame"), help)
         return

@@ -13,8 +13,7 @@ from rosorin_compile.source.diagnostics import NOTE, Diagnostic, first_of
 from rosorin_compile.source.rule_registry import Heading, rule
 from rosorin_compile.source.tree import Path
 
-from .hardware import SYSTEM, Block, Interface, sensor_words
-from .urdf import blocks, check_control
+from .hardware import SYSTEM, Block, Interface, blocks, check_control, sensor_words
 
 
 def control_of(tree: Mapping[str, Any], _: Problem) -> tuple[Block, ...]:
@@ -66,7 +65,7 @@ def control_names(case: Case) -> Iterator[Diagnostic]:
         called, own = f'hardware block "{block.name}"', [one.name for one in block.joints]
         if block.pose and block.pose not in poses:
             path: Path = ("control", block.name, "pose")
-            message = f'{called} starts in pose "{block.pose}", which there is not'
+            message = f'{called} starts in pose "{block.pose}", which does not exist'
             help = case.suggest(path, block.pose, poses, none="the description has no poses")
             yield case.problem("control-pose", message, path, help)
         for one in block.transmissions:

@@ -128,7 +128,7 @@ def test_check_compares_by_meaning(base: Path, capsys: pytest.CaptureFixture[str
     assert f"urdf/rosorin.urdf: {MOVED}" in shown.out
     assert shown.out.endswith(f"rosorin: 0 of 2 copies in {base} as compiled\n")
     assert f"warning[deployed-static-missing]: no launch file in {base} publishes base_link -> imu_link" in shown.err
-    assert "warning[deployed-launch-unknown]: base_link -> imu is no frame of the description\n" in shown.err
+    assert "warning[deployed-launch-unknown]: base_link -> imu is not a frame of the description\n" in shown.err
     (base / "urdf/rosorin.urdf").unlink()
     assert check(base) == 1
     said = capsys.readouterr().err

@@ -227,7 +227,7 @@ def test_what_is_no_package_is_refused(package: Path, capsys: pytest.CaptureFixt
     for words, message in (
         ((urdf, "--into", package / "urdf"), f"no package.xml with a name; did you mean {package}?"),
         ((urdf, "--into", package.parent), "rosorin-compile package ROBOT"),
-        ((urdf, "--into", package / "nowhere"), "is no folder; --into names the folder of a ROS package"),
+        ((urdf, "--into", package / "nowhere"), "is not a folder; --into names the folder of a ROS package"),
         ((urdf, "--into", package, "-o", "x"), "leave -o out"),
     ):
         assert run(*words) == 2

@@ -157,4 +157,4 @@ def test_what_xacro_has_made_is_no_xacro(capsys: pytest.CaptureFixture[str]) -> 
     assert "banner" not in said
     text = Path("made", "robot.yaml").read_text("utf-8")
     assert text.startswith("# Copyright: somebody\nrosorin_compile: 1\n")
-    assert "\n      # the hull\n      - {box: {size: [1, 1, 1]}, xyz: [0, 0, .1]}\n" in text
+    assert "\n      # the hull\n      - {box: {size: [1, 1, 1]}, xyz: [0, 0, 0.1]}\n" in text

@@ -102,7 +102,7 @@ def disagreements(robot: Robot, artifact: Artifact) -> Iterator[str]:
     if format.read is None and not format.schema:
         return
     try:
-        if format.schema and format.read is None:
+        if format.schema:
             data = (format.data or json_of)(artifact.text)
             for problem in misfits(format.schema, data):
                 yield f"{artifact.file} does not fit schemas/{format.schema}.schema.json: {problem}"

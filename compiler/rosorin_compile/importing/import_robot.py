@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Format
-from rosorin_compile.formats.imported_robot import Imported, ReadOptions
+from rosorin_compile.formats.imported_robot import Imported, ReadOptions, as_tree
 from rosorin_compile.formats.robot_files import join, read_robot
 from rosorin_compile.model.joint import MOVING_TYPES
 from rosorin_compile.output import OutputError, write_set
@@ -106,7 +106,7 @@ def import_robot(
     reading, wrong = read_options(arguments, packages, trust, warn, lenient)
     if wrong:
         return ImportResult(str(source), diagnostics=tuple(wrong))
-    run = _Import(
+    return _Import(
         source=source if isinstance(source, Path) else Path(source),
         reading=reading,
         into=None if into is None else Path(into),
@@ -121,9 +121,7 @@ def import_robot(
         drives=drives,
         force=force,
         keep_edits=keep_edits,
-    )
-    run.check_options()
-    return run.run()
+    ).run()
 
 
 @dataclass
@@ -147,7 +145,7 @@ class _Import:
     package: Package | None = None
     diagnostics: list[Diagnostic] = field(default_factory=list)
 
-    def check_options(self) -> None:
+    def __post_init__(self) -> None:
         """Find the package that gets the description, and raise RequestError for options that cannot be."""
         if self.source is not Description.ON_STDIN:
             _check_file(self.source)
@@ -189,7 +187,8 @@ class _Import:
         words = self._command_line()
         record = None if self.force else recorded(folder, words)
         if record is None and not self.force:
-            _check_folder(folder, "--name" if self.package else "-o, or write into this one with --force")
+            others = "name a new folder with -o, or write into this one with --force"
+            _check_folder(folder, "give this robot another name with --name" if self.package else others)
         keeps = imported.takes_arguments and not self.flat
         renamed = rename_files(tree, self.source, folder, self.meshes, self.reading.packages, keeps)
         self.diagnostics += arrange(renamed.diagnostics)
@@ -257,7 +256,7 @@ class _Import:
         drives = self.drives or ("none" if has_actuators else "position")
         if drives == "none" or all(joint["type"] not in MOVING_TYPES for joint in joints):
             return tree
-        entry = _with(_with(Map(tree.span), "file", "robot.xml"), "drives", drives)
+        entry = as_tree({"file": "robot.xml", "drives": drives}, tree.span)
         return _with(tree, "outputs", _with(outputs, _MJCF, entry))
 
     def _prove(self, converted: Converted, folder: Path) -> RoundTrip | None:
@@ -314,13 +313,13 @@ def _with(tree: Map, key: str, value: object) -> Map:
     return made
 
 
-def _check_folder(folder: Path, option: str) -> None:
-    """Raise RequestError if a folder is not empty, or if it is a file; ``option`` names another one."""
+def _check_folder(folder: Path, help: str) -> None:
+    """Raise RequestError if a folder is not empty, or if it is a file."""
     if folder.exists() and not folder.is_dir():
         raise RequestError(f"{folder} is not a folder; name a new one with -o")
     with suppress(OSError):  # writing to a folder that cannot be read fails with a better message
         if any(folder.iterdir()):
-            message = f"{folder} is not empty; name a new folder with {option}"
+            message = f"{folder} is not empty; {help}"
             if (folder / Description.ROOT_FILE).is_file():
                 record = f"{Description.ROOT_FILE}{ENDING}"
                 message += f" (no {record} there says what was imported, so that changes cannot be merged)"

@@ -134,8 +134,8 @@ class _Layout:
         """Return a value after ``head``, which ends with a colon or a dash: on its line, wrapped, or below it."""
         if not isinstance(item, (Mapping, list)):
             return _text(head, item, indent)
-        short = flow(item) if path not in self.open else None
-        if not item or (short and self.may_be_short(item, path) and len(head) + 1 + len(short) <= WIDTH):
+        short = flow(item) if not item or path not in self.open else None
+        if short and (not item or (self.may_be_short(item, path) and len(head) + 1 + len(short) <= WIDTH)):
             return [f"{head} {short}"]
         items = item.values() if isinstance(item, Mapping) else item
         is_flat = short is not None and not any(isinstance(one, (Mapping, list)) for one in items)

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from rosorin_compile.formats.imported_robot import Imported
+from rosorin_compile.formats.imported_robot import Imported, as_tree
 from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.language.expand.included_robots import map_files, move_files, relative_files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, first_of
@@ -118,17 +118,15 @@ def _names(base: Path, relative: Sequence[str], files: Mapping[str, Path]) -> tu
 
 def _packages(files: Mapping[str, Path], here: Path) -> dict[str, str]:
     """Return the packages of files with their folders, except those that are found from ``here``."""
-    near, found = Packages({}, os.environ, here / Description.ROOT_FILE), dict[str, Path]()
+    near, found = Packages({}, os.environ, here / Description.ROOT_FILE), dict[str, str]()
     for name, file in files.items():
-        if _is_of_package(name):
-            package, _, path = name.partition("://")[2].lstrip("/").partition("/")
-            found.setdefault(package, Path(os.path.abspath(file)).parents[len(Path(path).parts) - 1])
-    known = {package: near.find(package) for package in found}
-    return {
-        package: _seen(folder, here)
-        for package, folder in found.items()
-        if (there := known[package]) is None or resolve(there) != resolve(folder)
-    }
+        package, _, path = name.partition("://")[2].lstrip("/").partition("/")
+        if _is_of_package(name) and package not in found:
+            folder = Path(os.path.abspath(file)).parents[len(Path(path).parts) - 1]
+            there = near.find(package)
+            if there is None or resolve(there) != resolve(folder):
+                found[package] = _seen(folder, here)
+    return found
 
 
 def seen_from(imported: Imported, folder: Path) -> Imported:
@@ -146,14 +144,9 @@ def _with_places(tree: Map, folder: str, packages: Mapping[str, str]) -> Map:
     """Return the tree of a robot whose source says where its meshes are."""
     if not (folder or packages):
         return tree
-    made, span = tree.copy(), tree.span
-    source, named = tree["source"].copy(), Map(span)
-    for package, path in packages.items():
-        named.put(package, path, span, span)
-    for key, value in (("folder", folder), ("packages", named)):
-        if value:
-            source.put(key, value, span, span)
-    made["source"] = source
+    places = {key: value for key, value in (("folder", folder), ("packages", dict(packages))) if value}
+    made = tree.copy()
+    made["source"] = as_tree({**tree["source"], **places}, tree.span)
     return made
 
 

@@ -7,7 +7,6 @@ goes with it into version control. It is the common base when ``git merge-file``
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import shlex
@@ -64,14 +63,10 @@ class Merged(NamedTuple):
 
 def record_of(files: Mapping[str, str], words: Iterable[str]) -> dict[str, str]:
     """Return the record of the files of a description, text by name."""
-    command = list(words)
-    line = shlex.join(command)
-    if not line.isprintable():  # a line end, or a byte that is not UTF-8
-        line = json.dumps(command)
     made = {f"{name}{ENDING}": text for name, text in files.items()}
     root = f"{Description.ROOT_FILE}{ENDING}"
     if root in made:
-        made[root] = f"{_PROGRAM}{line}\n{made[root]}"
+        made[root] = f"{_PROGRAM}{printable(shlex.join(words))}\n{made[root]}"
     return made
 
 
@@ -93,7 +88,7 @@ def recorded(folder: Path, words: Sequence[str]) -> Record | None:
     try:
         first, _, root = _text(folder / f"{Description.ROOT_FILE}{ENDING}").partition("\n")
         line = first.removeprefix(_PROGRAM) if first.startswith(_PROGRAM) else ""
-        before = json.loads(line) if line.startswith('["') else shlex.split(line)
+        before = shlex.split(line)
         paths = filter(is_file, sorted(folder.glob(f"**/*{ENDING}")))
         files = {path.relative_to(folder).as_posix().removesuffix(ENDING): _text(path) for path in paths}
     except (ValueError, FileNotFoundError, NotADirectoryError):
@@ -103,7 +98,7 @@ def recorded(folder: Path, words: Sequence[str]) -> Record | None:
     if not before or not os.path.lexists(folder / Description.ROOT_FILE):
         return None
     # Earlier versions recorded the name of the file without its folder.
-    if _source(before) not in (_source(words), _source([Path(words[0]).name, *words[1:]])):
+    if _source(before) not in map(_source, (words, [Path(words[0]).name, *words[1:]])):
         message = f"{folder} is of another import: rosorin-compile import {_source(before)}; this one is: "
         raise RequestError(f"{message}{_source(words)}; name a folder with -o, or another robot with --name")
     if missing := [option for option in before[1:] if option.startswith("--") and option not in words]:
@@ -114,7 +109,7 @@ def recorded(folder: Path, words: Sequence[str]) -> Record | None:
 
 def _source(words: Sequence[str]) -> str:
     """Return the source of a command line with its arguments."""
-    return shlex.join(takewhile(lambda word: not word.startswith("--"), words))
+    return printable(shlex.join(takewhile(lambda word: not word.startswith("--"), words)))
 
 
 def import_again(

@@ -17,6 +17,7 @@ from rosorin_compile.source.project import Description
 from .reimport import ENDING, is_record
 
 CMAKE, PYTHON = "ament_cmake", "ament_python"
+_REGISTRY = {CMAKE: "CMakeLists.txt", PYTHON: "setup.py"}  # the file that defines what is installed and tested
 _BUILD_TYPE = re.compile(r"<build_type[^<>]*>\s*([^<\s]+)\s*</build_type>")
 
 
@@ -27,11 +28,6 @@ class Package(NamedTuple):
     name: str
     build_type: str
     source: str
-
-    @property
-    def registry(self) -> str:
-        """The file that defines what is installed and tested."""
-        return "setup.py" if self.build_type == PYTHON else "CMakeLists.txt"
 
 
 class Written(NamedTuple):
@@ -51,7 +47,7 @@ def package_at(folder: Path, source: Path) -> Package:
         help = f"did you mean {found[0]}?" if found else "to write a new package: rosorin-compile package ROBOT"
         raise RequestError(f"{folder} is not a ROS package: it has no package.xml with a name; {help}")
     match = _BUILD_TYPE.search(read_text(folder / "package.xml", errors="replace"))
-    if match is None or match[1] not in (CMAKE, PYTHON):
+    if match is None or match[1] not in _REGISTRY:
         help = "only those two are supported" if match else "add <export><build_type>ament_cmake</build_type></export>"
         what = f'its build type is "{match[1]}"' if match else "its package.xml has no build type"
         raise RequestError(f"{folder} is not built by ament_cmake or ament_python: {what}; {help}")
@@ -85,7 +81,7 @@ def write_into(
         "description": root,
         "given": dict(arguments),
         "name": package.name,
-        "registry": f"{package.registry} and package.xml",
+        "registry": f"{_REGISTRY[package.build_type]} and package.xml",
         "literal": repr,
     }
     text, path = Templates().own("importing/test.py.jinja", values).encode(), package.folder / test
@@ -124,6 +120,9 @@ def _lines_to_add(package: Package, description: str, test: str, files: Mapping[
             "endif()",
         ]
         depends = "ament_cmake_pytest"
-    for file, lines in ((package.registry, install), ("package.xml", [f"<test_depend>{depends}</test_depend>"])):
+    for file, lines in (
+        (_REGISTRY[package.build_type], install),
+        ("package.xml", [f"<test_depend>{depends}</test_depend>"]),
+    ):
         yield f"add to {package.folder / file}, if it is not there:"
         yield from (f"  {line}" for line in lines)

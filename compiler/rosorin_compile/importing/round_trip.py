@@ -110,14 +110,8 @@ def _round_trip(
         return trip._replace(diagnostics=[_differs("the description cannot be compared with the source", [])])
     found = [] if plain is None else _element_changes(before, made)
     if plain is not None:  # elements that became sections were compared as elements
-        made_plain = replace(
-            made,
-            urdf_elements=before.urdf_elements,
-            sensors=before.sensors,
-            edges=before.edges,
-            publishers=before.publishers,
-            control=before.control,
-        )
+        names = ("urdf_elements", "sensors", "edges", "publishers", "control")
+        made_plain = replace(made, **{name: getattr(before, name) for name in names})
     found += model_differences(before, made if plain is None else made_plain, 0.0)
     diagnostics = [_differs("the description would not be the same robot", found)] if found else []
     diagnostics += agreement(made, compiled.artifacts)

@@ -147,7 +147,15 @@ def lower(tree: Map, scope: Scope | None = None) -> Lowered:
         place = tree.locate((section,), key=True)
         lowering.diagnostics.append(replace(diagnostic, span=place.span, related=place.stack()))
 
-    values, sections = _lower_sections(tree, lowering, report)
+    own = [section for section in own_sections() if tree.get(section.name) is not None]
+    values: dict[str, Any] = {section.name: _value(section, tree, lowering) for section in own}
+    contents, added = {}, {}
+    for plugin, section in plugin_sections().sections:
+        if tree.get(section.name) is not None:
+            contents[section.name] = _contents(section, tree)
+            with _guarded(plugin, section.name, report):  # it has no value after a problem
+                added[section.name] = _value(section, tree, lowering)
+    sections = Sections(added, contents)
     values |= {"name": tree["robot"], "sections": sections}
     values |= {name: tuple(getattr(lowering, name)) for name in ("links", "joints", "edges", "urdf_elements")}
     if "root" in values:
@@ -157,22 +165,6 @@ def lower(tree: Map, scope: Scope | None = None) -> Lowered:
         robot = with_sections(robot, tree, report, lowering.place)
     refused = [problem for problem in lowering.diagnostics if not is_accepted(tree, problem, _ACCEPTABLE)]
     return Lowered(None if refused else robot, lowering.places, lowering.diagnostics)
-
-
-def _lower_sections(tree: Mapping[str, Any], lowering: Lowering, report: Report) -> tuple[dict[str, Any], Sections]:
-    """Return the values of the sections of the tool by name, and those of plug-ins.
-
-    ``report`` takes a problem of a plug-in and the name of its section, which has no value then.
-    """
-    own = [section for section in own_sections() if tree.get(section.name) is not None]
-    values = {section.name: _value(section, tree, lowering) for section in own}
-    contents, added = {}, {}
-    for plugin, section in plugin_sections().sections:
-        if tree.get(section.name) is not None:
-            contents[section.name] = _contents(section, tree)
-            with _guarded(plugin, section.name, report):
-                added[section.name] = _value(section, tree, lowering)
-    return values, Sections(added, contents)
 
 
 def _value(section: Section[Any], tree: Mapping[str, Any], lowering: Lowering) -> Any:

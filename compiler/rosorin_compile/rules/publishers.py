@@ -187,7 +187,7 @@ def _turn_of_urdf(case: Case, joint: Joint) -> Path | None:
     return (*path, owners.index(ROBOT_STATE_PUBLISHER), "by") if is_turn else None
 
 
-@rule("two-publishers", "Two publishers own one frame.", "Remove one, or exclude it by a `when`.", FRAMES)
+@rule("two-publishers", "A frame has two publishers.", "Remove one, or give each a `when` without the other.", FRAMES)
 @rule("unpublished-edge", "No node publishes an edge; a warning in some modes.", "Name a publisher.", FRAMES)
 def one_publisher(case: Case) -> Iterator[Diagnostic]:
     """Frames that have two publishers at once, and frames that have none in some combination of modes."""

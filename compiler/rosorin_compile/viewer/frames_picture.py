@@ -88,27 +88,25 @@ def frame_trees(robot: Robot, fixed: Mapping[str, bool]) -> tuple[Tree, ...]:
         raise TooMany(f"the frames depend on {len(varied)} modes together: too many to show")
     groups: dict[tuple[Row, ...], list[tuple[bool, ...]]] = {}
     for states in product((True, False), repeat=len(varied)):
-        groups.setdefault(_active(edges, {**fixed, **dict(zip(varied, states, strict=True))}), []).append(states)
+        modes = {**fixed, **dict(zip(varied, states, strict=True))}
+        active = [row for row in edges if holds(row.when, modes)]
+        # An edge that no node publishes is replaced by another one of the same frames.
+        best = {(row.parent, row.child): row for row in sorted(active, key=lambda row: row.published)}
+        shown = tuple(row for row in active if row.published or best[row.parent, row.child] is row)
+        groups.setdefault(shown, []).append(states)
     if len(groups) > _MAX_TREES:
         raise TooMany(f"the tree of frames differs in {len(groups)} combinations of modes: too many to show")
     trees: list[Tree] = []
-    for active, group in groups.items():
+    for shown, group in groups.items():
         known = [{**fixed, **{varied[at]: on for at, on in cube.items()}} for cube in _cubes(group)]
-        modes = tuple({mode: states[mode] for mode in used if mode in states} for states in known)
-        words = [" and ".join(f"{mode} is {'on' if on else 'off'}" for mode, on in states.items()) for states in modes]
-        short = "_".join(f"{mode}_{'on' if on else 'off'}" for mode, on in modes[0].items())
+        named = tuple({mode: states[mode] for mode in used if mode in states} for states in known)
+        words = [" and ".join(f"{mode} is {'on' if on else 'off'}" for mode, on in states.items()) for states in named]
+        short = "_".join(f"{mode}_{'on' if on else 'off'}" for mode, on in named[0].items())
         taken = {tree.short.casefold() for tree in trees}
         if short.casefold() in taken:
             short = next(name for at in count(2) if (name := f"{short}_{at}").casefold() not in taken)
-        trees.append(Tree(", or ".join(words), short, modes, active))
+        trees.append(Tree(", or ".join(words), short, named, shown))
     return tuple(trees)
-
-
-def _active(edges: Sequence[Row], modes: Mapping[str, bool]) -> tuple[Row, ...]:
-    """Return the edges in some modes. An edge that nobody publishes is replaced by another one of the same frames."""
-    active = [row for row in edges if holds(row.when, modes)]
-    best = {(row.parent, row.child): row for row in sorted(active, key=lambda row: row.published)}
-    return tuple(row for row in active if row.published or best[row.parent, row.child] is row)
 
 
 def _cubes(group: Sequence[tuple[bool, ...]]) -> list[dict[int, bool]]:

@@ -109,7 +109,9 @@ def moves(
             continue
         # The nearest link above that both have.
         above = next((j.parent for j in reversed(new.chain(name)) if j.parent in a.top), anchor)
-        if name != anchor and not _same_place(a, b, above, name, tolerance):
+        ways = (side.joints_between(side.top[above], side.top[name]) or [] for side in (a, b))
+        first, second = ([joint.mimic for joint in way] for way in ways)
+        if name != anchor and not (first == second and same_motion(a, b, above, name, tolerance)):
             how[name] = MOVED
         elif name != anchor and how.get(above) in (MOVED, CARRIED):
             how[name] = CARRIED
@@ -132,12 +134,6 @@ def moves(
         here, there = (side.relative(side.robot.root, anchor).transform for side in (a, b))
         at = pose_of(there.then(here.inverse()))
     return Overlay(old, {name: what for name, what in how.items() if name not in unknown}, shapes, at)
-
-
-def _same_place(a: Bodies, b: Bodies, above: str, name: str, tolerance: float) -> bool:
-    ways = (side.joints_between(side.top[above], side.top[name]) or [] for side in (a, b))
-    first, second = ([joint.mimic for joint in way] for way in ways)
-    return first == second and same_motion(a, b, above, name, tolerance)
 
 
 def _gone(a: Bodies, b: Bodies, name: str, purpose: str, tolerance: float, mate: str | None = None) -> list[Shape]:

@@ -193,10 +193,6 @@ def entry(one: GazeboSensor, robot: Robot, gazebo: str) -> dict[str, Any]:
     return made
 
 
-def _is_count(value: Any) -> bool:
-    return isinstance(value, float) and 1 <= value <= 100_000 and value == int(value)
-
-
 def _arguments(one: GazeboSensor, kind: str, gazebo: str) -> dict[str, Any]:
     """Return the arguments of a type in the library; numbers that it does not accept are left out."""
     rate, topic = one.elements.get("update_rate", 0.0), one.elements.get("topic")
@@ -228,6 +224,10 @@ def _arguments(one: GazeboSensor, kind: str, gazebo: str) -> dict[str, Any]:
         elif section != "image" and isinstance(value, float) and _SMALLEST <= value <= _WIDEST.get(word, math.inf):
             made[word] = value
     return made | _noise("noise", one.inner(name, "noise"))
+
+
+def _is_count(value: Any) -> bool:
+    return isinstance(value, float) and 1 <= value <= 100_000 and value == int(value)
 
 
 def _noise(word: str, noise: Mapping[str, Any]) -> dict[str, Any]:

@@ -27,8 +27,7 @@ from rosorin_compile.source.wording import mask_controls
 
 from ..layout import layout, number
 from .height_map_file import find_map, height_map_yaml, replace_map
-from .sources import GridOptions as GridOptions
-from .sources import RobotSource, SourceProblem, are_meshes, check_digits, mesh_parts
+from .sources import GridOptions, RobotSource, SourceProblem, are_meshes, check_digits, mesh_parts
 
 if TYPE_CHECKING:
     from .shapes import Fit

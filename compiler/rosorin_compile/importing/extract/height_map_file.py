@@ -138,8 +138,8 @@ def replace_map(entry: MapEntry, new: HeightMap, status: str, note: str) -> str:
     if "source" in spans:
         edits.append(_edit(lines, spans["source"], _source_line(status, note)))
     else:
-        end = _block_end(lines, spans["height_map"])
-        edits.append((end, end, [" " * (spans["height_map"].column - 1) + _source_line(status, note)]))
+        end, column = _block_end(lines, spans["height_map"]), spans["height_map"].column
+        edits.append((end, end, [" " * (column - 1) + _source_line(status, note)]))
     for start, stop, new_lines in sorted(edits, key=lambda edit: edit[:2], reverse=True):
         lines[start:stop] = new_lines
     text = ("\r\n" if "\r\n" in entry.source.text else "\n").join(lines)

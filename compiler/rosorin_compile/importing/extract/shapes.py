@@ -193,7 +193,8 @@ def _cylinder_axis(points: Floats, rpy: Vector, digits: int) -> tuple[Pose, Floa
 
 def _cylinder(points: Floats, rpy: Vector, digits: int) -> Shape:
     pose, radial, axial = _cylinder_axis(points, rpy, digits)
-    return Shape(Cylinder(_positive(float(radial.max()), digits), _positive(2 * float(abs(axial).max()), digits)), pose)
+    radius, length = _positive(float(radial.max()), digits), _positive(2 * float(abs(axial).max()), digits)
+    return Shape(Cylinder(radius, length), pose)
 
 
 def _capsule(points: Floats, rpy: Vector, digits: int) -> Shape:

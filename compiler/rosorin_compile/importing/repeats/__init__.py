@@ -1,8 +1,4 @@
-"""Factor repeated structures of an imported robot into parts.
-
-``nodes`` makes links and joints comparable, ``parameters`` turns differences into parameters, and ``parts`` decides
-what becomes a part and writes it.
-"""
+"""Factor repeated structures of an imported robot into parts."""
 
 from .parts import with_parts
 

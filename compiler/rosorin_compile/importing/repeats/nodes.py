@@ -55,20 +55,6 @@ class Node:
         """The names that the node defines."""
         return [self.link, self.joint, *(self.values[path] for path in REFERENCES[1:] if path in self.values)]
 
-    @property
-    def signature(self) -> frozenset[Any]:
-        """What nodes have in common that can be instances of one part: paths, kinds of values, and types."""
-        return frozenset(
-            (path, value if path[-1] in ("type", "kind") else type(value) if isinstance(value, (bool, str)) else float)
-            for path, value in self.values.items()
-        )
-
-    @property
-    def fits_in_part(self) -> bool:
-        """Whether a part can have this node."""
-        has_expression = any(isinstance(value, Expression) for value in self.values.values())
-        return self.up >= 0 and not has_expression and all(_UNFIT.isdisjoint(path) for path in self.values)
-
 
 def nodes_of(body: Mapping[str, Any]) -> list[Node]:
     """Return the nodes of a robot or a part, each before all that hang on it; none if it is not a forest."""
@@ -109,11 +95,18 @@ def equal_shapes(nodes: list[Node]) -> list[list[int]]:
     """Return the first nodes of subtrees that can be instances of one part, grouped; the largest subtrees first."""
     numbers: dict[Any, int] = {}
     below: list[list[int]] = [[] for _ in nodes]
-    fits = [node.fits_in_part for node in nodes]
+    fits = [
+        node.up >= 0 and not any(isinstance(one, Expression) or _UNFIT & {*path} for path, one in node.values.items())
+        for node in nodes
+    ]
     groups: dict[int, list[int]] = defaultdict(list)
     for index in range(len(nodes) - 1, -1, -1):
         node = nodes[index]
-        shape = numbers.setdefault((node.signature, tuple(below[index])), len(numbers))
+        signature = frozenset(  # paths, kinds of values, and types
+            (path, value if path[-1] in ("type", "kind") else type(value) if isinstance(value, (bool, str)) else float)
+            for path, value in node.values.items()
+        )
+        shape = numbers.setdefault((signature, tuple(below[index])), len(numbers))
         if node.up >= 0:
             below[node.up].append(shape)
             fits[node.up] = fits[node.up] and fits[index]

@@ -66,7 +66,7 @@ class Parameters:
         self._index: dict[Any, Parameter] = {}
 
     @property
-    def given(self) -> list[Parameter]:
+    def arguments(self) -> list[Parameter]:
         """The parameters that a use gives."""
         return [one for one in self._index.values() if not one.is_derived]
 

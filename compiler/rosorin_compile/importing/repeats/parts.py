@@ -176,7 +176,7 @@ class _Body:
                     if path[0] == section and path not in terms[-1] and (offset or not is_pose(path))
                 }
                 terms[-1] |= parameters.replace(compared, renames[0][owner])
-        if len(parameters.given) > min(MAX_PARAMETERS, len(rows[0]) + 2):
+        if len(parameters.arguments) > min(MAX_PARAMETERS, len(rows[0]) + 2):
             return None
         entries = {}
         for index, (use, prefix, row) in enumerate(zip(uses, parted.prefixes, rows, strict=True)):
@@ -186,15 +186,15 @@ class _Body:
             entry |= {"mirror": Verbatim(mirrors[index])} if mirrors[index] else {}
             values_of_use = {
                 one.name: one.values[index]
-                for one in parameters.given
+                for one in parameters.arguments
                 if one.default is None or repr(one.values[index]) != repr(one.default)
             }
             entry |= {"with": values_of_use} if values_of_use else {}
             entries[use] = entry
-        params = {one.name: one.entry for one in parameters.given}
+        params = {one.name: one.entry for one in parameters.arguments}
         made = {"params": params, "let": parameters.derived, **_sections(rows[0], terms, renames[0])}
         made = {key: value for key, value in made.items() if value}
-        cost = _PARAMETER_COST * (len(parameters.given) + any(mirrors)) + parameters.count
+        cost = _PARAMETER_COST * (len(parameters.arguments) + any(mirrors)) + parameters.count
         return Part(name, made, entries, renames[0], all(parted.prefixes), cost)
 
     def _is_worth(self, nodes: list[Node], part: Part) -> bool:

@@ -23,7 +23,7 @@ from ..annotations import ENTRIES
 from ..schema import keys_of_xml, merged_sections, of_parts, schema
 from ..symbols import SymbolTable
 from ..validate import validate
-from .declarations import check_controls, declare
+from .declarations import check_controls, check_part, declare
 from .defined_names import check_letters, unused_names
 from .files import Reader
 from .included_robots import IncludedRobots
@@ -160,7 +160,9 @@ def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None])
     uses = root.get("use")
     if isinstance(uses, Map):
         good &= check_controls("", root, ("use",), scope) and parts.use(tree, uses, scope)
-    parts.check_unused()
+    for name, body in parts.own.items():  # errors in parts that nothing uses
+        if id(body) not in parts.sound:
+            check_part(name, parts.own, scope)
     if not good:
         return None
     apply_types(tree, root.get("sensor_types"), scope, data_folder("parts_library") / "sensors.yaml")

@@ -162,12 +162,6 @@ class Parts:
             raise Failed
         return made
 
-    def check_unused(self) -> None:
-        """Report errors in the parts of the description that nothing uses, as far as that is possible."""
-        for name, body in self.own.items():
-            if id(body) not in self.sound:
-                declarations.check_part(name, self.own, self.scope)
-
     def _look_up(self, name: str, scope: Scope, place: Place) -> Part:
         file, slash, short = name.rpartition("/")
         parts: Any = self.own

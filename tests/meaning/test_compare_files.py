@@ -53,7 +53,7 @@ def test_files_that_are_missing_extra_or_no_text() -> None:
     assert lines(comparison) == [
         "notes\\x1b[31m.txt: no artifact of this robot; remove it, or run rosorin-compile all --prune",
         "rosorin.urdf: missing; rosorin-compile all writes it",
-        "rosorin.xml: the committed file is no UTF-8 text; rosorin-compile all writes it again",
+        "rosorin.xml: the committed file is not UTF-8 text; rosorin-compile all writes it again",
     ]
     assert [text.kind for text in comparison.texts] == ["extra", "missing", "not-text"]
     assert comparison.texts

@@ -18,7 +18,7 @@ STANDING = Robot(
     (Link("footprint"), Link("l_link"), Link("r_link")),
     tuple(Joint(name, "continuous", "footprint", f"{name}_link", axis=(0, 1, 0)) for name in "lr"),
 )
-DRIVEN = replace(STANDING, drive=Drive(Drive.DIFFERENTIAL, {"left": ("l",), "right": ("r",)}, "footprint", 0.05))
+DRIVEN = replace(STANDING, drive=Drive("differential", {"left": ("l",), "right": ("r",)}, "footprint", 0.05))
 
 
 @pytest.mark.parametrize(

@@ -45,11 +45,11 @@ class Written(NamedTuple):
 def package_at(folder: Path, source: Path) -> Package:
     """Return the package in a folder. Raises RequestError if there is none, or if the source is elsewhere."""
     if not is_folder(folder):
-        raise RequestError(f"{folder} is no folder; --into names the folder of a ROS package")
+        raise RequestError(f"{folder} is not a folder; --into names the folder of a ROS package")
     found = package_of(folder)
     if found is None or found[0] != resolve(folder):
         help = f"did you mean {found[0]}?" if found else "to write a new package: rosorin-compile package ROBOT"
-        raise RequestError(f"{folder} is no ROS package: it has no package.xml with a name; {help}")
+        raise RequestError(f"{folder} is not a ROS package: it has no package.xml with a name; {help}")
     match = _BUILD_TYPE.search(read_text(folder / "package.xml", errors="replace"))
     if match is None or match[1] not in (CMAKE, PYTHON):
         help = "only those two are supported" if match else "add <export><build_type>ament_cmake</build_type></export>"

@@ -166,7 +166,7 @@ class Values:
                 return number(as_text(node).replace(" ", ""), unit) if is_literal else Verbatim(degrees or "0")
         inner = node.args[0] if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "float" else None
         if unit == ANGLES and isinstance(inner, ast.Call) and getattr(inner.func, "id", "") in _ANGULAR:
-            node = inner  # an angle is no plain number
+            node = inner  # an angle is not a plain number
         return self.expression(node)
 
 

@@ -1,8 +1,8 @@
 """Compare two compiled models of MuJoCo in each array of mjModel that ``mujoco.introspect`` lists.
 
 Objects are matched by name, or by the name that the import gave them; nameless ones by what they refer to and by their
-place. These are no difference: visual appearance, added sites, bodies without mass and geoms that touch nothing, a site
-that became a body, both signs of a quaternion, other principal axes, and the origin to which MuJoCo moves a mesh.
+place. Some differences do not count: visual appearance, added sites, bodies without mass and geoms that touch nothing,
+a site that became a body, both signs of a quaternion, other principal axes, and the origin that MuJoCo gives a mesh.
 """
 
 from __future__ import annotations

@@ -71,10 +71,7 @@ SENDERS = ("controller_server", "behavior_server", "docking_server")
 def write_nav2_bringup(folder: Path, distribution: str) -> Path:
     """Write the share folder of nav2_bringup of a distribution, and return it."""
     bringup = folder / "nav2_bringup"
-    files = {
-        "launch/bringup_launch.py": LAUNCH.format(nodes=NODES[distribution]),
-        "params/nav2_params.yaml": TUNED,
-    }
+    files = {"launch/bringup_launch.py": LAUNCH.format(nodes=NODES[distribution]), "params/nav2_params.yaml": TUNED}
     for file, text in files.items():
         (bringup / file).parent.mkdir(parents=True, exist_ok=True)
         (bringup / file).write_text(text, "utf-8")

@@ -1,4 +1,4 @@
-"""What people complain of in xacro (survey, 2026-11) is no complaint here: speed. Without ROS: commands/command-line.md.
+"""Complaints about xacro (survey, 2026-11) that do not hold here: speed. Without ROS: commands/command-line.md.
 
 Places of errors, numbers and versions: commands/xacro-pains.md; eval: test_xacro_escapes.py.
 """

@@ -36,8 +36,7 @@ if TYPE_CHECKING:
     from rosorin_compile.ros.package.package import package
     from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName
     from rosorin_compile.transforms import FrameTransform, Transforms, transform
-    from rosorin_compile.variants.library import sweep
-    from rosorin_compile.variants.writing import WrittenVariants, write_sweep
+    from rosorin_compile.variants.sweep import WrittenVariants, sweep, write_sweep
     from rosorin_compile.viewer.frames import Frames, frames
     from rosorin_compile.viewer.picture.draw import Picture, picture
     from rosorin_compile.viewer.showing import Page, view
@@ -65,8 +64,7 @@ _MODULES = {
     "ros.package.package": "package",
     "source.diagnostics": "Diagnostic RequestError UnknownName",
     "transforms": "FrameTransform Transforms transform",
-    "variants.library": "sweep",
-    "variants.writing": "WrittenVariants write_sweep",
+    "variants.sweep": "WrittenVariants sweep write_sweep",
     "viewer.frames": "Frames frames",
     "viewer.picture.draw": "Picture picture",
     "viewer.showing": "Page view",

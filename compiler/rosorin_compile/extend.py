@@ -8,7 +8,7 @@ from __future__ import annotations
 # fmt: off
 # isort: off
 from rosorin_compile.cli.command import (
-    Command, Options, argument, check, check_options, command, option, robot_argument, robot_options, robots_argument,
+    Command, argument, check, check_options, command, option, robot_argument, robot_options, robots_argument,
 )
 from rosorin_compile.cli.console import FINE, PROBLEMS
 from rosorin_compile.cli.run import Run, for_each
@@ -26,7 +26,7 @@ from rosorin_compile.source.rule_registry import Heading, Rule, rule
 
 __all__ = [
     "ERROR", "FINE", "NOTE", "PROBLEMS", "WARNING", "Artifact", "Asked", "Case", "Command",
-    "Description", "Diagnostic", "Format", "Heading", "Opened", "Options",
+    "Description", "Diagnostic", "Format", "Heading", "Opened",
     "Refusal", "Related", "Request", "RequestError", "Rule", "Run", "Section", "Source", "Span",
     "Templates", "Unsupported", "argument", "check", "check_options", "command", "did_you_mean", "error",
     "for_each", "function", "option", "robot_argument", "robot_options",

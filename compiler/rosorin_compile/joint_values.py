@@ -247,12 +247,12 @@ def pulses(
 def _joint_pulse(robot: Robot, name: str, pulse: int | None, requested: float) -> JointPulse:
     """Return the row of a pulse or, without one, of the pulse nearest to a position."""
     joint, group = robot.joint[name], servo_of(robot, name)
-    limits = pulses_within(group, joint.limit)
-    asked = off = None
+    difference = None
     if pulse is None:
-        pulse, reached, off = nearest(group, requested, name)
-        asked = requested
+        pulse, reached, difference = nearest(group, requested, name)
     else:
         reached = to_radians(robot, {name: pulse})[name]
     degrees = None if joint.unit == "m" else math.degrees(reached)
-    return JointPulse(name, group.name, pulse, reached, joint.unit, degrees, asked, off, limits)
+    request = None if difference is None else requested
+    limits = pulses_within(group, joint.limit)
+    return JointPulse(name, group.name, pulse, reached, joint.unit, degrees, request, difference, limits)

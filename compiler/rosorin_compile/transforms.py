@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Literal
 
 from rosorin_compile.joint_values import beyond_limits, combine_sweeps, positions, sweep_of
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Robot, Transform
@@ -31,26 +30,10 @@ from rosorin_compile.source.wording import phrase
 
 
 @dataclass(frozen=True)
-class TransformStep:
-    """An edge between two frames; ``direction`` is "up" to a parent or "down" to a child.
-
-    ``joint`` is None, and ``type`` is "node", for an edge that another node publishes. Each of the ``publishers`` has a
-    ``name``, a ``kind``, and the condition in modes ``when`` it publishes the edge, or "always".
-    """
-
-    parent: str
-    child: str
-    direction: Literal["up", "down"]
-    joint: str | None
-    type: str
-    publishers: tuple[Mapping[str, str], ...]
-
-
-@dataclass(frozen=True)
 class FrameTransform:
     """The pose of ``target`` in ``source`` at joint ``positions``: metres, and radians about fixed axes.
 
-    ``quaternion`` is x y z w with the sign that tf2 prints, ``matrix`` has four rows, ``chain`` the edges on the way.
+    ``quaternion`` is x y z w with the sign that tf2 prints, ``matrix`` has four rows.
     """
 
     source: str
@@ -61,7 +44,6 @@ class FrameTransform:
     rpy: tuple[float, float, float]
     rpy_degrees: tuple[float, float, float]
     matrix: tuple[tuple[float, ...], ...]
-    chain: tuple[TransformStep, ...]
 
 
 @dataclass(frozen=True)
@@ -124,7 +106,16 @@ def transform(
     diagnostics = (*diagnostics, *beyond_limits(case, states, ERROR if strict else WARNING))
     if has_errors(diagnostics):
         return Transforms(diagnostics=diagnostics, robot=case.robot)
-    graph = _graph(case.robot, source, target, check_modes(case.robot, modes or {}))
+    every = graph = Graph(case.robot)
+    if requested := check_modes(case.robot, modes or {}):  # the others are off
+        combination = {**dict.fromkeys(case.robot.modes, False), **requested}
+        edges = tuple(edge for edge in case.robot.edges if holds(edge.when, combination))
+        graph = Graph(replace(case.robot, edges=edges))
+    for frame in (source, target):
+        if frame not in every.moves:
+            raise UnknownName("frame", frame, every.frames)
+        if frame not in graph.moves:
+            raise NotPublished(f'in these modes no node publishes the frame "{frame}"')
     try:
         steps = [move.step for move in graph.way(source, target)]
     except NoWay as problem:
@@ -135,23 +126,6 @@ def transform(
         found.append(lookup(graph, source, target, state))
     units = {name: case.robot.joint[name].unit for name in swept}
     return Transforms(tuple(found), units, (*diagnostics, *_remarks(case, steps)), case.robot)
-
-
-def _graph(robot: Robot, source: str, target: str, modes: Mapping[str, bool]) -> Graph:
-    """Return the graph of the edges published in some modes (the others are off); without modes, of all edges.
-
-    Raises UnknownName for an unknown frame, and NotPublished for one that no node publishes in these modes.
-    """
-    every = graph = Graph(robot)
-    if modes:
-        combination = {**dict.fromkeys(robot.modes, False), **modes}
-        graph = Graph(replace(robot, edges=tuple(edge for edge in robot.edges if holds(edge.when, combination))))
-    for frame in (source, target):
-        if frame not in every.moves:
-            raise UnknownName("frame", frame, every.frames)
-        if frame not in graph.moves:
-            raise NotPublished(f'in these modes no node publishes the frame "{frame}"')
-    return graph
 
 
 def lookup(graph: Graph, source: str, target: str, positions: Positions) -> FrameTransform:
@@ -170,13 +144,8 @@ def lookup(graph: Graph, source: str, target: str, positions: Positions) -> Fram
     rows, (roll, pitch, yaw) = turn.rows, turn.rpy()
     degrees = roll * (180.0 / math.pi), pitch * (180.0 / math.pi), yaw * (180.0 / math.pi)
     matrix = (*((*row, x) for row, x in zip(rows, translation, strict=True)), (0.0, 0.0, 0.0, 1.0))
-    chain = []
-    for step, up in way:
-        name, kind = (None, "node") if step.joint is None else (step.joint.name, step.joint.type)
-        nodes = tuple({"name": n.name, "kind": n.kind, "when": when or "always"} for n, when in step.publishers)
-        chain.append(TransformStep(step.parent, step.child, "up" if up else "down", name, kind, nodes))
     numbers = (translation, quaternion, (roll, pitch, yaw), degrees, matrix)
-    return FrameTransform(source, target, dict(positions), *numbers, tuple(chain))
+    return FrameTransform(source, target, dict(positions), *numbers)
 
 
 def _no_way(case: Case, problem: NoWay) -> Diagnostic:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.formats.compilation import compile_robot
-from support.paths import ROOT, ROSORIN
+from support.paths import ROOT
 from support.robots import compiled_text
 
 START = "robot: it\nlinks: {base_link: {}}\n"
@@ -26,13 +26,6 @@ def test_the_library_uses_what_it_declares(tmp_path, path):
     told = idle(compiled_text(tmp_path, START + text))
     assert told
     assert not [message for message in told if "never uses" in message]
-
-
-@pytest.mark.parametrize(
-    "path", [ROSORIN, *sorted((ROOT / "examples").glob("*/robot.yaml"))], ids=lambda path: path.parent.name
-)
-def test_the_examples_use_what_they_declare(path):
-    assert idle(compile_robot(path)) == []
 
 
 def test_a_name_inside_does_not_use_the_one_outside(tmp_path):

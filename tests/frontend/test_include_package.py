@@ -39,13 +39,3 @@ def test_installed_descriptions_find_installed_parts(
     assert sorted(link.name for link in made.robot.links) == ["base", "left_wheel", "rear_caster", "top"]
     read = {path for path in made.inputs if path.name == "wheels.yaml"}
     assert {"install" in path.absolute().parts for path in read} == {True}
-
-
-def test_file_of_a_package_is_shown_with_its_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    robot = "robot: made\nlinks: {body: {}}\nuse: {a: {part: legs_of_acme:legs/leg, parent: body}}\n"
-    write_files(tmp_path, {"robot.yaml": robot, "legs_of_acme/__init__.py": ""})
-    monkeypatch.syspath_prepend(tmp_path)
-    for legs, place in (("parts: {leg: {linsk: {}}}\n", "1:15"), ("prats: {leg: {}}\n", "1:1")):
-        write_files(tmp_path, {"legs_of_acme/legs.yaml": legs})
-        said = text(compile_robot(tmp_path / "robot.yaml").diagnostics)
-        assert f"legs_of_acme/legs.yaml:{place}: error[unknown-key]" in said

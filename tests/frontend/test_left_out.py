@@ -42,12 +42,3 @@ def test_a_misspelt_name_is_no_name_of_it(tmp_path: Path, how: str) -> None:
     (one,) = told(tmp_path, LEFT_OUT[how]["use"], "poses: {wave: {positions: {left_trun: 0}}}\n")
     assert (one.rule, one.help) == ("unknown-joint", 'did you mean "left_turn"?')
     assert "left out" not in one.message
-
-
-def test_several_names_are_told_as_one(tmp_path: Path) -> None:
-    every = "".join(
-        text for where, text in NAMED.items() if where in ("joint of a pose", "servos", "contacts", "actuator")
-    )
-    (one,) = told(tmp_path, LEFT_OUT["condition"]["use"], every)
-    missed = [related.message for related in one.related if related.message.startswith("also missed: ")]
-    assert len(missed) == 3, "the joint of the hand is told first"

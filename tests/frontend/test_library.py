@@ -12,7 +12,6 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 
 import library_reference  # noqa: E402
 from rosorin_compile.formats.compilation import compile_robot  # noqa: E402
-from rosorin_compile.model.joint import UNPUBLISHED  # noqa: E402
 from support.robots import compiled  # noqa: E402
 from support.simulator import GRAVITY, emitted, load, no_warning, probe, written  # noqa: E402
 
@@ -126,26 +125,6 @@ def test_an_omni_wheel_rolls_and_slides_along_its_axle(tmp_path: Path) -> None:
     found, _ = driven(pushed, (0, 0, 0, 0), WHEELS, 0.0485)
     assert found[1] > 0.8 * 2 * 0.6  # m/s, as without friction after 0.3 to 0.9 s
     assert abs(found[0]) < 0.02
-
-
-MOTOR = "kv: 0.5, effort: 2 N*m, velocity: 10 rad/s, damping: 0.02, armature: 0.003"
-
-
-@pytest.mark.parametrize("kind", ["fixed", "steered", "mecanum", "omni"])
-def test_a_wheel_has_the_motor_the_looks_and_the_publisher_that_it_is_given(tmp_path: Path, kind: str) -> None:
-    given = f"{NEEDED[f'wheels/{kind}']}, {MOTOR}, rgba: [0.1, 0.2, 0.3, 1], publisher: {{none: no encoder}}"
-    made = compiled(written(tmp_path, f"use: {{it: {{part: wheels/{kind}, parent: base_link, with: {{{given}}}}}}}"))
-    assert made.robot is not None
-    publisher = made.robot.joint["it_joint"].publisher
-    assert (publisher.kind, publisher.about) == (UNPUBLISHED, "no encoder")
-    model, _ = load(made.artifacts[0].text)
-    motor, joint = model.actuator("it_joint"), model.joint("it_joint")
-    assert (motor.gainprm[0], *motor.biasprm[:3]) == (0.5, 0, 0, -0.5)
-    assert (*motor.ctrlrange, *model.jnt_actfrcrange[joint.id]) == (-10, 10, -2, 2)
-    assert (joint.damping[0], joint.armature[0]) == (0.02, 0.003)
-    seen = [i for i in range(model.ngeom) if model.geom_group[i] == 2]
-    assert len(seen) == {"mecanum": 10, "omni": 10}.get(kind, 1)
-    np.testing.assert_allclose(made.robot.link["it_link"].visual[0].rgba, (0.1, 0.2, 0.3, 1))
 
 
 def test_a_steered_wheel_is_held_where_it_is_told(tmp_path: Path) -> None:

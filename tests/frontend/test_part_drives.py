@@ -83,19 +83,3 @@ def test_a_mirrored_drive_has_its_wheels_on_the_other_side(
         assert role == "_".join(swapped.get(word, word) for word in words)
         x, y, _ = robot.joint[joint].origin.xyz
         assert (x > 0, y > 0) == (role.startswith("front"), role.endswith("left"))
-
-
-def test_content_of_a_use_may_say_the_drive(tmp_path: Path) -> None:
-    text = HEAD.replace("    drive:\n      differential: {left: [left], right: [right]}\n      frame: base\n", "")
-    content = "{drive: {differential: {left: [left], right: [right]}, frame: mount}}"
-    use = f"mobile: {{part: two_wheels, parent: footprint, content: {content}}}"
-    robot = sound(compiled_text(tmp_path, f"{text}use: {{{use}}}\n"))[0]
-    assert robot.drive is not None
-    assert (robot.drive.joints["left"], robot.drive.frame) == (("mobile_left",), "footprint")
-
-
-def test_the_source_of_a_use_is_that_of_its_drive(tmp_path: Path) -> None:
-    source = "{status: factory, note: as drawn}"
-    robot = used(tmp_path, f"mobile: {{part: two_wheels, parent: footprint, source: {source}}}")
-    assert robot.drive is not None
-    assert robot.drive.source.note == "as drawn"

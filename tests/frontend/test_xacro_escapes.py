@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.language.expression import ExpressionError, evaluate
 from rosorin_compile.source.units import LENGTH, Quantity
 from support.paths import DATA
@@ -40,16 +38,3 @@ def test_expression_does_not_escape(escape: str) -> None:
         evaluate(escape, NAMES.__getitem__)
     assert raised.value.message
     assert not re.search(r"<[a-z_. ]+ at 0x|Traceback", raised.value.message)
-
-
-@pytest.mark.parametrize("name", ["/etc/passwd", "../secret.yaml", "link.yaml", "~/secret.yaml", "a/../../secret.yaml"])
-def test_table_stands_in_the_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
-    monkeypatch.chdir(tmp_path)
-    secret = tmp_path.parent / "secret.yaml"
-    secret.write_text("radius: 1\n", "utf-8")
-    (tmp_path / "link.yaml").symlink_to(secret)
-    text = f"robot: r\nlinks: {{b: {{}}}}\nlet: {{t: \"${{load('{name}')}}\"}}\n"
-    Path("robot.yaml").write_text(text, "utf-8")
-    (found,) = compile_robot(Path("robot.yaml")).diagnostics
-    assert found.rule == "expression"
-    assert "outside the folder" in found.message or "cannot read" in found.message

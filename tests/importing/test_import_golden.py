@@ -6,7 +6,6 @@ writes them anew; read the difference. ``expected`` is what import writes, ``fla
 where a robot has that folder.
 """
 
-import re
 import sys
 
 import pytest
@@ -35,17 +34,6 @@ def imported(name: str, folder: str = EXPECTED) -> dict[str, str]:
 def test_files_are_those_that_are_committed(name: str, folder: str) -> None:
     expected = {path.name: path.read_text("utf-8") for path in (FOLDER / name / folder).iterdir()}
     assert imported(name, folder) == expected
-
-
-@pytest.mark.parametrize(("name", "folder"), FOLDERS)
-def test_every_comment_of_the_source_is_there(name: str, folder: str) -> None:
-    source = (FOLDER / name / f"{name}.urdf").read_text("utf-8")
-    files = "\n".join(imported(name, folder).values())
-    comments = re.findall(r"<!--(.*?)-->", source, re.DOTALL)
-    assert comments
-    for comment in comments:
-        for line in filter(None, map(str.strip, comment.splitlines())):
-            assert files.count(f"# {line}\n") == 1, line
 
 
 def rewrite(name: str, folder: str) -> None:

@@ -72,18 +72,6 @@ def test_relative_names_are_found_from_then_on(here: Path, capsys: pytest.Captur
     assert found(here / "outputs") == [True, True, True]
 
 
-def test_a_file_that_is_not_there_is_told_at_its_line(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (here / "vendor" / "meshes" / "base.stl").unlink()
-    assert run("import", "vendor/arm.urdf", "-o", "elsewhere") == 0
-    said = capsys.readouterr().err
-    assert "arm.urdf:2:44: warning[mesh-not-found]: texture wood.png is not there, as seen from arm.urdf\n" in said
-    assert "arm.urdf:5:39: warning[mesh-not-found]: mesh meshes/base.stl is not there, as seen from arm.urdf\n" in said
-    assert run("all", "elsewhere") == 0
-    said = capsys.readouterr().err
-    assert "warning[mesh-not-found]: mesh meshes/base.stl is not there" in said
-    assert "accepted" not in said
-
-
 LEADING = {
     "upwards": ("../meshes/base.stl", "pkg/urdf", "pkg/meshes", "meshes/base.stl"),
     "beside and upwards": ("../pkg/./meshes/base.stl", "pkg", "pkg/meshes", "meshes/base.stl"),
@@ -178,32 +166,6 @@ def test_a_model_of_gazebo(
     assert (here / "outputs" / "crate" / "meshes" / "base.stl").is_file()
 
 
-def test_a_package_that_the_command_line_names_is_written_down(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (here / "far" / "meshes").mkdir(parents=True)
-    (here / "far" / "meshes" / "cover.stl").write_text(TETRAHEDRON, "utf-8")
-    (here / "vendor" / "wood.png").write_bytes(b"")
-    assert run("import", "vendor/arm.urdf", "--package", "arm=far") == 0
-    assert "mesh-not-found" not in capsys.readouterr().err
-    assert "packages: {arm: ../../far}}" in (here / "descriptions" / "arm" / "robot.yaml").read_text("utf-8")
-    assert run("all") == 0
-    assert "mesh-not-found" not in capsys.readouterr().err
-    # Where that folder is not, it is as if nothing were written.
-    (here / "far").rename(here / "farther")
-    assert run("all", "--package", "arm=farther") == 0
-    assert "mesh-not-found" not in capsys.readouterr().err
-
-
-def test_a_folder_that_is_called_otherwise_is_offered(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (here / "vendor" / "urdf").mkdir()
-    (here / "vendor" / "meshes" / "cover.stl").write_text(TETRAHEDRON, "utf-8")
-    (here / "vendor" / "arm.urdf").rename(here / "vendor" / "urdf" / "arm.urdf")
-    assert run("import", "vendor/urdf/arm.urdf") == 0
-    way_out = "--package arm=vendor"
-    assert f" {way_out} says where it is" in capsys.readouterr().err
-    assert run("import", "vendor/urdf/arm.urdf", "--force", *way_out.split()) == 0
-    assert "package://arm" not in capsys.readouterr().err
-
-
 @pytest.mark.parametrize("package", ["", "far_meshes"])
 @pytest.mark.parametrize("scheme", ["", "file://"])
 def test_no_path_of_this_machine_is_written(
@@ -255,15 +217,7 @@ def test_mujoco_finds_the_meshes_of_an_mjcf_from_then_on(
     assert said.err == ""
     assert "its URDF is URDF 1.2, for the capsules; ROS up to Jazzy does not read it" in said.out
     made = Path(output[1] if output else "descriptions/arm")
-    assert "\n  # URDF 1.2, for the capsules; ROS" in (made / "robot.yaml").read_text("utf-8")
+    assert "\n# URDF 1.2, for the capsules; ROS" in (made / "robot.yaml").read_text("utf-8")
     assert run("all", str(made)) == 0
     model = mujoco.MjModel.from_xml_path(str(here / "outputs" / made.name / "arm.xml"))
     assert model.nmesh == 1
-
-
-@pytest.mark.parametrize("meshes", ["", " ", "package://", "a\nb"])
-def test_what_no_name_can_begin_with(here: Path, capsys: pytest.CaptureFixture[str], meshes: str) -> None:
-    assert run("import", "vendor/arm.urdf", "--meshes", meshes) == 2
-    expected = f'rosorin-compile: --meshes "{meshes}" is neither a folder nor package://NAME\n'
-    assert capsys.readouterr().err == expected
-    assert not (here / "descriptions").exists()

@@ -76,7 +76,7 @@ def test_a_crash_of_mujoco_is_no_fault_of_the_robot(
     monkeypatch.setattr(process, "_START", crash)
     assert main(["import", "arm.xml"]) == 0
     said = "".join(capsys.readouterr())
-    assert "not held against the source in its engine: MuJoCo crashed on the file (signal 6)" in said
+    assert "not compared with the source in its engine: MuJoCo crashed on the file (signal 6)" in said
 
 
 @pytest.mark.parametrize("child", ["import time; time.sleep(60)", "{}while True: pass"])

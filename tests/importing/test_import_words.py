@@ -168,32 +168,6 @@ def test_nothing_is_lost_said_twice_or_invented(name: str, tmp_path: Path) -> No
     assert +(theirs - mine) == Counter()
 
 
-@pytest.mark.parametrize("name", ROBOTS)
-def test_every_comment_is_there_once(name: str, tmp_path: Path) -> None:
-    import re
-
-    source = (CASES / f"{name}.urdf").read_text("utf-8")
-    _, text, _ = imported(CASES / f"{name}.urdf", tmp_path / "made")
-    for comment in re.findall(r"<!-- (.*?) -->", source):
-        assert text.count(comment) == 1, comment
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-def test_what_was_compiled_has_the_same_words(name: str, tmp_path: Path) -> None:
-    _, text, urdf = imported(CASES / f"{name}.urdf", tmp_path / "made")
-    again = tmp_path / f"{name}.urdf"
-    again.write_text(urdf, "utf-8")
-    second = imported(again, tmp_path / "again")[1]
-
-    def of(description: str) -> list[str]:
-        lines = (
-            line.partition(" #")[0].rstrip() for line in description.splitlines() if not line.lstrip().startswith("#")
-        )
-        return sorted(line.strip() for line in lines if line and "- <" not in line and "note:" not in line)
-
-    assert of(second) == of(text)
-
-
 @pytest.mark.parametrize(
     ("before", "after", "told"),
     [

@@ -35,9 +35,3 @@ def test_a_joint_that_moves_now_is_one_line(tmp_path: Path) -> None:
         "contact pairs",
         "excluded contacts",
     }
-
-
-def test_inertials_that_an_artifact_gets_are_a_line_a_link(tmp_path: Path) -> None:
-    comparison = described(tmp_path, ("robot.yaml", "elements: [collision]", "elements: [collision, inertial]"))
-    assert meaning(comparison)[:2] == ["base_link mass: new, 1.11294 kg: urdf", "link1 mass: new, 0.0105973 kg: urdf"]
-    assert len(comparison.changes) == 9

@@ -52,19 +52,6 @@ def test_a_robot_is_the_same_as_itself_without_any_tolerance(robot: Robot) -> No
     assert not compared(robot, robot, 0.0).items
 
 
-def test_modes_are_no_difference_to_a_file_that_has_no_word_for_them() -> None:
-    fast = replace(ROBOT, modes=("fast",))
-    assert not compared(fast, ROBOT, formats=(YAML, URDF)).items
-    assert not compared(ROBOT, fast, formats=(URDF, YAML)).items
-
-
-def test_a_light_link_beside_a_heavy_one_has_changed_alone() -> None:
-    """As a whole the body is the same within the tolerance; nothing else of it makes up for what changed."""
-    heavy = having(ROBOT, "arm", inertial=replace(BALL, mass=100.0))
-    found = compared(heavy, having(heavy, "hand", inertial=replace(BALL, mass=1.01)), 1e-3)
-    assert [item.text for item in found.items] == ["hand mass 1 -> 1.01 kg (+10.0 g)"]
-
-
 def test_a_height_map_and_boxes_cannot_be_compared_where_a_link_has_one_box() -> None:
     found = compared(shaped(Shape(MAP)), ROBOT, formats=(YAML, DRIVER))
     assert "the collision of base: a height map on one side, boxes on the other" in found.not_compared

@@ -115,14 +115,6 @@ def test_a_full_disk(tmp_path, mounting):
     assert found["small"]["written"] == sorted(NEW)
 
 
-def test_a_limit_for_the_size_of_files(folder):
-    found = child("small_files_only", folder)
-    assert found["rule"] == "output-full"
-    assert "File too large" in found["message"]
-    assert files_in(folder) == encoded(A)
-    assert not stages(folder)
-
-
 def test_a_disk_that_is_mounted_read_only(tmp_path, mounting):
     found = child("on_read_only_disk", tmp_path, before=mounting)
     assert found["other"]["rule"] == "output-read-only"
@@ -207,15 +199,6 @@ def test_files_are_replaced_one_by_one_where_nothing_can_be_exchanged(folder, mo
     assert {name: files_in(folder)[name] for name in B} == encoded(B)
     assert files_in(folder)["mine.txt"] == b"mine"
     assert folder.stat().st_ino == inode
-    assert names(folder.parent) == ["out"]
-
-
-def test_pruned_files_are_removed_one_by_one_and_folders_stay(folder, monkeypatch):
-    monkeypatch.setattr(atomic_files, "exchange", no_swap)
-    (folder / "old.txt").write_text("old")
-    (folder / "kept").mkdir()
-    write_set(folder, B, prune=True)
-    assert files_in(folder) == encoded(B)
     assert names(folder.parent) == ["out"]
 
 

@@ -167,12 +167,6 @@ def test_kilted_has_no_switches_of_limits(tmp_path: Path, capsys: pytest.Capture
     assert found == {"jazzy": False, "kilted": True}
 
 
-def test_a_sliding_base_goes_sideways_under_nav2() -> None:
-    nodes = nodes_of((ROOT / "outputs/rosorin/nav2.yaml").read_text("utf-8"))
-    assert nodes["velocity_smoother"]["max_velocity"][1] > 0
-    assert nodes["controller_server"]["FollowPath.motion_model"] == "Omni"
-
-
 def test_the_graph(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     robot = write(tmp_path, ("base/odom}", "odom}"))
     assert main(["graph", str(robot), "--format", "json"]) == 1

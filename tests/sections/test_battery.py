@@ -46,15 +46,3 @@ def test_a_change_is_a_difference_of_the_section(project: Path) -> None:
     code, printed = run(project, "diff", "cart.yaml", changed(project, "mass: 2 kg", "mass: 2500 g"))
     assert code == 1
     assert "battery main mass 2 -> 2.5" in printed
-
-
-def test_a_name_is_checked(project: Path) -> None:
-    code, printed = run(project, "check", changed(project, "link: base, mass", "link: bas, mass"))
-    assert code == 1
-    assert "changed.yaml:8:16: error[unknown-link]" in printed
-
-
-def test_the_rule_of_the_section(project: Path) -> None:
-    code, printed = run(project, "check", changed(project, "cells: 7", "cells: 2"))
-    assert code == 1
-    assert "changed.yaml:8:67: error[battery-cell-voltage]" in printed

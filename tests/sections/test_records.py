@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -14,7 +13,6 @@ from rosorin_compile.language import schema as sections
 from rosorin_compile.language.schema import Plugged, _marks
 from rosorin_compile.model import Joint, Link, Pose
 from rosorin_compile.model.sections import Sections
-from rosorin_compile.source import plugins
 from rosorin_compile.source.diagnostics import Diagnostic, Source
 from rosorin_compile.source.load import parse_yaml
 from rosorin_compile.source.plugins import Plugin
@@ -56,13 +54,6 @@ NONE = {
 def test_a_record_that_is_none_is_refused(name: str) -> None:
     with pytest.raises((ValueError, TypeError)):
         _marks(NONE[name]())
-
-
-def test_a_definition_of_the_tool_is_not_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
-    fans = Section.by_name("fans", Fan, {**schema({}), "$defs": {"xyz": {"type": "string"}}})
-    monkeypatch.setattr(plugins, "_entry_points", lambda: ((PLUGIN, SimpleNamespace(load=lambda: fans)),))
-    found = sections.plugin_sections.__wrapped__()
-    assert [one.rule for one in found.diagnostics] == ["plugin-clash"]
 
 
 def test_a_kind_that_nothing_is_of_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,7 +6,6 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -14,15 +13,6 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 from jsonschema import Draft7Validator
-
-from rosorin_compile.language.schema import piece
-from rosorin_compile.model.sections import Section
-
-
-@dataclass(frozen=True)
-class Cell:
-    at: str
-
 
 WORDS = Path(__file__).parent / "words"
 ROBOT = (WORDS / "robot.yaml").read_text("utf-8")
@@ -159,15 +149,6 @@ def test_what_is_wrong_may_be_accepted_of_the_link_that_is_named(answers: Any) -
     message = "accepted: it weighs 300 kg (the lid holds it)"
     assert [one[1] for one in accepted["told"] if one[0] in ("payload-too-heavy", "accept-unused")] == [message]
     assert accepted["texts"]
-
-
-def test_entries_by_name_are_accepted_by_it() -> None:
-    entry = {"type": "object", "properties": {"at": {"x-names": "link"}, "frame": {"x-gives": "link"}, "size": {}}}
-    by_name = Section.by_name("cells", Cell, {"additionalProperties": entry})
-    assert piece(by_name)["additionalProperties"]["x-accepted"] == ["{1}", "{at}", "{frame}"]
-    listed = Section.listed("cells", Cell, {"items": {**entry, "x-accepted": ["{at}"]}})
-    assert piece(listed)["items"]["x-accepted"] == ["{at}"]
-    assert piece(Section.single("cells", Cell, entry))["x-accepted"] == ["{at}", "{frame}"]
 
 
 @pytest.mark.parametrize("name", OTHER)

@@ -11,8 +11,9 @@ from pathlib import Path
 import click
 import pytest
 
-from rosorin_compile.cli.command import Command, Options
+from rosorin_compile.cli.command import Command
 from rosorin_compile.cli.main import COMPLETE, PROGRAM, main, program
+from rosorin_compile.cli.run import Run
 from support.paths import data_text
 
 CALIBRATION = """\
@@ -62,15 +63,15 @@ def complete(capsys: Shown, line: str) -> set[str]:
     return {text.partition("\t")[0] for kind, _, text in offered if kind == "plain"}
 
 
-def parse(words: Sequence[str]) -> Options:
-    """Return the options of a command line."""
+def parse(words: Sequence[str]) -> Run:
+    """Return the run of a command line."""
     context, command, rest = click.Context(program()), program(), list(words)
     while isinstance(command, click.Group):
         name, found, rest = command.resolve_command(context, rest)
         assert found is not None
         command, context = found, click.Context(found, info_name=name)
     assert isinstance(command, Command)
-    return command.options(command.make_context(command.name, rest))
+    return command.start(command.make_context(command.name, rest))
 
 
 def touch(path: Path) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 from hypothesis import strategies as st
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.imported_robot import Imported, ReadOptions
+from rosorin_compile.formats.imported_robot import Imported, ReadOptions, as_tree
 from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.lower import lower
@@ -24,14 +24,12 @@ _size = st.floats(1e-4, 15, allow_nan=False)
 _forms = st.sampled_from(("{!r}", "{:+.17g}", "{:.17e}", "{:.3f}", "{:.0f}."))
 
 
-@st.composite
-def number(draw: st.DrawFn, values: st.SearchStrategy[float] = _small) -> str:
-    return draw(_forms).format(draw(values))
+def number(values: st.SearchStrategy[float] = _small) -> st.SearchStrategy[str]:
+    return st.builds(str.format, _forms, values)
 
 
-@st.composite
-def vector(draw: st.DrawFn, values: st.SearchStrategy[float] = _small, count: int = 3) -> str:
-    return draw(st.sampled_from((" ", "  "))).join(draw(number(values)) for _ in range(count))
+def vector() -> st.SearchStrategy[str]:
+    return st.lists(number(), min_size=3, max_size=3).map("  ".join)
 
 
 size = number(_size).map(lambda text: text if float(text) > 0 else "0.5")
@@ -146,14 +144,8 @@ DEFAULTS: dict[str, Any] = {
 
 def urdf_of(tree: Map) -> str:
     """Return the URDF of an imported tree, with all digits of its numbers."""
-    whole, outputs, output = Map(tree.span), Map(tree.span), Map(tree.span)
-    for key, value in tree.items():
-        whole.put(key, value, tree.span, tree.span)
-    output.put("file", "robot.urdf", tree.span, tree.span)
-    output.put("version", "1.2", tree.span, tree.span)
-    output.put("number_format", "exact", tree.span, tree.span)
-    outputs.put("urdf", output, tree.span, tree.span)
-    whole.put("outputs", outputs, tree.span, tree.span)
+    output = {"file": "robot.urdf", "version": "1.2", "number_format": "exact"}
+    whole = as_tree({**tree, "outputs": {"urdf": output}}, tree.span)
     robot = lower(whole).robot
     assert robot is not None
     text, said = FORMATS["urdf"].write(robot, robot.outputs[0], Templates(Path()))

@@ -62,30 +62,27 @@ class Failed(Exception):
 
 
 class Context:
-    """What launch knows while it runs: the values of its arguments, and where packages are."""
+    """The values of launch arguments, the share folders of packages, and what was started."""
 
     def __init__(self, shares: Mapping[str, Path], given: Mapping[str, str]) -> None:
         self.shares, self.values, self.launch = shares, dict(given), Launch({}, [])
 
     def restore(self, values: Mapping[str, str]) -> None:
-        """Take back what was set since ``values`` were all."""
         self.values = dict(values)
 
 
 def read(path: Path, shares: Mapping[str, Path], **given: str) -> Launch:
     """Return what a launch file does with ``given`` arguments; ``shares`` are the share folders of packages."""
-    return _launched(path.read_text("utf-8"), path, shares, given)
+    context = Context(shares, given)
+    _visit(_entities(path.read_text("utf-8"), path, context), context)
+    return context.launch
 
 
 def run(text: str, path: Path, **arguments: str) -> list[Started]:
     """Run a launch file in Python as ``ros2 launch`` would and return the nodes that it starts."""
-    return _launched(text, path, {}, arguments).nodes
-
-
-def _launched(text: str, path: Path, shares: Mapping[str, Path], given: Mapping[str, str]) -> Launch:
-    context = Context(shares, given)
+    context = Context({}, arguments)
     _visit(_entities(text, path, context), context)
-    return context.launch
+    return context.launch.nodes
 
 
 def _entities(text: str, path: Path, context: Context) -> list[Any]:
@@ -107,47 +104,37 @@ def _visit(entities: Iterable[Any], context: Context) -> None:
 class Substitution:
     """What has a value only when launch runs."""
 
+    def __init__(self, *values: Any, default: str | None = None) -> None:
+        self.values, self.default = values, default
+
     def perform(self, context: Context) -> str:
         raise NotImplementedError
 
 
 class LaunchConfiguration(Substitution):
-    def __init__(self, name: str, *, default: str | None = None) -> None:
-        self.name, self.default = name, default
-
     def perform(self, context: Context) -> str:
-        if self.name not in context.values and self.default is not None:
-            return self.default
-        if self.name not in context.values:
-            raise Failed(f"launch configuration '{self.name}' does not exist")
-        return context.values[self.name]
+        value = context.values.get(self.values[0], self.default)
+        if value is None:
+            raise Failed(f"launch configuration '{self.values[0]}' does not exist")
+        return value
 
 
 class FindPackageShare(Substitution):
-    def __init__(self, package: Any) -> None:
-        self.package = package
-
     def perform(self, context: Context) -> str:
-        return str(context.shares[performed(self.package, context)])
+        return str(context.shares[performed(self.values[0], context)])
 
 
 class NotSubstitution(Substitution):
-    def __init__(self, value: Any) -> None:
-        self.value = value
-
     def perform(self, context: Context) -> str:
-        return str(not _boolean(self.value, context)).lower()
+        return str(not _boolean(self.values[0], context)).lower()
 
 
 class AndSubstitution(Substitution):
     together: Callable[[list[bool]], bool] = staticmethod(all)
 
-    def __init__(self, left: Any, right: Any) -> None:
-        self.sides = (left, right)
-
     def perform(self, context: Context) -> str:
-        # Both sides are read always: what is no truth value fails wherever it stands.
-        return str(self.together([_boolean(side, context) for side in self.sides])).lower()
+        left, right = self.values  # both are always read: what is no truth value fails
+        return str(self.together([_boolean(left, context), _boolean(right, context)])).lower()
 
 
 class OrSubstitution(AndSubstitution):
@@ -155,11 +142,8 @@ class OrSubstitution(AndSubstitution):
 
 
 class Command(Substitution):
-    def __init__(self, command: Any) -> None:
-        self.command = command
-
     def perform(self, context: Context) -> str:
-        words = shlex.split(performed(self.command, context))
+        words = shlex.split(performed(self.values[0], context))
         environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
         made = subprocess.run(words, env=environment, capture_output=True, text=True, check=False)
         if made.returncode != 0 or made.stderr:
@@ -185,9 +169,9 @@ def _boolean(value: Any, context: Context) -> bool:
     return found
 
 
+@dataclass
 class IfCondition:
-    def __init__(self, predicate: Any) -> None:
-        self.predicate = predicate
+    predicate: Any
 
     def holds(self, context: Context) -> bool:
         text = performed(self.predicate, context).strip().lower()
@@ -223,19 +207,20 @@ class DeclareLaunchArgument:
             raise Failed(f"Argument '{self.name}' provided value '{value}' is not valid")
 
 
+@dataclass
 class SetLaunchConfiguration:
-    def __init__(self, name: str, value: Any) -> None:
-        self.name, self.value = name, value
+    name: str
+    value: Any
 
     def execute(self, context: Context) -> None:
         context.values[self.name] = performed(self.value, context)
 
 
+@dataclass
 class GroupAction:
     """Actions whose launch configurations are set for them alone, as a scoped group's are (the default)."""
 
-    def __init__(self, actions: Sequence[Any]) -> None:
-        self.actions = actions
+    actions: Sequence[Any]
 
     def execute(self, context: Context) -> list[Any]:
         before = dict(context.values)
@@ -244,15 +229,11 @@ class GroupAction:
 
 class OpaqueFunction:
     def __init__(self, *, function: Callable[[Context], Any]) -> None:
-        self.function = function
-
-    def execute(self, context: Context) -> Any:
-        return self.function(context)
+        self.execute = function
 
 
-class PythonLaunchDescriptionSource:
-    def __init__(self, path: Any) -> None:
-        self.path = path
+class PythonLaunchDescriptionSource(NamedTuple):
+    path: Any
 
 
 class IncludeLaunchDescription:
@@ -270,44 +251,40 @@ class IncludeLaunchDescription:
         return [*(SetLaunchConfiguration(name, value) for name, value in values.items()), *entities]
 
 
+@dataclass
 class ParameterValue:
-    def __init__(self, value: Any, *, value_type: type) -> None:
-        assert value_type in (bool, str)
-        self.value, self.type = value, value_type
+    value: Any
+    value_type: type
 
     def read(self, context: Context) -> Any:
+        assert self.value_type in (bool, str)
         text = performed(self.value, context)
-        return text if self.type is str else _boolean(text, context)
+        return text if self.value_type is str else _boolean(text, context)
 
 
+@dataclass(kw_only=True)
 class Node:
-    def __init__(
-        self,
-        *,
-        package: Any,
-        executable: Any,
-        name: Any = "",
-        namespace: Any = "",
-        arguments: Any = (),
-        parameters: Any = (),
-        remappings: Sequence[tuple[Any, Any]] = (),
-        output: str = "log",
-        condition: IfCondition | None = None,
-    ) -> None:
-        assert all(isinstance(argument, str | list | Substitution) for argument in arguments)
-        assert output in ("log", "screen", "both")
-        self.remaps = remappings
-        self.words, self.arguments = (package, executable, name, namespace), arguments
-        self.parameters, self.condition = parameters, condition
+    package: Any
+    executable: Any
+    name: Any = ""
+    namespace: Any = ""
+    arguments: Any = ()
+    parameters: Any = ()
+    remappings: Sequence[tuple[Any, Any]] = ()
+    output: str = "log"
+    condition: IfCondition | None = None
 
     def execute(self, context: Context) -> None:
-        package, executable, name, namespace = (performed(word, context) for word in self.words)
+        assert all(isinstance(argument, str | list | Substitution) for argument in self.arguments)
+        assert self.output in ("log", "screen", "both")
+        words = (self.package, self.executable, self.name, self.namespace)
+        package, executable, name, namespace = (performed(word, context) for word in words)
         arguments = [performed(argument, context) for argument in self.arguments]
         merged = {key: value for one in self.parameters if isinstance(one, dict) for key, value in one.items()}
         values = {key: _parameter(value, context) for key, value in merged.items()}
         files = [performed(one, context) for one in self.parameters if not isinstance(one, dict)]
         assert all(Path(file).is_file() for file in files), f"no such file: {files}"
-        remaps = [(performed(old, context), performed(new, context)) for old, new in self.remaps]
+        remaps = [(performed(old, context), performed(new, context)) for old, new in self.remappings]
         started = Started(package, executable, name, arguments, values, namespace, remaps, files)
         context.launch.nodes.append(started)
 
@@ -321,51 +298,37 @@ def _parameter(value: Any, context: Context) -> Any:
     return value.read(context) if isinstance(value, ParameterValue) else yaml.safe_load(performed(value, context))
 
 
+TEXTS = ("robot_description", "robot_description_semantic")
+
+
 class MoveItConfigsBuilder:
-    """Reads files of a package as ``moveit_configs_utils`` does: each has to be there, and be what it is taken for."""
+    """Reads files of a package as ``moveit_configs_utils`` does: each must exist, and have the contents of its kind."""
 
     def __init__(self, robot_name: str, *, package_name: str, context: Context) -> None:
         self.share, self.read = context.shares[package_name], dict[str, Any](name=robot_name)
 
-    def _text(self, file_path: str) -> str:
-        return (self.share / file_path).read_text("utf-8")
+    def __getattr__(self, name: str) -> Callable[..., MoveItConfigsBuilder]:
+        keys = {"joint_limits": "robot_description_planning"}
+        assert name in (*TEXTS, "robot_description_kinematics", "joint_limits", "trajectory_execution")
 
-    def _loaded(self, key: str, file_path: str) -> MoveItConfigsBuilder:
-        loaded = yaml.safe_load(self._text(file_path))
-        assert isinstance(loaded, dict)
-        return self._with(key, loaded)
+        def load(*, file_path: str) -> MoveItConfigsBuilder:
+            text = (self.share / file_path).read_text("utf-8")
+            loaded = yaml.safe_load(text) if name not in TEXTS else ET.fromstring(text) is not None and text
+            assert isinstance(loaded, str if name in TEXTS else dict)
+            self.read |= loaded if name == "trajectory_execution" else {keys.get(name, name): loaded}
+            return self
 
-    def _with(self, key: str, value: Any) -> MoveItConfigsBuilder:
-        self.read[key] = value
-        return self
-
-    def robot_description(self, *, file_path: str) -> MoveItConfigsBuilder:
-        ET.fromstring(self._text(file_path))
-        return self._with("robot_description", {"robot_description": self._text(file_path)})
-
-    def robot_description_semantic(self, *, file_path: str) -> MoveItConfigsBuilder:
-        ET.fromstring(self._text(file_path))
-        return self._with("semantic", {"robot_description_semantic": self._text(file_path)})
-
-    def robot_description_kinematics(self, *, file_path: str) -> MoveItConfigsBuilder:
-        return self._loaded("robot_description_kinematics", file_path)
-
-    def joint_limits(self, *, file_path: str) -> MoveItConfigsBuilder:
-        return self._loaded("robot_description_planning", file_path)
-
-    def trajectory_execution(self, *, file_path: str) -> MoveItConfigsBuilder:
-        return self._loaded("trajectory_execution", file_path)
+        return load
 
     def planning_pipelines(self, *, pipelines: list[str]) -> MoveItConfigsBuilder:
-        return self._with("planning_pipelines", {"planning_pipelines": tuple(pipelines)})
+        self.read["planning_pipelines"] = tuple(pipelines)
+        return self
 
     def to_moveit_configs(self) -> MoveItConfigsBuilder:
         return self
 
     def to_dict(self) -> dict[str, Any]:
-        named = {key: self.read[key] for key in ("robot_description_kinematics", "robot_description_planning")}
-        flat = ("robot_description", "semantic", "trajectory_execution", "planning_pipelines")
-        return {**named, **{key: value for one in flat for key, value in dict(self.read[one]).items()}}
+        return {key: value for key, value in self.read.items() if key != "name"}
 
 
 def _python(text: str, path: Path, context: Context) -> list[Any]:
@@ -443,12 +406,11 @@ def _action(tag: str, given: Mapping[str, Any]) -> Any:
 
 
 def _argument(attributes: Mapping[str, str], children: Sequence[Mapping[str, str]]) -> DeclareLaunchArgument:
-    default = parsed(attributes["default"]) if "default" in attributes else None
+    default: Any = parsed(attributes["default"]) if "default" in attributes else None
     if default is not None and all(isinstance(piece, Text) for piece in default):
-        default = "".join(str(piece) for piece in default)
+        default = "".join(default)
     choices = [_escaped(child["value"]) for child in children] or None
-    names = (_escaped(attributes[key]) for key in ("name", "description"))
-    name, description = names
+    name, description = (_escaped(attributes[key]) for key in ("name", "description"))
     return DeclareLaunchArgument(name, default_value=default, description=description, choices=choices)
 
 
@@ -458,17 +420,15 @@ def _include(attributes: Mapping[str, str], children: Sequence[Mapping[str, str]
 
 
 def _node(attributes: Mapping[str, str], children: Sequence[Mapping[str, str]]) -> Node:
-    words = {key: parsed(attributes.get(key, "")) for key in ("pkg", "exec", "name", "namespace")}
     parameters = {}
     for child in children:
         value: Any = parsed(child["value"])
         assert child.get("type", "str") == "str"
         parameters[child["name"]] = ParameterValue(value, value_type=str) if "type" in child else value
     return Node(
-        package=words["pkg"],
-        executable=words["exec"],
-        name=words["name"],
-        namespace=words["namespace"],
+        package=parsed(attributes["pkg"]),
+        executable=parsed(attributes["exec"]),
+        **{key: parsed(attributes.get(key, "")) for key in ("name", "namespace")},
         arguments=split(parsed(attributes.get("args", ""))),
         parameters=[parameters],
         condition=IfCondition(parsed(attributes["if"])) if "if" in attributes else None,
@@ -508,16 +468,27 @@ def _template(text: str, at: int, closing: str) -> tuple[list[Any], int]:
 
 
 def _substitution(text: str, at: int) -> tuple[Substitution, int]:
+    """Return a substitution of Humble; what Jazzy alone has is none."""
     name = re.compile(r"\$\(([a-z][a-z_-]*)").match(text, at)
     assert name, f"no substitution: {text[at:]}"
     at = name.end()
     values: list[list[Any]] = []
     while text[at] == " ":
         value, at = _value(text, at + 1)
-        assert value, f"one space stands between arguments: {text}"
+        assert value, f"one space is between arguments: {text}"
         values.append(value)
     assert text[at] == ")", f"the substitution ends nowhere: {text[at:]}"
-    return _meant(name[1], values), at + 1
+    kinds: dict[str, Callable[..., Substitution]] = {
+        "and": AndSubstitution,
+        "or": OrSubstitution,
+        "not": NotSubstitution,
+        "command": Command,
+        "find-pkg-share": FindPackageShare,
+        "var": lambda name: LaunchConfiguration("".join(name)),
+    }
+    if name[1] not in kinds:
+        pytest.fail(f"Unknown substitution: {name[1]}")
+    return kinds[name[1]](*values), at + 1
 
 
 def _value(text: str, at: int) -> tuple[list[Any], int]:
@@ -534,21 +505,6 @@ def _value(text: str, at: int) -> tuple[list[Any], int]:
             piece, at = Text(_escaped(match[0])), match.end()
         pieces.append(piece)
     return pieces, at
-
-
-def _meant(name: str, values: list[list[Any]]) -> Substitution:
-    """Return a substitution of Humble; one that Jazzy alone has is none."""
-    kinds: dict[str, Callable[..., Substitution]] = {
-        "and": AndSubstitution,
-        "or": OrSubstitution,
-        "not": NotSubstitution,
-        "command": Command,
-        "find-pkg-share": FindPackageShare,
-        "var": lambda name: LaunchConfiguration("".join(name)),
-    }
-    if name not in kinds:
-        pytest.fail(f"Unknown substitution: {name}")
-    return kinds[name](*values)
 
 
 def split(pieces: list[Any]) -> list[Any]:

@@ -12,9 +12,7 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 import pinocchio
-import trimesh
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from rosorin_compile.formats import FORMATS
@@ -25,8 +23,7 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.formats.urdf import write as urdf
 from rosorin_compile.importing.description import write
 from rosorin_compile.language.validate import validate
-from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, Mesh, Output, Robot, Shape, Sphere
-from rosorin_compile.mujoco.mjcf.links import NO_MASS
+from rosorin_compile.model import Output, Robot
 from rosorin_compile.mujoco.mjcf.robot import read_mjcf
 from rosorin_compile.source.diagnostics import has_errors
 from rosorin_compile.source.project import ROOT_FILE
@@ -36,12 +33,12 @@ Matrix = NDArray[np.float64]
 
 
 class Case(NamedTuple):
-    """A file that was imported: what came of it, the robot, and MuJoCo's own model of it."""
+    """A file that was imported: what came of it, the robot, MuJoCo's own model of it, and the MJCF that it becomes."""
 
     imported: Imported
     robot: Robot
     model: Any
-    files: list[str]
+    text: str
 
 
 def imported(path: Path, options: ReadOptions = ReadOptions()) -> Case:  # noqa: B008 - it is frozen
@@ -50,7 +47,7 @@ def imported(path: Path, options: ReadOptions = ReadOptions()) -> Case:  # noqa:
     assert made.tree is not None, [d.message for d in made.diagnostics]
     assert validate(made.tree, FORMATS) == []
     with tempfile.TemporaryDirectory() as folder:
-        for name, text in write(made, outputs_of(made, "the URDF is looked at")).items():
+        for name, text in write(made, outputs_of(made)).items():
             Path(folder, name).write_text(text, "utf-8")
         compiled = compile_robot(Path(folder, ROOT_FILE))
     assert not has_errors(compiled.diagnostics), [d.message for d in compiled.diagnostics if d.severity == "error"]
@@ -60,7 +57,8 @@ def imported(path: Path, options: ReadOptions = ReadOptions()) -> Case:  # noqa:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the importer passes them on
         model = spec.compile()
-    return Case(made, compiled.robot, model, [mesh.file for mesh in spec.meshes])
+    text = next(one.text for one in compiled.artifacts if one.backend == "mjcf")
+    return Case(made, compiled.robot, model, text)
 
 
 def urdf_of(robot: Robot) -> str:
@@ -203,98 +201,3 @@ def _frame(data: Any, body: int) -> Matrix:
     made = np.eye(4)
     made[:3, :3], made[:3, 3] = data.xmat[body].reshape(3, 3), data.xpos[body]
     return made
-
-
-def inertias_differ(case: Case) -> float:
-    """Return the largest difference of mass, centre or inertia of any body, relative to the largest of its kind."""
-    worst, model = 0.0, case.model
-    for index, name in link_names(case).items():
-        mass = model.body_mass[index]
-        said = case.robot.link[name].inertial
-        if said is None:
-            assert mass <= NO_MASS, name
-            continue
-        turn = _rotation(model.body_iquat[index]).as_matrix()
-        theirs = turn @ np.diag(model.body_inertia[index]) @ turn.T
-        rows = np.array(said.pose.transform().rows)
-        moments = [[said.ixx, said.ixy, said.ixz], [said.ixy, said.iyy, said.iyz], [said.ixz, said.iyz, said.izz]]
-        ours = rows @ np.array(moments) @ rows.T
-        worst = max(worst, abs(said.mass - mass) / mass, float(np.abs(said.pose.xyz - model.body_ipos[index]).max()))
-        worst = max(worst, float(np.abs(ours - theirs).max() / max(np.abs(theirs).max(), 1e-12)))
-    return worst
-
-
-def limits_differ(case: Case) -> float:
-    """Return the largest difference of any end of a range (rad, m), any damping, armature and friction."""
-    worst, model = 0.0, case.model
-    for index, names in joint_names(case).items():
-        if model.jnt_type[index] in (FREE, BALL):
-            continue
-        joint = case.robot.joint[names[0]]
-        dof = model.jnt_dofadr[index]
-        if model.jnt_limited[index]:
-            assert joint.type != "continuous"
-            ours = np.array([joint.limit.lower, joint.limit.upper]) if joint.limit else np.full(2, np.nan)
-            worst = max(worst, float(np.abs(ours - model.jnt_range[index]).max()))
-        else:
-            assert joint.type in ("continuous", "prismatic")
-        said = joint.dynamics
-        theirs = [model.dof_damping.ravel()[dof], model.dof_frictionloss[dof], model.dof_armature[dof]]
-        have = [said.damping, said.friction, said.armature] if said else [0.0, 0.0, 0.0]
-        worst = max(worst, max(abs(a - b) for a, b in zip(have, theirs, strict=True)))
-    return worst
-
-
-def shapes_differ(case: Case, folder: Path) -> float:
-    """Return the largest difference (m) of any solid that collides, and of any that is only seen.
-
-    Primitives are compared by sizes and placement, meshes by where the vertices of the file end up.
-    """
-    worst, model = 0.0, case.model
-    for body, name in link_names(case).items():
-        geoms = [g for g in range(model.ngeom) if model.geom_bodyid[g] == body and model.geom_type[g] in _KINDS]
-        geoms = [g for g in geoms if model.geom_type[g] != _MESH or case.files[model.geom_dataid[g]]]
-        link = case.robot.link[name]
-        collide = [g for g in geoms if model.geom_contype[g] or model.geom_conaffinity[g]]
-        shown = f"{case.robot.name}_{name}_colour"  # what ours makes of collision shapes is no visual of the robot
-        looks = {g: model.material(model.geom_matid[g]).name for g in geoms if model.geom_matid[g] >= 0}
-        geoms = [g for g in geoms if g in collide or looks.get(g) != shown]
-        seen = [g for g in geoms if g not in collide]
-        assert len(link.collision) == len(collide), link.name
-        extra = len(link.visual) - len(seen)
-        assert 0 <= extra <= len(collide), link.name
-        for geom, shape in zip(collide, link.collision, strict=True):
-            worst = max(worst, _shape_differs(model, geom, shape, folder))
-        visuals = [g for g in geoms if g in seen or extra]
-        if extra in (0, len(collide)):
-            for geom, shape in zip(visuals, link.visual, strict=True):
-                worst = max(worst, _shape_differs(model, geom, shape, folder))
-    return worst
-
-
-_MESH = 7
-_KINDS = {2: Sphere, 3: Capsule, 4: Ellipsoid, 5: Cylinder, 6: Box, 7: Mesh}
-
-
-def _shape_differs(model: Any, geom: int, shape: Shape, folder: Path) -> float:
-    kind = _KINDS[int(model.geom_type[geom])]
-    assert isinstance(shape.geometry, kind)
-    pose = shape.origin().transform()
-    ours_turn, ours_at = np.array(pose.rows), np.array(pose.xyz)
-    turn, at = _rotation(model.geom_quat[geom]).as_matrix(), model.geom_pos[geom]
-    if isinstance(shape.geometry, Mesh):
-        mesh = trimesh.load_mesh(folder / shape.geometry.file, process=False)
-        mine = np.asarray(mesh.vertices) * shape.geometry.scale @ ours_turn.T + ours_at
-        which = model.geom_dataid[geom]
-        first, count = model.mesh_vertadr[which], model.mesh_vertnum[which]
-        theirs = model.mesh_vert[first : first + count] @ turn.T + at
-        return float(cKDTree(mine).query(theirs)[0].max() / max(1.0, float(np.abs(theirs).max())))
-    size = model.geom_size[geom]
-    sizes = {
-        Sphere: lambda s: [s.radius - size[0]],
-        Ellipsoid: lambda s: list(np.array(s.radii) - size),
-        Box: lambda s: list(np.array(s.size) / 2 - size),
-        Cylinder: lambda s: [s.radius - size[0], s.length / 2 - size[1]],
-        Capsule: lambda s: [s.radius - size[0], s.length / 2 - size[1]],
-    }[kind](shape.geometry)
-    return float(max(np.abs(sizes).max(), np.abs(ours_turn - turn).max(), np.abs(ours_at - at).max()))

@@ -7,7 +7,6 @@ mount namespace of their own, so that nothing stays behind.
 import errno
 import json
 import os
-import resource
 import shutil
 import signal
 import subprocess
@@ -213,12 +212,6 @@ def locked_out(folder: Path, *places: str) -> dict[str, object]:
         except output.OutputError as problem:
             found[f"read {name}"] = problem.diagnostic.rule
     return found
-
-
-def small_files_only(folder: Path) -> dict[str, object]:
-    """Write under a limit for the size of files."""
-    resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000))
-    return attempt(folder, {**NEW, "big.txt": "x" * 10_000})
 
 
 if __name__ == "__main__":

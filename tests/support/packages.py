@@ -6,73 +6,25 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Joint, Pose, Publisher, Robot
 from rosorin_compile.ros.package.options import Options
 from rosorin_compile.ros.package.package import make
-from support.paths import ROOT, ROSORIN
+from support.paths import ROOT, ROSORIN, data_text
 from support.robots import compiled
 
 TEXTS = {artifact.file: artifact.text for artifact in compiled().artifacts}
-PACKAGE_XML = """\
-<package format="3">
-  <name>rosorin_base</name><version>0.1.0</version><description>d</description>
-  <maintainer email="a@b.org">m</maintainer><license>MIT</license>
-  <exec_depend>robot_state_publisher</exec_depend>
-  <exec_depend>tf2_ros</exec_depend>
-</package>
-"""
-SETUP = """\
-import os
-from glob import glob
-from setuptools import setup
-package_name = 'rosorin_base'
-setup(name=package_name, version='0.1.0', packages=[package_name], data_files=[
-    ('share/' + package_name, ['package.xml']),
-    (os.path.join('share', package_name, 'launch'), glob(os.path.join('launch', '*.launch.py'))),
-    ('share/rosorin_base/config', ['config/robot_model.json', 'config/ekf.yaml']),
-])
-"""
-LAUNCH = """\
-import os
-from ament_index_python.packages import get_package_share_directory
-from launch import LaunchDescription
-from launch_ros.actions import Node
-
-
-def mounted(node, place, angles, on, child):
-    turned = ['--roll', angles[0], '--pitch', angles[1], '--yaw', angles[2]]
-    return Node(package='tf2_ros', executable='static_transform_publisher', name=node, arguments=[
-        '--x', place[0], '--y', place[1], '--z', place[2]] + turned + ['--frame-id', on, '--child-frame-id', child])
-
-
-def generate_launch_description():
-    share = get_package_share_directory('rosorin_base')
-    urdf = open(os.path.join(share, 'urdf', 'rosorin.urdf')).read()
-    return LaunchDescription([
-        Node(package='robot_state_publisher', executable='robot_state_publisher', name='robot_state_publisher',
-             parameters=[{'robot_description': urdf}]),
-        mounted('tf_base_laser', ['0.048156', '0.0000756', '0.106748'], ['0', '0', '3.14159265'],
-                'base_link', 'laser'),
-        mounted('tf_base_imu', ['-0.027258', '-0.0000564', '0.048046'], ['0', '-0.0087266', '1.5707'],
-                'base_link', 'imu_link'),
-    ])
-"""
+FILES = yaml.safe_load(data_text("package_of_users.yaml"))
+LAUNCH = FILES["launch/base.launch.py"]
 
 
 def package_of_people(folder: Path) -> Path:
     """Write a package like that of a robot which has run for a while: old URDF, current model, launch by hand."""
     folder = folder / "ws" / "src" / "rosorin_base"
-    files = {
-        "package.xml": PACKAGE_XML,
-        "setup.py": SETUP,
-        "launch/base.launch.py": LAUNCH,
-        "config/ekf.yaml": "ekf: {}\n",
-        "config/robot_model.json": TEXTS["robot_model.json"],
-        "urdf/rosorin.urdf": TEXTS["rosorin.urdf"].replace("7.5437e-05 0.16044", "7.5437e-05 0.17044"),
-        "rosorin_base/__init__.py": "",
-    }
+    urdf = TEXTS["rosorin.urdf"].replace("7.5437e-05 0.16044", "7.5437e-05 0.17044")
+    files = {**FILES, "config/robot_model.json": TEXTS["robot_model.json"], "urdf/rosorin.urdf": urdf}
     for name, text in files.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text, "utf-8")

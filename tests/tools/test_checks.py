@@ -1,4 +1,4 @@
-"""``check NAME``: found by its record, called by its name or by the option that it was, told apart from a robot."""
+"""``NAME:=VALUE`` sets an argument wherever ``-a`` does, in every command."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -10,9 +10,6 @@ from rosorin_compile.cli import watch
 from rosorin_compile.cli.main import main
 from support.commands import Shown, write_files
 from support.paths import DATA
-
-# ``NAME:=VALUE`` sets an argument wherever ``-a`` does: found by asking the parser of every command.
-
 
 ROBOT = """\
 robot: r

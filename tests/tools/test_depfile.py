@@ -12,10 +12,8 @@ import pytest
 
 from rosorin_compile.cli.run import escape
 from rosorin_compile.output import OutputError
-from support.commands import write_files
 from support.projects import foreign, meshes, packaged, rosorin_alone, ur5e
 
-PROGRAM = f"{sys.executable} -m rosorin_compile"
 # Notes each file that is opened for reading, in every process of Python that is started.
 HOOK = """\
 import os, sys
@@ -131,72 +129,3 @@ def touched(path: Path) -> None:
     time.sleep(0.02)
     os.utime(path)
     time.sleep(0.02)
-
-
-RULE = """\
-rule print
-  command = {program} print $robot urdf -o $out --depfile $out.d
-  depfile = $out.d
-  {deps}
-build left.urdf: print
-  robot = left.yaml
-build sub/right.urdf: print
-  robot = right.yaml
-"""
-SHARED = {
-    "left.yaml": "robot: left\ninclude: [common.yaml, own.yaml]\n",
-    "right.yaml": """\
-robot: right
-include: [common.yaml]
-let: {r: '${load("r.yaml").r}'}
-links: {x: {visual: [{sphere: {radius: "${r}"}}]}}
-joints: {j: {type: fixed, parent: base, child: x}}
-""",
-    "common.yaml": "links: {base: {}}\n",
-    "own.yaml": "links: {tip: {}}\njoints: {j: {type: fixed, parent: base, child: tip}}\n",
-    "r.yaml": "r: 1\n",
-}
-
-
-@pytest.mark.slow
-@pytest.mark.landing("builds", "deps = gcc")
-@pytest.mark.parametrize("deps", ["", "deps = gcc"])
-def test_ninja_runs_what_depends_on_a_file_and_then_nothing(home: Path, deps: str) -> None:
-    write_files(home, {**SHARED, "build.ninja": RULE.format(program=PROGRAM, deps=deps)})
-    assert "[2/2]" in run("ninja")
-    assert "no work to do" in run("ninja")
-    both, left, right = "[2/2]", "left.yaml", "right.yaml"
-    for name, runs in (("common.yaml", both), ("own.yaml", left), ("r.yaml", right), (left, left), (right, right)):
-        touched(home / name)
-        said = run("ninja", "-v")
-        assert runs in said
-        assert runs == both or "[1/1]" in said
-        assert "no work to do" in run("ninja")
-    (home / "r.yaml").write_text("r: 2\n")
-    run("ninja")
-    assert '<sphere radius="2"/>' in (home / "sub" / "right.urdf").read_text()
-    (home / "r.yaml").write_text("r: 1 kg\n")
-    assert "error[wrong-unit]" in run("ninja", code=1)
-    assert '<sphere radius="2"/>' in (home / "sub" / "right.urdf").read_text()
-    (home / "r.yaml").write_text("r: 3\n")
-    run("ninja")
-    assert '<sphere radius="3"/>' in (home / "sub" / "right.urdf").read_text()
-
-
-# What is written when, and what does not go together
-
-
-# --only
-
-
-# What was looked for and not found
-
-
-# check --depfile: a build learns what was compiled, and what it was compared with.
-
-
-PROJECT = {
-    "descriptions/lamp/robot.yaml": "robot: lamp\ninclude: [more.yaml]\noutputs: {urdf: {file: lamp.urdf}}\n",
-    "descriptions/lamp/more.yaml": "links: {base_link: {}}\n",
-    "descriptions/other/robot.yaml": "robot: other\nlinks: {base_link: {}}\noutputs: {urdf: {file: o.urdf}}\n",
-}

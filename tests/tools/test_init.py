@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.importing.new_robot import TEMPLATES, check_name, init, texts_of
+from rosorin_compile.importing.new_robot import TEMPLATES, check_free, init, texts_of
 from support.kills import at_each_step
 from support.paths import ROOT, SCHEMAS
-from support.robots import compiled, texts
+from support.robots import compiled
 
 pytestmark = pytest.mark.usefixtures("here")
 
@@ -106,20 +106,6 @@ def test_whoever_cannot_be_asked_gets_the_default_and_a_taken_name_is_told_befor
     assert "which one" not in told.out
 
 
-@pytest.mark.parametrize("base", ["fixed", "free"])
-def test_mujoco_runs_the_starter(base: str) -> None:
-    mujoco = pytest.importorskip("mujoco")
-    init("bot")
-    made = compiled(Path("descriptions/bot/robot.yaml"), {"base": base})
-    model = mujoco.MjModel.from_xml_string(texts(made)["bot.xml"])
-    data = mujoco.MjData(model)
-    while data.time < 1:
-        mujoco.mj_step(model, data)
-    assert abs(data.joint("left_joint").qpos[0]) < 1e-6
-    assert abs(data.qpos).max() < 10
-    assert not data.warning.number.any()
-
-
 def test_the_modeline_leads_to_the_schema_without_a_network() -> None:
     init("bot")
     description = Path("descriptions/bot/robot.yaml")
@@ -132,7 +118,7 @@ def test_the_modeline_leads_to_the_schema_without_a_network() -> None:
 
 @pytest.mark.parametrize("name", ["b", "my_bot", "Bot2", "on", "no", "a-b", "x" * 60])
 def test_good_names(here: Path, name: str) -> None:
-    check_name(name)
+    check_free(name, Path())
     init(name)
     made = compiled(here / "descriptions" / name / "robot.yaml")
     assert made.robot is not None

@@ -9,7 +9,6 @@ import pytest
 
 from rosorin_compile.cli import watch
 from rosorin_compile.cli.main import main
-from rosorin_compile.cli.run import Run
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.system import pip_install
 from support.commands import parse
@@ -167,9 +166,7 @@ def test_what_is_converted_never_stands_outside_of_the_artifacts() -> None:
 def test_watch_sees_a_mesh_that_comes(name: str) -> None:
     folder = describe(name)
     (folder.parent / "arm").mkdir()
-    robot = watch.WatchedRobot(
-        Description("r", folder / "robot.yaml", Path("outputs/r")), Run.from_options(parse(["watch"]))
-    )
+    robot = watch.WatchedRobot(Description("r", folder / "robot.yaml", Path("outputs/r")), parse(["watch"]))
     time.sleep(0.05)  # what changed just before a compilation is read again
     robot.compile()
     assert not robot.inputs.has_changed()

@@ -92,12 +92,3 @@ def print_bytes(capfdbinary: Shown, *words: str) -> bytes:
     out, err = capfdbinary.readouterr()
     assert err == b""
     return bytes(out)
-
-
-# -o FILE
-
-
-# Which robot
-
-
-# Robots in other formats

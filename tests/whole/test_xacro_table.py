@@ -1,6 +1,5 @@
 """What xacro says is said here: for each of its features the same robot in both, or the reason why not."""
 
-import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,6 @@ from rosorin_compile.language.expression import evaluate
 from rosorin_compile.source.diagnostics import NOTE, Source, text
 from rosorin_compile.source.load import parse_yaml
 from support.cases import as_comment, check
-from support.pages import FENCED
 from support.round_trip import differences
 from support.unrounded import compile_unrounded
 from support.xacro_page import PAGE, page
@@ -102,8 +100,3 @@ def test_every_unit_tag_of_xacro_is_read() -> None:
 
 def test_page_is_up_to_date() -> None:
     assert PAGE.read_text("utf-8") == page(), "python tests/renew.py from-xacro"
-
-
-def test_headings_of_the_page_are_each_there_once() -> None:
-    titles = re.findall(r"^###? (.+)$", FENCED.sub("", page()), re.MULTILINE)
-    assert len({title.lower() for title in titles}) == len(titles)

@@ -24,19 +24,19 @@ _ONLY = "write only this output and its meshes; repeatable"
 @cli.depfile_options("default: the first artifact, or that of the first --only")
 @cli.notes_option
 @cli.fail_on_option
-def run(options: cli.Options) -> int:
+def run_all(run: Run) -> int:
     """Compile each robot and write its artifacts."""
-    refuse_stdin(options.words, "name a file, or print one artifact: rosorin-compile print - OUTPUT")
-    if options.dry_run:
+    refuse_stdin(run.words, "name a file, or print one artifact: rosorin-compile print - OUTPUT")
+    if run.dry_run:
         from .check import check_robot
 
-        return for_each(options, check_robot)
-    return for_each(options, _write)
+        return for_each(run, check_robot)
+    return for_each(run, _write)
 
 
 def _write(run: Run, description: Description) -> int:
-    options, console, request = run.options, run.console, run.request(description)
-    result = api.write(request, prune=options.prune, only=options.only)
+    console, request = run.console, run.request(description)
+    result = api.write(request, prune=run.prune, only=run.only)
     compiled = result.compiled
     inputs = request.inputs(compiled)
     console.print_read(inputs)
@@ -58,11 +58,10 @@ def _write(run: Run, description: Description) -> int:
     changes += [f"removed: {', '.join(result.removed)}"] if result.removed else []
     done = "; ".join(changes) or "unchanged"
     console.say(f"{description.name}: {count(files, meshes)} in {result.folder}, {done}")
-    if options.depfile is not None:
+    if run.depfile is not None:
         # A mesh that was read in the folder of the artifacts is an input, too, and keeps its time.
         read = {os.path.realpath(file) for file in inputs}
         made = [description.outputs / file for file in (*files, *meshes)]
         newer = [file for file in made if os.path.realpath(file) not in read]
-        code = write_depfile(run, options.depfile_target or str(made[0]), compiled, inputs, made, newer)
-        return PROBLEMS if failed else code
-    return PROBLEMS if failed or (options.hook and (result.written or result.removed)) else FINE
+        write_depfile(run, run.depfile_target or str(made[0]), compiled, inputs, made, newer)
+    return PROBLEMS if failed or (run.hook and (result.written or result.removed)) else FINE

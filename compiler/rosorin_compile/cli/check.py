@@ -46,21 +46,21 @@ _SUBMODULE = "160000"  # the mode of an entry in the index of Git
 @cli.full_option
 @cli.page_options("write a page that shows the robots, as committed and as compiled, and the changes")
 @cli.depfile_options("required with --depfile")
-def run(options: cli.Options) -> int:
+def run_check(run: Run) -> int:
     """Compile each robot and compare with its artifacts."""
-    if not options.staged:
-        return _check(options)
-    absolute = [word for word in options.words if Path(word).is_absolute()]
+    if not run.staged:
+        return _check(run)
+    absolute = [word for word in run.words if Path(word).is_absolute()]
     if absolute:
         raise RequestError(f"--staged takes paths from this folder, not {absolute[0]}")
     here = Path.cwd()
     for name in ("html", "summary", "depfile"):
-        if getattr(options, name) is not None:
-            setattr(options, name, str(here / getattr(options, name)))
+        if getattr(run, name) is not None:
+            setattr(run, name, str(here / getattr(run, name)))
     with _staged_files(here) as folder:
         os.chdir(folder)  # so that messages have the paths of the repository
         try:
-            return _check(options)
+            return _check(run)
         finally:
             os.chdir(here)
 
@@ -98,22 +98,22 @@ def _staged_files(here: Path) -> Iterator[Path]:
         yield folder
 
 
-def _check(options: cli.Options) -> int:
-    if options.depfile is not None and options.depfile_target is None:
+def _check(run: Run) -> int:
+    if run.depfile is not None and run.depfile_target is None:
         raise RequestError("a depfile needs a target: --depfile-target NAME")
-    if options.every_argument:
-        return for_each(options, _check_every)
-    if options.html is None:
-        return for_each(options, check_robot)
-    page = Pictures(Path(options.html), not options.no_meshes, options.max_megabytes)
-    code = for_each(options, partial(check_robot, page=page))
-    Run.from_options(options).write_page(page)
+    if run.every_argument:
+        return for_each(run, _check_every)
+    if run.html is None:
+        return for_each(run, check_robot)
+    page = Pictures(Path(run.html), not run.no_meshes, run.max_megabytes)
+    code = for_each(run, partial(check_robot, page=page))
+    run.write_page(page)
     return code
 
 
 def check_robot(run: Run, description: Description, page: Pictures | None = None) -> int:
     """Compile one robot and compare it with its outputs folder; ``page`` gets the changes."""
-    options, console, name, request = run.options, run.console, description.name, run.request(description)
+    console, name, request = run.console, description.name, run.request(description)
     if description.path == Description.ON_STDIN:
         compiled = request.compile()
         if run.show(compiled) or compiled.robot is None:
@@ -133,20 +133,20 @@ def check_robot(run: Run, description: Description, page: Pictures | None = None
     if page is not None:
         page.take(request, compiled, committed)
     if committed.differing():
-        lines = committed.lines(full=getattr(options, "full", False))
+        lines = committed.lines(full=getattr(run, "full", False))
         found = error("outputs-differ", "\n".join(lines), None, "run rosorin-compile all to write them again")
         console.differ("not up to date", lines, found, committed.comparison, committed.meshes)
-        if options.output is not None and not folder.is_dir():
+        if run.output is not None and not folder.is_dir():
             how = "rosorin-compile all with the same -o and arguments writes it"
             console.warn(f"{name}: there is no folder {folder}; {how}")
         return PROBLEMS
     if failed:
         return PROBLEMS
     console.say(f"{name}: {count(compiled.artifacts, compiled.mesh_files)} up to date in {folder}")
-    if options.depfile is None:
-        return FINE
-    compared = [folder / file for file in committed.committed]
-    return write_depfile(run, options.depfile_target, compiled, [*inputs, *compared], ())
+    if run.depfile is not None:
+        compared = [folder / file for file in committed.committed]
+        write_depfile(run, run.depfile_target, compiled, [*inputs, *compared], ())
+    return FINE
 
 
 def _check_every(run: Run, description: Description) -> int:

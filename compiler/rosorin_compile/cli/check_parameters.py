@@ -10,7 +10,7 @@ from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.project import Description
 
-from .command import Options, check, check_options, combine, option, repeatable
+from .command import check, check_options, combine, option, repeatable
 from .console import FINE, PROBLEMS
 from .run import Run, for_each
 
@@ -29,25 +29,25 @@ _MAX_BYTES = 1_000_000  # of a file that are searched
     option(f"--distribution {'|'.join(DISTRIBUTIONS)}", help="ROS 2 distribution; default: that of the outputs"),
     section="Parameter files",
 )
-def run(options: Options) -> int:
+def run_check_parameters(run: Run) -> int:
     """Check the parameter files against the robot."""
-    names = Run.from_options(options).words
+    names = run.words
     parameters = names[1:] if names and _is_robot(names[0]) else names
-    if not parameters and not options.controllers:
+    if not parameters and not run.controllers:
         raise RequestError(
             f"there is no parameter file to hold against a robot: rosorin-compile check parameters {_USAGE}"
         )
 
     def check_robot(run: Run, description: Description) -> int:
-        picked = options.pick("controllers launch namespace distribution")
-        result = check_parameters(run.request(description), parameters, **picked, remaps=options.remap)
+        picked = run.pick("controllers launch namespace distribution")
+        result = check_parameters(run.request(description), parameters, **picked, remaps=run.remap)
         failed = run.show(result)
         if not result.robot:
             return run.no_robot(description)
         run.console.say(f"{description.name}: {summary(result)}")
         return PROBLEMS if failed else FINE
 
-    return for_each(options, check_robot, _USAGE, names[: len(names) - len(parameters)])
+    return for_each(run, check_robot, _USAGE, names[: len(names) - len(parameters)])
 
 
 def _is_robot(word: str) -> bool:

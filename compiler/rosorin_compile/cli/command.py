@@ -1,6 +1,6 @@
 """Commands and their options: click commands with grouped help and one way of running.
 
-``command`` and ``check`` turn a function that takes parsed ``Options`` and returns an exit code into a ``Command``.
+``command`` and ``check`` turn a function that takes a ``Run`` and returns an exit code into a ``Command``.
 """
 
 from __future__ import annotations
@@ -9,8 +9,7 @@ import os
 import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 from click.shell_completion import CompletionItem
@@ -24,23 +23,16 @@ from . import complete
 from .console import FINE, PROBLEMS, Console, show_progress
 from .table import BUILT_IN, CHECK
 
+if TYPE_CHECKING:
+    from .run import Run
+
 PAGE_MEGABYTES = 40  # of the meshes of a page
 ROBOT_HELP = "name of a robot in descriptions/, or a folder or file"
 ROBOTS_HELP = f"{ROBOT_HELP}; default: all robots"
 OF_ROBOT = ("robot", "argument")  # kinds of names that a shell completes
 
 
-class Options(SimpleNamespace):
-    """The parsed options of one run by name; ``words`` and repeatable options are lists, pairs a dict."""
-
-    console: Console
-
-    def pick(self, names: str) -> dict[str, Any]:
-        """Return the values of some options by name, as arguments of the API."""
-        return {name: getattr(self, name) for name in names.split()}
-
-
-Run = Callable[[Options], int]
+Work = Callable[["Run"], int]
 Decorator = Callable[[Any], Any]
 
 
@@ -87,7 +79,7 @@ class Command(click.Command):
     def __init__(
         self,
         name: str,
-        run: Run,
+        run: Work,
         params: Sequence[click.Parameter] = (),
         *,
         group: str = "plug-ins",
@@ -112,21 +104,25 @@ class Command(click.Command):
             parent.obj.command, parent.obj.plugin = self.called, self.plugin
         return super().make_context(info_name, args, parent, **extra)
 
-    def options(self, ctx: click.Context) -> Options:
-        """Return the parsed options of a context."""
+    def start(self, ctx: click.Context) -> Run:
+        """Return the run with the parsed options of a context. Raises RequestError for invalid ones."""
+        from .run import Run  # which imports what reads robots
+
         values = {name: list(value) if isinstance(value, tuple) else value for name, value in ctx.params.items()}
-        return Options(**values, console=ctx.obj or Console(), called=self.called)
+        return Run(self.called, ctx.obj or Console(), **values)
 
     def invoke(self, ctx: click.Context) -> int:
         """Run this command; return the exit code. Raises RequestError, PluginFailed."""
-        options = self.options(ctx)
-        console = options.console
-        console.form, console.quiet, console.verbose = options.format, options.quiet, options.verbose
-        if getattr(options, "xacro_seconds", None) is not None:  # for all processes of the run
-            os.environ["ROSORIN_COMPILE_XACRO_SECONDS"] = str(options.xacro_seconds)
-        if options.format in ("text", "github", "markdown") and not options.quiet:
+        console: Console = ctx.obj
+        console.form, console.quiet, console.verbose = (ctx.params[name] for name in ("format", "quiet", "verbose"))
+        run = self.start(ctx)
+        console.counts_notes = not getattr(run, "notes", True) and not run.verbose
+        console.keeps_sections = run.format == "markdown" or getattr(run, "summary", None) is not None
+        if getattr(run, "xacro_seconds", None) is not None:  # for all processes of the run
+            os.environ["ROSORIN_COMPILE_XACRO_SECONDS"] = str(run.xacro_seconds)
+        if run.format in ("text", "github", "markdown") and not run.quiet:
             show_progress()
-        code = self.run(options)
+        code = self.run(run)
         if self.plugin is not None and type(code) is not int:
             raise PluginFailed(broken_plugin(self.plugin, f"gives no exit code, but {str(code)[:60]!r}"))
         notes = [Diagnostic("system-lacks", NOTE, message) for message in take_missing()]
@@ -134,7 +130,7 @@ class Command(click.Command):
             notes.insert(0, Diagnostic("cache-not-private", NOTE, refused[0], help=refused[1]))
         if notes and not console.quiet:
             console.show(notes, listed=True)
-        fail_on = getattr(options, "fail_on", "error")
+        fail_on = getattr(run, "fail_on", "error")
         if fail_on == "never" and code == PROBLEMS:
             return FINE
         has_warnings = console.severities["error"] + console.severities["warning"] > 0
@@ -157,13 +153,13 @@ class Command(click.Command):
         """Write nothing: ``format_options`` writes the arguments, also with versions of click that have no help."""
 
 
-def command(name: str, within: str = "", **settings: Any) -> Callable[[Run], Command]:
-    """Return a decorator that makes a function that takes ``Options`` a command; built-in ones are in the table."""
+def command(name: str, within: str = "", **settings: Any) -> Callable[[Work], Command]:
+    """Return a decorator that makes a function that takes a ``Run`` a command; built-in ones are in the table."""
     if "help" not in settings:
         entry = BUILT_IN["checks" if within == CHECK else "commands"][name]
         settings |= {"group": entry.group, "help": entry.help, "hidden": entry.hidden}
 
-    def decorate(run: Run) -> Command:
+    def decorate(run: Work) -> Command:
         # click keeps the parameters of decorators in reverse order
         decorated = [*output_options(lambda: None).__click_params__, *getattr(run, "__click_params__", [])]
         return Command(name, run, decorated[::-1], within=within, **settings)
@@ -189,19 +185,9 @@ class FileName(click.ParamType):  # type: ignore[type-arg] # not generic before 
 PATH = FileName()
 
 
-def pair(text: str, form: str) -> tuple[str, str]:
-    """Return the name and the value of a text such as NAME=VALUE or NAME:=VALUE. Raises RequestError.
-
-    ``form`` is what the error shows; only the value of an argument, NAME=VALUE, may be empty.
-    """
-    name, equals, value = text.partition("=")
-    name = name.strip().removesuffix(":")
-    if not equals or not name or not (value.strip() or form == "NAME=VALUE"):
-        raise RequestError(f'"{text}" is not {form}')
-    return name, value if form == "NAME=VALUE" else value.strip()
-
-
 def _pairs(_: click.Context, param: click.Parameter, values: Sequence[str]) -> dict[str, str]:
+    from .run import pair
+
     return dict(pair(value, str(param.metavar)) for value in values)
 
 

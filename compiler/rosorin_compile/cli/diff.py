@@ -9,9 +9,8 @@ from rosorin_compile.compare.difference import Difference, lines
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.language.arguments import NO_ARGUMENTS
 from rosorin_compile.source.diagnostics import RequestError
-from rosorin_compile.source.load import LoadError
 
-from .command import Options, command, flag, option, page_options, repeatable, robot_options, words_argument
+from .command import command, flag, option, page_options, repeatable, robot_options, words_argument
 from .console import FINE, PROBLEMS
 from .run import Run, take_stdin
 
@@ -32,37 +31,32 @@ _OPTIONAL = ("distance", "angle", "when", "at")
 @flag("--full", help="print all differences")
 @page_options("write a page that shows both robots and their differences")
 @robot_options
-def run(options: Options) -> int:
+def run_diff(run: Run) -> int:
     """Compare two robots, and print the differences."""
-    run = Run.from_options(options)
     if len(run.words) != 2:
         raise RequestError(f"diff compares two robots, not {len(run.words)}: {', '.join(run.words) or 'none'}")
-    if not 0 <= options.tolerance < float("inf"):
-        raise RequestError(f'--tolerance: "{options.tolerance}" is not a number from zero upwards')
+    if not 0 <= run.tolerance < float("inf"):
+        raise RequestError(f'--tolerance: "{run.tolerance}" is not a number from zero upwards')
     take_stdin(run.words)
     requests = [replace(run.request(run.find_robot(word)), warn=None) for word in run.words]
-    try:
-        values = requests[0].values()
-    except LoadError as problem:
-        run.console.show([problem.diagnostic])
-        return PROBLEMS
-    settings = {"a_arguments": options.a_arg, "b_arguments": options.b_arg, "packages": run.packages}
-    settings |= {"trust": options.trust, "brief": options.format == "text" and not options.full}
+    values = requests[0].values()
+    settings = {"a_arguments": run.a_arg, "b_arguments": run.b_arg, "packages": run.packages}
+    settings |= {"trust": run.trust, "brief": run.format == "text" and not run.full}
     first, second = run.words
-    found = api.diff(first, second, options.tolerance, options.prefix, arguments=values, **settings)
+    found = api.diff(first, second, run.tolerance, run.prefix, arguments=values, **settings)
     if refused := [one for one in found.diagnostics if one.help == NO_ARGUMENTS]:
         raise RequestError(refused[0].message)
     run.console.show(found.diagnostics)
     if found.a is None or found.b is None:
         run.console.warn(f"{' and '.join(run.words)}: cannot be compared")
         return PROBLEMS
-    run.give(as_json(found), lambda: "\n".join(lines(found, options.full)))
-    if options.html is not None:
+    run.give(as_json(found), lambda: "\n".join(lines(found, run.full)))
+    if run.html is not None:
         from rosorin_compile.viewer.changed import Pictures
 
-        page = Pictures(Path(options.html), not options.no_meshes, options.max_megabytes)
-        pairs = zip(requests, (options.a_arg, options.b_arg), strict=True)
-        page.take_sides([replace(one, arguments={**one.arguments, **own}) for one, own in pairs], found, options.prefix)
+        page = Pictures(Path(run.html), not run.no_meshes, run.max_megabytes)
+        pairs = zip(requests, (run.a_arg, run.b_arg), strict=True)
+        page.take_sides([replace(one, arguments={**one.arguments, **own}) for one, own in pairs], found, run.prefix)
         run.write_page(page)
     return FINE if found.same else PROBLEMS
 

@@ -7,7 +7,7 @@ from rosorin_compile.language.arguments import Argument
 from rosorin_compile.source.diagnostics import ERROR, RequestError, UnknownName, has_errors
 from rosorin_compile.source.project import Description, NoDescription, all_here
 
-from .command import Options, command, option, robot_options, robots_argument, words_argument
+from .command import command, option, robot_options, robots_argument, words_argument
 from .console import FINE, PROBLEMS, table
 from .run import Run, find_robots, take_stdin, warn_of_no_robots
 
@@ -21,9 +21,8 @@ from .run import Run, find_robots, take_stdin, warn_of_no_robots
 )
 @option("--pose POSE", default="", help="also print the frames in a named pose", offers="pose")
 @robot_options
-def run_explain(options: Options) -> int:
+def run_explain(run: Run) -> int:
     """Explain frames of one robot; of several words the first is the robot if it can be."""
-    run = Run.from_options(options)
     take_stdin(run.words)
     description, names = None, run.words
     if len(names) > 1:
@@ -34,7 +33,7 @@ def run_explain(options: Options) -> int:
                 raise RequestError(str(problem)) from None
     description = description or run.find_robot("", f"ROBOT {' '.join(names)}")
     try:
-        found = api.explain(run.request(description), names, pose=options.pose)
+        found = api.explain(run.request(description), names, pose=run.pose)
     except UnknownName as problem:
         raise RequestError(f"{description.name}: {problem}") from None
     if has_errors(found.diagnostics):
@@ -46,9 +45,8 @@ def run_explain(options: Options) -> int:
 
 @command("args", exits="0 listed, 1 an invalid argument")
 @robots_argument()
-def run_args(options: Options) -> int:
+def run_args(run: Run) -> int:
     """List the arguments of each robot; those that are set are shown, and checked."""
-    run = Run.from_options(options)
     results = [api.arguments(run.request(description)) for description in find_robots(run.words)]
     for result in results:
         run.console.show(result.diagnostics)

@@ -21,7 +21,7 @@ from .table import COMMANDS
 class _Numbers(click.ParamType):  # type: ignore[type-arg] # not generic before click 8.4
     """Numbers with or without units, separated by commas, in SI; a single one is not a tuple.
 
-    With ``repeats`` one number stands for all.
+    With ``repeats``, for factors of a mesh, one number is for all axes, and none is zero.
     """
 
     name = "numbers"
@@ -41,22 +41,16 @@ class _Numbers(click.ParamType):  # type: ignore[type-arg] # not generic before 
                 self.fail(f'"{part}" is not {describe(self.kind)}{" above zero" * self.positive}', param, ctx)
         if len(parts) != self.count:
             self.fail(f'"{value}" is not {self.count} numbers with commas between them', param, ctx)
+        if self.repeats and not all(numbers):
+            self.fail(f"{value} leaves nothing of a mesh", param, ctx)
         return tuple(map(float, numbers)) if self.count > 1 else float(numbers[0])
-
-
-class _Scale(_Numbers):
-    """The factors of a mesh along x, y and z: one for all, or three."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        factors = super().convert(value, param, ctx)
-        return factors if all(factors) else self.fail(f"{value} leaves nothing of a mesh", param, ctx)
 
 
 _SETTINGS: dict[str, Any] = {"within": "extract", "exits": "0 written, 1 errors"}
 _FROM = "use meshes of these shapes; default: collision, else visual"
 _section_option = cli.option("--from auto|collision|visual", "section", default="auto", help=_FROM)
 _SCALE = "scale factor of mesh files, such as 0.001, or X,Y,Z; default: 1"
-_scale_option = cli.option("--scale S", type=_Scale(3, NUMBER, repeats=True), default="1", help=_SCALE)
+_scale_option = cli.option("--scale S", type=_Numbers(3, NUMBER, repeats=True), default="1", help=_SCALE)
 _STEP = "round heights of boxes to multiples of this length; default: the cell"
 _grid_options = cli.combine(
     cli.option("--cell LENGTH", type=_Numbers(positive=True), help="edge length of a cell; default: 10mm"),
@@ -84,10 +78,10 @@ _ROBOT = "one robot: description, URDF, xacro, SDF or MJCF"
 @cli.option("--digits N", default=5, help="decimals of lengths in metres")
 @_output_options
 @cli.robot_options
-def boxes(options: cli.Options) -> int:
+def boxes(run: Run) -> int:
     """Fit boxes to meshes. Raises RequestError."""
-    run = _run(options)
-    picked = options.pick("links section scale shape stack axis digits output force")
+    refuse_stdin(run.words)
+    picked = run.pick("links section scale shape stack axis digits output force")
     result = extract_boxes(run.words, **run.read_options(), **picked)
     return _print(run, result, result.parts)
 
@@ -107,15 +101,15 @@ def boxes(options: cli.Options) -> int:
 @cli.option("--note", help="note of the source in the description; default: the names of the meshes")
 @_output_options
 @cli.robot_options
-def heightmap(options: cli.Options) -> int:
+def heightmap(run: Run) -> int:
     """Compute a height map. Raises RequestError."""
-    run = _run(options)
-    if options.format != "text" and (options.into or options.bottom):
-        word, other = ("--into edits a file; it", "-o") if options.into else ("--bottom", "--into")
+    refuse_stdin(run.words)
+    if run.format != "text" and (run.into or run.bottom):
+        word, other = ("--into edits a file; it", "-o") if run.into else ("--bottom", "--into")
         raise RequestError(f"{word} excludes {other} and JSON")
-    picked = options.pick("link section scale frame xyz rpy bottom into status note output force")
-    result = extract_height_map(run.words, **run.read_options(), **_grid(options), **picked)
-    if not options.into:
+    picked = run.pick("link section scale frame xyz rpy bottom into status note output force")
+    result = extract_height_map(run.words, **run.read_options(), **_grid(run), **picked)
+    if not run.into:
         return _print(run, result, result.values)
     failed = run.show(result)
     for line in result.report:
@@ -133,16 +127,16 @@ def heightmap(options: cli.Options) -> int:
 @_section_option
 @_grid_options
 @cli.robot_options
-def factory(options: cli.Options) -> int:
+def factory(run: Run) -> int:
     """Extract the numbers of a ROS description package. Raises RequestError."""
-    run = _run(options)
+    refuse_stdin(run.words)
     if len(run.words) != 1:
         raise RequestError(f"extract factory takes one PACKAGE, not {len(run.words)}")
-    picked = options.pick("robot height_map_link frame section lenient")
-    result = extract_factory(run.words[0], options.output, **run.read_options(), **_grid(options), **picked)
+    picked = run.pick("robot height_map_link frame section lenient")
+    result = extract_factory(run.words[0], run.output, **run.read_options(), **_grid(run), **picked)
     failed = run.show(result)
     if result.written:
-        run.give(result, lambda: "" if options.quiet else "\n".join(result.report))
+        run.give(result, lambda: "" if run.quiet else "\n".join(result.report))
     return PROBLEMS if failed else FINE
 
 
@@ -150,30 +144,23 @@ _HELP = COMMANDS["import and compare"]["extract"]
 run = click.Group("extract", commands={"boxes": boxes, "heightmap": heightmap, "factory": factory}, help=_HELP)
 
 
-def _run(options: cli.Options) -> Run:
-    run = Run.from_options(options)
-    refuse_stdin(run.words)
-    return run
-
-
 def _print(run: Run, result: Any, value: object) -> int:
     """Print a text that was not written to a file, and the report; return the exit code."""
-    options = run.options
     if run.show(result):
         return PROBLEMS
-    if options.format == "json":
+    if run.format == "json":
         return run.give(value)
-    lines = [] if options.quiet else [*result.report, *([f"written: {options.output}"] if options.output else [])]
-    if options.output is None:
+    lines = [] if run.quiet else [*result.report, *([f"written: {run.output}"] if run.output else [])]
+    if run.output is None:
         give(result.text)
     for line in lines:
-        print(line, file=sys.stderr if options.output is None else sys.stdout)
+        print(line, file=sys.stderr if run.output is None else sys.stdout)
     return FINE
 
 
-def _grid(options: cli.Options) -> dict[str, Any]:
-    cells = re.fullmatch(r"([0-9]{1,9})[xX]([0-9]{1,9})", options.cells or "0x0")
+def _grid(run: Run) -> dict[str, Any]:
+    cells = re.fullmatch(r"([0-9]{1,9})[xX]([0-9]{1,9})", run.cells or "0x0")
     if cells is None:
-        raise RequestError(f'--cells takes two whole numbers such as 30x23, not "{options.cells}"')
-    grid = options.pick("cell step below origin size map_digits")
-    return {**grid, "cells": (int(cells[1]), int(cells[2])) if options.cells else None}
+        raise RequestError(f'--cells takes two whole numbers such as 30x23, not "{run.cells}"')
+    grid = run.pick("cell step below origin size map_digits")
+    return {**grid, "cells": (int(cells[1]), int(cells[2])) if run.cells else None}

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rosorin_compile.model import Robot
 from rosorin_compile.model.frame_tree import lines, publishers, rows, way
-from rosorin_compile.output import OutputError, may_replace, write_file
+from rosorin_compile.output import may_replace, write_file
 from rosorin_compile.viewer.frames import BOLD, Frames, Look, frames, table, tree
 
 from . import command as cli
@@ -25,10 +25,10 @@ from .run import Run
 @cli.force_option
 @cli.flag("--ascii", help="draw the tree with ASCII characters")
 @cli.robot_options
-def run_frames(options: cli.Options) -> int:
+def run_frames(run: Run) -> int:
     """Show the tree of frames of one robot."""
-    run, description = Run.alone(options)
-    found = frames(run.request(description), **options.pick("frame publisher output force modes"))
+    description = run.only_robot()
+    found = frames(run.request(description), **run.pick("frame publisher output force modes"))
     failed, robot = run.show(found), found.robot
     if robot is None:
         return run.no_robot(description)
@@ -36,25 +36,25 @@ def run_frames(options: cli.Options) -> int:
         return PROBLEMS
     if found.files:
         return run.give(found, lambda: "\n".join(f"{robot.name}: {path}" for path in found.files))
-    return run.console.give(found, lambda: _text(robot, found, options), lambda text: paint(f"{text}\n", sys.stdout))
+    return run.console.give(found, lambda: _text(robot, found, run), lambda text: paint(f"{text}\n", sys.stdout))
 
 
-def _text(robot: Robot, found: Frames, options: cli.Options) -> str:
+def _text(robot: Robot, found: Frames, run: Run) -> str:
     every, on_terminal, is_ascii = rows(robot), sys.stdout.isatty(), True
     with suppress(UnicodeEncodeError, LookupError):  # a stream in memory has no encoding
-        is_ascii = options.ascii or not "└├│─╌".encode(sys.stdout.encoding or "utf-8")
+        is_ascii = run.ascii or not "└├│─╌".encode(sys.stdout.encoding or "utf-8")
     colours = publishers(every) if on_terminal and not os.environ.get("NO_COLOR") else ()
     style = Look(is_ascii, colours, shutil.get_terminal_size().columns if on_terminal else 0)
-    if options.publisher is not None:
-        published = (row for one in found.trees for row in one.edges if row.publisher == options.publisher)
+    if run.publisher is not None:
+        published = (row for one in found.trees for row in one.edges if row.publisher == run.publisher)
         edges = list(dict.fromkeys(published))
-        return "\n".join(table(edges, style)) if edges else f"{options.publisher} publishes nothing here"
+        return "\n".join(table(edges, style)) if edges else f"{run.publisher} publishes nothing here"
     labels: dict[str, list[str]] = {}  # of situations, by their tree
     for situation in found.trees:
         shown = lines(situation.edges, robot.frames)
-        if options.frame is not None:
-            shown = way(shown, options.frame)
-        drawn = "\n".join(tree(shown, style)) if shown else f"{options.frame} is not there"
+        if run.frame is not None:
+            shown = way(shown, run.frame)
+        drawn = "\n".join(tree(shown, style)) if shown else f"{run.frame} is not there"
         labels.setdefault(drawn, []).append(situation.label)
     if len(labels) == 1 < len(found.trees):  # a tree that is the same in all situations needs no heading
         return next(iter(labels))
@@ -67,22 +67,18 @@ def _text(robot: Robot, found: Frames, options: cli.Options) -> str:
 @cli.option("-o", "--output FILE.svg", help="write a drawing")
 @cli.force_option
 @cli.robot_options
-def run_graph(options: cli.Options) -> int:
+def run_graph(run: Run) -> int:
     """Show the nodes of a robot, the topics between them, and topics that no node publishes."""
     from rosorin_compile.ros.graph import graph
 
-    run, description = Run.alone(options)
+    description = run.only_robot()
     found = graph(run.request(description))
     failed = run.show(found)
     if not found.robot:
         return run.no_robot(description)
-    if options.output is None:
+    if run.output is None:
         run.give(found, found.text)
         return PROBLEMS if failed else FINE
-    try:
-        write_file(Path(options.output), found.svg().encode(), (), None if options.force else may_replace)
-    except OutputError as problem:
-        run.console.show([problem.diagnostic])
-        return PROBLEMS
-    run.give(found, lambda: f"{found.robot}: {options.output}")
+    write_file(Path(run.output), found.svg().encode(), (), None if run.force else may_replace)
+    run.give(found, lambda: f"{found.robot}: {run.output}")
     return PROBLEMS if failed else FINE

@@ -7,7 +7,7 @@ from rosorin_compile.importing.import_robot import companions, import_robot
 from rosorin_compile.source.diagnostics import ERROR, RequestError, count_of
 from rosorin_compile.source.project import Description
 
-from .command import Options, combine, command, flag, option, robot_options, words_argument
+from .command import combine, command, flag, option, robot_options, words_argument
 from .console import PROBLEMS
 from .run import Run, take_stdin
 
@@ -31,36 +31,29 @@ _MESHES = "prefix of relative mesh names: a folder relative to the artifacts, or
 @option("--meshes FOLDER", type=str, help=_MESHES)
 @combine(*(option(f"--{one.name} FILE", help=f"also read the {one.word} of the robot") for one in companions()))
 @robot_options
-def run(options: Options) -> int:
+def run_import(run: Run) -> int:
     """Import a robot, and print the result."""
-    run = Run.from_options(options)
     if len(run.words) != 1:
         raise RequestError(f"import takes one SOURCE, not {len(run.words) or 'none'}")
     take_stdin(run.words)
     source = Path(run.words[0]) if run.words[0] != Description.STDIN else Description.ON_STDIN
     console = run.console
     console.begin(source.name)
-    files = {format.name: getattr(options, format.name) for format in companions()}
+    files = {format.name: getattr(run, format.name) for format in companions()}
     result = import_robot(
         source,
-        options.into,
+        run.into,
         **run.read_options(),
-        **options.pick("output name meshes strict lenient verbatim flat drives force"),
+        **run.pick("output name meshes strict lenient verbatim flat drives force"),
         companions={name: file for name, file in files.items() if file is not None},
-        parts=not options.no_parts,
-        keep_edits=options.ours,
+        parts=not run.no_parts,
+        keep_edits=run.ours,
     )
     console.print_read(result.inputs)
     failed = run.show(result)
     if failed and not result.written:
         errors = sum(one.severity == ERROR for one in result.diagnostics)
         console.warn(f"{source}: {count_of(errors, 'error')}, nothing written")
-    for line in result.report:
-        console.say(line)
-    for line in result.to_do:
-        console.say(line, needed=True)
-    for line in result.next_steps:
-        console.say(line)
-    if failed:
-        return PROBLEMS
-    return run.give(result)
+    for line in (*result.report, *result.to_do, *result.next_steps):
+        console.say(line, needed=line in result.to_do)
+    return PROBLEMS if failed else run.give(result)

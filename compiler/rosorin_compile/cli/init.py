@@ -9,8 +9,9 @@ import click
 from rosorin_compile.importing.new_robot import DEFAULT, TEMPLATES, NewRobot, check_free, init
 from rosorin_compile.source.diagnostics import error
 
-from .command import Options, argument, command, option
+from .command import argument, command, option
 from .console import PROBLEMS
+from .run import Run
 
 _TEMPLATE = f"one of {', '.join(TEMPLATES)}; default: prompt in a terminal, else {DEFAULT}"
 
@@ -19,29 +20,29 @@ _TEMPLATE = f"one of {', '.join(TEMPLATES)}; default: prompt in a terminal, else
 @argument("name", metavar="NAME", help="name of the robot: letters, digits and underscores")
 @argument("template", required=False, type=click.Choice([*TEMPLATES]), metavar="[TEMPLATE]", help=_TEMPLATE)
 @option("-o", "--output FOLDER", default=".", help="folder of the project")
-def run(options: Options) -> int:
+def run_init(run: Run) -> int:
     """Write a new description, and print the next step."""
     try:
-        check_free(options.name, Path(options.output))
-        template = options.template or DEFAULT
+        check_free(run.name, Path(run.output))
+        template = run.template or DEFAULT
         is_terminal = sys.stdin is not None and sys.stdin.isatty() and sys.stdout.isatty()
-        if options.template is None and is_terminal and options.format == "text":
+        if run.template is None and is_terminal and run.format == "text":
             width = max(map(len, TEMPLATES))
             print(*(f"  {name:{width}}  {one.what}" for name, one in TEMPLATES.items()), sep="\n")
             template = click.prompt("which one?", DEFAULT, type=click.Choice([*TEMPLATES]), show_choices=False)
-        new = init(options.name, template, options.output)
+        new = init(run.name, template, run.output)
     except OSError as problem:
-        message = f"cannot write in {options.output}: {problem.strerror or problem}"
-        options.console.show([error("output-folder", message, None, "name another folder")])
+        message = f"cannot write in {run.output}: {problem.strerror or problem}"
+        run.console.show([error("output-folder", message, None, "name another folder")])
         return PROBLEMS
-    return options.console.give(new, lambda: "\n".join(_lines(options, new)))
+    return run.give(new, lambda: "\n".join(_lines(run, new)))
 
 
-def _lines(options: Options, new: NewRobot) -> Iterator[str]:
+def _lines(run: Run, new: NewRobot) -> Iterator[str]:
     yield f"{new.description} written: {TEMPLATES[new.template].what}"
     if new.schema_written:
         yield f"{new.schema} written: completion and help in editors"
     elif new.schema_outdated:
         yield f"{new.schema} is of another version; to renew it: rosorin-compile schema > {new.schema}"
-    where = "" if Path(options.output).samefile(".") else f"cd {options.output} && "
-    yield f"next: {where}rosorin-compile all {options.name}, and rosorin-compile view {options.name} to see it"
+    where = "" if Path(run.output).samefile(".") else f"cd {run.output} && "
+    yield f"next: {where}rosorin-compile all {run.name}, and rosorin-compile view {run.name} to see it"

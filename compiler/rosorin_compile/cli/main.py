@@ -20,7 +20,7 @@ from pathlib import Path
 import click
 from click.shell_completion import CompletionItem, shell_complete
 
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, RequestError, UnknownName, nearest
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, DiagnosticError, RequestError, UnknownName, nearest
 from rosorin_compile.source.plugins import PluginFailed, broken_plugin, clash, failed_plugin, installed_plugins, load
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import ROOT_FILE, Description, NoDescription
@@ -222,7 +222,7 @@ def _run(words: list[str], console: Console) -> int:
         return console.fail(_usage_message(problem), USAGE)
     except RequestError as problem:
         return console.fail(str(problem), USAGE)
-    except PluginFailed as problem:
+    except DiagnosticError as problem:
         console.show([problem.diagnostic])
     except (BrokenPipeError, KeyboardInterrupt, click.Abort):
         raise

@@ -34,12 +34,12 @@ _PLACES = "path of an output in FOLDER, such as urdf=urdf/robot.urdf, or none to
     )
 )
 @cli.robot_options
-def run_package(options: cli.Options) -> int:
+def run_package(run: Run) -> int:
     """Write the package of a robot, and print the result."""
-    run, description = Run.alone(options, stdin=False)
+    description = run.only_robot(stdin=False)
     run.console.begin(description.name)
     settings = "name build_type version maintainer license url compile_at_launch control moveit nav2"
-    result = package(run.request(description), options.output, **options.pick(settings))
+    result = package(run.request(description), run.output, **run.pick(settings))
     run.console.print_read(result.inputs)
     failed = run.show(result)
     if not result.package:
@@ -58,12 +58,12 @@ def run_package(options: cli.Options) -> int:
 @cli.dry_run_option
 @cli.full_option
 @cli.robot_options
-def run_deploy(options: cli.Options) -> int:
+def run_deploy(run: Run) -> int:
     """Deploy the artifacts of a robot, and print the changes."""
-    run, description = Run.alone(options, stdin=False)
+    description = run.only_robot(stdin=False)
     console = run.console
     console.begin(description.name)
-    result = deploy(run.request(description), options.output, **options.pick("places dry_run full"))
+    result = deploy(run.request(description), run.output, **run.pick("places dry_run full"))
     console.print_read(result.inputs)
     failed = run.show(result)
     if not result.robot:
@@ -76,15 +76,15 @@ def run_deploy(options: cli.Options) -> int:
     done = "written" if result.written else "would be written"
     console.say(f"{result.robot}: {total - same} of {total} files in {result.folder} {done}")
     run.give(result)
-    return PROBLEMS if failed or (options.dry_run and same < total) else FINE
+    return PROBLEMS if failed or (run.dry_run and same < total) else FINE
 
 
 @cli.check("deployed", exits="0 no differences, 1 differences or errors")
 @cli.check_options("[ROBOT] FOLDER", "the robot, required if there are several, and a package, install space or folder")
 @cli.full_option
-def run_check_deployed(options: cli.Options) -> int:
+def run_check_deployed(run: Run) -> int:
     """Compare the copies in a folder with what robots are compiled to."""
-    names = Run.from_options(options).words
+    names = run.words
     if not names:
         raise RequestError("there is no folder to look into: rosorin-compile check deployed ROBOT FOLDER")
     folder = names[-1]
@@ -93,7 +93,7 @@ def run_check_deployed(options: cli.Options) -> int:
             raise RequestError(f'there is no folder "{folder}"')
 
     def check_robot(run: Run, description: Description) -> int:
-        result = check_deployed(run.request(description), folder, full=options.full)
+        result = check_deployed(run.request(description), folder, full=run.full)
         run.console.print_read(result.inputs)
         if result.differing:
             help = "run rosorin-compile deploy to write them again"
@@ -108,4 +108,4 @@ def run_check_deployed(options: cli.Options) -> int:
         run.console.say(f"{description.name}: {len(result.same)} of {total} copies in {folder} as compiled")
         return PROBLEMS if result.differing or failed else FINE
 
-    return for_each(options, check_robot, "ROBOT FOLDER", names[:-1])
+    return for_each(run, check_robot, "ROBOT FOLDER", names[:-1])

@@ -10,14 +10,14 @@ from rosorin_compile import api
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.language.arguments import UNKNOWN
-from rosorin_compile.output import OutputError, encode, is_generated, is_remembered, may_replace, remember, write_file
+from rosorin_compile.output import encode, is_generated, is_remembered, may_replace, remember, write_file
 from rosorin_compile.source.diagnostics import ERROR, RequestError
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.wording import count_of
 
-from .command import Options, command, depfile_options, flag, option, robot_options, words_argument
+from .command import command, depfile_options, flag, option, robot_options, words_argument
 from .console import FINE, PROBLEMS, USAGE, give, table
-from .run import Run, is_robot, refuse_half_marks, write_depfile
+from .run import Run, is_robot, write_depfile
 
 _CALL = "rosorin-compile print"
 
@@ -34,20 +34,19 @@ _CALL = "rosorin-compile print"
 @depfile_options("default: FILE of -o")
 @flag("--lenient", help="accept a URDF, xacro, SDF or MJCF that violates its specification, where possible")
 @robot_options
-def run(options: Options) -> int:
+def run_print(run: Run) -> int:
     """Print one artifact, or list the outputs."""
-    options.console.quiet = not options.verbose
-    run = Run.from_options(options)
-    if options.list:
+    run.console.quiet = not run.verbose
+    if run.list:
         return _list(run)
-    console, target = run.console, options.depfile_target or options.output
-    if options.format != "text":
+    console, target = run.console, run.depfile_target or run.output
+    if run.format != "text":
         raise RequestError("JSON goes with --list: an artifact is printed as it is")
-    if options.depfile is not None and target is None:
+    if run.depfile is not None and target is None:
         raise RequestError("a depfile needs a target: write -o FILE, or --depfile-target NAME")
     description, output = _requested(run)
     request = run.request(description)
-    compiled = request.compile((output,), foreign=True, lenient=options.lenient)
+    compiled = request.compile((output,), foreign=True, lenient=run.lenient)
     inputs = request.inputs(compiled)
     console.print_read(inputs)
     console.show(compiled.diagnostics)
@@ -58,17 +57,12 @@ def run(options: Options) -> int:
         console.warn(f"{description.name}: {count_of(len(errors), 'error')}, nothing printed")
         return USAGE if len(unknown) == len(errors) else PROBLEMS
     (artifact,) = compiled.artifacts
-    made = [] if options.output is None else [Path(options.output)]
-    try:
-        data = encode(artifact.file, artifact.text)
-        if options.output is not None:
-            _write(Path(options.output), data, artifact, inputs)
-    except OutputError as problem:
-        console.show([problem.diagnostic])
-        return PROBLEMS
-    if options.depfile is not None and write_depfile(run, target, compiled, inputs, made):
-        return PROBLEMS
-    if options.output is None:
+    data = encode(artifact.file, artifact.text)
+    if run.output is not None:
+        _write(Path(run.output), data, artifact, inputs)
+    if run.depfile is not None:
+        write_depfile(run, target, compiled, inputs, [Path(run.output)] if run.output else [])
+    if run.output is None:
         give(artifact.text)
     return FINE
 
@@ -87,13 +81,10 @@ def _requested(run: Run) -> tuple[Description, str]:
     if "" in words:
         raise RequestError("a name is empty: a variable of the shell that is not set?")
     if not 1 <= len(words) <= 2:
-        refuse_half_marks(words)
         raise RequestError(f"print takes one ROBOT and one OUTPUT, not {len(words)} words; see {_CALL} --list")
     *robot, output = words
     if is_robot(output) and not (robot and is_robot(*robot)):
         raise RequestError(f"{output} is a robot: write {_CALL} {output} OUTPUT; --list {output} shows its outputs")
-    if robot and not is_robot(*robot):
-        refuse_half_marks([output])
     return run.find_robot("".join(robot), f"ROBOT {output}"), output
 
 

@@ -1,6 +1,6 @@
 """The input of a command: the arguments and packages of the command line, and the robots that it names.
 
-``Run.from_options`` reads them from the options; ``for_each`` calls a function for each requested robot.
+``for_each`` calls a function for each requested robot.
 ``write_depfile`` writes from which files a target was made, in the syntax of Make and Ninja.
 """
 
@@ -12,8 +12,9 @@ import sys
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence, Sized
 from contextlib import nullcontext, suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.output import OutputError, write_file
@@ -26,7 +27,6 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description, NoDescription
 from rosorin_compile.source.wording import count_of, phrase
 
-from .command import Options, pair
 from .console import FINE, PROBLEMS, Console
 
 if TYPE_CHECKING:
@@ -41,53 +41,49 @@ _DEPFILE = re.compile(rb"\S[^\n]*:(?: \\\n  \S[^\n]*)*\n")
 _stdin_read: list[Any] = []  # standard input, once it was read
 
 
-@dataclass(frozen=True)
-class Run:
-    """One run of a command.
+class Run(SimpleNamespace):
+    """One run of a command: its options by name, and what they request.
 
-    ``words`` are the words of the command line that set no argument. ``request`` makes the request for a robot with
-    the arguments and the packages of the command line.
+    Repeatable options are lists, pairs a dict. ``words`` are the words of the command line that set no argument, and
+    ``changed`` those of --hook, which are files. ``request`` makes the request for a robot with the arguments and the
+    packages of the command line.
     """
 
-    options: Options
     console: Console
     words: list[str]
-    arguments: Mapping[str, str]
-    argument_files: tuple[Path, ...]
     packages: Mapping[str, Path]
 
-    @classmethod
-    def from_options(cls, options: Options, words: list[str] | None = None) -> Run:
-        """Return the run of some options. Raises RequestError for invalid ones."""
-        words = options.words if words is None else words
-        console, summary = options.console, getattr(options, "summary", None)
-        console.counts_notes = not getattr(options, "notes", True) and not options.verbose
-        console.keeps_sections = console.form == "markdown" or summary is not None
-        if summary is not None:
-            _check_summary(Path(summary))
-        arguments = {**dict(pair(word, "NAME=VALUE") for word in words if _MARK in word), **options.arg}
-        argument_files = tuple(map(Path, options.args_files))
-        for file in argument_files:
+    def __init__(self, called: str, console: Console, **options: Any) -> None:
+        super().__init__(**options)
+        self.called, self.console = called, console
+        words = options.get("words", [])
+        self.changed = [word for word in words if options.get("hook") and os.path.lexists(word)]
+        words = [word for word in words if word not in self.changed]
+        self.words = [word for word in words if _MARK not in word]
+        self.arguments = {**dict(pair(word, "NAME=VALUE") for word in words if _MARK in word), **options.get("arg", {})}
+        self.argument_files = tuple(map(Path, options.get("args_files", ())))
+        for file in self.argument_files:
             if not files.is_file(file):
                 raise RequestError(project.no_file(file, "arguments"))
-        packages = {name: Path(path) for name, path in options.packages.items()}
-        for name, path in packages.items():
+        self.packages = {name: Path(path) for name, path in options.get("packages", {}).items()}
+        for name, path in self.packages.items():
             if not files.is_folder(path):
                 raise RequestError(f'there is no folder "{path}" for the package {name}')
-        return cls(options, console, [word for word in words if _MARK not in word], arguments, argument_files, packages)
 
-    @classmethod
-    def alone(cls, options: Options, stdin: bool = True) -> tuple[Run, Description]:
-        """Return the run of a command about one robot, and that robot: the one that is named, or the only one here.
+    def pick(self, names: str) -> dict[str, Any]:
+        """Return the values of some options by name, as arguments of the API."""
+        return {name: getattr(self, name) for name in names.split()}
 
-        A robot on standard input is refused without ``stdin``. Raises RequestError.
+    def only_robot(self, stdin: bool = True) -> Description:
+        """Return the robot of a command about one: the one that is named, or the only one here. Raises RequestError.
+
+        A robot on standard input is refused without ``stdin``.
         """
-        run = cls.from_options(options)
         if not stdin:
-            refuse_stdin(run.words)
-        if len(run.words) > 1:
-            raise RequestError(f"{options.called} takes one robot, not {len(run.words)}")
-        return run, run.find_robot(*run.words)
+            refuse_stdin(self.words)
+        if len(self.words) > 1:
+            raise RequestError(f"{self.called} takes one robot, not {len(self.words)}")
+        return self.find_robot(*self.words)
 
     def find_robot(self, name: str = "", usage: str = "ROBOT") -> Description:
         """Return the robot of a name, or the only one here; ``usage`` shows how to name one. Raises RequestError."""
@@ -97,20 +93,20 @@ class Run:
             raise RequestError(str(problem)) from None
         if len(found) > 1:
             robots = ", ".join(description.name for description in found)
-            how = f"rosorin-compile {self.options.called} {usage}"
+            how = f"rosorin-compile {self.called} {usage}"
             raise RequestError(f"there are several robots here: {robots}; name one: {how}")
         return found[0]
 
     def robot_before(self, count: int, usage: str) -> tuple[Description, list[str]]:
         """Return the robot, the first of more than ``count`` words or the only one here, and the other words."""
         if not count <= len(self.words) <= count + 1:
-            raise RequestError(f"write rosorin-compile {self.options.called} {usage}")
+            raise RequestError(f"write rosorin-compile {self.called} {usage}")
         return self.find_robot("".join(self.words[:-count]), usage), self.words[-count:]
 
     def request(self, description: Description) -> Request:
         """Return the request for a robot; warnings before code is executed are printed."""
-        trust = self.options.trust
-        return Request(description, self.arguments, self.argument_files, self.packages, trust, self.console.ahead)
+        warn = self.console.ahead
+        return Request(description, self.arguments, self.argument_files, self.packages, self.trust, warn)
 
     def read_options(self) -> dict[str, Any]:
         """Return the arguments for functions of the API that read a file in another format. Raises RequestError."""
@@ -166,29 +162,40 @@ class Run:
         self.console.say(f"{done.file}: a page with {count_of(done.robots, 'robot')}, {done.bytes / 1e6:.1f} MB")
 
 
+def pair(text: str, form: str) -> tuple[str, str]:
+    """Return the name and the value of a text such as NAME=VALUE or NAME:=VALUE. Raises RequestError.
+
+    ``form`` is what the error shows; only the value of an argument, NAME=VALUE, may be empty.
+    """
+    name, equals, value = text.partition("=")
+    name = name.strip().removesuffix(":")
+    if not equals or not name or not (value.strip() or form == "NAME=VALUE"):
+        raise RequestError(f'"{text}" is not {form}')
+    return name, value if form == "NAME=VALUE" else value.strip()
+
+
 def for_each(
-    options: Options, work: Callable[[Run, Description], int], usage: str = "", robots: Sequence[str] | None = None
+    run: Run, work: Callable[[Run, Description], int], usage: str = "", robots: Sequence[str] | None = None
 ) -> int:
     """Call a function with each requested robot, those of the command line or ``robots``; return the worst exit code.
 
     Without a name all robots are requested, or, if ``usage`` shows how to name one, the only one. Raises RequestError.
     """
-    # The words of --hook are files that changed: such a word sets no argument, whatever its name is.
-    hook = getattr(options, "hook", False) and bool(options.words)
-    changed = [word for word in options.words if hook and os.path.lexists(word)]
-    run = Run.from_options(options, [word for word in options.words if word not in changed])
+    if (summary := getattr(run, "summary", None)) is not None:
+        _check_summary(Path(summary))
+    hook = getattr(run, "hook", False) and bool(run.changed or run.words)
     console, names = run.console, [*(run.words if robots is None else robots)]
     if hook:
         if names:
             raise RequestError(f'with --hook the words are files that changed, and there is no file "{names[0]}"')
-        names = [str(path) for path in project.all_with(changed)]
+        names = [str(path) for path in project.all_with(run.changed)]
     elif usage and not names:
         names = [str(run.find_robot("", usage).path)]
-    found = [] if hook and not names else with_folders(options, names)
-    if getattr(options, "depfile", None) is not None and len(found) > 1:
+    found = [] if hook and not names else with_folders(run, names)
+    if getattr(run, "depfile", None) is not None and len(found) > 1:
         several = ", ".join(description.name for description in found)
         raise RequestError(f"a depfile is about one robot, and there are several: {several}; name one")
-    if not options.words and not usage:
+    if not (run.words or run.changed or usage):
         warn_of_no_robots(console)
     if not found:
         console.say("none of these files is in a project: no folder above them has descriptions/*/robot.yaml")
@@ -205,7 +212,7 @@ def for_each(
         console.end(code != FINE)
         worst = max(worst, code)
     console.give({"robots": console.robots})
-    if (summary := getattr(options, "summary", None)) is not None:
+    if summary is not None:
         from .report_formats import markdown
 
         try:
@@ -235,18 +242,17 @@ def find_robots(names: list[str], outputs: str | None = None) -> list[Descriptio
     try:
         return Description.find(names, outputs)
     except NoDescription as problem:
-        refuse_half_marks(names)
         raise RequestError(str(problem)) from None
 
 
-def with_folders(options: Options, names: list[str]) -> list[Description]:
+def with_folders(run: Run, names: list[str]) -> list[Description]:
     """Return the robots of these names, with the folders of their artifacts that -o sets. Raises RequestError.
 
     One robot gets the folder itself; several, and all robots of a project with --hook, get a folder each in it.
     """
-    output = getattr(options, "output", None)
+    output = getattr(run, "output", None)
     found = find_robots(names, output)
-    if output is not None and len(found) == 1 and not getattr(options, "hook", False):
+    if output is not None and len(found) == 1 and not getattr(run, "hook", False):
         return [replace(found[0], outputs=Path(output))]
     return found
 
@@ -282,20 +288,6 @@ def refuse_stdin(words: Sequence[str], help: str = "name a file") -> None:
         raise RequestError(f"a robot on standard input has no name and no folder; {help}")
 
 
-def refuse_half_marks(words: Iterable[str]) -> None:
-    """Raise RequestError for prefix=left_ and prefix:left_ instead of prefix:=left_."""
-    for word in words:
-        name, found, value = word.partition("=" if "=" in word else ":")
-        if found and name.isidentifier() and not os.path.lexists(word):
-            raise RequestError(f'"{word}" sets no argument: write {name}{_MARK}{value}')
-
-
-def refuse_positions(words: Sequence[str]) -> None:
-    """Raise RequestError for joint=30deg among the words of a command that takes --joint and --pulse."""
-    for value in (word for word in words if "=" in word and _MARK not in word):
-        raise RequestError(f"write --joint {value} for a position, --pulse {value} for a pulse")
-
-
 def warn_of_no_robots(console: Console) -> None:
     """Warn of folders of this project that look like descriptions and have no ``robot.yaml``."""
     if wrong := project.without_first_file(Description.around()):
@@ -321,29 +313,24 @@ def severities(diagnostics: Sequence[Diagnostic]) -> str:
 
 def write_depfile(
     run: Run, target: str, compiled: Compiled, inputs: Sequence[Path], made: Sequence[Path], newer: Sequence[Path] = ()
-) -> int:
-    """Write the requested depfile, and make the files ``newer`` than it; return the exit code.
+) -> None:
+    """Write the requested depfile, and make the files ``newer`` than it. Raises OutputError.
 
     ``inputs`` are the files that the target is made of, ``made`` the artifacts, which must not be the depfile.
     """
-    path = Path(run.options.depfile)
+    path = Path(run.depfile)
     sources = [*inputs, *_watched_folders(compiled, [*made, path])]
-    try:
-        names = [escape(name) for name in (target, *dict.fromkeys(map(str, sources)))]
-        text = " \\\n  ".join([f"{names[0]}:", *names[1:]]) + "\n"
-        if any(os.path.realpath(path) == os.path.realpath(file) for file in (*sources, *made)):
-            message = f"{path} is an input or an artifact in the depfile"
-            raise OutputError("output-is-input", message, "name another file")
-        write_file(path, os.fsencode(text), may_replace=_is_depfile)
-        for file in newer:
-            try:
-                os.utime(file)
-            except OSError as problem:
-                raise OutputError.from_os_error(problem, file, "write", "output file") from None
-    except OutputError as problem:
-        run.console.show([problem.diagnostic])
-        return PROBLEMS
-    return FINE
+    names = [escape(name) for name in (target, *dict.fromkeys(map(str, sources)))]
+    text = " \\\n  ".join([f"{names[0]}:", *names[1:]]) + "\n"
+    if any(os.path.realpath(path) == os.path.realpath(file) for file in (*sources, *made)):
+        message = f"{path} is an input or an artifact in the depfile"
+        raise OutputError("output-is-input", message, "name another file")
+    write_file(path, os.fsencode(text), may_replace=_is_depfile)
+    for file in newer:
+        try:
+            os.utime(file)
+        except OSError as problem:
+            raise OutputError.from_os_error(problem, file, "write", "output file") from None
 
 
 def _watched_folders(compiled: Compiled, made: Sequence[Path]) -> Iterable[Path]:

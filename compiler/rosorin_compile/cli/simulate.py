@@ -1,7 +1,6 @@
 """rosorin-compile simulate, check physics and collisions: what MuJoCo finds out about a robot."""
 
 from collections import Counter
-from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -13,54 +12,41 @@ from rosorin_compile.mujoco.simulation import LIMITS, about, simulate, summary, 
 from rosorin_compile.source.diagnostics import count_of, phrase
 from rosorin_compile.source.project import Description
 
-from .command import (
-    Options,
-    check,
-    check_options,
-    command,
-    flag,
-    hook_option,
-    option,
-    repeatable,
-    robot_argument,
-    robot_options,
-)
+from . import command as cli
 from .console import FINE, PROBLEMS
 from .run import Run, for_each, severities
 
+_BASE = "fix the base to the world, or put the robot on a floor; default: free if it has a drive"
 _LIMITS = ", ".join(f"{name} {one.value:g}{f' {one.unit}' if one.unit else ''}" for name, one in LIMITS.items())
 
 
-@command("simulate", exits="0 within the limits, 1 errors or a result beyond a limit")
-@robot_argument
-@option(
-    "--base fixed|free", help="fix the base to the world, or put the robot on a floor; default: free if it has a drive"
-)
-@option("--seconds NUMBER", default=2.0, help="time to hold each pose; default: 2")
-@repeatable("--limit NAME=NUMBER", "limits", help=f"override a limit; defaults: {_LIMITS}")
-@flag("--no-timing", help="leave out the run time, which differs between runs")
-@robot_options
-def run_simulate(options: Options) -> int:
+@cli.command("simulate", exits="0 within the limits, 1 errors or a result beyond a limit")
+@cli.robot_argument
+@cli.option("--base fixed|free", help=_BASE)
+@cli.option("--seconds NUMBER", default=2.0, help="time to hold each pose; default: 2")
+@cli.repeatable("--limit NAME=NUMBER", "limits", help=f"override a limit; defaults: {_LIMITS}")
+@cli.flag("--no-timing", help="leave out the run time, which differs between runs")
+@cli.robot_options
+def run_simulate(run: Run) -> int:
     """Simulate a robot and print its behaviour."""
     limits = {}
-    for name, value in options.limits.items():
+    for name, value in run.limits.items():
         limits[name] = -1.0  # refused with the message for any unusable number
         with suppress(ValueError):
             limits[name] = float(value)
-    run, description = Run.alone(options)
-    console, settings = run.console, options.pick("base seconds")
-    result = simulate(run.request(description), **settings, limits=limits, timing=not options.no_timing)
+    description = run.only_robot()
+    console, settings = run.console, run.pick("base seconds")
+    result = simulate(run.request(description), **settings, limits=limits, timing=not run.no_timing)
     name = result.robot
     if not result.poses:
         console.show(result.diagnostics)
         console.warn(f"{name}: nothing simulated")
         return PROBLEMS
-    if options.format != "text":
+    if run.format != "text":
         console.show(result.diagnostics)
         run.give(result)
     else:
-        print(f"{name}: {about(result)}\n")
-        print(tables(result))
+        print(f"{name}: {about(result)}\n\n{tables(result)}")
         if result.timing is not None:
             steps, speed = result.timing.steps_per_cpu_second, result.timing.times_real_time
             print(f"speed   {steps:,.0f} steps a CPU second, {speed:,.1f} times real time")
@@ -70,13 +56,13 @@ def run_simulate(options: Options) -> int:
     return PROBLEMS if any(one.severity != "note" for one in result.diagnostics) else FINE
 
 
-@check("physics", exits="0 no errors, 1 errors")
-@check_options()
-@hook_option()
-def run_check_physics(options: Options) -> int:
+@cli.check("physics", exits="0 no errors, 1 errors")
+@cli.check_options()
+@cli.hook_option()
+def run_check_physics(run: Run) -> int:
     """Check the physics of each robot."""
     require("check physics")
-    return for_each(options, _check_physics)
+    return for_each(run, _check_physics)
 
 
 def _check_physics(run: Run, description: Description) -> int:
@@ -89,25 +75,26 @@ def _check_physics(run: Run, description: Description) -> int:
     return FINE if result.fine else PROBLEMS
 
 
-@command("collisions", exits="0 written or unchanged, 1 errors")
-@robot_argument
-@option("-o", "--output FILE", help=f"file to write; default: {COLLISIONS_FILE} next to the description")
-@flag("--force", help="compute again, even if the file is up to date")
-@robot_options
-def run_collisions(options: Options) -> int:
+@cli.command("collisions", exits="0 written or unchanged, 1 errors")
+@cli.robot_argument
+@cli.option("-o", "--output FILE", help=f"file to write; default: {COLLISIONS_FILE} next to the description")
+@cli.flag("--force", help="compute again, even if the file is up to date")
+@cli.robot_options
+def run_collisions(run: Run) -> int:
     """Compute the matrix of a robot, and write it."""
-    run, description = Run.alone(options, stdin=False)
+    description = run.only_robot(stdin=False)
     console = run.console
-    result = api.collisions(run.request(description), output=options.output, force=options.force)
+    result = api.collisions(run.request(description), output=run.output, force=run.force)
     if run.show(result):
         return PROBLEMS
     if not result.written:
         console.say(f"{result.robot}: the collision matrix is that of {result.urdf}; --force computes it")
         return run.give(result)
-    if result.touching_hulls:
-        console.say(f"still checked: {_named(result.touching_hulls)}; their hulls touch, but their meshes do not")
-    if result.contradicted:
-        console.warn(f"disabled_collisions says Never of {_named(result.contradicted)}, which do collide")
+    touching, wrong = ([" and ".join(pair) for pair in pairs] for pairs in (result.touching_hulls, result.contradicted))
+    if touching:
+        console.say(f"still checked: {phrase(touching, 3)}; their hulls touch, but their meshes do not")
+    if wrong:
+        console.warn(f"disabled_collisions says Never of {phrase(wrong, 3)}, which do collide")
     if result.kept:
         console.say(f"{count_of(result.kept, 'pair')} as before: the same shapes, and the same joints between")
     every, found = result.links * (result.links - 1) // 2, len(result.pairs)
@@ -120,7 +107,3 @@ def run_collisions(options: Options) -> int:
     included = "" if result.included else f"include: [{Path(result.file).name}] in {description.path}, then "
     console.say(f"next: {included}rosorin-compile all")
     return run.give(result)
-
-
-def _named(pairs: Sequence[tuple[str, str]]) -> str:
-    return phrase([" and ".join(pair) for pair in pairs], 3)

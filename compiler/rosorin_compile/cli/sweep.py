@@ -1,9 +1,9 @@
 """rosorin-compile sweep: compile one description for a list of variants, each to a separate folder."""
 
 from rosorin_compile.source.diagnostics import and_more, count_of
-from rosorin_compile.variants.writing import MAX_FAILED, write_sweep
+from rosorin_compile.variants.sweep import MAX_FAILED, write_sweep
 
-from .command import PATH, Options, command, flag, option, robot_argument, robot_options
+from .command import PATH, command, flag, option, robot_argument, robot_options
 from .console import FINE, PROBLEMS
 from .run import Run
 
@@ -20,17 +20,17 @@ _AS = "with a folder: argument to set to the content of each file, or to its pat
 @option("--dask ADDRESS", default="", help="address of a Dask scheduler, such as tcp://HOST:8786")
 @flag("--prune", help="delete variants that are no longer in the list")
 @robot_options
-def run(options: Options) -> int:
+def run_sweep(run: Run) -> int:
     """Compile the variants of a list; return the exit code."""
-    run, description = Run.alone(options, stdin=False)
+    description = run.only_robot(stdin=False)
     console, code = run.console, PROBLEMS
     console.begin(description.name)
     try:
         result = write_sweep(
             run.request(description),
-            options.over,
-            options.output,
-            **options.pick("jobs whole dask prune"),
+            run.over,
+            run.output,
+            **run.pick("jobs whole dask prune"),
             report=lambda diagnostic: console.show([diagnostic]),
         )
     except KeyboardInterrupt as stop:
@@ -48,6 +48,6 @@ def run(options: Options) -> int:
         run.give(result)
         code = PROBLEMS if result.error else FINE
     elif not result.made + result.unchanged + result.error:
-        console.warn(f"{options.over}: {count_of(len(result.diagnostics), 'error')}, nothing written")
+        console.warn(f"{run.over}: {count_of(len(result.diagnostics), 'error')}, nothing written")
     console.end(code != FINE)
     return code

@@ -14,7 +14,7 @@ from rosorin_compile.transforms import FrameTransform, NotPublished, Transforms,
 
 from . import command as cli
 from .console import PROBLEMS, table
-from .run import Run, refuse_positions
+from .run import Run, pair
 
 _ORDERS = {"humble": "", "jazzy": " (xyzw)"}  # of the quaternion, as tf2_echo prints it
 _CSV = ("x", "y", "z", "roll", "pitch", "yaw", "qx", "qy", "qz", "qw")
@@ -38,11 +38,10 @@ _SWEEP = "use COUNT positions in turn; repeatable: all combinations"
 @cli.option("--distro humble|jazzy", default="humble", help="ROS distribution whose tf2_echo format is used")
 @cli.option("--digits N", default=3, help="decimals")  # std::cout.precision(3) in tf2_echo
 @cli.robot_options
-def run_tf(options: cli.Options) -> int:
+def run_tf(run: Run) -> int:
     """Print the pose of a frame in another."""
-    refuse_positions(options.words)
-    run, picked = Run.from_options(options), options.pick("pose joints pulses sweeps modes strict")
-    if not 0 <= options.digits <= _MAX_DIGITS:
+    picked = run.pick("pose joints pulses sweeps modes strict")
+    if not 0 <= run.digits <= _MAX_DIGITS:
         raise RequestError(f"--digits takes 0 to {_MAX_DIGITS}")
     description, (source, target) = run.robot_before(2, "ROBOT SOURCE TARGET")
     try:
@@ -55,12 +54,12 @@ def run_tf(options: cli.Options) -> int:
         return run.no_robot(description)
     if not found.transforms:
         return PROBLEMS
-    return run.give(found.transforms if found.swept else found.transforms[0], lambda: _text(found, options))
+    return run.give(found.transforms if found.swept else found.transforms[0], lambda: _text(found, run))
 
 
-def _text(found: Transforms, options: cli.Options) -> str:
+def _text(found: Transforms, run: Run) -> str:
     """Return blocks as of tf2_echo, or CSV with the positions of the joints that are varied, then the pose."""
-    if options.csv:
+    if run.csv:
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow([*found.swept, *_CSV])
@@ -72,7 +71,7 @@ def _text(found: Transforms, options: cli.Options) -> str:
     for state in found.transforms:
         if found.swept:
             blocks.append(f"# {', '.join(f'{joint} = {state.positions[joint]:.6g}' for joint in found.swept)}")
-        blocks += _echo(state, options.digits, options.distro)
+        blocks += _echo(state, run.digits, run.distro)
     return "\n".join(blocks)
 
 
@@ -103,23 +102,22 @@ def _echo(found: FrameTransform, digits: int, distro: str) -> list[str]:
 @cli.option("--pose POSE", default="", help="convert all joints of a named pose", offers="pose")
 @cli.strict_option
 @cli.robot_options
-def run_pulses(options: cli.Options) -> int:
+def run_pulses(run: Run) -> int:
     """Print pulses and the positions that they set."""
-    run = Run.from_options(options)
     names = [word for word in run.words if "=" not in word]
     if len(names) > 1:
         raise RequestError(f'one robot at a time, and JOINT=VALUE: "{names[1]}" is neither')
     description = run.find_robot("".join(names), "ROBOT ...")
-    values = dict(cli.pair(word, "JOINT=VALUE") for word in run.words if "=" in word)
-    unit = "deg" if options.degrees else "rad" if options.radians else ""
+    values = dict(pair(word, "JOINT=VALUE") for word in run.words if "=" in word)
+    unit = "deg" if run.degrees else "rad" if run.radians else ""
     try:
-        found = pulses(run.request(description), values, **options.pick("pose strict"), unit=unit)
+        found = pulses(run.request(description), values, **run.pick("pose strict"), unit=unit)
     except NoPulse as problem:
         run.console.warn(f"rosorin-compile: {problem}")
         return PROBLEMS
     if found.without_servo:
         without = ", ".join(found.without_servo)
-        run.console.warn(f'without a servo, and not shown, of the pose "{options.pose}": {without}')
+        run.console.warn(f'without a servo, and not shown, of the pose "{run.pose}": {without}')
     failed, robot = run.show(found), found.robot
     if robot is None:
         return run.no_robot(description)

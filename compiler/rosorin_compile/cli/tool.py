@@ -15,8 +15,9 @@ from rosorin_compile.source.diagnostics import RequestError, UnknownName, has_er
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import PLUGINS, Rule
 
-from .command import Options, argument, command, flag, words_argument
+from .command import argument, command, flag, words_argument
 from .console import FINE, PROBLEMS, give, table
+from .run import Run
 
 _LINK = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
 _WIDTH = 100
@@ -25,12 +26,12 @@ _IMPORTED = {"always": "import writes that entry by itself.", "lenient": "import
 
 @command("rule", exits="0 printed, 1 a plug-in is broken")
 @words_argument("[ID ...]", "id of a message, such as axis-zero; default: list all rules", offers=("rule",))
-def run_rule(options: Options) -> int:
+def run_rule(run: Run) -> int:
     """Print the entries of rules."""
-    found = api.explain_rules(options.words)
+    found = api.explain_rules(run.words)
     entries = ["\n".join(entry(rule)) for rule in found.rules]
-    options.console.give(found.rules, lambda: "\n\n".join(entries) if options.words else _list(found.rules))
-    options.console.show(found.diagnostics)
+    run.give(found.rules, lambda: "\n\n".join(entries) if run.words else _list(found.rules))
+    run.console.show(found.diagnostics)
     return PROBLEMS if has_errors(found.diagnostics) else FINE
 
 
@@ -79,63 +80,63 @@ def _list(rules: Iterable[Rule]) -> str:
 )
 @flag("--list", help="list the schemas")
 @flag("--macros", help="add the macros of the xacro files that robots of this project include, and their parameters")
-def run_schema(options: Options) -> int:
+def run_schema(run: Run) -> int:
     """Print a schema as it is, or list them."""
     names = schema_names()
-    if options.list:
+    if run.list:
         rows = [{"name": name, "what": what} for name, what in names.items()]
-        return options.console.give(rows, lambda: "\n".join(table(list(names.items()))))
-    if options.format != "text":
+        return run.give(rows, lambda: "\n".join(table(list(names.items()))))
+    if run.format != "text":
         raise RequestError("--format goes with --list: a schema is printed as it is")
-    if options.name not in names:
-        raise UnknownName("schema", options.name, names)
-    if options.macros:
-        give(json.dumps(api.schema(options.name, macros=True), indent=1, ensure_ascii=False) + "\n")
+    if run.name not in names:
+        raise UnknownName("schema", run.name, names)
+    if run.macros:
+        give(json.dumps(api.schema(run.name, macros=True), indent=1, ensure_ascii=False) + "\n")
     else:
-        give(schema_text(options.name))
+        give(schema_text(run.name))
     return FINE
 
 
 @command("completion", exits="0 printed, 1 the shell is too old")
 @argument("shell", type=click.Choice(("bash", "zsh", "fish")), metavar="SHELL", help="bash, zsh or fish")
-def run_completion(options: Options) -> int:
+def run_completion(run: Run) -> int:
     """Print the script that makes a shell complete commands, options, robots and frames."""
     from .main import COMPLETE, PROGRAM, program
 
-    shell = get_completion_class(options.shell)
+    shell = get_completion_class(run.shell)
     assert shell is not None  # noqa: S101 - click has the three
     try:
         script = shell(program(), {}, PROGRAM, COMPLETE).source()
     except RuntimeError as problem:
-        return options.console.fail(str(problem), PROBLEMS)
-    return options.console.give({"shell": options.shell, "script": script}, lambda: script)
+        return run.console.fail(str(problem), PROBLEMS)
+    return run.give({"shell": run.shell, "script": script}, lambda: script)
 
 
 @command("help", exits="0 shown")
 @argument("names", nargs=-1, metavar="[COMMAND ...]", help="a command; default: all commands", offers=("commands",))
-def run_help(options: Options) -> int:
+def run_help(run: Run) -> int:
     """Print the help of a command, or the list of commands."""
     from .main import PROGRAM, program
 
     found: click.Command | None = program()
     context = click.Context(program(), info_name=PROGRAM, help_option_names=["-h", "--help"])
-    words = list(options.names)
+    words = list(run.names)
     while words and isinstance(found, click.Group):
         name, found, words = found.resolve_command(context, words)
         if found is not None:
             context = click.Context(found, info_name=name, parent=context)
     if words:
         raise RequestError(f'{context.command_path} has no command "{words[0]}"')
-    return options.console.give(context.get_help(), context.get_help)
+    return run.give(context.get_help(), context.get_help)
 
 
 @command("cmake-dir", exits="0 printed", epilog="Pass it to find_package(rosorin_compile) as rosorin_compile_DIR.")
-def run_cmake_dir(options: Options) -> int:
+def run_cmake_dir(run: Run) -> int:
     """Print the folder that has rosorin_compileConfig.cmake."""
-    return options.console.give(str(data_folder("cmake")), lambda: str(data_folder("cmake")))
+    return run.give(str(data_folder("cmake")), lambda: str(data_folder("cmake")))
 
 
 @command("bazel-dir", exits="0 printed", epilog="rosorin_robot.bzl defines the rule; see docs/builds.md.")
-def run_bazel_dir(options: Options) -> int:
+def run_bazel_dir(run: Run) -> int:
     """Print the folder that has rosorin_robot.bzl."""
-    return options.console.give(str(data_folder("bazel")), lambda: str(data_folder("bazel")))
+    return run.give(str(data_folder("bazel")), lambda: str(data_folder("bazel")))

@@ -1,22 +1,21 @@
 """rosorin-compile verify: compare a recording of the running robot with its description."""
 
 import errno
-import re
 import sys
 from pathlib import Path
 
+from rosorin_compile.formats import FORMATS
 from rosorin_compile.output import OutputError, write_file
 from rosorin_compile.recordings import verify
 from rosorin_compile.source.diagnostics import ERROR, WARNING, RequestError
 from rosorin_compile.source.files import exists, is_file, is_folder, read_bytes
 from rosorin_compile.source.project import Description, NoDescription
 
-from .command import Options, command, flag, mode_option, option, repeatable, robot_options, words_argument
+from .command import command, flag, mode_option, option, repeatable, robot_options, words_argument
 from .console import FINE, PROBLEMS, Console
 from .run import Run
 
 _SOURCES = "a rosbag2 folder, a .mcap or .db3 file, a text file, or -"
-_RECORDED = re.compile(r"\.mcap$|\.db3$|^metadata\.yaml$")  # files of a rosbag2 folder
 
 
 @command("verify", exits="0 it matches, 1 it does not match or cannot be read")
@@ -39,25 +38,34 @@ _RECORDED = re.compile(r"\.mcap$|\.db3$|^metadata\.yaml$")  # files of a rosbag2
 @option("--junit FILE", help="also write the result as JUnit XML")
 @option("--picture FILE.svg", help="write a plot of rates and gaps over time")
 @robot_options
-def run(options: Options) -> int:
+def run_verify(run: Run) -> int:
     """Compare one recording with one robot."""
     from rosorin_compile.recordings.results import as_junit, summary, table
 
-    run = Run.from_options(options)
-    console, (source, description) = run.console, _requested(run)
-    result = verify(
-        run.request(description), source, **options.pick("modes without pose frames since until stale namespace prefix")
-    )
+    console, source = run.console, run.words[-1]
+    if run.words.count(Description.STDIN) > 1:
+        raise RequestError("standard input is the recording or the robot, not both")
+    if _is_robot(source):
+        raise RequestError(f"{source} is a robot: write verify {run.words[0]} SOURCE; SOURCE is {_SOURCES}")
+    try:
+        if source != Description.STDIN:
+            Path(source).stat()
+    except (OSError, ValueError) as problem:  # ValueError: a NUL in the name; reading reports any other reason
+        if getattr(problem, "errno", errno.ENOENT) in (errno.ENOENT, errno.ENOTDIR, errno.ELOOP):
+            raise RequestError(f"there is no {source}; name {_SOURCES}") from None
+    description, _ = run.robot_before(1, "ROBOT SOURCE")
+    picked = run.pick("modes without pose frames since until stale namespace prefix")
+    result = verify(run.request(description), source, **picked)
     if result.data is None:
         console.show(result.diagnostics)
         console.warn(f"{description.name}: not compared")
         return PROBLEMS
-    if options.format != "text":
-        if options.format == "json":
+    if run.format != "text":
+        if run.format == "json":
             console.show(result.diagnostics)
         run.give(result)
-    elif options.quiet:
-        failing = (ERROR, WARNING) if options.strict else (ERROR,)
+    elif run.quiet:
+        failing = (ERROR, WARNING) if run.strict else (ERROR,)
         Console().show([finding for finding in result.diagnostics if finding.severity in failing])
     else:
         for line in table(result):
@@ -65,45 +73,27 @@ def run(options: Options) -> int:
         sys.stdout.flush()
         console.show(result.diagnostics)
         sys.stderr.flush()
-        print(summary(result, description.name, options.strict))
-    if options.junit:
-        _save(options.junit, as_junit(result, options.strict), b"<testsuites")
-    if options.picture:
+        print(summary(result, description.name, run.strict))
+    if run.junit:
+        _save(run.junit, as_junit(result, run.strict), b"<testsuites")
+    if run.picture:
         from rosorin_compile.recordings.verification import as_svg
 
         try:
-            _save(options.picture, as_svg(result.data), b"<svg")
+            _save(run.picture, as_svg(result.data), b"<svg")
         except ValueError as problem:
             raise RequestError(f"--picture: {problem}") from None
-    return PROBLEMS if result.fails(options.strict) else FINE
-
-
-def _requested(run: Run) -> tuple[str, Description]:
-    """Return the recording and the robot. Raises RequestError."""
-    words = run.words
-    if words.count(Description.STDIN) > 1:
-        raise RequestError("standard input is the recording or the robot, not both")
-    source = words[-1]
-    if _is_robot(source):
-        raise RequestError(f"{source} is a robot: write verify {words[0]} SOURCE; SOURCE is {_SOURCES}")
-    try:
-        if source != "-":
-            Path(source).stat()
-    except (OSError, ValueError) as problem:  # ValueError: a NUL in the name; reading reports any other reason
-        if getattr(problem, "errno", errno.ENOENT) in (errno.ENOENT, errno.ENOTDIR, errno.ELOOP):
-            raise RequestError(f"there is no {source}; name {_SOURCES}") from None
-    return source, run.robot_before(1, "ROBOT SOURCE")[0]
+    return PROBLEMS if result.fails(run.strict) else FINE
 
 
 def _is_robot(source: str) -> bool:
     """Return True for a description or a robot in another format; messages may be pasted as YAML of any name."""
-    from rosorin_compile.formats import FORMATS
-
     try:
         path = Path(source) if is_file(source) else Description.find([source])[0].path
     except (NoDescription, OSError, ValueError):
         return False
-    in_recording = is_folder(source) and any(_RECORDED.search(inner.name) for inner in Path(source).iterdir())
+    inner = [one.name for one in Path(source).iterdir()] if is_folder(source) else []
+    in_recording = "metadata.yaml" in inner or any(name.endswith((".mcap", ".db3")) for name in inner)
     is_robot = path.name == Description.ROOT_FILE or path.suffix.lower() in FORMATS.endings(include=True)
     return is_robot and not in_recording
 
@@ -115,9 +105,9 @@ def _save(name: str, text: str, kind: bytes) -> None:
         start = read_bytes(old, 1000)
         return not start or kind in start
 
+    if exists(name) and not is_file(name):
+        raise RequestError(f"{name} cannot be written: it is not a regular file")
     try:
-        if exists(name) and not is_file(name):
-            raise RequestError(f"{name} cannot be written: it is not a regular file")
         write_file(Path(name), text.encode(), may_replace=is_ours)
     except OutputError as problem:
         raise RequestError(f"{problem.diagnostic.message}; {problem.diagnostic.help}") from None

@@ -12,7 +12,7 @@ from rosorin_compile.viewer.showing import Shown, view
 
 from . import command as cli
 from .console import FINE, PROBLEMS
-from .run import Run, refuse_positions
+from .run import Run
 
 
 @cli.command("view", exits="0 stopped with Ctrl-C or SIGTERM, or page written, 1 errors (with --html)")
@@ -22,12 +22,12 @@ from .run import Run, refuse_positions
 @cli.option("--port NUMBER", type=click.IntRange(0, 65535), help="port of the server; default: 8642, or a free one")
 @cli.option("--host ADDRESS", default=LOOPBACK, help="address, for access from other machines; default: this one only")
 @cli.robot_options
-def run_view(options: cli.Options) -> int:
+def run_view(run: Run) -> int:
     """Show a robot."""
-    run, description = Run.alone(options)
-    console, request, port, host = run.console, run.request(description), options.port, options.host
-    if options.html is not None:
-        page = view(request, options.html, meshes=not options.no_meshes, max_megabytes=options.max_megabytes)
+    description = run.only_robot()
+    console, request, port, host = run.console, run.request(description), run.port, run.host
+    if run.html is not None:
+        page = view(request, run.html, meshes=not run.no_meshes, max_megabytes=run.max_megabytes)
         console.show(page.diagnostics)
         if not page.written:
             console.warn(f"{description.name}: no page was written")
@@ -36,7 +36,7 @@ def run_view(options: cli.Options) -> int:
             console.warn(f"not shown: {page.left_out}")
         console.say(f"{description.name}: {page.file}, {page.bytes / 1e6:.1f} MB")
         return run.give(page)
-    if options.format != "text":
+    if run.format != "text":
         raise RequestError("JSON goes with --html FILE: without a file there is a page to look at, and no answer")
     robot = LiveRobot(request, console, contacts)
     try:
@@ -47,7 +47,7 @@ def run_view(options: cli.Options) -> int:
         reason = getattr(problem, "strerror", None)
         where = f"{host} is not an address of this machine" if port is None else f"port {port} of {host} cannot be used"
         raise RequestError(f"{where}{f' ({reason})' if reason else ''}") from None
-    robot.serve(server, open_browser=not options.no_open)
+    robot.serve(server, open_browser=not run.no_open)
     return FINE
 
 
@@ -75,20 +75,19 @@ def contacts(shown: Shown) -> Any:
     section="Appearance",
 )
 @cli.robot_options
-def run_picture(options: cli.Options) -> int:
+def run_picture(run: Run) -> int:
     """Write a picture of a robot."""
     from rosorin_compile.model.servos import NoPulse
     from rosorin_compile.viewer.picture.draw import picture
 
-    refuse_positions(options.words)
-    size = re.fullmatch(r"([0-9]{1,5})[xX]([0-9]{1,5})", options.size)
+    size = re.fullmatch(r"([0-9]{1,5})[xX]([0-9]{1,5})", run.size)
     if size is None:
-        raise RequestError(f'"{options.size}" is not WIDTHxHEIGHT in pixels, such as 1280x800')
-    run, description = Run.alone(options)
-    picked = options.pick("pose joints pulses modes view collision published_frames frames theme transparent force")
+        raise RequestError(f'"{run.size}" is not WIDTHxHEIGHT in pixels, such as 1280x800')
+    description = run.only_robot()
+    picked = run.pick("pose joints pulses modes view collision published_frames frames theme transparent force")
     pixels = (int(size[1]), int(size[2]))
     try:
-        result = picture(run.request(description), options.output, **picked, size=pixels)
+        result = picture(run.request(description), run.output, **picked, size=pixels)
     except NoPulse as problem:
         run.console.warn(f"rosorin-compile: {problem}")
         return PROBLEMS

@@ -2,9 +2,9 @@
 
 import gc
 import signal
-import sys
 import time
 from contextlib import suppress
+from functools import partial
 
 from rosorin_compile.output import OutputError, read_set, write_artifacts
 from rosorin_compile.output.golden_check import compare
@@ -14,22 +14,22 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description, NoDescription
 from rosorin_compile.source.wording import and_more, count_of
 
-from .command import Options, command, output_folder_option, robots_argument
+from .command import command, output_folder_option, robots_argument
 from .console import FINE
 from .run import Run, count, refuse_stdin, with_folders
 
 MAX_SHOWN = 20  # changes of one run, one line each
+_say = partial(print, flush=True)
 
 
 @command("watch", exits="0 stopped with Ctrl-C or SIGTERM")
 @robots_argument()
 @output_folder_option
-def run(options: Options) -> int:
+def run_watch(run: Run) -> int:
     """Compile robots whenever one of their files changes, until Ctrl-C or SIGTERM."""
     gc.enable()  # it is off in short runs
-    run = Run.from_options(options)
     refuse_stdin(run.words, "name a file to watch")
-    watched = {description.path: WatchedRobot(description, run) for description in with_folders(options, run.words)}
+    watched = {description.path: WatchedRobot(description, run) for description in with_folders(run, run.words)}
     stopped = False
 
     def stop(*_: object) -> None:
@@ -46,7 +46,7 @@ def run(options: Options) -> int:
     while not stopped:
         time.sleep(INTERVAL)
         with suppress(NoDescription):
-            for description in Description.find([], options.output) if not run.words else ():
+            for description in Description.find([], run.output) if not run.words else ():
                 if description.path not in watched:
                     watched[description.path] = WatchedRobot(description, run)
                     watched[description.path].compile()
@@ -73,37 +73,31 @@ class WatchedRobot:
         self.inputs.read(self._write)
 
     def _write(self) -> None:
-        compiled = self.request.compile()
-        self.console.print_read(self.request.inputs(compiled))
+        compiled, console = self.request.compile(), self.console
+        console.print_read(self.request.inputs(compiled))
         errors = sum(diagnostic.severity == ERROR for diagnostic in compiled.diagnostics)
         keys = {(one.severity, one.rule, one.message): one for one in compiled.diagnostics}
-        self.console.show([diagnostic for key, diagnostic in keys.items() if key not in self.reported])
+        console.show([diagnostic for key, diagnostic in keys.items() if key not in self.reported])
         # While there are errors, not all rules are checked: their warnings and notes are not reported again afterwards.
-        hidden = {key for key in self.reported if key[0] != ERROR} if errors else set()
-        self.reported = {*keys, *hidden}
+        self.reported = {*keys, *(key for key in self.reported if errors and key[0] != ERROR)}
         name, folder = self.description.name, self.description.outputs
-        if errors:
-            self.console.warn(f"{name}: {count_of(errors, 'error')}; the artifacts stay as they are")
-        elif not compiled.artifacts:
+        if errors or compiled.robot is None:
+            console.warn(f"{name}: {count_of(errors, 'error')}; the artifacts stay as they are")
+            return
+        if not compiled.artifacts:
             _say(f"{name}: nothing to emit; say under outputs: what you want")
-        if errors or not compiled.artifacts or compiled.robot is None:
             return
         files = {artifact.file: artifact.text for artifact in compiled.artifacts}
         try:
             comparison = compare(compiled.robot, compiled.artifacts, read_set(folder))
             done = write_artifacts(folder, {**compiled.mesh_files, **files})
         except OutputError as problem:
-            self.console.show([problem.diagnostic])
+            console.show([problem.diagnostic])
             return
-        self.console.show(done.diagnostics(folder))
+        console.show(done.diagnostics(folder))
         changes = f"written: {', '.join(done.written)}" if done.written else "unchanged"
         _say(f"{name}: {count(files)} in {folder}, {changes}")
-        lines = [change.line() for change in comparison.changes]
-        lines[MAX_SHOWN:] = [f"...{and_more(len(lines) - MAX_SHOWN)}"] if len(lines) > MAX_SHOWN else []
-        for line in lines:
-            _say(f"  {line}")
-
-
-def _say(line: str) -> None:
-    print(line)
-    sys.stdout.flush()
+        lines = [f"  {change.line()}" for change in comparison.changes]
+        more = [f"  ...{and_more(len(lines) - MAX_SHOWN)}"] if len(lines) > MAX_SHOWN else []
+        for line in lines[:MAX_SHOWN] + more:
+            _say(line)

@@ -17,7 +17,7 @@ from rosorin_compile.source.load import json_of
 from rosorin_compile.source.progress import Progress
 
 from .describe import Describer
-from .names import Names, links_of, new_joint_names, new_link_names, with_joint_names, with_link_names
+from .names import Names, links_of, new_joint_names, new_link_names, with_names
 from .precision import NOISE, POSE_NOISE, Precision, exact, printed_precision, rounding_precision
 from .walk import Leaves, Shapes, compare_leaves, leaves
 
@@ -25,16 +25,13 @@ _HELP = "a template or a format is at fault, not the description: please report 
 
 
 class Pair(NamedTuple):
-    """One artifact: its output, and the leaves of the committed and of the compiled text.
-
-    ``renamed`` are the new names by those of before, by the kind of thing ("link", "joint"): ``old`` has the new ones.
-    """
+    """One artifact: its output, and the leaves of the committed and of the compiled text."""
 
     output: Output
-    old: Leaves
+    old: Leaves  # under the new names
     new: Leaves
     precisions: tuple[Precision, Precision]
-    renamed: Mapping[str, Names] = {}
+    renamed: Mapping[str, Names] = {}  # the new names by those of before, by kind ("link", "joint")
 
     @property
     def name(self) -> str:
@@ -49,10 +46,7 @@ def output_of(robot: Robot, artifact: Artifact) -> Output:
 
 
 def pair_of(robot: Robot, artifact: Artifact, committed: str) -> Pair | None:
-    """Return an artifact as it was and as it is; None if its format does not read it back.
-
-    Raises ValueError if the committed text is damaged.
-    """
+    """Return an artifact as it was and as it is; None if its format reads none. Raises ValueError if it is damaged."""
     format, output = FORMATS[artifact.backend], output_of(robot, artifact)
     if format.read is None:
         return None
@@ -73,7 +67,7 @@ def pair_of(robot: Robot, artifact: Artifact, committed: str) -> Pair | None:
 def under_names(format: Format, output: Output, found: Leaves) -> Leaves:
     """Return leaves under the names that the robot has for links, where an artifact has others."""
     names = format.names(output) if format.names is not None else {}
-    return with_link_names(found, names, {})
+    return with_names(found, names, "link", {})
 
 
 def with_new_names(pairs: Sequence[Pair]) -> list[Pair]:
@@ -87,10 +81,10 @@ def with_new_names(pairs: Sequence[Pair]) -> list[Pair]:
 def _renamed(pair: Pair, links: Names) -> Pair:
     gone, fresh = links_of(pair.old) - links_of(pair.new), links_of(pair.new) - links_of(pair.old)
     known = {old: new for old, new in links.items() if old in gone and new in fresh}
-    old = with_link_names(pair.old, known, pair.new)
+    old = with_names(pair.old, known, "link", pair.new)
     joints = new_joint_names(old, pair.new)
     renamed = {kind: names for kind, names in (("link", known), ("joint", joints)) if names}
-    return pair._replace(old=with_joint_names(old, joints, pair.new), renamed=renamed)
+    return pair._replace(old=with_names(old, joints, "joint", pair.new), renamed=renamed)
 
 
 def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:

@@ -16,18 +16,9 @@ from rosorin_compile.model import Joint, Robot, Vector
 from rosorin_compile.model.geometry import angle_between, dot, minus, norm, unit
 
 from .difference import JOINT, NAME, Item, Side
-from .names import (
-    Names,
-    new_joint_names,
-    new_link_names,
-    prefix_of,
-    renamed_robot,
-    with_joint_names,
-    with_link_names,
-    without_prefix,
-)
+from .names import Names, new_joint_names, new_link_names, prefix_of, renamed_robot, with_names, without_prefix
 from .precision import HERE, ROOT_THREE, TURNS, Placed, Precision, join_errors
-from .sentences import NEW, REMOVED, describe_rename, existence
+from .sentences import NEW, REMOVED, existence
 from .walk import Leaves, leaves
 
 
@@ -59,11 +50,6 @@ class Bodies:
     def order(self) -> Mapping[str, int]:
         """The place of each link in the tree, parents first."""
         return {link.name: index for index, link in enumerate(self.robot.walk())}
-
-    @cached_property
-    def without_followers(self) -> Robot:
-        """The robot with every joint free to move on its own."""
-        return replace(self.robot, joints=tuple(replace(joint, mimic=None) for joint in self.robot.joints))
 
     def edge(self, joint: Joint) -> Placed:
         """Return the child of a joint in its parent, the joint at zero."""
@@ -212,22 +198,17 @@ def positions_of(*joints: Joint) -> list[float]:
 
 
 class Pairing(NamedTuple):
-    """Two robots, B under the names of A.
-
-    ``bodies`` are the bodies of A (by their topmost link) that B has too, with those of B; ``links`` and ``joints`` are
-    the names in A of what B calls otherwise, by B's name without its prefix; ``prefix`` is what all names of
-    ``prefixed`` ("A", "B" or "") begin with. ``steps`` are all new names of links and joints, of A and of B.
-    """
+    """Two robots, B under the names of A."""
 
     a: Bodies
     b: Bodies
-    bodies: Mapping[str, str]
-    links: Names
-    joints: Names
-    prefix: str
-    prefixed: str
+    bodies: Mapping[str, str]  # of A by their topmost link, with those of B
+    links: Names  # the names in A of what B calls otherwise, by B's name without its prefix
+    joints: Names  # as ``links``
+    prefix: str  # what all names of ``prefixed`` begin with
+    prefixed: str  # "A", "B" or ""
     tolerance: float
-    steps: tuple[list[tuple[Names, Names]], list[tuple[Names, Names]]]
+    steps: tuple[list[tuple[Names, Names]], list[tuple[Names, Names]]]  # all new names of links and joints, of A and B
 
     @property
     def shared(self) -> list[str]:
@@ -241,7 +222,7 @@ class Pairing(NamedTuple):
     def rename_leaves(self, at: int, found: Leaves, other: Leaves) -> Leaves:
         """Return leaves of A or B under the common names; ``other`` are those of the other robot."""
         for links, joints in self.steps[at]:
-            found = with_joint_names(with_link_names(found, links, other), joints, other)
+            found = with_names(with_names(found, links, "link", other), joints, "joint", other)
         return found
 
 
@@ -319,8 +300,8 @@ def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bo
             yield Item(JOINT, joint.name, "existence", text, *values)
     # The keys are the names in B without its prefix.
     for new, old in sorted(pairing.links.items(), key=lambda pair: pairing.a.order[pair[1]]):
-        yield Item(NAME, old, "name", describe_rename("link", old, new), old, new)
+        yield Item(NAME, old, "name", f"link {old} renamed to {new}", old, new)
     for new, old in pairing.joints.items():
         joint = a.joint.get(old)
         if joint is not None and (fixed_names or not joint.is_fixed):
-            yield Item(NAME, old, "name", describe_rename("joint", old, new), old, new)
+            yield Item(NAME, old, "name", f"joint {old} renamed to {new}", old, new)

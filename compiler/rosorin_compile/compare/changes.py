@@ -6,7 +6,7 @@ a frame that it leaves out to a link that it has. Such a difference belongs to t
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -17,8 +17,8 @@ from .artifacts import Pair
 from .describe import MOVING, Describer, describe_attachment, joint_of, shapes_change, solids_left
 from .names import links_of
 from .precision import NOISE
-from .sentences import NEW, REMOVED, describe_rename, with_remark
-from .solids import Solid, same_set
+from .sentences import NEW, REMOVED, with_remark
+from .solids import Solid, match
 from .walk import Address, Difference, Shapes, compare_leaves
 
 SHAPES = ("collision", "visual")
@@ -34,19 +34,15 @@ _KINDS = {"frame": 0, "joint": 0, "link": 0, "height map": 0, "servo": 1, "pose"
 
 
 class Change(NamedTuple):
-    """One difference: what it is about, in words, and the artifacts that show it.
-
-    ``quantity`` is empty where the thing itself is new or gone. ``therefore`` are links whose shapes and masses differ
-    for no other reason. ``differences`` are the leaves that it reports.
-    """
+    """One difference, and the artifacts that show it."""
 
     kind: str
     name: str
-    quantity: str
-    text: str
+    quantity: str  # empty where the thing itself is new or gone
+    text: str  # it in words
     artifacts: tuple[str, ...] = ()
-    therefore: tuple[str, ...] = ()
-    differences: tuple[Difference, ...] = ()
+    therefore: tuple[str, ...] = ()  # links whose shapes and masses differ for no other reason
+    differences: tuple[Difference, ...] = ()  # the leaves that it reports
 
     def words(self) -> str:
         """Return the change in words, with what follows from it."""
@@ -58,29 +54,15 @@ class Change(NamedTuple):
         return f"{self.words()}: {', '.join(self.artifacts)}"
 
 
-class _Found(NamedTuple):
-    """A difference of an artifact, in words."""
-
-    pair: Pair
-    difference: Difference
-    text: str
-
-
 def find_changes(robot: Robot, pairs: Sequence[Pair]) -> list[Change]:
     """Return the changes of all pairs, sorted: by link from the root on, then servos, poses and the rest."""
-    changes = [
-        Change(
-            kind,
-            new,
-            "",
-            describe_rename(kind, old, new),
-            tuple(p.name for p in pairs if old in p.renamed.get(kind, {})),
-        )
-        for kind, old, new in dict.fromkeys(
-            (kind, old, new) for pair in pairs for kind, names in pair.renamed.items() for old, new in names.items()
-        )
-    ]
-    leaves: list[_Found] = []
+    changes: list[Change] = []
+    for pair in pairs:
+        for kind, names in pair.renamed.items():
+            for old, new in names.items():
+                _merge(changes, Change(kind, new, "", f"{kind} {old} renamed to {new}", (pair.name,)))
+    # Differences that mean the same in several artifacts are one change: each with its artifact and in words.
+    groups: dict[Address, list[list[tuple[Pair, Difference, str]]]] = {}
     bodies: list[tuple[Pair, Difference]] = []
     for pair in pairs:
         own: list[Difference] = []
@@ -92,57 +74,47 @@ def find_changes(robot: Robot, pairs: Sequence[Pair]) -> list[Change]:
             else:
                 own.append(one)
         describer = Describer(robot, (pair.old, pair.new), pair.precisions)
-        leaves += [_Found(pair, one, text) for one, text in describer.describe(own)]
-    changes += _grouped(robot, pairs, leaves)
+        for one, text in describer.describe(own):
+            some = groups.setdefault(one.address, [])
+            group = next((group for group in some if _same_change(group[0][:2], (pair, one))), None)
+            if group is None:
+                some.append(group := [])
+            group.append((pair, one, text))
+    for address, some in groups.items():
+        for group in some:
+            _, first, text = group[0]
+            if not address.quantity and address.kind in ("frame", "link"):
+                word = NEW if first.old is None else REMOVED
+                text = describe_attachment(robot, address.name, word, [p.new if word == NEW else p.old for p in pairs])
+            outputs, differences = tuple(each[0].name for each in group), tuple(each[1] for each in group)
+            changes.append(Change(*address, text, outputs, (), differences))
     # An artifact that has every frame reports each link alone.
     for pair, one in sorted(bodies, key=lambda found: -len(links_of(found[0].new))):
         _add_body(robot, changes, pair, one)
     order = {pair.name: index for index, pair in enumerate(pairs)}
     place = {link.name: index for index, link in enumerate(robot.walk())}
-    made = [
-        change._replace(artifacts=tuple(sorted(dict.fromkeys(change.artifacts), key=order.__getitem__)))
-        for change in changes
-    ]
-    return sorted(made, key=lambda change: _sort_key(robot, place, change))
+
+    def sort_key(change: Change) -> tuple[object, ...]:
+        link = robot.joint[change.name].child if change.kind == "joint" and change.name in robot.joint else change.name
+        word = change.quantity if change.quantity in _QUANTITIES else change.quantity.split(" ")[0]
+        quantity = _QUANTITIES.index(word) if word in _QUANTITIES else len(_QUANTITIES)
+        where = place.get(link.split(" ")[0], len(place))
+        return (_KINDS.get(change.kind, 3), where, link, quantity, change.quantity, change.text, change.artifacts)
+
+    for at, change in enumerate(changes):
+        changes[at] = change._replace(artifacts=tuple(sorted({*change.artifacts}, key=order.__getitem__)))
+    return sorted(changes, key=sort_key)
 
 
-def _sort_key(robot: Robot, place: Mapping[str, int], change: Change) -> tuple[object, ...]:
-    link = robot.joint[change.name].child if change.kind == "joint" and change.name in robot.joint else change.name
-    word = change.quantity if change.quantity in _QUANTITIES else change.quantity.split(" ")[0]
-    quantity = _QUANTITIES.index(word) if word in _QUANTITIES else len(_QUANTITIES)
-    where = place.get(link.split(" ")[0], len(place))
-    return (_KINDS.get(change.kind, 3), where, link, quantity, change.quantity, change.text, change.artifacts)
-
-
-def _grouped(robot: Robot, pairs: Sequence[Pair], found: Sequence[_Found]) -> Iterator[Change]:
-    """Yield the changes of leaves, those that mean the same in several artifacts once."""
-    groups: dict[Address, list[list[_Found]]] = {}
-    for one in found:
-        some = groups.setdefault(one.difference.address, [])
-        group = next((group for group in some if _same_change(group[0], one)), None)
-        if group is None:
-            some.append([one])
-        else:
-            group.append(one)
-    for address, some in groups.items():
-        for group in some:
-            text = group[0].text
-            if not address.quantity and address.kind in ("frame", "link"):
-                word = NEW if group[0].difference.old is None else REMOVED
-                text = describe_attachment(robot, address.name, word, [p.new if word == NEW else p.old for p in pairs])
-            outputs = tuple(each.pair.name for each in group)
-            yield Change(*address, text, outputs, (), tuple(each.difference for each in group))
-
-
-def _same_change(one: _Found, other: _Found) -> bool:
-    (address, *values), others = one.difference, other.difference[1:]
+def _same_change(one: tuple[Pair, Difference], other: tuple[Pair, Difference]) -> bool:
+    (address, *values), others = one[1], other[1][1:]
     if not address.quantity and not isinstance(values[0] or values[1], frozenset):
         return (values[0] is None) == (others[0] is None)
     for side in (0, 1):
         first, second = (
             {address[:2]: {} if some[side] is None else {address.quantity: some[side]}} for some in (values, others)
         )
-        known = one.pair.precisions[side], other.pair.precisions[side]
+        known = one[0].precisions[side], other[0].precisions[side]
         if compare_leaves(first, second, known, NOISE):
             return False
     return True
@@ -232,8 +204,9 @@ def _same_solids(change: Change, pair: Pair, one: Difference) -> bool:
     for difference in (change.differences[0], one):
         moved = [one for one in shapes_change("", "", *solids_left(difference, pair.precisions)) if not one.looks]
         both = [[solid for each in moved for solid in each.old], [solid for each in moved for solid in each.new]]
-        sides.append([[solid.bare.as_cylinder for solid in some] for some in both])
-    return all(some and same_set(some, others) for some, others in zip(*sides, strict=True))
+        sides.append([[solid.as_cylinder._replace(words=(), rgba=None) for solid in some] for some in both])
+    pairs = zip(*sides, strict=True)
+    return all(some and len(some) == len(others) and not match(some, others).old for some, others in pairs)
 
 
 def _carried(robot: Robot, pair: Pair, link: str) -> set[str]:
@@ -272,12 +245,9 @@ def _without_hidden(pair: Pair, differences: Sequence[Difference]) -> Iterator[D
             for word, value in (one.old or one.new).items():
                 yield Difference(Address(kind, name, word), *((value, None) if one.new is None else (None, value)))
         elif isinstance(one.old, frozenset) or isinstance(one.new, frozenset):
-            sets = [frozenset(m for m in side or () if came.isdisjoint(_members(m))) for side in one[1:]]
+            members = [{m: m.partition(" (")[0].split(" - ") for m in side or ()} for side in one[1:]]
+            sets = [frozenset(m for m, names in side.items() if came.isdisjoint(names)) for side in members]
             if sets[0] != sets[1]:
                 yield Difference(one.address, *sets)
         else:
             yield one
-
-
-def _members(text: str) -> set[str]:
-    return set(text.partition(" (")[0].split(" - "))

@@ -6,37 +6,14 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
-from rosorin_compile.model import Joint, Pose, Robot, Transform
+from rosorin_compile.model import Pose, Robot, Transform
 from rosorin_compile.model.geometry import pose_of
 from rosorin_compile.model.joint import MOVING_TYPES, SEVERAL_COORDINATES
 from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.wording import count_of
 
+from . import sentences
 from .precision import NOISE, ROOT_THREE, TURNS, Precision, exact, join_errors
-from .sentences import (
-    AXES,
-    NEW,
-    REMOVED,
-    Apart,
-    axis_change,
-    cells_change,
-    centre_change,
-    colour_change,
-    coordinates,
-    describe_move,
-    existence,
-    far,
-    inertia_change,
-    is_number,
-    near_angles,
-    number,
-    number_pair,
-    row,
-    set_change,
-    step,
-    value_change,
-    with_remark,
-)
 from .solids import SIZES, Solid, largest_step, match, same_colour, turned_by
 from .walk import Address, Difference, Leaves, Shapes, known_inertia, same_turn
 
@@ -59,34 +36,12 @@ _UNITS = {
 }
 
 
-def unit_of(joint: Joint | None, quantity: str) -> str:
-    """Return the unit of a number of a joint, by its quantity ("limit lower", "kp"); empty for a bare number."""
-    words = quantity.split(" ")
-    found = next((_UNITS[end] for at in range(len(words)) if (end := " ".join(words[at:])) in _UNITS), ("", ""))
-    return found[joint is not None and joint.type == "prismatic"]
-
-
-def subject_of(address: Address) -> str:
-    """Return the subject of a sentence about a leaf."""
-    kind, name, quantity = address
-    if kind == "frame" and quantity in ("publisher", "topic"):
-        return f"{name}: {'published by' if quantity == 'publisher' else quantity}"
-    if kind in ("frame", "joint", "link") or kind == name:
-        return f"{name} {quantity}"
-    if kind == "height map":
-        return f"{name} height map {quantity}"
-    return f"pose {name}: {quantity}" if kind == "pose" else f"{kind} {name} {quantity}".rstrip()
-
-
 class Describer(NamedTuple):
-    """Describes differences of leaves, under the names of a robot.
-
-    ``sides`` are the leaves of both values; ``precisions`` are how well their numbers are known.
-    """
+    """Describes differences of leaves, under the names of a robot."""
 
     robot: Robot
-    sides: tuple[Leaves, Leaves]
-    precisions: tuple[Precision, Precision] = (exact, exact)
+    sides: tuple[Leaves, Leaves]  # the leaves of both values
+    precisions: tuple[Precision, Precision] = (exact, exact)  # of their numbers
     tolerance: float = NOISE
 
     def describe(self, differences: Sequence[Difference]) -> Iterator[tuple[Difference, str]]:
@@ -110,45 +65,60 @@ class Describer(NamedTuple):
         """Return a difference in words."""
         (kind, name, quantity), old, new = one
         if isinstance(old, frozenset) or isinstance(new, frozenset):
-            return set_change(f"{kind} {quantity}".strip(), old or (), new or ())
+            return sentences.set_change(f"{kind} {quantity}".strip(), old or (), new or ())
         if not quantity:
-            return self._existence(one)
+            word = sentences.NEW if old is None else sentences.REMOVED
+            if kind in ("frame", "link"):
+                return describe_attachment(self.robot, name, word, [self.sides[word == sentences.NEW]])
+            what, called = (f"{kind} of", name) if kind == "height map" else (kind, "" if kind == name else name)
+            return sentences.existence(word, what, called)
         if quantity == "mimic joint":
             return f"{name} mimics {self._mimic(name, 0)} -> {self._mimic(name, 1)}"
         if old is not None and new is not None:
             if isinstance(old, Pose) and isinstance(new, Pose) and kind == "frame":
                 return self._placed(name, old, new)
             if quantity == "axis":
-                return axis_change(name, old, new)
+                return sentences.axis_change(name, old, new)
             if quantity == "centre of mass":
-                return centre_change(name, old, new, self._known("xyz", old, new) + self.tolerance)
+                return sentences.centre_change(name, old, new, self._known("xyz", old, new) + self.tolerance)
             if quantity == "inertia":
-                return inertia_change(name, old, new, known_inertia(old, new, self.precisions, self.tolerance))
+                least = known_inertia(old, new, self.precisions, self.tolerance)
+                return sentences.inertia_change(name, old, new, least)
             if quantity == "heights":
-                return cells_change(name, old, new, self.tolerance)
+                return sentences.cells_change(name, old, new, self.tolerance)
         if quantity == "rgba":
-            return value_change(f"{kind} {name} colour", old, new)
-        return value_change(subject_of(one.address), old, new, self._unit(one.address, old if new is None else new))
+            return sentences.value_change(f"{kind} {name} colour", old, new)
+        subject = f"pose {name}: {quantity}" if kind == "pose" else f"{kind} {name} {quantity}".rstrip()
+        if kind == "frame" and quantity in ("publisher", "topic"):
+            subject = f"{name}: {'published by' if quantity == 'publisher' else quantity}"
+        elif kind in ("frame", "joint", "link") or kind == name:
+            subject = f"{name} {quantity}"
+        elif kind == "height map":
+            subject = f"{name} height map {quantity}"
+        return sentences.value_change(subject, old, new, self._unit(one.address, old if new is None else new))
 
     def _known(self, key: str, old: Sequence[float], new: Sequence[float]) -> float:
         return join_errors(self.precisions[0](key, *old), self.precisions[1](key, *new))
 
     def _unit(self, address: Address, value: Any) -> str:
         kind, name, quantity = address
-        if not is_number(value):
+        joint = self.robot.joint.get(name if kind == "joint" else quantity)
+        if not sentences.is_number(value) or (kind == "pose" and joint is None):
             return ""
         if kind == "joint":
-            return unit_of(self.robot.joint.get(name), quantity)
-        if kind == "pose":
-            joint = self.robot.joint.get(quantity)
-            return "" if joint is None else joint.unit
+            words = quantity.split(" ")
+            ends = (" ".join(words[at:]) for at in range(len(words)))
+            units = next((_UNITS[end] for end in ends if end in _UNITS), ("", ""))
+            return units[joint is not None and joint.type == "prismatic"]
+        if kind == "pose" and joint is not None:
+            return joint.unit
         usual = "m" if kind == "height map" else ""
         return {"rad per pulse": "rad", "radius": "m", "mass": "kg"}.get(quantity, usual)
 
     def _mimic(self, joint: str, side: int) -> str:
         of = self.sides[side].get(("joint", joint), {})
         leader, factor, offset = of.get("mimic joint"), of.get("mimic multiplier", 1.0), of.get("mimic offset", 0.0)
-        return f"{leader} * {number(factor)} + {number(offset)}" if leader else "nothing"
+        return f"{leader} * {sentences.number(factor)} + {sentences.number(offset)}" if leader else "nothing"
 
     def _placed(self, frame: str, old: Pose, new: Pose) -> str:
         known = self._known("xyz", old.xyz, new.xyz), self._known("rpy", old.rpy, new.rpy)
@@ -159,17 +129,8 @@ class Describer(NamedTuple):
         angle = old.transform().angle_to(new.transform()) if turned else 0.0
         parents = [str(side.get(("frame", frame), {}).get("parent", "")) for side in self.sides]
         small = max(NOISE, least / ROOT_THREE), max(NOISE, self.tolerance / TURNS + known[1])
-        poses = Pose(old.xyz, near_angles(old.rpy, new.rpy)), new
-        return describe_move(frame, (parents[0], parents[1]), poses, (distance, angle), least=small)
-
-    def _existence(self, one: Difference) -> str:
-        kind, name, _ = one.address
-        word = NEW if one.old is None else REMOVED
-        if kind in ("frame", "link"):
-            return describe_attachment(self.robot, name, word, [self.sides[word == NEW]])
-        if kind == "height map":
-            return existence(word, f"{kind} of", name)
-        return existence(word, kind, "" if kind == name else name)
+        poses = Pose(old.xyz, sentences.near_angles(old.rpy, new.rpy)), new
+        return sentences.describe_move(frame, (parents[0], parents[1]), poses, (distance, angle), least=small)
 
 
 def describe_attachment(robot: Robot, name: str, word: str, sides: Sequence[Leaves]) -> str:
@@ -181,13 +142,13 @@ def describe_attachment(robot: Robot, name: str, word: str, sides: Sequence[Leav
     parent = next(filter(None, (frame.get("parent") for frame in frames)), "")
     nodes = (of.get("publisher", "") for of in frames if "topic" in of or of.get("publisher", "").startswith("nobody"))
     publisher = next(filter(None, nodes), "")
-    if word == NEW and name in robot.joint_to:
+    if word == sentences.NEW and name in robot.joint_to:
         published = robot.joint_to[name].publisher
         publisher = published.name if published.publishes else "nobody"
     how = [f"{kind} on {parent}".strip() if parent else "the root", joint]
     how += [f"published by {publisher.split(':')[0]}"] if publisher else []
     is_solid = any(key in side.get(("link", name), {}) for side in sides for key in ("mass", "collision", "visual"))
-    return existence(word, "link" if is_solid else "frame", name, how)
+    return sentences.existence(word, "link" if is_solid else "frame", name, how)
 
 
 def joint_of(leaves: Leaves, child: str) -> str:
@@ -222,10 +183,7 @@ def solids_left(
 def shapes_change(
     link: str, purpose: str, counts: tuple[int, int], removed: Sequence[Solid], added: Sequence[Solid]
 ) -> list[ShapeChange]:
-    """Return what became of the solids of a link, numbers first; ``counts`` are all of its solids before and after.
-
-    Of a few solids each is described; of more how many changed, and by how much.
-    """
+    """Return what became of the solids of a link: of a few each, of more how many; ``counts`` are before and after."""
     start, (before, after) = f"{link} {purpose}", counts
     is_few = max(len(removed), len(added)) <= FEW
     became = pair_by_place(removed, added) if is_few else [(at, at) for at in range(min(len(removed), len(added)))]
@@ -269,18 +227,15 @@ def _words(start: str, one: Solid, other: Solid) -> Iterator[str]:
     """Yield what changed of a solid besides its numbers: its colour, name, material or file."""
     tint = NOISE + join_errors(one.colour_tolerance, other.colour_tolerance)
     if not same_colour(one.rgba, other.rgba, tint):
-        yield colour_change(start, one.rgba, other.rgba)
-    with_file = one.kind == other.kind  # else the numbers name it
-    before, after = ([word for word in some.words if with_file or not _is_file(word)] for some in (one, other))
+        yield sentences.colour_change(start, one.rgba, other.rgba)
+    before, after = one.words, other.words
+    if one.kind != other.kind:  # the numbers name the file
+        before, after = (tuple(word for word in some if not word.startswith("file ")) for some in (before, after))
     old, new = ([word for word in some if word not in rest] for some, rest in ((before, after), (after, before)))
     if len(old) == len(new) == 1 and old[0].split(" ")[0] == new[0].split(" ")[0]:
         yield f"{start}: {other.kind} {old[0]} -> {new[0].partition(' ')[2]}"
     elif old or new:
         yield f"{start}: {other.kind} {', '.join(old) or NO_WORD} -> {', '.join(new) or NO_WORD}"
-
-
-def _is_file(word: str) -> bool:
-    return word.startswith("file ")
 
 
 def _numbers(start: str, one: Solid, other: Solid) -> str:
@@ -293,35 +248,36 @@ def _numbers(start: str, one: Solid, other: Solid) -> str:
     return f"{start}:{kind} {', '.join(parts)}" if parts else ""
 
 
-def _parts(one: Solid, other: Solid, least: Apart) -> list[str]:
+def _parts(one: Solid, other: Solid, least: sentences.Apart) -> list[str]:
     """Return what became of the kind, the size and the place of a solid; ``least`` and below is not a difference."""
     parts = []
     boxes = [solid.box for solid in (one, other)]
     if one.kind != other.kind:
         parts.append(f"{_sized(one)} -> {_sized(other)}")
     elif one.kind == "mesh":
-        parts += [f"scale {row(one.sizes)} -> {row(other.sizes)}"] if one.sizes != other.sizes else []
+        if one.sizes != other.sizes:
+            parts.append(f"scale {sentences.row(one.sizes)} -> {sentences.row(other.sizes)}")
     else:
         names, values = list(SIZES[one.kind]), [one.sizes, other.sizes]
         if boxes[0] and boxes[1]:
-            names = [f"{end} {axis}" for end in ("min", "max") for axis in AXES]
+            names = [f"{end} {axis}" for end in ("min", "max") for axis in sentences.AXES]
             values = [(*box.lower, *box.upper) for box in boxes if box]
         steps = [(name, a, b) for name, a, b in zip(names, *values, strict=True) if abs(b - a) > least[0]]
-        texts = [f"{name} {' -> '.join(number_pair(a, b))} m" for name, a, b in steps]
-        by = step(steps[0][2] - steps[0][1], steps[0][1], "m") if len(steps) == 1 else ""
-        parts += [with_remark(", ".join(texts), by)] if texts else []
+        texts = [f"{name} {' -> '.join(sentences.number_pair(a, b))} m" for name, a, b in steps]
+        by = sentences.step(steps[0][2] - steps[0][1], steps[0][1], "m") if len(steps) == 1 else ""
+        parts += [sentences.with_remark(", ".join(texts), by)] if texts else []
     # The corners of a box along the axes say where it is.
     return parts if boxes[0] and boxes[1] else parts + _place(one, other, least)
 
 
 def _sized(solid: Solid) -> str:
     if solid.kind == "mesh":
-        return " ".join(["mesh", *filter(_is_file, solid.words)])
-    sizes = [f"{name} {number(size)} m" for name, size in zip(SIZES[solid.kind], solid.sizes, strict=True)]
+        return " ".join(["mesh", *(word for word in solid.words if word.startswith("file "))])
+    sizes = [f"{name} {sentences.number(size)} m" for name, size in zip(SIZES[solid.kind], solid.sizes, strict=True)]
     return f"{solid.kind} ({', '.join(sizes)})"
 
 
-def _place(one: Solid, other: Solid, least: Apart) -> list[str]:
+def _place(one: Solid, other: Solid, least: sentences.Apart) -> list[str]:
     distance, angle = math.dist(one.centre, other.centre), turned_by(one, other)
     distance, angle = (distance if distance > least[0] else 0.0), (angle if angle > least[1] else 0.0)
     if not distance and not angle:
@@ -329,5 +285,5 @@ def _place(one: Solid, other: Solid, least: Apart) -> list[str]:
     old, new = (pose_of(Transform(solid.rows, solid.centre)) for solid in (one, other))
     # No angle jumps by a full turn.
     roll, pitch, yaw = (b - math.tau * round((b - a) / math.tau) for a, b in zip(old.rpy, new.rpy, strict=True))
-    steps = coordinates(old, Pose(new.xyz, (roll, pitch, yaw)), (distance, angle), least)
-    return [with_remark(far(distance, angle, verbs=True), steps)]
+    steps = sentences.coordinates(old, Pose(new.xyz, (roll, pitch, yaw)), (distance, angle), least)
+    return [sentences.with_remark(sentences.far(distance, angle, verbs=True), steps)]

@@ -134,10 +134,7 @@ def not_carried(pairing: Pairing, a: Side, b: Side) -> tuple[frozenset[str], lis
 
 
 def _compare_masses(pairing: Pairing, origins: Mapping[str, str], report: Report) -> None:
-    """Report what differs in the masses of links, and of bodies as a whole where links share them out otherwise.
-
-    ``origins`` are the frames in which bodies of A are compared as a whole.
-    """
+    """Report what differs in the masses of links, or of bodies, at ``origins``, where links share them."""
     precisions = pairing.a.precision, pairing.b.precision
 
     def differences(name: str, *sides: tuple[Inertial | None, Precision]) -> Sequence[Leaf]:

@@ -44,23 +44,19 @@ Scalar = float | str | None
 
 @dataclass(frozen=True)
 class Item:
-    """One difference: of which kind, of what, in words, and as values in SI units.
-
-    ``name`` is the link or joint, as A calls it, or B where it is new. ``distance`` (m) and ``angle`` (rad) say how far
-    a frame is off, ``when`` at which positions of the joints, ``at`` where it is off the most.
-    """
+    """One difference, in words and as values in SI units."""
 
     kind: str
-    name: str
+    name: str  # of the link or joint, as A calls it, or B where it is new
     quantity: str
     text: str
     before: Scalar = None
     after: Scalar = None
     unit: str = ""
-    distance: float | None = None
-    angle: float | None = None
-    when: str = ""
-    at: Mapping[str, float] = field(default_factory=dict)
+    distance: float | None = None  # how far a frame is off, m
+    angle: float | None = None  # rad
+    when: str = ""  # at which positions of the joints
+    at: Mapping[str, float] = field(default_factory=dict)  # where it is off the most
 
 
 class Report(NamedTuple):
@@ -127,17 +123,14 @@ def lines(difference: Difference, full: bool = False) -> list[str]:
     """Return a comparison as lines of plain text, the most important differences first, a summary last."""
     if difference.a is None or difference.b is None:
         return [*(str(diagnostic) for diagnostic in difference.diagnostics), difference.summary()]
-    shown = [f"{letter}: {_side(side)}" for letter, side in (("A", difference.a), ("B", difference.b))]
+    shown = []
+    for letter, side in (("A", difference.a), ("B", difference.b)):
+        joints = sum(not joint.is_fixed for joint in side.robot.joints)
+        sizes = f"{count_of(len(side.robot.links), 'link')}, {joints:,} that move{'s' if joints == 1 else ''}"
+        shown.append(f"{letter}: {side.label} ({side.format.word} of {side.robot.name}, {sizes})")
     shown += [item.text for item in difference.items]
     if not full and len(difference.items) > _MOST:
         shown[2 + _MOST :] = [f"... {count_of(len(difference.items) - _MOST, 'more difference')} (--full shows them)"]
     shown += [f"note: {note}" for note in difference.notes]
     shown += [f"not compared: {line}" for line in difference.not_compared]
     return [printable(line, keep="\t") for line in [*shown, difference.summary()]]
-
-
-def _side(side: Side) -> str:
-    robot = side.robot
-    links, joints = len(robot.links), sum(not joint.is_fixed for joint in robot.joints)
-    sizes = f"{count_of(links, 'link')}, {joints:,} that move{'s' if joints == 1 else ''}"
-    return f"{side.label} ({side.format.word} of {robot.name}, {sizes})"

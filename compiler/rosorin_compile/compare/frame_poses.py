@@ -16,18 +16,7 @@ from rosorin_compile.model.geometry import pose_of
 from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.progress import Progress
 
-from .bodies import (
-    Bodies,
-    Gap,
-    Pairing,
-    axis_shift,
-    axis_turn,
-    gap,
-    has_axis,
-    motion_of,
-    positions_of,
-    same_motion,
-)
+from .bodies import Bodies, Gap, Pairing, axis_shift, axis_turn, gap, has_axis, motion_of, positions_of, same_motion
 from .difference import FRAME, JOINT, Item, Report
 from .precision import Placed
 from .sentences import axis_change, describe_move, far, near_angles, number, row, several, text_of, value_change
@@ -36,14 +25,10 @@ _LEAST = 1e-6  # rad, m: no difference of limits
 
 
 class Frames(NamedTuple):
-    """What the comparison of other things builds on.
+    """What the comparison of other things builds on."""
 
-    ``origins`` are the frames of bodies of A in which their shapes and masses are compared; ``flipped`` are joints that
-    count the other way round, each with whether its limits do, too.
-    """
-
-    origins: Mapping[str, str]
-    flipped: Mapping[str, bool]
+    origins: Mapping[str, str]  # frames of bodies of A in which shapes and masses are compared
+    flipped: Mapping[str, bool]  # joints that count the other way round: whether their limits do, too
 
 
 def compare_frames(pairing: Pairing, report: Report) -> Frames:
@@ -116,10 +101,7 @@ class _Frames:
         return gap(self.a.relative(source, target), self.b.relative(source, target), self.pairing.tolerance)
 
     def _in_place(self, clusters: list[list[str]], top: str, flipped: Collection[str]) -> list[list[str]]:
-        """Return the clusters of a body that are in their place seen from the body above, or one further up.
-
-        Further up counts only where the body above moved itself: over a long way rounding adds up.
-        """
+        """Return the clusters in their place in the body above, or in one further up if that body moved itself."""
         joint, upper = self.a.robot.joint_to[top], self.a.parent_of(top)
         goals = [joint.child if joint.child in cluster else cluster[0] for cluster in clusters]
         while upper is not None:
@@ -196,7 +178,10 @@ class _Frames:
             )
         ]
         worst, at, frame, angle = 0.0, 0.0, "", 0.0
-        robots = self.a.without_followers, self.b.without_followers
+        robots = [  # every joint moves on its own
+            replace(side.robot, joints=tuple(replace(each, mimic=None) for each in side.robot.joints))
+            for side in (self.a, self.b)
+        ]
         for position in positions_of(joint, twin):
             poses = [robot.poses_in_root({joint.name: position}) for robot in robots]
             back = [places[source].inverse() for places in poses]

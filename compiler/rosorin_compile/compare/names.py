@@ -6,7 +6,7 @@ attached to, or that are in the same place. A joint has a new name where it plac
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -50,25 +50,22 @@ def _signs(side: Leaves, links: Collection[str], sign: str, renamed: Names) -> d
     """Return links by their identifying features, without features that two links share."""
     found: dict[tuple[Any, ...], str] = {}
     shared = set()
-    for link, value in _all_signs(side, links, sign):
+    roots = [link for link in links if ("frame", link) not in side] if sign == "place" else []
+    signs: list[tuple[str, tuple[Any, ...]]] = [(link, ("",)) for link in roots]
+    for (kind, name), of in side.items():
+        origin = of.get("origin")
+        if sign == "joint" and kind == "joint" and of.get("child") in links:
+            signs.append((of["child"], (name,)))
+        elif sign == "child" and kind == "frame" and of.get("parent") in links:
+            signs.append((of["parent"], (name,)))
+        elif sign == "place" and kind == "frame" and name in links and isinstance(origin, Pose):
+            numbers = (round(x, _DIGITS) + 0.0 for x in (*origin.xyz, *origin.rpy))
+            signs.append((name, (of.get("parent", ""), *numbers)))
+    for link, value in signs:
         key = (renamed.get(value[0], value[0]), *value[1:])
         if found.setdefault(key, link) != link:
             shared.add(key)
     return {key: link for key, link in found.items() if key not in shared}
-
-
-def _all_signs(side: Leaves, links: Collection[str], sign: str) -> Iterator[tuple[str, tuple[Any, ...]]]:
-    if sign == "place":
-        yield from ((link, ("",)) for link in links if ("frame", link) not in side)  # the root
-    for (kind, name), of in side.items():
-        origin = of.get("origin")
-        if sign == "joint" and kind == "joint" and of.get("child") in links:
-            yield of["child"], (name,)
-        elif sign == "child" and kind == "frame" and of.get("parent") in links:
-            yield of["parent"], (name,)
-        elif sign == "place" and kind == "frame" and name in links and isinstance(origin, Pose):
-            numbers = (round(x, _DIGITS) + 0.0 for x in (*origin.xyz, *origin.rpy))
-            yield name, (of.get("parent", ""), *numbers)
 
 
 def new_joint_names(old: Leaves, new: Leaves) -> dict[str, str]:
@@ -91,17 +88,11 @@ def _is_fixed(side: Leaves, joint: str) -> bool:
     return side["joint", joint].get("type") == "fixed"
 
 
-def with_link_names(found: Leaves, names: Names, other: Leaves) -> Leaves:
-    """Return leaves under other names of links; what else names them has the new name where ``other`` has it."""
-    return _renamed(found, names, _LINKS, other) if names else found
-
-
-def with_joint_names(found: Leaves, names: Names, other: Leaves) -> Leaves:
-    """Return leaves under other names of joints; what else names them has the new name where ``other`` has it."""
-    return _renamed(found, names, ("joint",), other) if names else found
-
-
-def _renamed(found: Leaves, names: Names, kinds: Sequence[str], new: Leaves) -> Leaves:
+def with_names(found: Leaves, names: Names, what: str, new: Leaves) -> Leaves:
+    """Return leaves under other names of each "link" or "joint"; what else names them has those where ``new`` does."""
+    if not names:
+        return found
+    kinds = _LINKS if what == "link" else ("joint",)
     made: Leaves = {}
     for (kind, name), entry in found.items():
         plain, space, rest = name.partition(" ")  # the row of a publisher that takes turns has more words

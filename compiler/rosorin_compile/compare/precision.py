@@ -1,7 +1,4 @@
-"""How precisely numbers are known: from the digits of a source, and through calculations with several of them.
-
-Numbers of a description are exact, those of a file as its digits say.
-"""
+"""How precisely numbers are known: of a description exactly, of a file as its digits say; and through calculations."""
 
 from __future__ import annotations
 
@@ -45,7 +42,10 @@ def rounding_precision(length: float, angle: float) -> Precision:
 
 def printed_precision(text: str) -> Precision:
     """Return the precision of the numbers of an artifact, by the digits that it was printed with."""
-    off_by = off_by_six if _is_six(text) else off_by_short
+    # Six digits, if ``six`` would shorten none of the numbers.
+    long = {float(token) for token in _IN_TEXT.findall(text) if len(token) > _FEWEST}
+    is_six = all(float(six(value)) == value for value in long if math.isfinite(value))
+    off_by = off_by_six if is_six else off_by_short
     turn = NOISE + _CALCULATED * off_by(_LARGEST_ANGLE)
 
     def precision(key: str, *values: float) -> float:
@@ -55,12 +55,6 @@ def printed_precision(text: str) -> Precision:
         return max((off_by(value, largest) for value in values), default=0.0)
 
     return precision
-
-
-def _is_six(text: str) -> bool:
-    """Return True if ``six``, which prints six digits, would shorten none of the numbers of a text."""
-    long = {token for token in _IN_TEXT.findall(text) if len(token) > _FEWEST}
-    return all(float(six(float(token))) == float(token) for token in long if math.isfinite(float(token)))
 
 
 def join_errors(first: float, second: float) -> float:

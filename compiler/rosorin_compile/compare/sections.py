@@ -1,7 +1,4 @@
-"""Compare two robots leaf by leaf, except frames, masses and shapes: values of joints, and every section.
-
-What one of two formats has no word for is a topic that is not compared; how much of it there is, is a line.
-"""
+"""Compare values of joints and every section of two robots; what a format has no word for is not compared."""
 
 from __future__ import annotations
 
@@ -296,7 +293,11 @@ def _add_elements(old: Leaves, new: Leaves, robots: tuple[Robot, Robot]) -> None
     """Add the elements for URDF that one of two robots has, without those that outputs make of other words."""
     a, b = robots
     followers = followers_of(a, a.asks_for_humble or b.asks_for_humble)
-    made = [_made(robot, followers) for robot in robots]
+    made: list[list[frozenset[Key]]] = []
+    for robot in robots:
+        known = [(FORMATS[output.backend], output) for output in robot.outputs if output.backend in FORMATS]
+        texts = (one.brings(robot, output) for one, output in known if one.brings)
+        made.append([frozenset(meanings(text, followers)) for text in texts])
     places: list[tuple[str, Any, Any]] = [("the robot", a, b)]
     places += [(name, a.link[name], b.link[name]) for name in a.link if name in b.link]
     places += [(name, a.joint[name], b.joint[name]) for name in a.joint if name in b.joint]
@@ -309,8 +310,3 @@ def _add_elements(old: Leaves, new: Leaves, robots: tuple[Robot, Robot]) -> None
                 every = frozenset() if robots[1 - at].outputs or not made[at] else frozenset.intersection(*made[at])
                 alone = alone.difference(*made[1 - at]) | (every - has[1 - at])
             side[f"URDF elements of {name}", name] = {"": frozenset(map(spelt, alone))}
-
-
-def _made(robot: Robot, followers: frozenset[str]) -> list[frozenset[Key]]:
-    known = [(FORMATS[output.backend], output) for output in robot.outputs if output.backend in FORMATS]
-    return [frozenset(meanings(one.brings(robot, output), followers)) for one, output in known if one.brings]

@@ -1,7 +1,4 @@
-"""Put differences into sentences, wherever two robots are compared: what changed, then the values before and after.
-
-Numbers are short, with the digits that tell them apart. Small steps are in mm, deg and g.
-"""
+"""Put differences into sentences: what changed, then the values before and after, with the digits that differ."""
 
 from __future__ import annotations
 
@@ -181,17 +178,12 @@ def describe_move(
 def near_angles(old: Vector, new: Vector) -> Vector:
     """Return angles (rad) that mean the same rotation as the old ones, as near to the new ones as they can be."""
     roll, pitch, yaw = old
+    half = math.pi + 2e-6  # half a turn itself is plus, in print as well
     forms = [(roll, pitch, yaw), (roll + math.pi, math.pi - pitch, yaw + math.pi)]
-    near = [[b + _wrapped(a - b) for a, b in zip(form, new, strict=True)] for form in forms]
+    near = [[b + half - (half - a + b) % math.tau for a, b in zip(form, new, strict=True)] for form in forms]
     best = min(near, key=lambda form: sum(abs(a - b) for a, b in zip(form, new, strict=True)))
     roll, pitch, yaw = (0.0 if abs(angle) < _LEAST else angle for angle in best)
     return (roll, pitch, yaw)
-
-
-def _wrapped(angle: float) -> float:
-    """Return an angle (rad) within plus and minus half a turn; half a turn itself is plus, in print as well."""
-    half = math.pi + 2e-6
-    return half - (half - angle) % math.tau
 
 
 def axis_change(joint: str, old: Vector, new: Vector, angle: float | None = None) -> str:
@@ -226,11 +218,6 @@ def existence(word: str, what: str, name: str, how: Iterable[str] = (), others: 
     return f"{sentence}, and with it {several(others)}" if others else sentence
 
 
-def describe_rename(what: str, old: str, new: str) -> str:
-    """Return that a link or a joint has another name."""
-    return f"{what} {old} renamed to {new}"
-
-
 def set_change(title: str, old: Iterable[str], new: Iterable[str]) -> str:
     """Return which members of a set are new, or removed."""
     before, after = frozenset(old), frozenset(new)
@@ -244,8 +231,7 @@ def set_change(title: str, old: Iterable[str], new: Iterable[str]) -> str:
 
 def colour_change(about: str, old: Sequence[float] | None, new: Sequence[float] | None) -> str:
     """Return what became of a colour."""
-    before, after = (text_of(one, other) if one else "none" for one, other in ((old, new), (new, old)))
-    return f"{about} colour {before} -> {after}"
+    return f"{about} colour {text_of(old, new) if old else 'none'} -> {text_of(new, old) if new else 'none'}"
 
 
 def size_of(grid: Sequence[Sequence[float]]) -> str:

@@ -67,10 +67,7 @@ def has_one_box(format: Format) -> bool:
 def compare_shapes(
     pairing: Pairing, sides: tuple[Side, Side], origins: Mapping[str, str], purpose: str, report: Report
 ) -> None:
-    """Report what differs in the shapes of a purpose ("collision" or "visual").
-
-    ``origins`` are the frames in which bodies of A are compared as a whole.
-    """
+    """Report what differs in the shapes of a purpose; bodies of A are compared as a whole in frames in ``origins``."""
     work = _Comparison(pairing, sides, purpose, report)
     done = set()
     for number, (top, goal) in enumerate(pairing.bodies.items()):

@@ -1,7 +1,4 @@
-"""Compare shapes as sets of solids, because their order in a file means nothing.
-
-Two solids are the same if they fill the same space, however they are written, as well as they are known.
-"""
+"""Compare shapes as sets of solids, in any order: equal if they fill the same space, as well as they are known."""
 
 from __future__ import annotations
 
@@ -33,21 +30,17 @@ _MOST_CELLS = 500_000
 
 
 class Solid(NamedTuple):
-    """A shape in the frame of its link: full sizes and middle (m), rotation, and how it looks and is called.
-
-    ``words`` is what else is known of it, such as "name skin" or "file a.stl". ``tolerance`` is how well its lengths
-    are known (m), ``turn_tolerance`` how well the entries of the rotation, ``colour_tolerance`` how well its colour.
-    """
+    """A shape in the frame of its link: full sizes and middle (m), rotation, and how it looks and is called."""
 
     kind: str
     sizes: tuple[float, ...]
     centre: Vector
     rows: Rows
-    words: tuple[str, ...] = ()
+    words: tuple[str, ...] = ()  # such as "name skin" or "file a.stl"
     rgba: Rgba | None = None
-    tolerance: float = 0.0
-    turn_tolerance: float = 0.0
-    colour_tolerance: float = 0.0
+    tolerance: float = 0.0  # of its lengths (m)
+    turn_tolerance: float = 0.0  # of the entries of the rotation
+    colour_tolerance: float = 0.0  # of its colour
 
     @property
     def box(self) -> Box | None:
@@ -56,11 +49,6 @@ class Solid(NamedTuple):
             return None
         half = tuple(size / 2 for size in self.sizes)
         return Box(minus(self.centre, half), plus(self.centre, half))  # type: ignore[arg-type]
-
-    @property
-    def bare(self) -> Solid:
-        """The solid without its looks and names."""
-        return self._replace(words=(), rgba=None)
 
     @property
     def as_cylinder(self) -> Solid:
@@ -157,11 +145,6 @@ def match(old: Sequence[Solid], new: Sequence[Solid], noise: float = POSE_NOISE)
     return Matched(sorted(pairs), left, sorted(index for index in order if index not in taken))
 
 
-def same_set(one: Sequence[Solid], other: Sequence[Solid], noise: float = POSE_NOISE) -> bool:
-    """Return True if two sets have the same solids."""
-    return len(one) == len(other) and not match(one, other, noise).old
-
-
 def same(one: Solid, other: Solid, noise: float) -> bool:
     """Return True if two solids, seen from the same frame, look alike and fill the same space, as far as is known."""
     if one[:6] == other[:6]:
@@ -218,33 +201,22 @@ def same_space(one: Sequence[Solid], other: Sequence[Solid], noise: float = POSE
     if not first or not second or len(first) != len(one) or len(second) != len(other):
         return False
     near = noise + POSE_NOISE + join_errors(*(max(solid.tolerance for solid in solids) for solids in (one, other)))
-    corners = [corner for box in (*first, *second) for corner in (box.lower, box.upper)]
-    marks = [_marks((corner[axis] for corner in corners), near) for axis in range(3)]
-    return math.prod(map(len, marks)) <= _MOST_CELLS and _filled(first, marks, near) == _filled(second, marks, near)
-
-
-def _marks(numbers: Iterable[float], near: float) -> list[float]:
-    """Return where boxes begin and end along an axis, sorted, without what is as good as the same."""
-    marks: list[float] = []
-    for number in sorted(numbers):
-        if not marks or number - marks[-1] > near:
-            marks.append(number)
-    return marks
-
-
-def _filled(boxes: Sequence[Box], marks: Sequence[Sequence[float]], near: float) -> set[tuple[int, ...]]:
-    filled: set[tuple[int, ...]] = set()
-    for box in boxes:
-        ends = zip(marks, box.lower, box.upper, strict=True)
-        filled.update(product(*(range(bisect_right(m, a + near), bisect_right(m, b + near)) for m, a, b in ends)))
-    return filled
+    marks: list[list[float]] = []  # where boxes begin and end along each axis
+    for axis in range(3):
+        ends = sorted(corner[axis] for box in (*first, *second) for corner in (box.lower, box.upper))
+        marks.append([end for at, end in enumerate(ends) if not at or end - ends[at - 1] > near])
+    if math.prod(map(len, marks)) > _MOST_CELLS:
+        return False
+    filled: list[set[tuple[int, ...]]] = [set(), set()]
+    for boxes, cells in zip((first, second), filled, strict=True):
+        for box in boxes:
+            sides = zip(marks, box.lower, box.upper, strict=True)
+            cells.update(product(*(range(bisect_right(m, a + near), bisect_right(m, b + near)) for m, a, b in sides)))
+    return filled[0] == filled[1]
 
 
 def largest_step(pairs: Iterable[tuple[Solid, Solid]]) -> float | None:
-    """Return by how much solids changed at most (m): faces of boxes, middles and sizes of others.
-
-    None if a solid became another kind of solid, or only turned, which no length says.
-    """
+    """Return by how much (m) solids changed at most: faces, middles, sizes; None for another kind or a mere turn."""
     largest = 0.0
     for one, other in pairs:
         if one.kind != other.kind:

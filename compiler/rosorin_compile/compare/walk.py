@@ -106,7 +106,8 @@ class _Comparison(NamedTuple):
         if old is None or new is None:
             return False
         if isinstance(old, Pose) and isinstance(new, Pose):
-            return self._same_pose(old, new)
+            near = self._near("xyz", old.xyz, new.xyz)
+            return near and same_turn(old.rpy, new.rpy, self.precisions, self.tolerance)
         if isinstance(old, Shapes) and isinstance(new, Shapes):
             first, second = (shapes.solids(p) for shapes, p in zip((old, new), self.precisions, strict=True))
             rest = match(first, second, self.tolerance)
@@ -118,13 +119,10 @@ class _Comparison(NamedTuple):
             if quantity == "inertia":
                 least = known_inertia(old, new, self.precisions, self.tolerance)
                 return all(abs(a - b) <= least for a, b in zip(old, new, strict=True))
-            return len(old) == len(new) and self._same_items(kind, key, old, new)
+            if len(old) != len(new) or all(map(is_number, (*old, *new))):
+                return len(old) == len(new) and self._near(key, old, new)
+            return all(self.same(kind, key, *both) for both in zip(old, new, strict=True))
         return bool(old == new)
-
-    def _same_items(self, kind: str, key: str, old: Sequence[Any], new: Sequence[Any]) -> bool:
-        if all(map(is_number, (*old, *new))):
-            return self._near(key, old, new)
-        return all(self.same(kind, key, *both) for both in zip(old, new, strict=True))
 
     def _near(self, key: str, old: Sequence[float], new: Sequence[float]) -> bool:
         """Return True if numbers that were written together are the same."""
@@ -134,10 +132,6 @@ class _Comparison(NamedTuple):
         return all(
             abs(a - b) <= known + self.tolerance * max(floor, abs(a), abs(b)) for a, b in zip(old, new, strict=True)
         )
-
-    def _same_pose(self, old: Pose, new: Pose) -> bool:
-        near = self._near("xyz", old.xyz, new.xyz)
-        return near and same_turn(old.rpy, new.rpy, self.precisions, self.tolerance)
 
 
 def same_turn(old: Vector, new: Vector, precisions: tuple[Precision, Precision], tolerance: float) -> bool:
@@ -213,7 +207,7 @@ def _robot(robot: Robot, found: Leaves) -> None:
         _own["modes"] = robot.modes
     for name, word in section_words().items():
         section = getattr(robot, name, None) if name not in robot.sections.said else robot.sections.said[name]
-        if isinstance(section, Mapping) and _is_by_name(name):
+        if isinstance(section, Mapping) and name not in _lists():
             for key, entry in section.items():
                 _flatten(entry, "", found.setdefault((word, str(key)), {}))
         elif isinstance(section, (tuple, list)):
@@ -236,11 +230,12 @@ def section_words() -> Mapping[str, str]:
 
 
 @cache
-def _is_by_name(section: str) -> bool:
+def _lists() -> frozenset[str]:
+    """Return the sections that have no entries by name."""
     from rosorin_compile.language.annotations import ENTRIES
     from rosorin_compile.language.schema import sections
 
-    return section not in sections() or sections()[section].merge == ENTRIES
+    return frozenset(name for name, node in sections().items() if node.merge != ENTRIES)
 
 
 # Sections of a robot that are flattened in their own way.

@@ -1,7 +1,4 @@
-"""Formats that a robot is written to and read from.
-
-``FORMATS`` has their records (``format.Format``) by name: those of this program, then those of plug-ins.
-"""
+"""Formats that a robot is written to and read from: ``FORMATS`` has their records by name, those of plug-ins last."""
 
 from __future__ import annotations
 

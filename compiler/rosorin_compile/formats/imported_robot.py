@@ -35,17 +35,12 @@ _LARGEST = 10**18  # from here on, YAML's whole numbers are floats (see ``load``
 
 @dataclass(frozen=True)
 class Comment:
-    """A comment of the source: its text as written, its place, and the path in the tree that it belongs to.
-
-    ``where`` is BEFORE the entry (lines of its own), BESIDE it (after it on its last line), INSIDE it (after its last
-    content), or, with an empty path, at the END of the file. A comment before the root element is BEFORE ("robot",).
-    If the tree leaves out the entry as a default, the comment belongs to the longest existing prefix of the path.
-    """
+    """A comment of the source: its text as written, and its place."""
 
     text: str
     span: Span
-    path: TreePath
-    where: str = BEFORE
+    path: TreePath  # of its entry, or the longest prefix of it in the tree; of one before the root ("robot",)
+    where: str = BEFORE  # BEFORE, BESIDE (on its last line) or INSIDE the entry, or at the END of the file
 
 
 class Outputs(NamedTuple):

@@ -1,7 +1,4 @@
-"""Formats of other packages: entry points of ``rosorin_compile.formats``.
-
-Their records are validated, and their functions guarded: a mistake there is a diagnostic that names the package.
-"""
+"""Formats of other packages: entry points whose records are validated, and whose functions are guarded."""
 
 from __future__ import annotations
 

@@ -80,11 +80,6 @@ def attributes(**values: str) -> Markup:
     return Markup(text)  # noqa: S704 - the values are escaped
 
 
-def attribute(name: str, value: str) -> Markup:
-    """Return one attribute, as ``attributes`` does."""
-    return attributes(**{name: value})
-
-
 def comment(text: str) -> str:
     """Return text for an XML comment, which must not contain two hyphens in a row (XML 1.0, 2.5)."""
     return re.sub("-(?=-)", "- ", f"{text} " if text.endswith("-") else text)

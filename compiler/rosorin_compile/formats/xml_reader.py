@@ -1,7 +1,4 @@
-"""Read XML elements that describe a robot: attributes, numbers, misspelt words, and the mistakes in them.
-
-``XmlReader`` is shared by the readers of URDF, SDF and SRDF.
-"""
+"""Read XML elements of URDF, SDF and SRDF: attributes, numbers, misspelt words, and the mistakes in them."""
 
 from __future__ import annotations
 

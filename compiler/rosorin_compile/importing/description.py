@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 from rosorin_compile.formats.imported_robot import Imported, Outputs
 from rosorin_compile.language.schema import fragment_at
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.tree import Map, Path, Seq
+from rosorin_compile.source.tree import Map, Path
 
 from .layout import Expression, Verbatim, angle_of, escape, layout, number, place_comments, within_part
 
@@ -42,7 +42,10 @@ def write(imported: Imported, wanted: Outputs, schema: str = "", split: bool | N
     whether it is several files; without it a long one is. The result is the same for the same tree, whatever the
     machine.
     """
-    document, root = _Document(imported.whole, imported.packages).build(wanted), Description.ROOT_FILE
+    made, root = _Document(imported.whole, imported.packages), Description.ROOT_FILE
+    body = {key: made.value(value, (key,)) for key, value in imported.whole.items() if value}
+    body["outputs"] = {name: _written(entry) for name, entry in wanted.entries.items()}
+    document: dict[str, Any] = sorted_sections({"rosorin_compile": Verbatim("1"), **body})
 
     def text(file: str, content: dict[str, Any]) -> str:
         remarks = place_comments(imported.comments, content, file == root)
@@ -68,7 +71,7 @@ def write(imported: Imported, wanted: Outputs, schema: str = "", split: bool | N
     }
 
 
-def lines_of(tree: Map) -> int:
+def lines_of(tree: Mapping[str, Any]) -> int:
     """Return how many lines some sections of a description take."""
     made = _Document(tree)
     return layout({key: made.value(value, (key,)) for key, value in tree.items()}).count("\n")
@@ -77,25 +80,18 @@ def lines_of(tree: Map) -> int:
 class _Document:
     """Turns a tree into the values of a document."""
 
-    def __init__(self, tree: Map, packages: Mapping[str, FilePath] = {}) -> None:
+    def __init__(self, tree: Mapping[str, Any], packages: Mapping[str, FilePath] = {}) -> None:
         self.tree, self.packages = tree, packages
-
-    def build(self, wanted: Outputs) -> dict[str, Any]:
-        """Return the document of the whole description."""
-        body = {key: self.value(value, (key,)) for key, value in self.tree.items() if value}
-        document: dict[str, Any] = {"rosorin_compile": Verbatim("1"), **body}
-        document["outputs"] = {name: _written(entry) for name, entry in wanted.entries.items()}
-        return sorted_sections(document)
 
     def value(self, value: Any, path: Path, _: object = None) -> Any:
         """Return one value as ``layout`` takes it, without defaults, with the keys of mappings in their order."""
-        if isinstance(value, Seq):
+        if isinstance(value, (list, tuple)):
             return [self.value(item, (*path, index)) for index, item in enumerate(value)]
         if isinstance(value, str):
             return value if isinstance(value, Verbatim) else _in_packages(value, self.packages)
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             return number(value, angle_of(self.tree, path))
-        if not isinstance(value, Map):
+        if not isinstance(value, Mapping):
             return value
         own = within_part(path)
         made = {
@@ -103,9 +99,7 @@ class _Document:
             for key, item in value.items()
             if not is_default((*own, key), item) and ((shown := self.value(item, (*path, key))) or key != "dynamics")
         }
-        if len(own) == 1:
-            return made
-        return in_order(made) if own[0] == "let" else _sorted(made, _order(fragment_at(own)))
+        return made if len(own) == 1 else _sorted(made, _order(fragment_at(own)))
 
 
 def _in_packages(text: str, packages: Mapping[str, FilePath]) -> str:

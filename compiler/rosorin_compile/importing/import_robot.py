@@ -17,7 +17,7 @@ from rosorin_compile.formats.format import Format
 from rosorin_compile.formats.imported_robot import Imported, ReadOptions
 from rosorin_compile.formats.robot_files import join, read_robot
 from rosorin_compile.model.joint import MOVING_TYPES
-from rosorin_compile.output import OutputError, WriteResult, write_set
+from rosorin_compile.output import OutputError, write_set
 from rosorin_compile.request import FilePath, Packages, Values, Warn, read_options
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, count_of, error, has_errors
 from rosorin_compile.source.messages import arrange
@@ -27,9 +27,9 @@ from rosorin_compile.source.wording import suggest
 
 from .description import write
 from .elements import Converted, report_elements, with_sections
-from .into import Package, inside, package_at, put_into
 from .mesh_names import rename_files
-from .reimport import ENDING, Merged, Request, import_again, is_record, record_of, recorded, remove
+from .reimport import ENDING, Merged, import_again, is_record, record_of, recorded, remove
+from .ros_package import Package, Written, package_at, write_into
 from .round_trip import RoundTrip, check_round_trip, schema_beside
 from .xacro.translate import Target, translate
 
@@ -145,7 +145,6 @@ class _Import:
     force: bool
     keep_edits: bool
     package: Package | None = None
-    name_in_package: str = ""
     diagnostics: list[Diagnostic] = field(default_factory=list)
 
     def check_options(self) -> None:
@@ -158,8 +157,7 @@ class _Import:
                 raise RequestError(f"--into names the place, and what is there stays: leave {word} out")
             if self.source is Description.ON_STDIN:
                 raise RequestError("--into compares the description with a file: name it, not -")
-            self.package = package_at(self.into)
-            self.name_in_package = inside(self.source, self.package)
+            self.package = package_at(self.into, self.source)
             own = {self.package.name: self.package.folder}
             self.reading = replace(self.reading, packages={**own, **self.reading.packages})
         if self.name is not None and not (_NAME.fullmatch(self.name) and self.name.isprintable()):
@@ -168,17 +166,15 @@ class _Import:
         if meshes is not None and (not meshes.isprintable() or not meshes.strip() or meshes.endswith("://")):
             raise RequestError(f'--meshes "{meshes}" is neither a folder nor package://NAME')
 
-    @property
-    def request(self) -> Request:
-        """The words of the command line that determine what is written; the next import needs the same."""
-        words = [self.name_in_package or self.source.name]
+    def _command_line(self) -> list[str]:
+        """Return the words of the command line that determine what is written; the next import needs the same."""
+        words = [self.package.source if self.package else self.source.name]
         words += [f"{name}:={value}" for name, value in self.reading.arguments.items()]
         values = {"--name": self.name, "--meshes": self.meshes, "--drives": self.drives}
         words += [word for name, value in values.items() if value is not None for word in (name, value)]
         flags = {"--no-parts": not self.parts, "--verbatim": self.verbatim, "--flat": self.flat}
         words += [flag for flag, is_set in flags.items() if is_set]
-        words += [word for name, path in self.companions.items() for word in (f"--{name}", path.name)]
-        return Request(words, self.keep_edits)
+        return words + [word for name, path in self.companions.items() for word in (f"--{name}", path.name)]
 
     def run(self) -> ImportResult:
         """Read, convert, prove and write. Raises RequestError."""
@@ -190,9 +186,10 @@ class _Import:
         base = self.package.folder if self.package else Description.around()
         folder = self.output or Path(base, Description.FOLDER, imported._replace(tree=tree).file_name)
         result = replace(result, robot=tree["robot"], folder=str(folder))
-        record = recorded(folder, self.request.words) if self.package is None and not self.force else None
-        if self.package is None and record is None:
-            _check_folder(folder, self.force)
+        words = self._command_line()
+        record = None if self.force else recorded(folder, words)
+        if record is None and not self.force:
+            _check_folder(folder, "--name" if self.package else "-o, or write into this one with --force")
         keeps = imported.takes_arguments and not self.flat
         renamed = rename_files(tree, self.source, folder, self.meshes, self.reading.packages, keeps)
         self.diagnostics += arrange(renamed.diagnostics)
@@ -214,30 +211,25 @@ class _Import:
             if translation.files:  # it keeps elements as they are
                 imported, files, lines = read, translation.files, []
         report = [*_report(folder, imported, trip, files), *lines, *translated]
-        if self.package is not None:
-            return self._put_into(self.package, result, files, report)
-        if record is not None:
-            merged = import_again(folder, record, files, self.request)
+        if record is None:
+            merged = Merged({**files, **record_of(files, words)})
         else:
-            merged = Merged({**files, **record_of(files, self.request.words)})
+            merged = import_again(folder, record, files, words, self.keep_edits)
         self.diagnostics += arrange(merged.diagnostics)
-        written = None if merged.refused else self._write(folder, merged)
+        written = None if merged.refused else self._write(folder, merged, record is None)
         if written is None:
             return self._end(result)
-        names = tuple(name for name in written.written if record is None or not is_record(name))
+        names = tuple(name for name in written.files if not is_record(name))
         if record is not None:
             with suppress(OSError):  # nothing includes them any more
                 remove(folder, merged)
             changed = [*names, *(f"{name} (removed)" for name in merged.removed if not is_record(name))]
             first = f"{folder}: written: {', '.join(changed)}" if changed else f"{folder}: unchanged"
             report = [first, *merged.lines]
-        elif others := [name for name in written.kept if not is_record(name)]:
-            report.append(f"left alone in {folder}, not written by this import: {', '.join(others)}")
-        return self._end(replace(result, written=names, report=tuple(report)))
+        made = replace(result, written=names, report=tuple(report), to_do=written.to_do)
+        return self._end(replace(made, next_steps=written.next_steps))
 
     def _end(self, result: ImportResult) -> ImportResult:
-        if not self.package and result.report and not has_errors(self.diagnostics):
-            result = replace(result, next_steps=(f"next: rosorin-compile all {shlex.quote(result.folder)}",))
         return replace(result, diagnostics=tuple(self.diagnostics))
 
     def _read(self) -> Imported:
@@ -284,34 +276,22 @@ class _Import:
         self.diagnostics += arrange([*trip.diagnostics, *untold])
         return trip
 
-    def _put_into(
-        self, package: Package, result: ImportResult, files: Mapping[str, str], report: Sequence[str]
-    ) -> ImportResult:
-        """Write the description to the package of its source."""
-        name = Path(result.folder).name
-        try:
-            put = put_into(package, self.name_in_package, self.reading.arguments, name, files, self.request)
-        except OutputError as problem:
-            self.diagnostics.append(problem.diagnostic)
-            return self._end(result)
-        self.diagnostics += arrange(put.diagnostics)
-        lines = (*(report if put.is_new else ()), *put.report)
-        made = replace(result, written=put.written, report=lines, to_do=tuple(put.to_do), next_steps=tuple(put.after))
-        return self._end(made)
-
-    def _write(self, folder: Path, merged: Merged) -> WriteResult | None:
+    def _write(self, folder: Path, merged: Merged, is_new: bool) -> Written | None:
         """Write the files of a description; an edited file that is replaced is kept under another name."""
 
         def judge(name: str, old: bytes, _: bytes) -> Literal["replace", "keep"]:
             return "replace" if is_record(name) or old == merged.before.get(name, "").encode() else "keep"
 
         try:
-            written = write_set(folder, merged.files, judge=judge)
+            if self.package is not None:
+                return write_into(self.package, folder.name, merged.files, self.reading.arguments, is_new)
+            made = write_set(folder, merged.files, judge=judge)
         except OutputError as problem:
             self.diagnostics.append(problem.diagnostic)
             return None
-        self.diagnostics += arrange(written.diagnostics(folder))
-        return written
+        self.diagnostics += arrange(made.diagnostics(folder))
+        steps = () if has_errors(self.diagnostics) else (f"next: rosorin-compile all {shlex.quote(str(folder))}",)
+        return Written(made.written, (), steps)
 
 
 def _check_file(path: Path) -> None:
@@ -334,18 +314,17 @@ def _with(tree: Map, key: str, value: object) -> Map:
     return made
 
 
-def _check_folder(folder: Path, force: bool) -> None:
-    """Raise RequestError if a folder is not empty, unless it is forced, or if it is a file."""
+def _check_folder(folder: Path, option: str) -> None:
+    """Raise RequestError if a folder is not empty, or if it is a file; ``option`` names another one."""
     if folder.exists() and not folder.is_dir():
         raise RequestError(f"{folder} is not a folder; name a new one with -o")
     with suppress(OSError):  # writing to a folder that cannot be read fails with a better message
-        if force or not any(folder.iterdir()):
-            return
-        message = f"{folder} is not empty; name a new folder with -o, or write into this one with --force"
-        if (folder / Description.ROOT_FILE).is_file():
-            record = f"{Description.ROOT_FILE}{ENDING}"
-            message += f" (no {record} there says what was imported, against which changes could be told)"
-        raise RequestError(message)
+        if any(folder.iterdir()):
+            message = f"{folder} is not empty; name a new folder with {option}"
+            if (folder / Description.ROOT_FILE).is_file():
+                record = f"{Description.ROOT_FILE}{ENDING}"
+                message += f" (no {record} there says what was imported, so that changes cannot be merged)"
+            raise RequestError(message)
 
 
 def _report(folder: Path, imported: Imported, trip: RoundTrip, files: Mapping[str, str]) -> list[str]:

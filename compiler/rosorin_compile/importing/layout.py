@@ -18,7 +18,7 @@ from rosorin_compile.formats.imported_robot import Comment
 from rosorin_compile.language.schema import fragment_at
 from rosorin_compile.source.diagnostics import printable
 from rosorin_compile.source.numbers import exact
-from rosorin_compile.source.tree import Map, Path
+from rosorin_compile.source.tree import Path
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.yaml_text import Scalar
 
@@ -212,30 +212,19 @@ def in_degrees(value: float, unit: str) -> str:
     return ""
 
 
-def joint_unit(*path: str) -> str:
-    """Return the unit in degrees of a value of a joint that turns, by its path there; empty if it is not an angle."""
-    return _of_joint(("joints", "*", *path))
-
-
-def angle_of(tree: Map, path: Path) -> str:
+def angle_of(tree: Mapping[str, Any], path: Path) -> str:
     """Return the unit in degrees of the value at a path of a description, empty if it is not an angle."""
     body = tree["parts"][path[1]] if path[0] == "parts" and len(path) > 2 else tree
     path = within_part(path)
     if path[-2:-1] == ("rpy",) or (path[:1] == ("sensors",) and path[2:] in _OF_SENSOR):
         return "deg"
-    unit = _of_joint(path)
-    if not unit:
+    unit = _OF_JOINT.get(tuple(fragment_at(path).get("x-unit", ())), "")
+    if not unit or _VERBATIM in path:
         return ""
     names = fragment_at(path[:-1]).get("propertyNames", {}).get("x-names")
     name = path[1] if path[0] == "joints" else path[-1] if names == "joint" else None
     joint = (body.get("joints") or {}).get(name)
     return unit if isinstance(joint, Mapping) and joint.get("type") in ROTATING else ""
-
-
-def _of_joint(path: Path) -> str:
-    """Return the unit in degrees of a value of a joint that turns; empty if it is not an angle of one."""
-    units = () if _VERBATIM in path else fragment_at(path).get("x-unit", ())
-    return _OF_JOINT.get(tuple(units), "")
 
 
 def place_comments(comments: Iterable[Comment], document: Mapping[str, Any], root: bool) -> dict[Path, list[str]]:

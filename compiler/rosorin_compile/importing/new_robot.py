@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -55,20 +56,15 @@ class NewRobot:
     schema_outdated: bool
 
 
-def check_name(name: str) -> None:
-    """Raise RequestError unless a name can be that of a folder, a robot, and its artifacts."""
+def check_free(name: str, project: Path) -> None:
+    """Raise RequestError unless a name can be that of a robot, and its description can be written into a project."""
     help = "use letters, digits and underscores, and begin with a letter: my_robot"
-    if not name.isascii() or not name.replace("_", "").replace("-", "").isalnum() or not name[0].isalpha():
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", name):
         raise RequestError(f'"{name}" cannot be the name of a robot; {help}')
     if len(name) > _MAX_NAME:
         raise RequestError(f"the name of a robot has at most {_MAX_NAME} letters")
     if not isinstance(plain_scalar(name), str):
         raise RequestError(f'"{name}" means something else in YAML; {help}')
-
-
-def check_free(name: str, project: Path) -> None:
-    """Raise RequestError unless a description of that name can be written into a project."""
-    check_name(name)
     target = project / DESCRIPTIONS / name
     if os.path.lexists(target):
         raise RequestError(f"{target} is there already; nothing is overwritten, take another name")
@@ -105,32 +101,26 @@ def init(name: str, template: str = "base", project: FilePath = ".") -> NewRobot
     target = folder / name
     texts = texts_of(template, name)
     folder.mkdir(parents=True, exist_ok=True)
+    schema, data = folder / Description.SCHEMA, schema_text("authoring")
     with lock(folder, tidy=True), staging_folder(folder) as stage:
         (stage / name).mkdir()
         for file, text in texts.items():
             (stage / name / file).write_text(text, "utf-8", newline="\n")
-        written, outdated = _give_schema(folder, stage)
+        is_new, is_outdated = not os.path.lexists(schema), False
+        if is_new:
+            schema.parent.mkdir(exist_ok=True)
+            (stage / schema.name).write_text(data, "utf-8", newline="\n")
+            (stage / schema.name).rename(schema)
+        else:
+            is_outdated = not _is_same_schema(schema.read_bytes(), data)
         (stage / name).rename(target)
-    return NewRobot(target / ROOT_FILE, template, folder / Description.SCHEMA, written, outdated)
+    return NewRobot(target / ROOT_FILE, template, schema, is_new, is_outdated)
 
 
-def _give_schema(folder: Path, stage: Path) -> tuple[bool, bool]:
-    """Write the schema for editors unless there is one; say whether it was written, or is of another version."""
-    data = schema_text("authoring").encode()
-    target = folder / Description.SCHEMA
-    with suppress(FileNotFoundError):
-        return False, not _is_same_schema(target.read_bytes(), data)
-    target.parent.mkdir(exist_ok=True)
-    new = stage / Description.SCHEMA.name
-    new.write_bytes(data)
-    new.rename(target)
-    return True, False
-
-
-def _is_same_schema(committed: bytes, data: bytes) -> bool:
+def _is_same_schema(committed: bytes, text: str) -> bool:
     """Return True if a schema for editors is of this version, with or without the macros that robots include."""
     with suppress(ValueError, KeyError, TypeError, AttributeError):
         schema = json.loads(committed)
         schema["properties"]["include"]["items"].pop("allOf", None)
-        return bool(schema == json.loads(data))
+        return bool(schema == json.loads(text))
     return False

@@ -47,13 +47,6 @@ class Record(NamedTuple):
     files: dict[str, str]
 
 
-class Request(NamedTuple):
-    """The command line of an import as a record has it; ``keep_ours`` resolves conflicts in favour of the edits."""
-
-    words: Sequence[str]
-    keep_ours: bool = False
-
-
 class Merged(NamedTuple):
     """The result of importing again.
 
@@ -87,60 +80,52 @@ def is_record(name: str) -> bool:
     return name.endswith(ENDING)
 
 
-def read_record(folder: Path) -> Record | None:
-    """Return the record of the description in a folder, or None if it is missing or damaged. Raises RequestError."""
-    try:
-        first, _, root = _text(folder / f"{Description.ROOT_FILE}{ENDING}").partition("\n")
-        line = first.removeprefix(_PROGRAM) if first.startswith(_PROGRAM) else ""
-        words = json.loads(line) if line.startswith('["') else shlex.split(line)
-        paths = filter(is_file, sorted(folder.glob(f"**/*{ENDING}")))
-        files = {path.relative_to(folder).as_posix().removesuffix(ENDING): _text(path) for path in paths}
-    except (ValueError, FileNotFoundError, NotADirectoryError):
-        return None
-    except OSError as problem:
-        raise RequestError(f"cannot read {folder}: {problem.strerror or type(problem).__name__}") from None
-    is_whole = words and os.path.lexists(folder / Description.ROOT_FILE)
-    return Record(words, {**files, Description.ROOT_FILE: root}) if is_whole else None
-
-
 def _text(path: Path) -> str:
     """Return the text of a file without converting line ends. Raises OSError, ValueError."""
     return read_bytes(path).decode()
 
 
 def recorded(folder: Path, words: Sequence[str]) -> Record | None:
-    """Return the record of the description in a folder, or None. Raises RequestError if it is of another import."""
-    record = read_record(folder)
-    if record is not None and not is_same_source(record.words, words):
-        message = f"{folder} is of another import: rosorin-compile import {source_of(record.words)}; "
-        message += f"this one is: {source_of(words)}"
-        raise RequestError(f"{message}; name a folder with -o, or another robot with --name")
-    missing = [option for option in (record.words[1:] if record else ()) if option[:2] == "--" and option not in words]
-    if record is not None and missing:
-        message = f"{folder} was imported with {phrase(missing)}: rosorin-compile import {shlex.join(record.words)}"
+    """Return the record of the description in a folder, or None if it is missing or damaged.
+
+    Raises RequestError if it cannot be read, or if it is of another import.
+    """
+    try:
+        first, _, root = _text(folder / f"{Description.ROOT_FILE}{ENDING}").partition("\n")
+        line = first.removeprefix(_PROGRAM) if first.startswith(_PROGRAM) else ""
+        before = json.loads(line) if line.startswith('["') else shlex.split(line)
+        paths = filter(is_file, sorted(folder.glob(f"**/*{ENDING}")))
+        files = {path.relative_to(folder).as_posix().removesuffix(ENDING): _text(path) for path in paths}
+    except (ValueError, FileNotFoundError, NotADirectoryError):
+        return None
+    except OSError as problem:
+        raise RequestError(f"cannot read {folder}: {problem.strerror or type(problem).__name__}") from None
+    if not before or not os.path.lexists(folder / Description.ROOT_FILE):
+        return None
+    # Earlier versions recorded the name of the file without its folder.
+    if _source(before) not in (_source(words), _source([Path(words[0]).name, *words[1:]])):
+        message = f"{folder} is of another import: rosorin-compile import {_source(before)}; this one is: "
+        raise RequestError(f"{message}{_source(words)}; name a folder with -o, or another robot with --name")
+    if missing := [option for option in before[1:] if option.startswith("--") and option not in words]:
+        message = f"{folder} was imported with {phrase(missing)}: rosorin-compile import {shlex.join(before)}"
         raise RequestError(f"{message}; give the same options, or name a folder with -o")
-    return record
+    return Record(before, {**files, Description.ROOT_FILE: root})
 
 
-def source_of(words: Sequence[str]) -> str:
+def _source(words: Sequence[str]) -> str:
     """Return the source of a command line with its arguments."""
     return shlex.join(takewhile(lambda word: not word.startswith("--"), words))
 
 
-def is_same_source(before: Sequence[str], now: Sequence[str]) -> bool:
-    """Return True if two command lines import the same source with the same arguments.
-
-    Earlier versions recorded the name of the file without its folder.
-    """
-    return source_of(before) in (source_of(now), source_of([Path(now[0]).name, *now[1:]]))
-
-
-def import_again(folder: Path, record: Record, theirs: Mapping[str, str], request: Request) -> Merged:
+def import_again(
+    folder: Path, record: Record, theirs: Mapping[str, str], words: Sequence[str], keep_ours: bool = False
+) -> Merged:
     """Merge the files that the importer now makes of a source with those of a description. Nothing is written here.
 
-    Raises RequestError for a file that cannot be read.
+    ``words`` is the command line of the import; ``keep_ours`` resolves conflicts in favour of the edits. Raises
+    RequestError for a file that cannot be read.
     """
-    source = printable(Path(request.words[0]).name)
+    source = printable(Path(words[0]).name)
     ours, marked = dict[str, str](), list[Diagnostic]()
     for name in {**record.files, **theirs}:
         path = folder / name
@@ -178,7 +163,7 @@ def import_again(folder: Path, record: Record, theirs: Mapping[str, str], reques
             files[name] = own
         elif own is not None and new is not None:
             try:
-                files[name] = _merge_texts(base or "", own, new, source, request.keep_ours)
+                files[name] = _merge_texts(base or "", own, new, source, keep_ours)
             except _NoGit as problem:
                 message = f"{folder} was edited, and the changes of the newer {source} cannot be merged: {problem}"
                 help = "install git, and import again; or import into a new folder with -o"
@@ -196,7 +181,7 @@ def import_again(folder: Path, record: Record, theirs: Mapping[str, str], reques
         lines = [f"{source} is as it was when it was imported before"]
     edited = [name for name, base in record.files.items() if name in theirs and ours.get(name) not in (None, base)]
     lines += [f"edited here, and kept: {', '.join(edited)}"] if edited else []
-    return Merged({**written, **record_of(theirs, request.words)}, ours, removed, found, lines)
+    return Merged({**written, **record_of(theirs, words)}, ours, removed, found, lines)
 
 
 class _NoGit(Exception):

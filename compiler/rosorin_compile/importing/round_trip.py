@@ -116,9 +116,7 @@ def _round_trip(
             sensors=before.sensors,
             edges=before.edges,
             publishers=before.publishers,
-            modes=before.modes,
             control=before.control,
-            drive=before.drive,
         )
     found += model_differences(before, made if plain is None else made_plain, 0.0)
     diagnostics = [_differs("the description would not be the same robot", found)] if found else []

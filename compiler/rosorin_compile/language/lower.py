@@ -8,14 +8,12 @@ sense is for the rules.
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from collections.abc import Callable, Collection, Hashable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass, replace
 from functools import cache, partial
 from graphlib import CycleError, TopologicalSorter
-from pathlib import Path as FilePath
 from types import NoneType, UnionType
 from typing import Any, NamedTuple, Protocol, TypeVar, Union, get_args, get_origin, get_type_hints
 
@@ -24,8 +22,6 @@ from rosorin_compile.model.sections import ENTRIES, ITEMS, ONE, Section, Section
 from rosorin_compile.model.servos import ServoGroup
 from rosorin_compile.model.simulation import Attribute, Values
 from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, UnknownName, error
-from rosorin_compile.source.files import is_file
-from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.plugins import Plugin, aside, failed_plugin
 from rosorin_compile.source.rule_registry import find_declared
 from rosorin_compile.source.tree import Map, Path
@@ -122,17 +118,6 @@ class Lowering:
         if first[0] == "joints":
             help = f'a sensor brings the joint to its frame along: remove joint "{name}", or name another frame'
         self("duplicate-name", message, frame_path, help, related)
-
-    def mesh_file(self, name: str, path: Path) -> FilePath | None:
-        """Return the file of a mesh of a link: relative to the file of the link, or in a package."""
-        here, first = (FilePath(span.source.path) for span in (self.tree.locate(path).span, self.tree.span))
-        folders = [here.parent, first.parent]
-        source = self.tree.get("source")
-        if isinstance(source, Map) and isinstance(source.get("folder"), str):
-            folders.append(first.parent / source["folder"])
-        packages = Packages({}, os.environ, here)
-        found = (packages.resolve(name, folder) for folder in folders)
-        return next((file for file in found if file is not None and is_file(file)), None)
 
 
 def owner_of_frame(path: Path) -> str:
@@ -248,7 +233,6 @@ def with_sections(robot: Robot, tree: Map, report: Report, place: Place) -> Robo
 
 
 def _in_order(robot: Robot, symbols: SymbolTable, section: str) -> list[Any] | None:
-    """Return the entries of a section, each after those that define what it refers to."""
     defined = {(symbol.kind, symbol.name): symbol.path[1] for symbol in symbols.definitions(section) if symbol.path[1:]}
     needs: dict[Any, set[Any]] = {}
     for reference in unresolved_references(robot, symbols, section):
@@ -333,7 +317,6 @@ def named_records(kind: Callable[..., T], entries: Mapping[str, Any] | None) -> 
 
 
 def _records(kind: Callable[..., T], value: Any) -> tuple[T, ...]:
-    """Return the records of a list of entries, of entries by name, of a list of names, or of one name."""
     if isinstance(value, Mapping):
         return tuple(named_records(kind, value).values())
     items = [value] if isinstance(value, str) else value or ()

@@ -134,23 +134,17 @@ def unused_entries(
     for index, entry in enumerate(tree.get("accept") or ()):
         idle = [name for name in dict.fromkeys(entry.get("of", (EVERYTHING,))) if (index, name) not in used]
         rule = entry["rule"]
-        if not idle or _requested(rule, acceptable) not in asked:
+        known = acceptable.get(rule) or OF_PLUGINS.get(rule) or find([rule]).get(rule)
+        needed = {PHYSICS: "physics", SIMULATION: "simulation"}.get(known.topic, known.asked) if known else ""
+        if not idle or needed not in asked:
             continue
         place = tree.locate(("accept", index, "rule"))
         message = f"{rule} is accepted, but has nothing to report"
         help: Help = "remove the entry"
         if "of" in entry:
             place = tree.locate(("accept", index, "of", list(entry["of"]).index(idle[0])))
-            message = f"{rule} is accepted of {quote(idle, MAX_LISTED)}, but has nothing to report about "
-            message += "it" if len(idle) == 1 else "them"
-            kind = acceptable[rule].accept if rule in acceptable else "part"
+            message += f" about {quote(idle, MAX_LISTED)}"
             names = SymbolTable(tree).among(THINGS)
-            help = f"remove the entry, or name a {kind} that the rule refuses"
-            help = help if idle[0] in names else Suggestion(idle[0], names, instead=help)
+            help = help if idle[0] in names else Suggestion(idle[0], names, instead="remove the entry")
         diagnostics.append(diagnostic("accept-unused", WARNING, message, place.span, help, place.stack()))
     return diagnostics
-
-
-def _requested(id: str, acceptable: Mapping[str, Rule]) -> str:
-    rule = acceptable.get(id) or OF_PLUGINS.get(id) or find([id]).get(id)
-    return "" if rule is None else {PHYSICS: "physics", SIMULATION: "simulation"}.get(rule.topic, rule.asked)

@@ -178,7 +178,6 @@ class SymbolTable:
                 yield Symbol("publisher", robot["publisher"])
 
     def _in_files(self) -> Iterator[Symbol]:
-        """Yield the names that expressions in the files use, wherever they are."""
         for section, (kind, built_in) in _OWNERS.items():
             for name, body in _entries(self.tree, section):
                 inner = [one.name for key in ("params", "let") for one in _keys(body.get(key), "")]
@@ -230,11 +229,15 @@ class SymbolTable:
             mounted = mounted or (node.names == "link" and value == MOUNT)
             if node.inside:
                 inside = True
-                mounted = mounted or _uses_mount(node.inside, value)
-                elements = found_in(value) if node.inside in ("mjcf", "mjcf_body") and isinstance(value, str) else ()
-                for one in (one for element in elements for one in defined_names(element, node.inside == "mjcf")):
-                    for kind in (KINDS.get(one.kind, one.kind), _ELEMENT) if one.attribute else ():
-                        found.setdefault(kind, set()).add(one.name)
+                text, top = value if isinstance(value, str) else "", node.inside == "mjcf"
+                if node.inside == "urdf" and MOUNT in text:
+                    mounted = mounted or any(one.name == MOUNT and one.sure for one in named_in(text))
+                for element in found_in(text) if node.inside in ("mjcf", "mjcf_body") else ():
+                    for one in used_names(element, top) if MOUNT in text else ():
+                        mounted = mounted or (one.name == MOUNT and one.kind in (BODY, SITE))
+                    for one in (one for one in defined_names(element, top) if one.attribute):
+                        for kind in (KINDS.get(one.kind, one.kind), _ELEMENT):
+                            found.setdefault(kind, set()).add(one.name)
         for section, node in sections().items():
             entries = self.tree.get(section) if node.keys is not None and node.keys.gives == "joint" else None
             for name, entry in entries.items() if isinstance(entries, Map) else ():
@@ -281,17 +284,6 @@ def _entry(path: Path) -> str:
     return f'{section.called or path[0]} "{path[1]}"' if len(path) > 2 and by_name else section.called or str(path[0])
 
 
-def _uses_mount(inside: str, text: Any) -> bool:
-    if not isinstance(text, str) or MOUNT not in text:
-        return False
-    if inside == "urdf":
-        return any(found.name == MOUNT and found.sure for found in named_in(text))
-    if inside not in ("mjcf", "mjcf_body"):
-        return False
-    uses = (one for found in found_in(text) for one in used_names(found, inside == "mjcf"))
-    return any(one.name == MOUNT and one.kind in (BODY, SITE) for one in uses)
-
-
 def _entries(tree: Map, section: str) -> list[tuple[str, Map]]:
     owner = tree.get(section)
     return [item for item in owner.items() if isinstance(item[1], Map)] if isinstance(owner, Map) else []
@@ -305,6 +297,5 @@ def _keys(table: Any, kind: str, owner: str = "") -> Iterator[Symbol]:
 
 
 def _loop_names(entry: Any) -> dict[str, None]:
-    """Return the names that the loop of an entry defines; its key may use them too."""
     loops = entry.get("for") if isinstance(entry, Map) else None
     return dict.fromkeys(name.strip() for names in loops for name in names.split(",")) if isinstance(loops, Map) else {}

@@ -1,7 +1,4 @@
-"""The space that shapes take: axis-aligned boxes, enclosing balls, reach in a direction, and the part of a line inside.
-
-Lines: C. Ericson, "Real-Time Collision Detection", 2005, chapter 5.3.
-"""
+"""The space that shapes take: boxes, balls around them, their reach, and lines through them (C. Ericson, 2005, 5.3)."""
 
 from __future__ import annotations
 
@@ -133,10 +130,7 @@ def reach_along(shape: Shape, place: Transform) -> Callable[[Vector], float]:
 
 
 def radius_about(placed: Iterable[tuple[Shape, Transform]], axis: Vector) -> float:
-    """Return how far shapes that are not meshes reach from an axis through the origin (m); up to 40 um less at 1 m.
-
-    Each shape has the pose of its link.
-    """
+    """Return how far shapes reach from an axis through the origin (m; at 1 m up to 40 um less); no meshes."""
     u, v = plane_axes(axis)
     turns = [2 * math.pi * step / 360 for step in range(360)]
     farthest = 0.0

@@ -25,10 +25,7 @@ _ROUNDED = 0.01  # what rounding to three digits changes of lightness and satura
 
 @of_robot
 def own_colours(robot: Robot) -> Mapping[str, Rgba]:
-    """Return a muted colour for each link, by its name.
-
-    It follows from the name, and differs from that of the parent. A base is grey.
-    """
+    """Return a muted colour for each link, which follows from its name and differs from that of its parent."""
     hues: dict[str, float] = {}
     colours: dict[str, Rgba] = {}
     for link in robot.walk():
@@ -68,10 +65,7 @@ def colours_of(robot: Robot) -> dict[str, Material]:
 
 
 def with_visuals(robot: Robot) -> Robot:
-    """Return a robot whose links are all visible: a link without a visual as its collision shapes, in one colour.
-
-    The colours are added to the materials (``colours_of``). The visuals have no names and no elements of XML.
-    """
+    """Return a robot in which a link without a visual is seen as its collision shapes, in one colour."""
     colours = colours_of(robot)
     links = []
     for link in robot.links:

@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.source.cache import of_robot
 
@@ -53,21 +53,12 @@ _SINGULAR = 1e-9
 
 @dataclass(frozen=True)
 class Drive:
-    """What drives a robot on the ground: ``kind`` is a key of ``ROLES``, ``joints`` has the joints of each role.
+    """What drives a robot on the ground."""
 
-    ``frame`` is the base frame, or empty for the root. ``radius`` (m) is that of all wheels, or None to measure it.
-    """
-
-    MECANUM: ClassVar[str] = MECANUM
-    DIFFERENTIAL: ClassVar[str] = DIFFERENTIAL
-    OMNI: ClassVar[str] = OMNI
-    TRICYCLE: ClassVar[str] = TRICYCLE
-    ACKERMANN: ClassVar[str] = ACKERMANN
-
-    kind: str
-    joints: Mapping[str, tuple[str, ...]]
-    frame: str = ""
-    radius: float | None = None
+    kind: str  # a key of ``ROLES``
+    joints: Mapping[str, tuple[str, ...]]  # by their roles
+    frame: str = ""  # the base frame, or empty for the root
+    radius: float | None = None  # of all wheels (m), or None to measure it
     source: Source = NO_SOURCE
 
     @property
@@ -96,19 +87,15 @@ class Twist(NamedTuple):
 
 @dataclass(frozen=True)
 class Wheel:
-    """A driven wheel: its position from the centre of the drive (m), its radius (m), and its two directions.
-
-    It rolls along ``direction`` where its joint turns forward, and holds along ``grip``, both without steering.
-    ``steering`` is the joint that steers it, or empty.
-    """
+    """A driven wheel, with its position from the centre of the drive (m) and its radius (m)."""
 
     joint: str
     x: float
     y: float
     radius: float
-    direction: tuple[float, float]
-    grip: tuple[float, float]
-    steering: str = ""
+    direction: tuple[float, float]  # in which it rolls where its joint turns forward, without steering
+    grip: tuple[float, float]  # along which it holds, without steering
+    steering: str = ""  # the joint that steers it, or empty
 
 
 @dataclass(frozen=True)
@@ -123,18 +110,15 @@ class Steering:
 
 @dataclass(frozen=True)
 class Driving:
-    """The kinematics of a drive. Velocities are those of ``centre`` (m) in the frame ``frame``.
-
-    ``wheelbase`` and ``track`` (m) are zero where the kind has none.
-    """
+    """The kinematics of a drive. Velocities are those of ``centre`` (m) in the frame ``frame``."""
 
     kind: str
     frame: str
     centre: tuple[float, float]
     wheels: tuple[Wheel, ...]
     steering: tuple[Steering, ...] = ()
-    wheelbase: float = 0.0
-    track: float = 0.0
+    wheelbase: float = 0.0  # m; zero where the kind has none
+    track: float = 0.0  # m; zero where the kind has none
 
     @property
     def slides(self) -> bool:
@@ -151,10 +135,7 @@ class Driving:
         return angles
 
     def speeds(self, twist: Twist, angles: Mapping[str, float] | None = None) -> dict[str, float]:
-        """Return the speeds (rad/s) of the wheels; ``angles`` (rad, by joint) are those of the steering if it is set.
-
-        ``vy`` of a base that does not move sideways is ignored.
-        """
+        """Return the speeds (rad/s) of the wheels; ``angles`` (rad, by joint) are those of the steering, if set."""
         twist = twist if self.slides else twist._replace(vy=0.0)
         angles = self.angles(twist) if angles is None else angles
         rows = {wheel.joint: self._row(wheel, angles) for wheel in self.wheels}
@@ -179,10 +160,7 @@ class Driving:
         return Twist(vx, 0.0, wz)
 
     def _row(self, wheel: Wheel, angles: Mapping[str, float]) -> tuple[Vector, float]:
-        """Return the coefficients of vx, vy and wz along the grip of a wheel, and how far (m) 1 rad of it rolls there.
-
-        A steered wheel is assumed to be on the axis that steers it.
-        """
+        """Return the factors of vx, vy, wz along the grip of a wheel, and how far (m) 1 rad of it rolls there."""
         (gx, gy), (dx, dy), angle, x, y = wheel.grip, wheel.direction, 0.0, wheel.x, wheel.y
         for axis in self.steering:
             if axis.joint == wheel.steering:
@@ -198,10 +176,7 @@ def _coefficients(direction: tuple[float, float], x: float, y: float) -> Vector:
 
 
 def _least_squares(rows: Sequence[Sequence[float]]) -> list[float]:
-    """Solve linear equations, each with its value last, in the sense of least squares: the normal equations by Gauss.
-
-    Raises ValueError if they do not determine the unknowns.
-    """
+    """Solve linear equations, each with its value last, by least squares. Raises ValueError if they do not suffice."""
     size = len(rows[0]) - 1 if rows else 0
     normal = [[sum(row[i] * row[j] for row in rows) for j in range(size + 1)] for i in range(size)]
     scale = max((abs(number) for line in normal for number in line[:-1]), default=0.0)
@@ -284,10 +259,7 @@ def steering_of(robot: Robot, drive: Drive, name: str) -> str:
 
 @of_robot
 def rolling_radius(robot: Robot, name: str) -> float | None:
-    """Return how far the round shapes below a joint reach from its axis (m), or None if there are none.
-
-    Collision shapes count, and without round ones those that are visible. A mesh or a box has no rolling radius.
-    """
+    """Return how far the round collision shapes, or else visuals, below a joint reach from its axis (m), or None."""
     joint = robot.joint[name]
     below = [(joint.child, Transform())]
     for link, place in below:

@@ -1,7 +1,4 @@
-"""The field of view of a sensor, from its simulation elements: a pyramid, rays, a contact zone, or axes.
-
-Elements of MuJoCo are used first, and those of Gazebo where there are none.
-"""
+"""The field of view of a sensor, from its elements for MuJoCo, or else for Gazebo: a pyramid, rays, a box, or axes."""
 
 from __future__ import annotations
 
@@ -36,10 +33,7 @@ def numbers(values: Sequence[float]) -> list[float]:
 
 
 def seen_by(sensor: Sensor) -> list[Data]:
-    """Return the views of a sensor, empty where its type has none.
-
-    Fans that differ only in their elevation become layers of one fan.
-    """
+    """Return the views of a sensor, if any; fans that differ only in their elevation become layers of one fan."""
     views = [view for one in sensor.simulated if (view := _of_mujoco(one))]
     views = views or [view for one in sensor.gazebo if not one.at_joint and (view := _of_gazebo(one))]
     if not views and any(one.type in _GAZEBO_AXES for one in sensor.gazebo):

@@ -20,20 +20,17 @@ _LEFT = "text-align: left"
 
 
 class Row(NamedTuple):
-    """One transform: ``why`` nobody publishes it, and ``when``, the modes in which somebody does ("" is always).
-
-    ``first`` is the parent in the first row of this child. ``joint`` and ``kind`` are empty for other nodes.
-    """
+    """One transform."""
 
     parent: str
     child: str
     publisher: str
-    why: str
+    why: str  # nobody publishes it
     topic: str
-    when: str
-    first: str
-    joint: str = ""
-    kind: str = ""
+    when: str  # the modes in which somebody publishes it; empty for always
+    first: str  # the parent in the first row of this child
+    joint: str = ""  # empty for other nodes
+    kind: str = ""  # of the joint; empty for other nodes
 
     @property
     def published(self) -> bool:
@@ -79,19 +76,15 @@ def publishers(edges: tuple[Row, ...]) -> tuple[str, ...]:
 
 
 class Line(NamedTuple):
-    """A line of the tree: its frame, and the edge that leads there (None for a root).
-
-    ``on`` is the index of the parent's line (-1 for a root), ``last`` whether it is the last line of that parent.
-    ``up``: the frame is the parent in ``row``, but not in tf2; with ``again`` it also has a line of its own.
-    """
+    """A line of the tree: its frame, and the edge that leads there."""
 
     frame: str
-    row: Row | None
+    row: Row | None  # None for a root
     depth: int
-    on: int
-    last: bool
-    up: bool = False
-    again: bool = False
+    on: int  # the index of the parent's line; -1 for a root
+    last: bool  # whether it is the last line of that parent
+    up: bool = False  # the frame is the parent in ``row``, but not in tf2
+    again: bool = False  # with ``up``: it also has a line of its own
 
 
 def lines(edges: Sequence[Row], frames: Iterable[str]) -> list[Line]:

@@ -76,10 +76,7 @@ def rotation_of_rpy(rpy: Vector) -> Rows:
 
 
 def rotation_about(axis: Vector, angle: float) -> Rows:
-    """Return the rotation matrix, as rows, by ``angle`` radians about ``axis``, which need not be of unit length.
-
-    Rodrigues' formula. Raises ValueError for a zero axis.
-    """
+    """Return the rotation matrix by ``angle`` (rad) about an axis of any length. Raises ValueError for a zero axis."""
     length = norm(axis)
     if length == 0:
         raise ValueError("a rotation needs an axis that is not zero")
@@ -110,10 +107,7 @@ def plane_axes(normal: Vector) -> tuple[Vector, Vector]:
 
 
 def quaternion_of(rows: Rows) -> Quaternion:
-    """Return the quaternion (x, y, z, w) of a rotation matrix as a tf2 buffer stores it.
-
-    w is positive if the trace of the matrix is, otherwise the largest of x, y and z (``tf2/LinearMath/Matrix3x3.h``).
-    """
+    """Return the quaternion (x, y, z, w) of a matrix as a tf2 buffer stores it (``tf2/LinearMath/Matrix3x3.h``)."""
     trace = rows[0][0] + rows[1][1] + rows[2][2]
     if trace > 0:
         s = math.sqrt(trace + 1.0)
@@ -167,10 +161,7 @@ class Transform:
 
     @staticmethod
     def of_quaternion(xyz: Vector, quaternion: Sequence[float]) -> Transform:
-        """Return the transform of a position (m) and a quaternion (w, x, y, z) of any length.
-
-        Raises ValueError for a quaternion of length zero.
-        """
+        """Return the transform of a position (m) and a quaternion (w, x, y, z). Raises ValueError for a zero one."""
         length = math.hypot(*quaternion)
         if length == 0:
             raise ValueError("a quaternion of length zero is not a rotation")

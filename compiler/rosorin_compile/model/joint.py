@@ -64,16 +64,13 @@ def _along(axis: Vector, distance: float) -> Vector:
 
 @dataclass(frozen=True)
 class Limit:
-    """Limits of a joint: radians or metres, N*m or N, rad/s or m/s, or None.
+    """Limits of a joint, each or None."""
 
-    ``stand_ins`` are the names of limits that are unknown, for formats that require them.
-    """
-
-    lower: float | None = None
-    upper: float | None = None
-    effort: float | None = None
-    velocity: float | None = None
-    stand_ins: tuple[str, ...] = field(default=(), compare=False, repr=False)
+    lower: float | None = None  # rad or m
+    upper: float | None = None  # rad or m
+    effort: float | None = None  # N*m or N
+    velocity: float | None = None  # rad/s or m/s
+    stand_ins: tuple[str, ...] = field(default=(), compare=False, repr=False)  # for formats that need them
 
     def known_value(self, key: str) -> float | None:
         """Return a limit by its name, or None if it is not given or a stand-in."""
@@ -83,32 +80,25 @@ class Limit:
 
 @dataclass(frozen=True)
 class Mimic:
-    """A joint that follows another: position = multiplier * leader + offset.
-
-    In MuJoCo, ``solref`` and ``solimp`` are parameters of the solver (empty: the defaults), ``name`` is that of the
-    coupling (empty: that of the joint).
-    """
+    """A joint that follows another: position = multiplier * leader + offset."""
 
     joint: str
     multiplier: float = 1.0
     offset: float = 0.0
-    solref: tuple[float, ...] = field(default=(), compare=False)
-    solimp: tuple[float, ...] = field(default=(), compare=False)
-    name: str = field(default="", compare=False)
+    solref: tuple[float, ...] = field(default=(), compare=False)  # parameters of the solver of MuJoCo
+    solimp: tuple[float, ...] = field(default=(), compare=False)  # as ``solref``; empty: the default
+    name: str = field(default="", compare=False)  # of the coupling in MuJoCo; empty: that of the joint
 
 
 @dataclass(frozen=True)
 class Dynamics:
-    """Damping (N*m*s/rad), friction (N*m), the inertia of the rotor seen at the joint (kg*m^2), and a spring.
+    """Damping, friction, inertia and spring of a joint."""
 
-    ``stiffness`` (N*m/rad) pulls to ``spring_reference`` (rad, or m).
-    """
-
-    damping: float = 0.0
-    friction: float = 0.0
-    armature: float = 0.0
-    stiffness: float = 0.0
-    spring_reference: float = 0.0
+    damping: float = 0.0  # N*m*s/rad
+    friction: float = 0.0  # N*m
+    armature: float = 0.0  # the inertia of the rotor seen at the joint, kg*m^2
+    stiffness: float = 0.0  # of the spring, N*m/rad
+    spring_reference: float = 0.0  # where the spring pulls to, rad or m
 
 
 @dataclass(frozen=True)
@@ -122,29 +112,24 @@ class Calibration:
 
 @dataclass(frozen=True)
 class SafetyController:
-    """Soft limits of a joint (rad or m), and gains: 1/s, N*m*s/rad or N*s/m; None is not given."""
+    """Soft limits of a joint, and gains; None is not given."""
 
-    k_velocity: float
-    k_position: float | None = None
-    soft_lower_limit: float | None = None
-    soft_upper_limit: float | None = None
+    k_velocity: float  # N*m*s/rad or N*s/m
+    k_position: float | None = None  # 1/s
+    soft_lower_limit: float | None = None  # rad or m
+    soft_upper_limit: float | None = None  # rad or m
 
 
 @dataclass(frozen=True)
 class Publisher:
-    """Who puts an edge on /tf or /tf_static.
+    """Who puts an edge on /tf or /tf_static."""
 
-    ``kind`` is ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, NODE (any other node ``name``) or UNPUBLISHED;
-    ``about`` is a remark, for UNPUBLISHED the reason. ``stamps`` are frames that the node writes into the headers of
-    messages. ``simulated``: the edge and what hangs on it exist in simulations alone.
-    """
-
-    kind: str
-    name: str = ""
+    kind: str  # ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, NODE or UNPUBLISHED
+    name: str = ""  # of the node
     package: str = ""
-    about: str = ""
-    stamps: tuple[str, ...] = ()
-    simulated: bool = False
+    about: str = ""  # a remark; for UNPUBLISHED the reason
+    stamps: tuple[str, ...] = ()  # frames that the node writes into the headers of messages
+    simulated: bool = False  # the edge and what hangs on it exist in simulations alone
 
     @property
     def publishes(self) -> bool:
@@ -153,17 +138,14 @@ class Publisher:
 
 @dataclass(frozen=True, repr=False)
 class Joint:
-    """How the child link is attached to the parent link; ``origin`` is the child in the parent at position zero.
-
-    ``axis`` of a planar joint is the normal of its plane.
-    """
+    """How the child link is attached to the parent link."""
 
     name: str
     type: str
     parent: str
     child: str
-    origin: Pose = IDENTITY
-    axis: Vector = (1.0, 0.0, 0.0)
+    origin: Pose = IDENTITY  # the child in the parent at position zero
+    axis: Vector = (1.0, 0.0, 0.0)  # of a planar joint the normal of its plane
     limit: Limit | None = None
     mimic: Mimic | None = None
     dynamics: Dynamics | None = None
@@ -186,10 +168,6 @@ class Joint:
     @property
     def unit(self) -> str:
         return "m" if self.type == "prismatic" else "rad"
-
-    @property
-    def is_several(self) -> bool:
-        return self.type in SEVERAL_COORDINATES
 
     @property
     def is_axleless(self) -> bool:
@@ -224,10 +202,6 @@ class Joint:
         return COORDINATES[self.type]
 
     def transform(self, position: float | Sequence[float] = 0.0) -> Transform:
-        """Return the child in the parent at a position (radians or metres).
-
-        Of one of SEVERAL_COORDINATES the position is one number for each of its ``coordinates``; 0 is at its origin.
-        Raises ValueError for another number of them.
-        """
+        """Return the child in the parent at a position (rad or m) for each of ``coordinates``. Raises ValueError."""
         origin = self.origin.transform()
         return origin if self.is_fixed else origin.then(motion(self.type, self.axis, position))

@@ -1,7 +1,4 @@
-"""The graph of frames, and forward kinematics for many joint states at once.
-
-``Graph`` finds the way from one frame to another through joints and the transforms of other nodes.
-"""
+"""The graph of frames with the ways between them, and forward kinematics for many joint states at once."""
 
 from __future__ import annotations
 
@@ -10,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from .geometry import Pose, Transform, unit
-from .joint import UNPUBLISHED, Joint, Publisher, motion
+from .joint import SEVERAL_COORDINATES, UNPUBLISHED, Joint, Publisher, motion
 
 if TYPE_CHECKING:
     import numpy as np
@@ -129,10 +126,7 @@ class Graph:
         raise NoWay(source, target, tuple(missing) if frame == source else ())
 
     def tree(self, base: str, every: bool = False) -> dict[str, Move]:
-        """Return the last move to each frame that can be reached, nearest first; by default with known numbers.
-
-        Raises KeyError for an unknown frame.
-        """
+        """Return the last move to each frame in reach, nearest first, by default with numbers. Raises KeyError."""
         reached: dict[str, Move] = {}
         waiting = deque([base])
         while waiting:
@@ -214,7 +208,7 @@ class Kinematics:
         if joint is None or joint.is_fixed or leader is None or leader.name not in states:
             return self._matrices([step.transform(self.robot, {})])
         origin = self._matrices([joint.origin.transform()])
-        if joint.is_several:
+        if joint.type in SEVERAL_COORDINATES:
             return origin @ self._matrices([motion(joint.type, joint.axis, row) for row in states[joint.name].tolist()])
         state: Any = self.robot.position(joint, states)  # type: ignore[arg-type]
         x, y, z = axis = unit(joint.axis)

@@ -87,22 +87,18 @@ class Inertial:
 
 @dataclass(frozen=True, repr=False)
 class Link:
-    """A rigid part, or a mere frame if it has no inertial and no shape.
-
-    ``urdf_elements``, here and elsewhere, are elements of XML for the URDF alone; ``mjcf_elements`` those for the MJCF,
-    and ``mjcf`` attributes there. ``marked`` are sites, cameras and lights.
-    """
+    """A rigid part, or a mere frame if it has no inertial and no shape."""
 
     name: str
     inertial: Inertial | None = None
     visual: tuple[Shape, ...] = ()
     collision: tuple[Shape, ...] = ()
     source: Source = NO_SOURCE
-    urdf_elements: tuple[str, ...] = ()
+    urdf_elements: tuple[str, ...] = ()  # of XML for the URDF alone, here and elsewhere
     gravity_compensation: float = only_in(0.0, mjcf="gravcomp")
-    marked: tuple[Marked, ...] = ()
-    mjcf: Values = field(default_factory=dict, hash=False)
-    mjcf_elements: tuple[str, ...] = ()
+    marked: tuple[Marked, ...] = ()  # sites, cameras and lights
+    mjcf: Values = field(default_factory=dict, hash=False)  # attributes for the MJCF
+    mjcf_elements: tuple[str, ...] = ()  # elements for the MJCF
 
     def limited_values(self, format: str) -> dict[str, Any]:
         """Return the values of fields of ``only_in`` that are not the default, by the words of a format."""
@@ -123,10 +119,7 @@ class Link:
 
 @dataclass(frozen=True)
 class DisabledCollision:
-    """A pair of links that MoveIt does not check, and why: a ``reason`` other than ``REASONS`` is read as User.
-
-    ``nearest`` is the smallest measured distance (m, below zero inside each other), ``beyond`` one never reached.
-    """
+    """A pair of links that MoveIt does not check."""
 
     ADJACENT: ClassVar[str] = "Adjacent"
     DEFAULT: ClassVar[str] = "Default"
@@ -135,9 +128,9 @@ class DisabledCollision:
     REASONS: ClassVar[tuple[str, ...]] = ("Adjacent", "Default", "Always", "Never", "User")
 
     links: tuple[str, str]
-    reason: str = "User"
-    nearest: float | None = None
-    beyond: float | None = None
+    reason: str = "User"  # one that is not in ``REASONS`` is read as User
+    nearest: float | None = None  # the smallest measured distance (m, below zero inside each other)
+    beyond: float | None = None  # a distance (m) that was never reached
 
 
 def inertial_of(shapes: Sequence[Shape], *, mass: float | None = None, density: float | None = None) -> Inertial:

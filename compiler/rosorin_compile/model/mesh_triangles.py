@@ -55,14 +55,11 @@ class NotThere(ExtractProblem):
 
 @dataclass(frozen=True)
 class TriangleMesh:
-    """Triangles of a mesh: ``triangles`` is (n, 3, 3), corners in metres, counter-clockwise seen from outside.
-
-    ``colours`` has the length of each run of triangles and its colour (sRGB, 0 to 1), or None if the file has none.
-    """
+    """Triangles of a mesh."""
 
     name: str
-    triangles: Floats
-    colours: tuple[tuple[int, Colour | None], ...] = ()
+    triangles: Floats  # (n, 3, 3): corners in metres, counter-clockwise seen from outside
+    colours: tuple[tuple[int, Colour | None], ...] = ()  # the length of each run and its colour (sRGB, 0 to 1)
 
     FORMATS: ClassVar[tuple[str, ...]] = ("stl", "obj", "dae", "gltf", "glb")
 
@@ -70,10 +67,7 @@ class TriangleMesh:
     def of_shape(
         cls, case: Case, shape: tuple[str, str, int], files: Mapping[str, Path], coloured: bool = False
     ) -> TriangleMesh | Diagnostic:
-        """Return the mesh of a shape (link, "visual" or "collision", index), or a warning if it cannot be read.
-
-        ``files`` are mesh files by the names in the description.
-        """
+        """Return the mesh of a shape (link, purpose, index), by name in ``files``, or a warning without it."""
         link, purpose, number = shape
         mesh = getattr(case.robot.link[link], purpose)[number].geometry
         message, help = f'the mesh {mesh.file} of link "{link}" is not found', "its shape is left out here"
@@ -233,10 +227,7 @@ def _pieces(path: Path, loaded: Any) -> Iterator[tuple[Floats, Colour | None]]:
 
 
 class _Resolver:
-    """Gives trimesh the side files of a mesh, from its folder or below: buffers of a .gltf, and materials of an .obj.
-
-    A material with an image is white.
-    """
+    """Gives trimesh the side files of a mesh in its folder or below; a material with an image becomes white."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = files.resolve(folder)

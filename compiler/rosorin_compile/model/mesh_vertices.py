@@ -1,7 +1,4 @@
-"""Vertices of STL, OBJ and MSH files, read without any package: artifacts do not depend on which extras there are.
-
-Triangles and other formats are read by trimesh (``mesh_triangles``).
-"""
+"""Vertices of STL, OBJ and MSH files, read without any package, so that artifacts do not depend on the extras."""
 
 from __future__ import annotations
 

@@ -55,69 +55,56 @@ def _grouped(pairs: Iterable[tuple[str, Named]]) -> dict[str, tuple[Named, ...]]
 
 @dataclass(frozen=True)
 class Sensor:
-    """A sensor and its frames; ``joint`` mounts ``frame``, ``optical_frame`` is empty for sensors without an image.
-
-    ``stamps`` are the frames that its driver writes into the headers of its messages.
-    """
+    """A sensor and its frames."""
 
     name: str
     type: str
-    frame: str
+    frame: str  # that ``joint`` mounts
     joint: str
-    optical_frame: str = ""
+    optical_frame: str = ""  # empty for sensors without an image
     source: Source = NO_SOURCE
     simulated: tuple[Simulated, ...] = ()
-    stamps: tuple[str, ...] = ()
+    stamps: tuple[str, ...] = ()  # frames that its driver writes into the headers of its messages
     gazebo: tuple[GazeboSensor, ...] = ()
 
 
 @dataclass(frozen=True)
 class Edge:
-    """A transform that another node publishes; ``pose`` is None if only that node has the numbers.
-
-    ``joint`` is the name of the joint that the edge publishes in some modes, or empty.
-    """
+    """A transform that another node publishes."""
 
     parent: str
     child: str
     publisher: Publisher
     moving: bool
     when: str = ""
-    pose: Pose | None = None
+    pose: Pose | None = None  # None if only that node has the numbers
     source: Source = NO_SOURCE
-    joint: str = ""
+    joint: str = ""  # that the edge publishes in some modes, or empty
 
 
 @dataclass(frozen=True)
 class JointPose:
-    """A named pose: positions in radians or metres by joint name; joints not named are at zero.
-
-    In simulation ``base`` is the pose of a free base in the world, and ``controls`` are commands of actuators by name.
-    """
+    """A named pose; joints not named are at zero."""
 
     name: str
-    positions: Mapping[str, float]
+    positions: Mapping[str, float]  # rad or m, by joint name
     pulses: Mapping[str, int] = field(default_factory=dict)
     source: Source = NO_SOURCE
-    base: Pose | None = None
-    controls: Mapping[str, float] = field(default_factory=dict)
+    base: Pose | None = None  # of a free base in the world of a simulation
+    controls: Mapping[str, float] = field(default_factory=dict)  # commands of actuators by name, in simulation
     mjcf: Values = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Controller:
-    """A controller: ``type`` as the description has it, ``params`` by their full keys (``a.b.c``).
-
-    ``hardware`` is the block whose joints it moves, ``sensor`` the one that it broadcasts, or empty.
-    ``inactive``: it is configured when the robot starts, and activated later.
-    """
+    """A controller."""
 
     name: str
-    type: str
-    params: Mapping[str, Any] = field(default_factory=dict)
-    hardware: str = ""
-    sensor: str = ""
-    inactive: bool = False
+    type: str  # as the description has it
+    params: Mapping[str, Any] = field(default_factory=dict)  # by their full keys (``a.b.c``)
+    hardware: str = ""  # the block whose joints it moves, or empty
+    sensor: str = ""  # that it broadcasts, or empty
+    inactive: bool = False  # it is configured when the robot starts, and activated later
     source: Source = NO_SOURCE
 
 

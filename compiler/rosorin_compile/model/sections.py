@@ -39,25 +39,16 @@ class Section(Generic[T]):
 
     A plug-in calls ``by_name`` (many entries by name), ``listed`` (a list) or ``single`` (one entry, or None), with
     ``adds``, ``checks`` and ``lower`` as keywords.
-
-    ``entry`` is the dataclass of one entry: each field is the key of its name, in SI units; ``name`` is that of an
-    entry by name, and a field of type ``Pose`` is made of ``xyz`` and ``rpy``. ``schema`` is JSON Schema of draft 7
-    with the annotations of docs/extend.md, by default ``schema.json`` in the folder of the dataclass; it may refer to
-    the definitions of ours. ``checks`` are functions under ``@rule``, and names of modules with such functions.
-    ``lower`` converts the tree and ``problem(rule, message, path, help)`` to the value of the section where the fields
-    of the dataclass are not enough. ``adds`` returns the robot with what the value means for it.
-
-    Only of the tool, whose pieces of the schema are in schemas/description.schema.json: ``urdf`` returns elements for
-    a URDF whose output has an option with the name of the section, and ``check_urdf`` validates them.
     """
 
     name: str
-    entry: type[Any] = object
-    schema: Schema = field(default_factory=dict)
+    entry: type[Any] = object  # each field is the key of its name, in SI units; a ``Pose`` is made of ``xyz``, ``rpy``
+    schema: Schema = field(default_factory=dict)  # of draft 7 with the annotations of docs/extend.md; by default a file
     form: str = ENTRIES
-    adds: Adds | None = None
-    checks: tuple[Check | str, ...] = ()
-    lower: Lower | None = None
+    adds: Adds | None = None  # returns the robot with what the value means for it
+    checks: tuple[Check | str, ...] = ()  # functions under ``@rule``, and names of modules with such functions
+    lower: Lower | None = None  # converts the tree, with ``problem(rule, message, path, help)``, where fields cannot
+    # Only of the tool: elements for a URDF whose output has an option with the name of the section; and their check.
     urdf: Callable[[Robot, Output, NumberFormat], list[str]] | None = None
     check_urdf: Callable[[Case, Output], Iterator[Diagnostic]] | None = None
 
@@ -107,14 +98,11 @@ def sections_in_urdf(output: Output) -> list[Section[Any]]:
 
 @dataclass(frozen=True)
 class Sections:
-    """The values of sections of plug-ins by name.
-
-    ``said`` has the same as plain lists, mappings, texts and numbers in SI units, with the defaults of the schema.
-    ``without`` is the robot without what its sections add; None: the same.
-    """
+    """The values of sections of plug-ins by name."""
 
     values: Mapping[str, Any] = field(default_factory=dict)
-    said: Mapping[str, Any] = field(default_factory=dict)
+    said: Mapping[str, Any] = field(default_factory=dict)  # as plain values in SI units, with defaults of the schema
+    # The robot without what its sections add; None: the same.
     without: Robot | None = field(default=None, compare=False, repr=False)
 
     @overload

@@ -61,15 +61,12 @@ class Ellipsoid:
 
 @dataclass(frozen=True)
 class Mesh:
-    """A mesh file by reference, in the units of the file times ``scale``.
-
-    ``inertia`` is what MuJoCo takes it for (shell, ...; empty: the default), ``mjcf`` are other attributes of MuJoCo's.
-    """
+    """A mesh file by reference, in the units of the file times ``scale``."""
 
     file: str
     scale: Vector = (1.0, 1.0, 1.0)
-    inertia: str = field(default="", compare=False)
-    mjcf: Values = field(default_factory=dict, compare=False)
+    inertia: str = field(default="", compare=False)  # what MuJoCo takes it for (shell, ...); empty: the default
+    mjcf: Values = field(default_factory=dict, compare=False)  # other attributes of MuJoCo
 
 
 # How a height map is cut into boxes.
@@ -185,21 +182,18 @@ class Material:
 
 @dataclass(frozen=True)
 class Shape:
-    """A geometry at a pose in its link's frame; ``rgba``, ``texture`` and ``material`` matter to visuals only.
-
-    ``urdf_elements`` are elements of XML that the URDF has in this shape, ``contact`` and ``mjcf`` are for simulation.
-    """
+    """A geometry at a pose in its link's frame."""
 
     geometry: Geometry
     pose: Pose = IDENTITY
     name: str = ""
-    rgba: Rgba | None = None
+    rgba: Rgba | None = None  # of visuals only, as ``texture`` and ``material``
     material: str = ""
     stand_in: str = field(default="", compare=False)
     texture: str = ""
-    urdf_elements: tuple[str, ...] = ()
-    contact: Contact | None = None
-    mjcf: Values = field(default_factory=dict, hash=False)
+    urdf_elements: tuple[str, ...] = ()  # elements of XML that the URDF has in this shape
+    contact: Contact | None = None  # for simulation
+    mjcf: Values = field(default_factory=dict, hash=False)  # for simulation
 
     def solids(self, form: str = ROWS) -> tuple[Shape, ...]:
         """Return the shape as primitives: a height map becomes boxes NAME_1, NAME_2, ... in a form, else itself."""
@@ -237,22 +231,15 @@ class Shape:
         return self.pose
 
     def move(self, transform: Transform) -> Shape:
-        """Return the same shape seen from a parent frame; ``transform`` is parent -> frame of this shape.
-
-        A box that ends up along the axes of the parent, whatever quarter turns brought it there, is written as an
-        axis-aligned box without rotation.
-        """
+        """Return the shape seen from a parent (``transform`` leads here); a box along its axes has no rotation then."""
         placed = transform.then(self.pose.transform())
-        if isinstance(self.geometry, Box) and _is_quarter_turn(placed):
+        is_quarter_turn = all(abs(c) < 1e-12 or abs(abs(c) - 1) < 1e-12 for row in placed.rows for c in row)
+        if isinstance(self.geometry, Box) and is_quarter_turn:
             a, b = placed.apply(self.geometry.lower), placed.apply(self.geometry.upper)
             lower = (min(a[0], b[0]), min(a[1], b[1]), min(a[2], b[2]))
             upper = (max(a[0], b[0]), max(a[1], b[1]), max(a[2], b[2]))
             return replace(self, geometry=Box(lower, upper), pose=IDENTITY)
         return replace(self, pose=pose_of(placed))
-
-
-def _is_quarter_turn(transform: Transform) -> bool:
-    return all(abs(c) < 1e-12 or abs(abs(c) - 1) < 1e-12 for row in transform.rows for c in row)
 
 
 def volume_and_moments(geometry: Geometry) -> tuple[float, Vector]:

@@ -1,7 +1,4 @@
-"""Values that only simulations use: actuators, contact, constraints, and the elements of sensors.
-
-Attributes without a key in the language have their names in MuJoCo, in SI units (``Values``).
-"""
+"""Values that only simulations use; attributes without a key in the language have their MuJoCo names, in SI units."""
 
 from __future__ import annotations
 
@@ -23,29 +20,20 @@ CLASSIC = "classic"
 
 @dataclass(frozen=True)
 class Actuator:
-    """What drives a joint, a tendon, a site or a body.
-
-    ``targets`` are what it acts on by MuJoCo's attribute; empty for the actuator of a joint, whose name it has if
-    ``name`` is empty. ``kp`` and ``kv`` are gains (N*m/rad, N*m*s/rad or N/m, N*s/m), ``damping`` is that at the joint.
-    ``range`` is that of its command; None: by its type and joint. ``force``: smallest and largest, N or N*m.
-    """
+    """What drives a joint, a tendon, a site or a body."""
 
     type: str = POSITION
-    name: str = ""
-    targets: Mapping[str, str] = field(default_factory=dict, hash=False)
-    kp: float | None = None
-    kv: float = 0.0
+    name: str = ""  # empty for the actuator of a joint: its name is that of the joint
+    targets: Mapping[str, str] = field(default_factory=dict, hash=False)  # by attribute of MuJoCo
+    kp: float | None = None  # N*m/rad or N/m
+    kv: float = 0.0  # N*m*s/rad or N*s/m
     damping_ratio: float = 0.0
-    damping: float = 0.0
+    damping: float = 0.0  # at the joint
     gear: tuple[float, ...] = ()
-    range: tuple[float, float] | None = None
+    range: tuple[float, float] | None = None  # of its command; None: by its type and joint
     unlimited: bool = False
-    force: tuple[float, float] | None = None
+    force: tuple[float, float] | None = None  # smallest and largest, N or N*m
     mjcf: Values = field(default_factory=dict, hash=False)
-
-    @property
-    def holds_position(self) -> bool:
-        return self.type == POSITION
 
 
 @dataclass(frozen=True)
@@ -74,16 +62,13 @@ class Marked:
 
 @dataclass(frozen=True)
 class Root:
-    """The pose of the root link in the world, and the name and attributes of a free joint there.
-
-    Not ``placed``: a free base is on the floor. ``world``: it is not a body in the world, but the world itself.
-    """
+    """The pose of the root link in the world, and the name and attributes of a free joint there."""
 
     pose: Pose = IDENTITY
     joint: str = ""
     values: Values = field(default_factory=dict, hash=False)
-    placed: bool = False
-    world: bool = False
+    placed: bool = False  # otherwise a free base is on the floor
+    world: bool = False  # it is not a body in the world, but the world itself
 
 
 AT_ORIGIN = Root()
@@ -108,20 +93,16 @@ class Replicas:
 
 @dataclass(frozen=True)
 class Simulated:
-    """An element of the MJCF for a sensor.
+    """An element of the MJCF for a sensor."""
 
-    ``kind`` is SENSOR_ELEMENT (in the list of sensors), BODY_ELEMENT (in the body of ``link``) or TEMPLATE_ELEMENT (the
-    file ``element``, in that body or in ``section``). ``pose`` is that in the link; None: the same.
-    """
-
-    kind: str
-    element: str
+    kind: str  # in the list of sensors, in the body of ``link``, or a template: *_ELEMENT
+    element: str  # the file of a TEMPLATE_ELEMENT
     name: str
     link: str
-    pose: Pose | None = None
+    pose: Pose | None = None  # in the link; None: the same
     attributes: Mapping[str, Attribute] = field(default_factory=dict)
     replicas: Replicas | None = None
-    section: str = ""
+    section: str = ""  # where a TEMPLATE_ELEMENT is that is not in the body
 
     @property
     def site(self) -> str:
@@ -148,21 +129,17 @@ class SdfElement:
 
 @dataclass(frozen=True)
 class GazeboSensor:
-    """A ``<sensor>`` of SDF, at ``pose`` in ``link``, with the axes of Gazebo (a camera looks along x, z is up).
-
-    With ``at_joint``, ``link`` is the name of a joint. Messages carry the frame ``stamp``. ``feels`` is the link whose
-    shapes a contact sensor observes. ``without`` are names of elements that the description leaves out.
-    """
+    """A ``<sensor>`` of SDF, at ``pose`` in ``link``, with the axes of Gazebo (a camera looks along x, z is up)."""
 
     type: str
     name: str
-    link: str
+    link: str  # with ``at_joint`` the name of a joint
     pose: Pose = IDENTITY
-    stamp: str = ""
+    stamp: str = ""  # the frame that its messages carry
     elements: tuple[SdfElement, ...] = ()
     at_joint: bool = False
-    feels: str = ""
-    without: frozenset[str] = frozenset()
+    feels: str = ""  # the link whose shapes a contact sensor observes
+    without: frozenset[str] = frozenset()  # names of elements that the description leaves out
 
     # The element that names the frame of its messages, by reader; in Gazebo classic a plug-in sets the frame.
     FRAME_ELEMENTS: ClassVar = {"harmonic": "gz_frame_id", "fortress": "ignition_frame_id", CLASSIC: ""}

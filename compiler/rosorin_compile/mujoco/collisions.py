@@ -67,8 +67,8 @@ def compute_matrix(
 ) -> CollisionMatrix:
     """Compute the pairs of links that need no check, and write them next to the description or to ``output``.
 
-    ``planning_of`` returns the robot as MoveIt plans with it. A file that is up to date is only computed again with
-    ``force``. Raises RequestError without MuJoCo, or if ``output`` is not a regular file.
+    ``planning_of`` returns the robot as MoveIt plans with it. Raises RequestError without MuJoCo, or if ``output`` is
+    not a regular file.
     """
     understood, path = request.understand(), output or request.description.path.parent / FILE
     case, errors = understood.case, tuple(one for one in understood.diagnostics if one.severity == "error")
@@ -146,15 +146,13 @@ class Search(Bodies):
     1. Adjacent: joined by one joint, or over links without shapes;
     2. Default: in collision where every joint is at zero, or in the middle of limits that do not include zero;
     3. Always: in more than a share of the 200 states of a round; rounds go on until one finds none;
-    4. Never: in none of the states of the rounds, and of the trials after them.
+    4. Never: in none of the states of the rounds, and of the trials after them. From its nearest states, joints are
+       turned to bring a pair nearer still, and it must not come nearer than the clearance, nor depend on a joint
+       without bounds. What no joint moves against each other is measured once.
 
-    The states follow from the seed alone. Never takes more than luck: from its nearest states, joints are turned to
-    bring a pair nearer still, and it must not come nearer than the clearance, nor depend on a joint without bounds.
-    What no joint moves against each other is measured once. Hulls that touch do not count where the meshes do not.
-
-    ``found`` are the pairs that need no check, ``hit`` those that touched in a state, ``only_hulls`` those whose hulls
-    touch, and not their meshes. ``same`` are pairs with a result that is still valid, None for one to be checked. Pairs
-    are sorted by name.
+    The states follow from the seed alone. ``found`` are the pairs that need no check, ``hit`` those that touched in a
+    state, ``only_hulls`` those whose hulls touch, and not their meshes. ``same`` are pairs with a result that is still
+    valid, None for one to be checked. Pairs are sorted by name.
     """
 
     def __init__(
@@ -230,10 +228,7 @@ class Search(Bodies):
         return True
 
     def distances(self, pair: Pair, states: Sequence[State], most: float) -> Iterator[float]:
-        """Yield the distance (m) of a pair in each state, ``most`` at most; below zero is the depth.
-
-        Contacts do not have it: with a margin of centimetres MuJoCo 4.0 misses some of them.
-        """
+        """Yield the distance (m) of a pair in each state, up to ``most``; contacts with a large margin miss some."""
         geoms, measure = list(product(self.geoms[pair[0]], self.geoms[pair[1]])), self.mujoco.mj_geomDistance
         places = [slice(7 * number, 7 * number + 7) for number in map(self.names.index, pair)]
         for row in self.rows(states, pair):
@@ -245,10 +240,8 @@ class Search(Bodies):
     def _states(self, count: int) -> Iterator[tuple[State, dict[Pair, float]]]:
         """Yield random states, in which the links are placed, and the open pairs that touch there with their depth."""
         for first in range(0, count, _BLOCK):
-            states = [
-                {name: low + self.random.random() * (high - low) for name, (low, high) in self.bounds.items()}
-                for _ in range(min(_BLOCK, count - first))
-            ]
+            block, bounds = range(min(_BLOCK, count - first)), self.bounds.items()
+            states = [{name: low + self.random.random() * (high - low) for name, (low, high) in bounds} for _ in block]
             for state, overlaps in zip(states, self.overlaps(states, TOUCH), strict=True):
                 touching = {pair: overlap.depth for pair, overlap in overlaps.items() if pair not in self.found}
                 self.hit.update(touching)

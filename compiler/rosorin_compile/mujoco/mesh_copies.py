@@ -35,10 +35,7 @@ _STL_TRIANGLE = struct.Struct("<12x9f2x")
 
 
 def copy_meshes(searched: Searched, outputs: Path) -> Searched:
-    """Add the contents of the files that the MJCF opens in ``outputs`` to the result of a search.
-
-    Those that cannot be read are added to ``missing`` and reported.
-    """
+    """Add the files that the MJCF opens to the result of a search, or to ``missing``, reported."""
     files, missing, converted = dict(searched.files), set(searched.missing), list[NamedFile]()
     failed: dict[tuple[str, str, str, str], list[NamedFile]] = {}  # by rule, reason, help and kind of file
     found = [one for one in searched.found if one.named.kind != OF_MESH]
@@ -66,10 +63,7 @@ def copy_meshes(searched: Searched, outputs: Path) -> Searched:
 
 
 def check_for_mujoco(data: bytes, ending: str, collides: bool = False) -> None:
-    """Raise UnreadableMesh for a file that MuJoCo does not load.
-
-    ``ending`` is that of its name, such as ".stl". Of a mesh that ``collides`` MuJoCo needs the convex hull.
-    """
+    """Raise UnreadableMesh for a file that MuJoCo does not load; of a mesh that ``collides`` it needs the hull."""
     check_content(data)
     if ending == ".png" and not (data.startswith(_PNG_START) and data.endswith(_PNG_END)):
         raise UnreadableMesh("it is not a complete PNG", "export it again, as PNG")
@@ -105,10 +99,8 @@ def _is_flat(points: list[Vector]) -> bool:
     rest = [minus(point, points[0]) for point in points]
     axis = max(rest, key=norm)
     normal = max((cross(axis, point) for point in rest), key=norm)
-    smallest = FLAT * norm(axis)
-    return norm(normal) <= smallest * norm(axis) or all(
-        abs(dot(normal, point)) <= smallest * norm(normal) for point in rest
-    )
+    least = FLAT * norm(axis)
+    return norm(normal) <= least * norm(axis) or all(abs(dot(normal, one)) <= least * norm(normal) for one in rest)
 
 
 def _copies(found: Found, outputs: Path) -> tuple[dict[str, bytes], bool]:

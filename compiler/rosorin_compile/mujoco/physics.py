@@ -164,23 +164,18 @@ def _check_meshes(case: Case, shapes: Sequence[MeshShape], meshes: Meshes) -> It
     for name in dict.fromkeys(shape.link for shape in read):
         if name not in skipped:
             yield from _check_link(case, meshes, case.robot.link[name])
-    kinds: dict[str, dict[str, Member]] = {"not closed": {}, "inside out": {}}
+    holes: dict[str, Member] = {}
     for shape in read:
         surface, file = meshes[shape.mesh], shape.mesh.file.rpartition("/")[2]
         if shape.purpose == "collision" and not (surface.is_watertight and surface.volume >= 0):
             path = case.link(shape.link, shape.purpose, shape.number, "mesh", "file")
-            kinds["inside out" if surface.is_watertight else "not closed"][file] = Member((shape.link,), file, path)
-    for kind, members in kinds.items():
-        message = f"collision meshes that are {kind} ({{count}}): {{names}}; simulators take the hull"
-        yield from note(case, "mesh-not-closed", members.values(), message)
+            holes[file] = Member((shape.link,), file, path)
+    message = "collision meshes that are not closed, or inside out ({count}): {names}; simulators take the hull"
+    yield from note(case, "mesh-not-closed", holes.values(), message)
 
 
 def _check_link(case: Case, meshes: Meshes, link: Link) -> Iterator[Diagnostic]:
-    """Yield warnings about the mass, the inertia and the places of the shapes of a link.
-
-    The mass of a link may be that of all links that are fixed to it: a number is wrong if it fits neither. A mass is
-    too large if it is so for the collision and for the visual shapes: a few spheres can stand for a foot.
-    """
+    """Yield warnings about the mass, alone or with what is fixed to it, the inertia and the shapes of a link."""
     import numpy as np
 
     group = next(group for group in weld_groups(case.robot).values() if link.name in group)
@@ -231,7 +226,7 @@ def _check_link(case: Case, meshes: Meshes, link: Link) -> Iterator[Diagnostic]:
 
 
 class State(NamedTuple):
-    """A position of rest, zero (without a name) or a pose, with joint positions (rad or m) and the overlaps there."""
+    """Zero (without a name) or a pose, with joint positions (rad or m) and the overlaps there."""
 
     name: str
     positions: Positions
@@ -248,10 +243,7 @@ class Member(NamedTuple):
 
 
 def note(case: Case, rule: str, members: Iterable[Member], message: str, key: bool = False) -> Iterator[Diagnostic]:
-    """Yield a note that sums up members, and a diagnostic for each that the description accepts by name.
-
-    ``{count}`` and ``{names}`` in the message are replaced.
-    """
+    """Yield a note with the count and names of members, and a diagnostic for each that is accepted by name."""
     rest: dict[tuple[str, ...], Member] = {}
     for member in members:
         found = Diagnostic(rule, NOTE, "", of=member.names)

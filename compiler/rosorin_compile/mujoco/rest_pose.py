@@ -41,10 +41,7 @@ def home_of(robot: Robot) -> JointPose:
 
 
 def nearest_to_zero(robot: Robot) -> dict[str, float]:
-    """Return the limits (rad or m) that are nearest to zero, of the joints whose limits do not include it.
-
-    Limits that are stand-ins do not count.
-    """
+    """Return the limits (rad or m), no stand-ins, nearest to zero of the joints whose limits do not include it."""
     measured = [joint for joint in robot.joints if joint.limit and not {"lower", "upper"} & set(joint.limit.stand_ins)]
     ranges = {joint.name: range_of(joint) or (0.0, 0.0) for joint in measured}
     return {name: low if low > 0.0 else high for name, (low, high) in ranges.items() if low < high and low * high > 0.0}

@@ -42,10 +42,10 @@ _SHORTEST, _LONGEST, _AT_END = 0.25, 4.0, 0.4  # s from one end to the other, an
 
 @dataclass(frozen=True)
 class Actuator:
-    """An actuator of the model and the joint that it drives (empty: something else).
+    """An actuator of the model, and the joint that it drives (empty: something else).
 
-    Its force is ``gain`` * control + bias (MuJoCo): it is a servo for the position or velocity that the bias depends on
-    with ``stiffness``. ``targets`` are the lowest and the highest target for the joint, or None if any is possible.
+    Its force is ``gain`` * control + bias: it is a servo for the position or velocity that the bias depends on with
+    ``stiffness``. ``targets`` are the lowest and the highest target for the joint, or None if any is possible.
     """
 
     number: int
@@ -182,10 +182,7 @@ class World:
             self.hold(joint, self.targets[joint] + speed * seconds)
 
     def run(self, seconds: float, before: Callable[[float], None] = lambda _: None) -> Iterator[float]:
-        """Simulate and yield the time (s) since the start after every ``sample``; ``before`` is called before each.
-
-        It ends with a reason in ``broken`` if positions become infinite, or MuJoCo warns.
-        """
+        """Simulate and yield the time (s) of each ``sample`` until it is ``broken``; ``before`` is called first."""
         import numpy as np
 
         data, start = self.data, self.data.time

@@ -1,11 +1,8 @@
 """scene: a world for the MJCF of a robot, so that a person who opens it in MuJoCo sees the robot in light, on a floor.
 
-It includes the MJCF, which has the robot and nothing else. The floor is at z = 0, where the MJCF puts a free base (see
-``model.rest_pose``); below a robot that is held lower, it is as low as that robot reaches. The camera ``overview`` and
-the free one of viewers are placed so that the robot fills the picture. MuJoCo looks for files that an included file
-names, such as meshes, from the folder of the including one: both must be in one folder.
-
-The look is that of the scenes of MuJoCo Menagerie; what does not depend on the robot is in the template.
+It includes the MJCF; MuJoCo looks for the meshes of that from the folder of the scene, so both are in one folder. The
+floor is at z = 0, where the MJCF puts a free base (see ``rest_pose``), or as low as a robot reaches that is held. The
+cameras are placed so that the robot fills the picture. The look is that of the scenes of MuJoCo Menagerie.
 """
 
 from __future__ import annotations
@@ -83,11 +80,11 @@ def _mjcf_of(robot: Robot, output: Output) -> tuple[Output, tuple[str, str, str]
     name, names = output.options.get("of"), phrase(known)
     of = known.get(name) if name is not None else next(iter(known.values()), None)
     if of is None and name is None:
-        message, help = f'the robot has no MJCF for the scene "{output.name}"', "add an output: mjcf: {file: ...}"
-        return output, ("file", message, help)
+        message = f'the robot has no MJCF for the scene "{output.name}"'
+        return output, ("file", message, "add an output: mjcf: {file: ...}")
     if of is None:
-        help = f"name one of {names}" if known else "name an output of MJCF, which the robot has not"
-        return output, ("of", f'the scene "{output.name}" is of "{name}", which is not an MJCF', help)
+        message = f'the scene "{output.name}" is of "{name}", which is not an MJCF'
+        return output, ("of", message, f"name one of {names}" if known else "add an output: mjcf: {file: ...}")
     if name is None and len(known) > 1:
         message = f'the scene "{output.name}" does not define which MJCF is in it: {names}'
         return of, ("file", message, "add of: NAME")
@@ -98,11 +95,7 @@ def _mjcf_of(robot: Robot, output: Output) -> tuple[Output, tuple[str, str, str]
 
 
 def _bounds(robot: Robot, of: Output) -> tuple[Bounds, bool]:
-    """Return the box around the robot at home in the world, and whether all of it was measured.
-
-    Collision meshes are measured; visual ones take no more room where the link has collision shapes. If the size of one
-    is unknown, it is the box around everything else, and all frames.
-    """
+    """Return the box around the robot at home in the world, and whether the size of all its meshes is known."""
     from rosorin_compile.model.bounds import Bounds
     from rosorin_compile.model.mesh_vertices import clouds_of
     from rosorin_compile.mujoco.rest_pose import home_of, reach, stands_at

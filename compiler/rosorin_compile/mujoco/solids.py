@@ -74,10 +74,7 @@ def read_meshes(
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A collision shape with its index in ``link.collision``, its place in the link and its ``trimesh.Trimesh``.
-
-    For tests of points a primitive is a polyhedron.
-    """
+    """A collision shape, its index in ``link.collision``, its place in the link, and ``trimesh.Trimesh`` of a mesh."""
 
     link: str
     number: int
@@ -97,17 +94,18 @@ class Solid:
         from trimesh import creation
 
         geometry: Any = self.shape.geometry
-        if isinstance(geometry, Mesh):
-            try:
-                return self.mesh.convex_hull
-            except (RuntimeError, ValueError):  # of Qhull
-                return None
-        if isinstance(geometry, Box):
-            return creation.box(geometry.size)
-        if isinstance(geometry, Cylinder):
-            return creation.cylinder(geometry.radius, geometry.length)
-        if isinstance(geometry, Capsule):
-            return creation.capsule(geometry.length, geometry.radius)
+        match geometry:
+            case Mesh():
+                try:
+                    return self.mesh.convex_hull
+                except (RuntimeError, ValueError):  # of Qhull
+                    return None
+            case Box():
+                return creation.box(geometry.size)
+            case Cylinder():
+                return creation.cylinder(geometry.radius, geometry.length)
+            case Capsule():
+                return creation.capsule(geometry.length, geometry.radius)
         return creation.icosphere(3).apply_scale(self.size)
 
     def in_link(self, points: Floats) -> Floats:
@@ -130,9 +128,8 @@ class Solid:
         for index, point in enumerate(local):
             a, b, c = (self.mesh.triangles[:, corner] - point for corner in range(3))
             x, y, z = (np.linalg.norm(side, axis=1) for side in (a, b, c))
-            over = np.einsum("ij,ij->i", a, np.cross(b, c))
             under = x * y * z + (a * b).sum(1) * z + (b * c).sum(1) * x + (c * a).sum(1) * y
-            angles[index] = 2 * np.arctan2(over, under).sum()
+            angles[index] = 2 * np.arctan2((a * np.cross(b, c)).sum(1), under).sum()
         return np.abs(angles) > 2 * math.pi
 
     def _in_hull(self, points: Floats) -> Any:
@@ -149,15 +146,14 @@ class Solid:
 def solids_of(shapes: Sequence[Shape], link: str, meshes: Meshes) -> list[Solid]:
     """Return the shapes of a link that have a volume."""
     solids = []
-    for number, shape in enumerate(shapes):
-        for piece in shape.solids():
-            mesh = meshes.get(piece.geometry) if isinstance(piece.geometry, Mesh) else None
-            solid = Solid(link, number, piece, piece.origin().transform(), mesh)
-            if not isinstance(piece.geometry, Mesh):
-                has_volume = all(math.isfinite(size) and size > _SMALLEST for size in solid.size)
-            else:
-                has_volume = mesh is not None and solid.hull is not None and solid.hull.volume >= _SMALLEST**3
-            solids += [solid] if has_volume else []
+    for number, piece in ((number, piece) for number, shape in enumerate(shapes) for piece in shape.solids()):
+        mesh = meshes.get(piece.geometry) if isinstance(piece.geometry, Mesh) else None
+        solid = Solid(link, number, piece, piece.origin().transform(), mesh)
+        if isinstance(piece.geometry, Mesh):
+            has_volume = mesh is not None and solid.hull is not None and solid.hull.volume >= _SMALLEST**3
+        else:
+            has_volume = all(math.isfinite(size) and size > _SMALLEST for size in solid.size)
+        solids += [solid] if has_volume else []
     return solids
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Publisher, Robot, Transform
+from rosorin_compile.model.joint import SEVERAL_COORDINATES
 from rosorin_compile.rules.publishers import MAX_MODES, combinations, holds, modes_in
 
 # Messages carry doubles; differences below a micrometre or microradian come from the conversion to quaternions.
@@ -164,7 +165,7 @@ def _edges(robot: Robot) -> Iterator[Expected]:
 
 def _joint_edge(joint: Joint, edge: Any, when: str, by_urdf: bool, radians: float) -> Expected:
     """Return the edge of a joint; only its publisher knows the value of a joint with several degrees of freedom."""
-    free = joint.is_several and not by_urdf
+    free = joint.type in SEVERAL_COORDINATES and not by_urdf
     value = None if free else joint.transform(0.0)
     place = ("joint", joint.name)
     return Expected(edge.parent, edge.child, edge.publisher, joint.moves or free, value, joint, when, radians, place)

@@ -29,10 +29,10 @@ from .expected import Description, Expected, Options
 from .findings import rate_text, seconds
 from .judge import answer_outcome, judge
 from .judge_edges import best_way
-from .pasted import read_text
 from .recording import Recording
 from .results import EchoAnswer, Finding, RecordedEdge, RecordedJoint, RecordedSensor, Verified
 from .series import SECOND, SLICES, Pace, Series, Times, slice_width
+from .tf2_echo_text import read_text
 
 _Record = TypeVar("_Record")
 _MAX_TEXT = 64 << 20

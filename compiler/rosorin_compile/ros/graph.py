@@ -1,7 +1,4 @@
-"""The graph of a robot: the nodes that its package starts, the topics between them, and the ends that are open.
-
-Nodes have the ports of ``ports``; which topics these are follows from the parameters that the package carries.
-"""
+"""The graph of a robot: the nodes that its package starts, the topics between them, and the ends that are open."""
 
 from __future__ import annotations
 
@@ -39,7 +36,6 @@ from .ports import (
 
 CONTROL, MOVEIT, NAV2 = "control", "moveit", "nav2"
 DRIVER, NODE = "driver", "node"
-_DEFAULT_SOURCE = "scan"  # of nav2_bringup/params/nav2_params.yaml
 _SCANS = "sensor_msgs/msg/LaserScan"
 _OBSTACLE_MESSAGES = (_SCANS, "sensor_msgs/msg/PointCloud2")
 
@@ -117,7 +113,7 @@ def _topics(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str, s
                 yield key, str(own["topic"] or name), source_message(own)
                 found = True
     if port.role == OBSTACLES and not found:
-        yield "", _DEFAULT_SOURCE, _SCANS
+        yield "", "scan", _SCANS  # of nav2_bringup/params/nav2_params.yaml
 
 
 def source_message(values: Mapping[str, Any]) -> str:

@@ -37,7 +37,6 @@ from rosorin_compile.source.xml.markup import MarkupError, parse
 
 Names = Mapping[str, Any]
 _MAX_LENGTH = 10_000  # characters or items of a value
-_ARGUMENT = "launch argument "
 _CHANGES = ("append", "clear", "extend", "insert", "pop", "remove", "reverse", "sort", "update")
 _OPERATORS: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
@@ -79,10 +78,7 @@ class Remap:
 
 @dataclass(frozen=True)
 class LaunchNode:
-    """A node that a launch file starts; without a name, a remap of all nodes.
-
-    What only a run of the launch file knows is None: all arguments or one of them, or the remaps.
-    """
+    """A node that a launch file starts, or, without a name, a remap of all nodes; None is known only at a run."""
 
     name: str
     executable: str
@@ -228,29 +224,22 @@ def _bind(function: ast.FunctionDef, call: ast.Call | None, names: Names) -> dic
 
 
 def _constants(tree: ast.AST, names: Names = MappingProxyType({})) -> dict[str, Any]:
-    """Return ``names``, and those that a program or function assigns once, and to a plain value.
-
-    What it assigns more often, or changes in place, has no known value. A launch argument has its default.
-    """
+    """Return ``names``, and those that a program or function assigns once, to a plain value, and never changes."""
     changes = Counter[str]()
-    declared: list[tuple[str, ast.expr]] = []
     assigned: list[tuple[str, ast.expr]] = []
     for node in ast.walk(tree):
         match node:
-            case ast.Name(id=name, ctx=ast.Store() | ast.Del()):
-                changes[name] += 1
-            case ast.Subscript(value=ast.Name(id=name), ctx=ast.Store() | ast.Del()):
+            case (
+                ast.Name(id=name, ctx=ast.Store() | ast.Del())
+                | ast.Subscript(value=ast.Name(id=name), ctx=ast.Store() | ast.Del())
+            ):
                 changes[name] += 1
             case ast.Call(func=ast.Attribute(value=ast.Name(id=name), attr=method)) if method in _CHANGES:
                 changes[name] += 1
             case ast.Assign(targets=[ast.Name(id=name)], value=expression):
                 assigned.append((name, expression))
-            case ast.Call(func=ast.Name(id="DeclareLaunchArgument"), args=[ast.Constant(value=str(name)), *_]):
-                changes[f"{_ARGUMENT}{name}"] += 1
-                defaults = (word.value for word in node.keywords if word.arg == "default_value")
-                declared += [(f"{_ARGUMENT}{name}", default) for default in defaults]
     values = {name: held for name, held in names.items() if not changes[name]}
-    for name, expression in (*declared, *assigned):
+    for name, expression in assigned:
         value = _known(expression, values) if changes[name] == 1 else None
         if value is not None:
             values[name] = value
@@ -289,8 +278,6 @@ def _value(node: ast.expr, names: Names) -> Any:
             return _value(of, names)[_value(key, names)]
         case ast.Call(func=ast.Attribute(value=of, attr="split"), args=[] | [_], keywords=[]):
             return str.split(_value(of, names), *(_value(one, names) for one in node.args))
-        case ast.Call(func=ast.Name(id="LaunchConfiguration"), args=[argument, *_]):
-            return names[f"{_ARGUMENT}{_value(argument, names)}"]
         case ast.Call(func=function, args=[argument], keywords=[]) if ast.unparse(function) in _CONVERSIONS:
             return _CONVERSIONS[ast.unparse(function)](_value(argument, names))
     raise _Unknown
@@ -313,10 +300,7 @@ def static_nodes(source: Source) -> list[LaunchNode]:
 
 
 def parse_arguments(arguments: Sequence[str | None] | None) -> StaticTransform | None:
-    """Return the transform of the arguments of static_transform_publisher, or None if one is unknown or refused.
-
-    It reads them as ``ros2/geometry2@{humble,jazzy}`` does.
-    """
+    """Return the transform of static_transform_publisher (``ros2/geometry2``), or None if it is unknown or refused."""
     words = [word for word in arguments or () if word is not None]
     if arguments is None or len(words) < len(arguments):
         return None

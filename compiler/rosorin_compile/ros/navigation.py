@@ -47,10 +47,7 @@ class Lead(NamedTuple):
 
 
 class Frames(NamedTuple):
-    """The frames of navigation: of the map (empty if unknown), of the odometry, and the one that the odometry moves.
-
-    ``leads`` are the transforms that nodes publish.
-    """
+    """The frames of the map (empty if unknown), of the odometry, the one that it moves, and what nodes publish."""
 
     map: str
     odom: str

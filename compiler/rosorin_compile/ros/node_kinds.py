@@ -34,7 +34,7 @@ from rosorin_compile.source.diagnostics import (
 )
 from rosorin_compile.source.wording import suggest
 
-from .ports import TF, distribution_of_ports, drive_plugins, facts, port_of
+from .ports import TF, distribution_of_ports, facts, port_of
 
 DISTRIBUTIONS = (HUMBLE, JAZZY, "kilted")  # those of the tables; "" as a distribution is any of them
 MANAGER = "controller_manager"
@@ -158,10 +158,7 @@ def kinds(distribution: str) -> Mapping[str, Kind]:
 
 @cache
 def controller(plugin: str, distribution: str) -> Kind | None:
-    """Return what is known of a type of controllers, or None.
-
-    A distribution that does not have it gets what others know.
-    """
+    """Return a type of controllers, as other distributions know it if one does not have it, or None."""
     table = facts("ros2_controllers")
     entry = table["controllers"].get(plugin, {})
     if "keys" not in entry:
@@ -202,7 +199,8 @@ def controller_by_keys(keys: Mapping[str, object], distribution: str) -> Kind | 
     """Return the controller of a drive that knows most of some keys, where they are those of one."""
     if "enable_odom_tf" not in keys:
         return None
-    found = [kind for plugin in drive_plugins() if (kind := controller(plugin, distribution)) is not None]
+    plugins = [name for name, about in facts("ros2_ports")["controllers"]["interfaces"].items() if "drive" in about]
+    found = [kind for plugin in plugins if (kind := controller(plugin, distribution)) is not None]
     return max(found, key=lambda kind: sum(kind.key(name) is not None for name in keys))
 
 
@@ -253,12 +251,10 @@ def as_yaml(value: Any) -> str:
     return f'"{value}"' if isinstance(value, str) else repr(value)
 
 
-_BOUNDS: Mapping[str, tuple[Callable[[float, float], bool], str]] = {
+_BOUNDS: Mapping[str, tuple[Callable[[Any, Any], bool], str]] = {  # of a value, or of the number of values
     "gt": (operator.gt, "above"),
     "gt_eq": (operator.ge, "at least"),
     "lt_eq": (operator.le, "at most"),
-}
-_SIZES: Mapping[str, tuple[Callable[[int, int], bool], str]] = {
     "fixed_size": (operator.eq, ""),
     "size_gt": (operator.gt, "more than "),
     "size_lt": (operator.lt, "fewer than "),
@@ -267,14 +263,14 @@ _SIZES: Mapping[str, tuple[Callable[[int, int], bool], str]] = {
 
 def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
     """Return why a validator refuses a value of its type, empty if it does not, and the fix."""
-    if bound := _BOUNDS.get(name.removesuffix("_or_nan")):
-        is_free = name.endswith("_or_nan") and math.isnan(value)
-        if not is_free and not bound[0](value, arguments[0]):
-            return f"is {as_yaml(value)}, and has to be {bound[1]} {arguments[0]:g}", ""
-    elif name in _SIZES:
-        fits_size, words = _SIZES[name]
-        if not any(fits_size(len(value), size) for size in arguments):
+    compare, words = _BOUNDS.get(name.removesuffix("_or_nan"), (None, ""))
+    if compare is not None and "size" in name:
+        if not any(compare(len(value), size) for size in arguments):
             return f"has {len(value)} values, and needs {words}{' or '.join(map(str, arguments))}", ""
+    elif compare is not None:
+        is_free = name.endswith("_or_nan") and math.isnan(value)
+        if not is_free and not compare(value, arguments[0]):
+            return f"is {as_yaml(value)}, and has to be {words} {arguments[0]:g}", ""
     elif name in ("one_of", "subset_of"):
         values = value if name == "subset_of" else [value]
         if others := [str(one) for one in values if one not in arguments[0]]:
@@ -292,10 +288,7 @@ def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
 
 
 class Finding(NamedTuple):
-    """Something wrong with a parameter; ``key`` is empty for the node as a whole, ``at_key``: the name of it.
-
-    ``unknown`` is a name that does not exist, ``known`` are those that do.
-    """
+    """A problem of a parameter, of its name with ``at_key``, or of the node; ``known`` replace an ``unknown`` value."""
 
     rule: str
     message: str

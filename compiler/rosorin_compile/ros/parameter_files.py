@@ -1,11 +1,8 @@
 """Parameter files of ROS 2: read as its nodes read them, with the place of every key and value, and written.
 
 The words are those of ``ros2/rcl:rcl_yaml_param_parser``, which are not those of YAML 1.2: yes and on are true, 010 is
-eight, a list has values of one type, there are no aliases, and a key without a value is an error. Whatever a node
-would refuse to start with is an error here.
-
-A value is written as the type that its node takes (1.0 for a double), for a node does not start with another one. A key
-that a distribution lacks is left out for it.
+eight, a list has values of one type, there are no aliases, and a key without a value is an error. A value is written as
+the type that its node takes (1.0 for a double). A key that a distribution lacks is left out for it.
 """
 
 from __future__ import annotations
@@ -63,10 +60,7 @@ class Parameter(NamedTuple):
 
 @dataclass(frozen=True)
 class Section:
-    """What a file says for the nodes that a name matches: ``name`` begins with / and may have the wildcards * and **.
-
-    ``parameters`` are by full name, with dots between the levels.
-    """
+    """The parameters of the nodes that a name matches, by full name; the name begins with / and may have * and **."""
 
     name: str
     span: Span
@@ -114,8 +108,7 @@ def read_file(path: Path) -> tuple[list[Section], list[Diagnostic]]:
     try:
         source = read_utf8(path, str(path))
     except LoadError as problem:
-        help = problem.diagnostic.help.replace("descriptions are", "parameter files are")
-        raise NoParameters(replace(problem.diagnostic, help=help)) from None
+        raise NoParameters(problem.diagnostic) from None
     return read_sections(source)
 
 
@@ -141,10 +134,7 @@ class _Reader:
                 raise self.fail("nested deeper than 40 levels", event, "flatten the file")
 
     def names(self, above: str, mapping: Any, named: Span | None) -> bool:
-        """Read a mapping of namespaces and nodes, and return True if it has parameters.
-
-        ``named`` is the place of the last name.
-        """
+        """Read a mapping of namespaces and nodes below a name at a place; return True if it has parameters."""
         is_node = has_parameters = False
         for key, value in mapping.value:
             name = self.text(key)
@@ -287,11 +277,6 @@ class Parameters:
     node: Mapping[str, Mapping[str, Any]]
 
 
-def read(text: str) -> Parameters:
-    """Return what a parameter file that we wrote contains. Raises ValueError for a damaged text."""
-    return Parameters(nodes_of(text))
-
-
 def nodes_of(text: str) -> dict[str, dict[str, Any]]:
     """Return the parameters of a file by node and full name. Raises ValueError for a damaged text."""
     sections, _ = read_sections(Source("", text))
@@ -301,10 +286,7 @@ def nodes_of(text: str) -> dict[str, dict[str, Any]]:
 
 
 class Node(NamedTuple):
-    """A node with its parameters, by full name with dots; / parts ``name``.
-
-    ``kind`` is its kind, or the name of that in the tables; None if its types are unknown.
-    """
+    """A node with its parameters by full name; ``kind`` is its kind, the name of that, or None if types are unknown."""
 
     name: str
     kind: Kind | str | None
@@ -332,10 +314,7 @@ def text(robot: Robot, output: Output, templates: Templates, head: Sequence[str]
 
 
 def parameters_of(output: Output, nodes: Iterable[Node]) -> Parameters:
-    """Return what the parameter file of some nodes is meant to contain.
-
-    An empty list is left out, for rcl does not know of what it is one.
-    """
+    """Return what a parameter file is meant to contain; not empty lists, for rcl does not know their type."""
     found: dict[str, dict[str, Any]] = {}
     for node in nodes:
         kind = kinds(distro_of(output))[node.kind] if isinstance(node.kind, str) else node.kind
@@ -372,7 +351,7 @@ def parameter_file(name: str, **more: Any) -> Format:
         name=name,
         article="a",
         options={"distribution": {"enum": DISTRIBUTIONS, "description": about}, **facts("ros2_options")[name]},
-        read=read,
+        read=lambda text: Parameters(nodes_of(text)),
         names_robot=False,
         syntax=nodes_of,
         folder="config",

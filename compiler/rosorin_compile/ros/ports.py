@@ -1,7 +1,4 @@
-"""Ports: the topics that stock ROS 2 nodes read and publish, as ``schemas/ros2_ports.json`` lists them.
-
-Whoever writes or checks a parameter, a remap or a display looks for ports by their role, and names no topic itself.
-"""
+"""Ports: the topics that stock ROS 2 nodes read and publish, as ``schemas/ros2_ports.json`` lists them."""
 
 from __future__ import annotations
 
@@ -135,10 +132,9 @@ def port_of(plugin: str, distribution: str, role: str) -> Port | None:
     return next((port for port in controller_ports(plugin, distribution) if port.role == role), None)
 
 
-def short_words() -> Mapping[str, str]:
+def short_words() -> dict[str, str]:
     """Return the short words for types of controllers; each means the same in every distribution that has it."""
-    words: Mapping[str, str] = facts("ros2_ports")["controllers"]["short"]
-    return words
+    return dict(facts("ros2_ports")["controllers"]["short"])
 
 
 def full_type(word: str) -> str:
@@ -146,15 +142,9 @@ def full_type(word: str) -> str:
     return short_words().get(word, word)
 
 
-def interfaces_of(plugin: str) -> Mapping[str, Any]:
+def interfaces_of(plugin: str) -> dict[str, Any]:
     """Return what a type of controller moves and reads; empty for one without a table."""
-    found: Mapping[str, Any] = facts("ros2_ports")["controllers"]["interfaces"].get(plugin, {})
-    return found
-
-
-def drive_plugins() -> list[str]:
-    """Return the types of controllers that drive a base."""
-    return [name for name, about in facts("ros2_ports")["controllers"]["interfaces"].items() if "drive" in about]
+    return dict(facts("ros2_ports")["controllers"]["interfaces"].get(plugin, {}))
 
 
 def full_topic(topic: str, namespace: str, node: str) -> str:

@@ -1,7 +1,4 @@
-"""The parameters of a filter of robot_localization that a description knows.
-
-The edges say whether it publishes, and what: with odom -> base its world is the odometry, with map -> odom the map.
-"""
+"""The parameters of a filter of robot_localization; the edges say whether it publishes odom -> base or map -> odom."""
 
 from __future__ import annotations
 
@@ -27,12 +24,6 @@ STATES = (*("x", "y", "z", "roll", "pitch", "yaw"), *("vx", "vy", "vz", "vroll",
 _USUAL = "ekf_filter_node"
 _NAME = re.compile(r"(odom|pose|twist|imu)(0|[1-9]\d*)")
 _NEAR = 1e-3  # m
-
-
-def _about(kind: str) -> Mapping[str, Any]:
-    """Return what is known of an input: the states of its messages, its keys, and an example of what is used."""
-    found: Mapping[str, Any] = facts("ros2_nodes")["filter_inputs"][kind]
-    return found
 
 
 def _inputs_of(output: Output) -> Mapping[str, Mapping[str, Any]]:
@@ -80,7 +71,8 @@ def _content(robot: Robot, output: Output) -> tuple[Node | None, Lead | None, li
         kind = key.rstrip("0123456789")
         uses = one.get("uses") or usual(robot, kind, frames.moved)
         values |= {key: topic(robot, key, one), f"{key}_config": [state in uses for state in STATES]}
-        values |= {f"{key}_{word}": one[word] for word in _about(kind)["keys"] if word in one}
+        about = facts("ros2_nodes")["filter_inputs"][kind]
+        values |= {f"{key}_{word}": one[word] for word in about["keys"] if word in one}
     return Node(name, "ekf", values), lead, wrong
 
 
@@ -96,7 +88,7 @@ def _check_inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Prob
             help = "write odom0, pose0, twist0 or imu0, and so on"
             yield Problem(rule, f'a filter has no input "{name}"', path, help, key=True)
             continue
-        kind, uses, about = match[1], one.get("uses"), _about(match[1])
+        kind, uses, about = match[1], one.get("uses"), facts("ros2_nodes")["filter_inputs"][match[1]]
         gap = next((at for at in range(int(match[2])) if f"{kind}{at}" not in inputs), None)
         if gap is not None:
             message = f'"{name}" would never be read: there is no {kind}{gap}'

@@ -34,12 +34,8 @@ FEW_WITHOUT_MASS, FEW_WITHOUT_COLLISION = 0.5, 0.25
 
 
 @rule("mass-not-positive", "A mass is not above zero.", "Correct or remove it.", NUMBERS, "link", "lenient")
-@rule(
-    "inertia-not-positive-definite", "A principal moment is not above zero.", "Check signs.", NUMBERS, "link", "always"
-)
-@rule(
-    "inertia-triangle", "One principal moment exceeds the sum of the others.", "Check units.", NUMBERS, "link", "always"
-)
+@rule("inertia-not-positive-definite", "A principal moment is not above 0.", "Check signs.", NUMBERS, "link", "always")
+@rule("inertia-triangle", "A principal moment exceeds the others.", "Check units.", NUMBERS, "link", "always")
 def physical(case: Case) -> Iterator[Diagnostic]:
     """Masses that are not positive, and inertias that no body has."""
     for link in case.robot.links:
@@ -61,16 +57,10 @@ def physical(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("inertia-triangle", message, (*path, "inertia"), within=True)
 
 
-@rule(
-    "density-looks-like-grams", "A warning: a density is in g/cm^3.", "Write `2.7 g/cm^3`.", NUMBERS, "link", "always"
-)
+@rule("density-looks-like-grams", "A warning: a density is in g/cm^3.", "Write the unit.", NUMBERS, "link", "always")
 @rule("mass-implausible", "A warning: no body of this size has this mass.", "Check units.", NUMBERS, "link", "always")
-@rule(
-    "inertia-implausible", "A warning: no body has this mass and inertia.", "Calculate it.", NUMBERS, "link", "always"
-)
-@rule(
-    "centre-outside", "A warning: a centre of mass is far outside its link.", "Check `xyz`.", NUMBERS, "link", "always"
-)
+@rule("inertia-implausible", "A warning: no body has this inertia.", "Calculate it.", NUMBERS, "link", "always")
+@rule("centre-outside", "A warning: a centre of mass is far off its link.", "Check `xyz`.", NUMBERS, "link", "always")
 def plausible(case: Case) -> Iterator[Diagnostic]:
     """Masses against the space of the shapes, inertias against both, and centres of mass."""
     for link in case.robot.links:
@@ -92,7 +82,6 @@ def plausible(case: Case) -> Iterator[Diagnostic]:
 
 
 def _mass(case: Case, link: Link, bounds: Bounds, complete: bool) -> Iterator[Diagnostic]:
-    """Yield a warning where a mass does not match the space that the shapes take."""
     mass, volume = link.inertial.mass if link.inertial else 0.0, math.prod(bounds.size)
     if not volume > 0 or (not complete and max(bounds.size) <= NO_SHAPE):
         return
@@ -112,7 +101,6 @@ def _mass(case: Case, link: Link, bounds: Bounds, complete: bool) -> Iterator[Di
 
 
 def _inertia(case: Case, link: Link, bounds: Bounds | None) -> Iterator[Diagnostic]:
-    """Yield a warning where an inertia is that of something denser than osmium, larger than the link, or like air."""
     inertial = link.inertial
     low, middle, high = inertial.principal_moments if inertial else (0.0, 0.0, 0.0)
     if inertial is None or not (low > 0 and high <= (low + middle) * (1 + 1e-6)):  # reported by other rules
@@ -120,7 +108,11 @@ def _inertia(case: Case, link: Link, bounds: Bounds | None) -> Iterator[Diagnost
     moments = {"ixx": inertial.ixx, "iyy": inertial.iyy, "izz": inertial.izz}
     path = case.link(link.name, "inertial")
     place: Path = (*path, "inertia", max(moments, key=lambda key: moments[key]))
-    radius, density = math.sqrt(high / inertial.mass), _density(inertial.mass, low, middle, high)
+    # No body of the same mass and inertia is less dense everywhere than the even ellipsoid: the closest packing for its
+    # second moments (m/5 (b^2 + c^2), ... give the squares of its semi-axes).
+    squares = [5 / 2 * (low + middle + high - 2 * moment) / inertial.mass for moment in (low, middle, high)]
+    volume = 4 / 3 * math.pi * math.sqrt(math.prod(max(square, FLATTEST * max(squares)) for square in squares))
+    radius, density = math.sqrt(high / inertial.mass), inertial.mass / volume if volume > 0 else math.inf
     limit = bounds.reach(inertial.pose.xyz) if bounds else diagonal(case.robot)
     limit, what = limit or math.inf, ""
     if density > DENSEST * ROUGH_INERTIA:
@@ -135,19 +127,7 @@ def _inertia(case: Case, link: Link, bounds: Bounds | None) -> Iterator[Diagnost
         yield case.problem("inertia-implausible", message, place, related=[("the mass", (*path, "mass"))])
 
 
-def _density(mass: float, low: float, middle: float, high: float) -> float:
-    """Return the density (kg/m^3) of the even ellipsoid with these principal moments (kg*m^2).
-
-    No body of the same mass and inertia is less dense everywhere: the ellipsoid is the closest packing for given second
-    moments (its m/5 (b^2 + c^2), ... give the squares of its semi-axes).
-    """
-    squares = [5 / 2 * (low + middle + high - 2 * moment) / mass for moment in (low, middle, high)]
-    volume = 4 / 3 * math.pi * math.sqrt(math.prod(max(square, FLATTEST * max(squares)) for square in squares))
-    return mass / volume if volume > 0 else math.inf
-
-
 def _centre(case: Case, link: Link, bounds: Bounds | None) -> Iterator[Diagnostic]:
-    """Yield a warning where the centre of mass is far outside the link, or the robot if its size is not known."""
     centre = link.inertial.pose.xyz if link.inertial else (0.0, 0.0, 0.0)
     away, size, limit = math.hypot(*centre), diagonal(case.robot), BEYOND * diagonal(case.robot)
     what, related = "its frame, and the whole robot measures", []

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from rosorin_compile.formats import Format
 
 # The modules with checks of the whole robot; those of a section are in its record.
-_MODULES = ("frames", "tf_tree", "magnitudes", "names")
+_MODULES = ("frames", "magnitudes", "names")
 # Rules that compare a number with another, such as a size or a limit.
 _COMPARING = (
     *("centre-outside", "collision-elsewhere", "inertia-implausible", "mass-implausible"),
@@ -203,7 +203,6 @@ def merge_misspelt(
 
 
 def _home(place: Place, found: Offer) -> Span:
-    """Return where the letters of a name were written that differ from those of the unknown one."""
     return place_of_word([place.span, *(one.span for one in place.stack())], found.meant, found.name) or place.span
 
 

@@ -106,7 +106,12 @@ def sight(case: Case) -> Iterator[Diagnostic]:
         views = [view for view in seen_by(sensor) if view["kind"] in ("fan", "frustum")]
         if not views or sensor.frame not in robot.link:
             continue
-        places, housing = _rigid_neighbours(robot, sensor.frame), _housing(robot, sensor.frame)
+        places, queue, housing = {sensor.frame: Transform()}, [sensor.frame], _housing(robot, sensor.frame)
+        for here in queue:  # links that never move against the sensor
+            for name, step in robot.fixed_neighbours(here):
+                if name not in places:
+                    places[name] = places[here].then(step)
+                    queue.append(name)
         shapes = [one for one in case.shapes() if one[0].name in places and one[0].name not in housing]
         solids = [_Solid(shape, places[link.name], path) for link, path, shape in shapes]
         ends = [end for view in views if view["frame"] in places for end in _ends(view, places, solids)]
@@ -119,18 +124,6 @@ def sight(case: Case) -> Iterator[Diagnostic]:
             mount = robot.joint_to.get(sensor.frame)
             path = case.value(case.joint(mount) if mount else case.link(sensor.frame), "xyz")
             yield case.problem("sensor-sees-itself", message, path, related=[("the shape", solid.path)], within=True)
-
-
-def _rigid_neighbours(robot: Robot, frame: str) -> dict[str, Transform]:
-    """Return the links that never move against a frame, and where they are in it."""
-    found = {frame: Transform()}
-    queue = [frame]
-    for here in queue:
-        for name, step in robot.fixed_neighbours(here):
-            if name not in found:
-                found[name] = found[here].then(step)
-                queue.append(name)
-    return found
 
 
 def _housing(robot: Robot, frame: str) -> set[str]:

@@ -12,7 +12,7 @@ from rosorin_compile.model import Cylinder, Joint, Robot
 from rosorin_compile.model.geometry import dot, norm, unit
 from rosorin_compile.model.joint import Dynamics, Limit
 from rosorin_compile.model.simulation import Actuator
-from rosorin_compile.source.diagnostics import Diagnostic, Suggestion, nearest
+from rosorin_compile.source.diagnostics import Diagnostic, Help, Suggestion, nearest
 from rosorin_compile.source.rule_registry import JOINTS, SIMULATED, Check, rule
 from rosorin_compile.source.tree import Path, exists, value_at
 from rosorin_compile.source.units import Quantity, describe, parse_unit
@@ -68,19 +68,14 @@ def known_names(case: Case) -> Iterator[Diagnostic]:
                 by_name.setdefault(use.name, []).append(use)
         for name, uses in by_name.items():
             otherwise, own = f'add "{name}" to {kind}s, or name an existing one', (MOUNT,) if kind == "link" else ()
-            help = _namesake(robot, kind, name) or case.suggest(uses[0].path, name, real, otherwise, own)
+            frame = next((sensor.frame for sensor in robot.sensors if sensor.name == name), "")
+            help: Help = case.suggest(uses[0].path, name, real, otherwise, own)
+            if kind == "joint" and name in robot.joint_to:
+                help = f'"{name}" is a link; its joint is "{robot.joint_to[name].name}"'
+            elif kind == "link" and (frame or name in robot.joint):
+                what, child = ("sensor; its frame", frame) if frame else ("joint; its child", robot.joint[name].child)
+                help = f'"{name}" is a {what} is "{child}"'
             yield from case.unknown(f"unknown-{kind}", f'there is no {kind} "{name}"', uses, help)
-
-
-def _namesake(robot: Robot, kind: str, name: str) -> str:
-    """Return the suggestion for the name of an entry that has a link or joint of its own."""
-    if kind == "joint":
-        joint = robot.joint_to.get(name)
-        return f'"{name}" is a link; its joint is "{joint.name}"' if joint else ""
-    frame = next((sensor.frame for sensor in robot.sensors if sensor.name == name), "")
-    if frame:
-        return f'"{name}" is a sensor; its frame is "{frame}"'
-    return f'"{name}" is a joint; its child is "{robot.joint[name].child}"' if name in robot.joint else ""
 
 
 @rule("two-parents", help="Correct one `child`, or remove a joint.", topic=JOINTS)

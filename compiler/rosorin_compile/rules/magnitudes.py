@@ -76,22 +76,11 @@ def collect(tree: Map) -> Remarkable:
     return found
 
 
-@rule(
-    "angle-looks-like-degrees",
-    "A bare angle is over a full turn.",
-    "Write `180 deg`.",
-    NUMBERS,
-    "link or joint",
-    "always",
-)
-@rule(
-    "length-looks-like-millimetres",
-    "A warning: a bare length is over 20 m.",
-    "Add a unit.",
-    NUMBERS,
-    "link or joint",
-    "always",
-)
+_BOTH = "link or joint"
+
+
+@rule("angle-looks-like-degrees", "A bare angle is over a full turn.", "Write `180 deg`.", NUMBERS, _BOTH, "always")
+@rule("length-looks-like-millimetres", "A warning: a length is over 20 m.", "Add a unit.", NUMBERS, _BOTH, "always")
 def magnitudes(case: Case) -> Iterator[Diagnostic]:
     """Bare numbers that are too large for radians or metres: one message for the numbers of one list or entry."""
     groups: dict[tuple[Path, str], list[tuple[Path, float]]] = {}

@@ -57,18 +57,6 @@ def _names(case: Case) -> Iterator[Name]:
     yield from (Name(frame, "frame", path) for frame, path in frames.items() if frame not in case.robot.link)
 
 
-def _further(case: Case) -> Iterator[Name]:
-    """Yield names of files, topics, plugins, packages and nodes: nothing else of the description refers to them."""
-    for output in case.robot.outputs:
-        path: Path = ("outputs", output.name)
-        yield Name(output.file, "file", (*path, "file"))
-        for key, value in output.options.items():
-            for word, name in value.items() if isinstance(value, Mapping) else ():
-                if key == "rename" or word == "topic":
-                    yield Name(name, "frame" if key == "rename" else "topic", (*path, key, word))
-    yield from (Name(name, kind, path, key) for kind, name, path, key in case.symbols.spelt())
-
-
 @rule("invisible-letter", "A name has an invisible letter.", "Type it again.", ARGUMENTS, "link or joint", "lenient")
 @rule("names-look-alike", "A warning: two names look alike.", "Rename one.", ARGUMENTS, "link or joint", "always")
 def letters(case: Case) -> Iterator[Diagnostic]:
@@ -100,7 +88,14 @@ def letters(case: Case) -> Iterator[Diagnostic]:
 @rule("letters-swapped", help="Correct it.", topic=ARGUMENTS, accept="link or joint", imported="always")
 def swapped_letters(case: Case) -> Iterator[Diagnostic]:
     """A warning: a word that occurs once in names, or a file ending, is another one with two letters swapped."""
-    named = [*_names(case), *_further(case)]
+    named = [*_names(case), *(Name(name, kind, path, key) for kind, name, path, key in case.symbols.spelt())]
+    for output in case.robot.outputs:  # names of files and topics, to which nothing else refers
+        path: Path = ("outputs", output.name)
+        named.append(Name(output.file, "file", (*path, "file")))
+        for option, value in output.options.items():
+            for word, name in value.items() if isinstance(value, Mapping) else ():
+                if option == "rename" or word == "topic":
+                    named.append(Name(name, "frame" if option == "rename" else "topic", (*path, option, word)))
     counts = Counter(_WORDS.findall("\n".join(one.name for one in named)))
     usual = _USUAL.union(word for word, number in counts.items() if number > 1)
     slips: dict[str, str] = {}

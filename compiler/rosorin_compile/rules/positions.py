@@ -32,9 +32,7 @@ _INITIAL = re.compile(r"<initial_position>\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\
 
 @rule("beyond-joint-limit", "A warning: a value is beyond the joint limits.", "Correct it.", JOINTS, "joint", "always")
 @rule("pose-beyond-limit", "A warning: a pose is beyond a joint limit.", "Correct the pose or the limit.", POSES)
-@rule(
-    "mimic-beyond-limit", "A warning: a follower is driven beyond its limits.", "Correct it.", JOINTS, "joint", "always"
-)
+@rule("mimic-beyond-limit", "A warning: a follower goes beyond its limits.", "Correct it.", JOINTS, "joint", "always")
 def within_limits(case: Case) -> Iterator[Diagnostic]:
     """Compare what the limits of a joint bound with them: the numbers that the schema marks by ``x-within``."""
     for section, node in sections().items():
@@ -74,7 +72,6 @@ def _bounded(node: Node | None, value: Any, path: Path, joint: str) -> Iterator[
 
 
 def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Iterator[Diagnostic]:
-    """Yield a warning if a value of a joint is beyond its limits."""
     soft = joint.safety.soft_lower_limit if joint.safety and path[-1] == "soft_upper_limit" else None
     if soft is not None and soft >= value:
         message = f'the soft limits of joint "{joint.name}" leave it no room to move'
@@ -159,7 +156,6 @@ def placed_joints(case: Case) -> Iterator[Diagnostic]:
 
 
 def _motionless(case: Case, joint: Joint, path: Path, what: str, key: bool = False) -> Diagnostic:
-    """Return the problem of a joint that is moved and does not move, or has no single position."""
     id = "joint-is-fixed" if joint.is_fixed else "joint-has-no-position"
     return case.problem(id, f'{what} joint "{joint.name}", which is {joint.type}', path, key=key)
 

@@ -104,7 +104,6 @@ def proportions(case: Case) -> Iterator[Diagnostic]:
 
 
 def _lengths(case: Case, what: str, path: Path, values: Vector, rest: float) -> Iterator[Diagnostic]:
-    """Yield a warning about the numbers of a vector, without units, that are far outside the rest of the robot."""
     written = value_at(case.tree, path)
     texts = list(written) if isinstance(written, Seq) else list(values)
     limit = max(LARGE, OUT_OF_PROPORTION * rest)

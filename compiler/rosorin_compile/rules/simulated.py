@@ -247,7 +247,6 @@ def mjcf_elements(case: Case) -> Iterator[Diagnostic]:
 
 
 def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, Help] | None:
-    """Return the problem of where an element is, and the fix; a body of MuJoCo alone would be in no other file."""
     tag, first = found.tags[-1], found.tags[0]
     is_other = top and (first == "default" or (tag == "joint" and first in ("tendon", "equality")))
     if tag in _IN_WORDS and not is_other:
@@ -283,8 +282,6 @@ def marks(case: Case) -> Iterator[Diagnostic]:
 
 
 def _mark_problems(tag: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield the keys with a wrong value, and what is wrong with each."""
-
     def numbers(key: str) -> list[float]:
         value = values.get(key, ())
         return list(map(float, value)) if isinstance(value, tuple) else [value] if isinstance(value, float) else []

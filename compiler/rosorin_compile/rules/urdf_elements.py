@@ -28,7 +28,7 @@ from .case import Case
 from .joints import WORLD_FRAMES
 
 if TYPE_CHECKING:
-    from xml.etree.ElementTree import Element
+    pass
 
 _MAX_RELATED = 3
 _AROUND = "elements"  # a tag that nobody closes by mistake
@@ -99,10 +99,6 @@ def at_name(made: Diagnostic, name: str, number: int) -> Diagnostic:
     return replace(made, span=span._replace(line=line, column=found.start() + 1, length=len(name))) if found else made
 
 
-# Names in elements by kind, each with the path of its text and the line in it.
-_Mentions = Mapping[tuple[str, str], list[tuple[Reference, Path, int]]]
-
-
 @rule("unknown-reference", help="Correct the name.", topic=NUMBERS)
 def unknown_names(case: Case) -> Iterator[Diagnostic]:
     """A warning: `urdf_elements` name a link, joint or material that does not exist, or not in the URDF."""
@@ -113,26 +109,23 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
         described = False  # the children of a <material> come before it
         for element in found_in(text):
             tags, name = element.tags, element.attributes.get("name")
-            found = list(references(tags, element.attributes, element.text))
+            named = list(references(tags, element.attributes, element.text))
             if name and tags[0] not in REFERRING and tags[-1] in ("link", "joint", "body", "virtual_joint"):
                 own.add(name)  # of SDF within <gazebo>
             if tags[-2:] in (("material", "color"), ("material", "texture")):
                 described = True
             elif tags[0] != "gazebo" and tags[-1] == "material" and name:  # in <gazebo> they are words of Gazebo
                 materials |= {name} if described else set()
-                found.append(Reference(name, "material", "name", "the name of <material>"))
+                named.append(Reference(name, "material", "name", "the name of <material>"))
                 described = False
             for attribute in element.attributes if tags == ("gazebo",) else ():
                 if attribute != "reference" and nearest(attribute, ["reference"]):
                     message = f'<gazebo> has no attribute "{attribute}", so it is about the whole robot'
-                    made = case.problem("unknown-reference", message, path, suggest("reference"))
-                    yield at_name(made, attribute, element.line)
-            for one in found:
+                    problem = case.problem("unknown-reference", message, path, suggest("reference"))
+                    yield at_name(problem, attribute, element.line)
+            for one in named:
                 mentions.setdefault((one.kind, one.name), []).append((one, path, element.line))
-    yield from _unknown(case, {key: uses for key, uses in mentions.items() if key[1] not in own}, materials)
-
-
-def _unknown(case: Case, mentions: _Mentions, materials: Set[str]) -> Iterator[Diagnostic]:
+    mentions = {key: uses for key, uses in mentions.items() if key[1] not in own}
     robot = case.robot
     links = {*robot.link, *WORLD_FRAMES, "world", *(name for edge in robot.edges for name in (edge.parent, edge.child))}
     names: dict[str, Set[str]] = {LINK: links, JOINT: set(robot.joint), FRAME: links, "material": materials}
@@ -173,7 +166,16 @@ def duplicates(case: Case) -> Iterator[Diagnostic]:
     for path, text in urdf_texts(case):
         if damage(text):
             continue
-        for what, name, *key in (names for element in tree_of(f"<all>{text}</all>") for names in _names_of(element)):
+        names: list[tuple[str, ...]] = []
+        for element in tree_of(f"<all>{text}</all>"):
+            if element.tag in ("ros2_control", "transmission"):
+                names.append((f"<{element.tag}>", element.get("name", "")))
+            for child in element if element.tag == "gazebo" else ():
+                # In the newer Gazebo a plug-in is named by its class: there may be several of those that differ.
+                same = [canonical(child)] if child.tag == "plugin" and "::" in child.get("name", "") else []
+                if child.tag in ("plugin", "sensor"):
+                    names.append((f"<{child.tag}>", child.get("name", ""), element.get("reference", ""), *same))
+        for what, name, *key in (one for one in names if one[1]):
             before = first.setdefault((what, name, *key), path)
             if what == "<sensor>" and name in written:
                 message = f'an output has a {what} "{name}" for Gazebo without it'
@@ -184,20 +186,6 @@ def duplicates(case: Case) -> Iterator[Diagnostic]:
                 related = [Related("the other one", one.via.span if is_same and one.via else one.span)]
                 message = f'two {what} of the robot are called "{name}"'
                 yield case.problem("duplicate-xml", message, path, related=related)
-
-
-def _names_of(element: Element) -> Iterator[tuple[str, ...]]:
-    """Yield the names that must be unique in an element, and what else has to be equal.
-
-    In the newer Gazebo the name of a plug-in is that of its class: there may be several of those, with other settings.
-    """
-    if element.tag in ("ros2_control", "transmission") and element.get("name"):
-        yield f"<{element.tag}>", element.get("name", "")
-    for child in element if element.tag == "gazebo" else ():
-        name, reference = child.get("name", ""), element.get("reference", "")
-        if child.tag in ("plugin", "sensor") and name:
-            is_class = child.tag == "plugin" and "::" in name
-            yield f"<{child.tag}>", name, reference, *([canonical(child)] if is_class else [])
 
 
 # The parents in which an element of a URDF is read, and its reader.

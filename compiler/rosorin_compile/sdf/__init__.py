@@ -11,18 +11,8 @@ from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.formats.format import (
-    HEIGHT_MAPS,
-    MODEL_KEYS,
-    NUMBER_FORMAT,
-    OF_MUJOCO,
-    OF_PUBLISHERS,
-    VISUALS,
-    Asked,
-    Format,
-    Unsupported,
-    xml_syntax,
-)
+from rosorin_compile.formats import format
+from rosorin_compile.formats.format import Asked, Format, Unsupported, xml_syntax
 from rosorin_compile.formats.gazebo import unsupported_drives
 
 if TYPE_CHECKING:
@@ -46,8 +36,8 @@ def _asked(tree: Map, version: str, name: str) -> Asked | None:  # noqa: ARG001
 def _unsupported(output: Output) -> Mapping[str, Unsupported]:
     fixed = Unsupported("links that are fixed to each other need no joint", quiet=True)
     return {
-        **OF_MUJOCO,
-        **OF_PUBLISHERS,
+        **format.OF_MUJOCO,
+        **format.OF_PUBLISHERS,
         **unsupported_drives(output),
         "sensors.*.joint": fixed,
         "sensors.*.optical.joint": fixed,
@@ -63,17 +53,17 @@ FORMAT = Format(
     article="an",
     about="the model for Gazebo and Drake",
     rank=22,
-    covers=(*MODEL_KEYS, "urdf_elements"),
+    covers=(*format.MODEL_KEYS, "urdf_elements"),
     unsupported=_unsupported,
     options={
-        "number_format": NUMBER_FORMAT,
+        "number_format": format.NUMBER_FORMAT,
         "version": {
             "enum": ["1.9", "1.10", "1.11", "1.12", 1.9, 1.1, 1.11, 1.12],
             "description": "Version of the format; default: 1.9, or 1.11 if a joint follows another. Fortress reads up"
             " to 1.9, Harmonic up to 1.11, Ionic and Drake 1.12.",
         },
-        "height_maps": HEIGHT_MAPS,
-        "visuals": VISUALS,
+        "height_maps": format.HEIGHT_MAPS,
+        "visuals": format.VISUALS,
         "gazebo": {
             "enum": [True, False, "harmonic", "fortress", "classic"],
             "description": "The sensors, and who reads them: true or harmonic, fortress, with the frame of their"

@@ -73,17 +73,13 @@ SOLIDS = {
 
 
 class Content(NamedTuple):
-    """The links of an SDF with their inertials, and its frames with what they are attached to.
-
-    ``carrier`` is the link of SDF for each link, itself or the one that it is a frame of; the world has none.
-    ``canonical`` is the link that stands for the whole model, ``weightless`` are links that have the least mass.
-    """
+    """The links of an SDF with their inertials, and its frames with what they are attached to."""
 
     inertials: Mapping[str, Inertial]
     attached: Mapping[str, str]
-    carrier: Mapping[str, str]
-    canonical: str
-    weightless: tuple[str, ...]
+    carrier: Mapping[str, str]  # the link of SDF for each link: itself or the one that it is a frame of
+    canonical: str  # the link that stands for the model
+    weightless: tuple[str, ...]  # links that have the least mass
 
     def in_order(self, links: Iterable[str]) -> Iterator[str]:
         """Yield links in their order, but a frame after what it is attached to: Drake 1.51 places it wrongly before."""
@@ -283,10 +279,7 @@ def collision_elements(numbers: Mapping[str, str], present: Collection[str]) -> 
 
 
 def own_elements(texts: Sequence[str], *within: str) -> tuple[list[Element], Mapping[str, list[str]]]:
-    """Return the contents of the <sdf> of an entry: elements, and as text the contents of the elements ``within``.
-
-    ``within`` are the elements (tag/tag) that the entry has in any case; the texts are by those.
-    """
+    """Return the contents of the <sdf> of an entry: elements, and of those at the paths ``within`` their texts."""
     found, inner = list[Element](), dict[str, list[str]]()
     waiting = [("", block) for block in _elements(texts, "sdf")]
     while waiting:

@@ -29,18 +29,15 @@ _DEEPEST = 20  # nested models: more is a circle of includes
 
 @dataclass(eq=False)
 class Node:
-    """A link, a frame, a joint or a model: its element, the scope that it is in, its pose as written.
-
-    ``called`` is its name in the description, ``inner`` the scope of a model.
-    """
+    """A link, a frame, a joint or a model."""
 
     kind: str
     name: str
     element: Element
     scope: Scope
-    written: WrittenPose
-    called: str = ""
-    inner: Scope | None = None
+    written: WrittenPose  # its pose as written
+    called: str = ""  # its name in the description
+    inner: Scope | None = None  # the scope of a model
 
     @property
     def child(self) -> Element | None:

@@ -1,7 +1,6 @@
-"""Cache results of functions of a robot with the robot; and the user's cache folder (XDG).
+"""Results of functions that a robot caches, and the user's cache folder (XDG) of templates and names of artifacts.
 
-The folder has compiled templates and names of written artifacts; everything works without it.
-``ROSORIN_COMPILE_CACHE`` names another folder, or disables the cache if it is ``off``.
+Everything works without it: ``ROSORIN_COMPILE_CACHE`` names another folder, or disables the cache if it is ``off``.
 """
 
 from __future__ import annotations

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Any, NamedTuple
 
 from .wording import and_more, count_of, did_you_mean, first_of, nearest, phrase, printable, quote, split_lines
@@ -69,35 +68,25 @@ def _place(span: Span | None) -> str:
 
 
 class MadeSpan(Span):
-    """A place that a program made something of: ``text``, by the calls in ``via``, innermost first."""
+    """A place that a program made something of, by the calls in ``via``, innermost first."""
 
-    text: str = ""
     via: tuple[Related, ...] = ()
 
 
 @dataclass(frozen=True)
 class Suggestion:
-    """The help for an unknown name (``word``), computed for the diagnostics that are shown.
-
-    ``others`` are compared with it if no candidate is similar; if they are not either, ``otherwise`` is before the list
-    of candidates, or ``instead`` or ``details`` in its place; ``details`` also follow a similar name. ``none`` is the
-    help if there are no candidates. ``places`` are where they are defined.
-    """
+    """The help for an unknown name (``word``), computed for the diagnostics that are shown."""
 
     word: str
-    candidates: Collection[str]
-    otherwise: str = ""
-    instead: str = ""
-    details: str = ""
-    none: str = ""
-    places: Mapping[str, Span] = field(default_factory=dict)
-    others: Collection[str] = ()
+    candidates: Collection[str]  # one that is similar is suggested
+    otherwise: str = ""  # before the list of candidates, if none is similar
+    instead: str = ""  # in the place of that list
+    details: str = ""  # as ``instead``; also after a similar name
+    none: str = ""  # the help if there are no candidates
+    places: Mapping[str, Span] = field(default_factory=dict)  # where they are defined
+    others: Collection[str] = ()  # compared if no candidate is similar
 
     def __call__(self) -> str:
-        return self._help
-
-    @cached_property
-    def _help(self) -> str:
         is_other = self.others and nearest(self.word, self.candidates) is None and nearest(self.word, self.others)
         help = did_you_mean(self.word, self.others if is_other else self.candidates, self.otherwise) or self.none
         if help.startswith("did"):
@@ -215,10 +204,7 @@ class MissingPackages(RequestError, ImportError):
 
 
 class UnknownName(RequestError, KeyError):
-    """An argument names something that does not exist; the message has a suggestion.
-
-    ``owner`` is what lacks a ``name`` of a ``kind``; ``none`` is the help without candidates.
-    """
+    """An argument names something that does not exist: ``owner`` has no ``kind`` of that ``name``."""
 
     def __init__(self, kind: str, name: str, candidates: Iterable[str] = (), owner: str = "", none: str = "") -> None:
         super().__init__(kind, name, tuple(candidates), owner, none)

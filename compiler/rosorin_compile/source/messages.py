@@ -138,19 +138,16 @@ def merge_by_name(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
         same.append(diagnostic)
         for key in keys:
             known.setdefault(key, same)
-    return [diagnostic for same in groups for diagnostic in _with_other_places(same)]
-
-
-def _with_other_places(same: list[Diagnostic]) -> list[Diagnostic]:
-    """Return the first diagnostic with the places of the others; those at its own place stay separate."""
-    first = same[0]
-    separate = [other for other in same[1:] if other.span == first.span and other.rule == first.rule]
-    others = [other for other in same[1:] if other not in separate]
-    shown = [first.span, *(related.span for related in first.related)]
-    notes = [note for other in others for note in other.related if note.message.endswith(UNNAMED)]
-    new = {note.span: note for note in reversed(notes) if note.span not in shown}
-    places = dict.fromkeys(other.span for other in others if other.span and other.span not in (*shown, *new))
-    return [replace(first, related=(*first.related, *new.values(), *and_here(list(places)))), *separate]
+    result: list[Diagnostic] = []
+    for first, *rest in groups:  # the first with the places of the others; those at its own place stay separate
+        separate = [other for other in rest if other.span == first.span and other.rule == first.rule]
+        others = [other for other in rest if other not in separate]
+        shown = [first.span, *(related.span for related in first.related)]
+        notes = [note for other in others for note in other.related if note.message.endswith(UNNAMED)]
+        new = {note.span: note for note in reversed(notes) if note.span not in shown}
+        places = dict.fromkeys(other.span for other in others if other.span and other.span not in (*shown, *new))
+        result += [replace(first, related=(*first.related, *new.values(), *and_here(list(places)))), *separate]
+    return result
 
 
 def move_to_name(diagnostic: Diagnostic, offered: Offer | None) -> Diagnostic:

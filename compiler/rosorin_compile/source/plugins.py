@@ -108,14 +108,12 @@ def diagnostic_of(value: object) -> Diagnostic:
         raise TypeError(f"a Diagnostic is expected, not {str(value)[:60]!r}")
     if value.severity not in (ERROR, WARNING, NOTE):
         raise ValueError(f"the severity of {value.rule} is error, warning or note, not {str(value.severity)[:60]!r}")
-    for kind, fields in {str: ("rule", "message", "help"), tuple: ("related", "of", "numbers")}.items():
-        for field in fields:
-            if not isinstance(found := getattr(value, field), kind):
-                raise TypeError(f"{field} of a Diagnostic is a {kind.__name__}, not {str(found)[:60]!r}")
-    if not all(isinstance(related, Related) for related in value.related):
-        raise TypeError(f"related of a Diagnostic is a tuple of Related, not {str(value.related)[:60]!r}")
-    spans = [value.span, *(related.span for related in value.related)]
-    if not all(isinstance(span, Span) and span.line > 0 and span.column > 0 for span in spans if span is not None):
+    texts, related = (value.rule, value.message, value.help), value.related
+    spans = [value.span, *(getattr(one, "span", None) for one in related)]
+    are_spans = (isinstance(span, Span) and span.line > 0 and span.column > 0 for span in spans if span is not None)
+    if not (all(isinstance(text, str) for text in texts) and all(isinstance(one, Related) for one in related)):
+        raise TypeError(f"rule, message and help of a Diagnostic are texts, and related are Related: {texts}"[:200])
+    if not all(are_spans):
         raise TypeError("the place of a Diagnostic is a Span, with a line and a column")
     return replace(value, numbers=tuple(dict(value.numbers).items()), of=tuple(map(str, value.of)))
 

@@ -47,20 +47,15 @@ _ACCEPT, _IMPORTED = ("", "link", "joint", "link or joint"), ("", "always", "len
 
 @dataclass(frozen=True)
 class Rule:
-    """The entry of a rule on the page of rules; ``what`` and ``help`` are Markdown, ``topic`` is the heading.
-
-    ``accept``: what a description may name that breaks the rule ("link", "joint", "link or joint"). ``imported``:
-    whether a robot in another format is accepted like that ("always", "lenient"). ``asked``: what a run has to request
-    to check it ("meshes", "physics", "simulation").
-    """
+    """The entry of a rule on the page of rules."""
 
     id: str
-    what: str = ""
-    help: str = ""
-    topic: str = ""
-    accept: str = ""
-    imported: str = ""
-    asked: str = ""
+    what: str = ""  # Markdown
+    help: str = ""  # Markdown
+    topic: str = ""  # the heading
+    accept: str = ""  # what a description may name that breaks it: "link", "joint", "link or joint"
+    imported: str = ""  # a robot in another format is accepted like that: "always", "lenient"
+    asked: str = ""  # what a run requests to check it: "meshes", "physics", "simulation"
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():

@@ -12,16 +12,13 @@ Path = tuple[str | int, ...]
 
 
 class Instance(NamedTuple):
-    """How a piece of the tree got to its place: included, or instantiated (``made``), at ``span``, within ``parent``.
-
-    ``prefix`` is what a part puts before its names, with the prefixes of the parts around it.
-    """
+    """How a piece of the tree got to its place ``span``: included, or instantiated."""
 
     message: str
     span: Span
     parent: Instance | None = None
-    made: bool = False
-    prefix: str = ""
+    made: bool = False  # instantiated
+    prefix: str = ""  # what a part puts before its names, with the prefixes of the parts around it
 
     def stack(self) -> Iterator[Related]:
         """Yield the places passed through, innermost first; of very many only the first and the last."""
@@ -79,13 +76,7 @@ class Map(dict[str, "Any"]):
 
     def expression_keys(self) -> list[str]:
         """Return the keys whose values contain expressions."""
-
-        def is_calculated(value: Any) -> bool:
-            if isinstance(value, (Map, Seq)):
-                return any(map(is_calculated, value.values() if isinstance(value, Map) else value))
-            return isinstance(value, str) and "${" in value
-
-        return [key for key, value in self.items() if is_calculated(value)]
+        return [key for key, value in self.items() if "${" in str(value)]
 
     def copy(self) -> Map:
         """Return a mapping of the same entries, which may grow."""

@@ -128,15 +128,9 @@ def difference(name: str, other: str) -> str:
     from unicodedata import normalize
 
     pairs = ((name, other), (other, name))
-    if hidden := next(
-        (
-            hidden_letter(first)
-            for first, second in pairs
-            if hidden_letter(first) and hidden_letter(first) not in second
-        ),
-        "",
-    ):
-        return f"{in_words(hidden)}, which is invisible"
+    for first, second in pairs:
+        if (hidden := hidden_letter(first)) and hidden not in second:
+            return f"{in_words(hidden)}, which is invisible"
     if normalize("NFC", name) == normalize("NFC", other):
         return "the Unicode form (NFC, NFD)"
     if name.casefold() == other.casefold():

@@ -23,7 +23,6 @@ from rosorin_compile.source.tree import Map, Seq, Text
 NAME = "name"
 TABLES, TREES = (".csv", ".tsv"), (*Description.ENDINGS, ".json")
 _MAX_NODES = 20_000_000  # values of a list of variants
-_SEPARATOR = re.compile(r"sep=(.)\r?\n?\Z", re.IGNORECASE)  # the first line that some spreadsheets write
 
 
 class Variants:
@@ -90,13 +89,12 @@ class Variants:
         """Yield the cells, and the place of each, of every row of a table that is not empty. Raises LoadError."""
         lines, first = io.StringIO(self._source.text, newline="").readlines(), 0
         header = next((line for line in lines if line.strip()), "")
-        declared = _SEPARATOR.match(header)
-        delimiter = declared[1] if declared else max(",;\t|", key=re.sub('"[^"]*"', "", header).count)
+        delimiter = max(",;\t|", key=re.sub('"[^"]*"', "", header).count)
         rows = csv.reader(lines, delimiter=delimiter, skipinitialspace=True, strict=True)
         try:
             for cells in rows:
                 text = "".join(lines[first : rows.line_num])
-                if any(map(str.strip, cells)) and not _SEPARATOR.match(text):
+                if any(map(str.strip, cells)):
                     # A worker process gets the text of the row and not that of the list, but with the same line number.
                     yield cells, _places(Source(self.shown, "\n" * first + text), text, first + 1, delimiter)
                 first = rows.line_num

@@ -6,7 +6,6 @@ from rosorin_compile.extend import (
     FINE,
     PROBLEMS,
     Description,
-    Options,
     Run,
     check,
     check_options,
@@ -23,9 +22,9 @@ from .toy import ball
 @command("balls", group="inspect", help="list the balls of a robot", exits="0 listed, 1 the robot has errors")
 @robot_argument
 @robot_options
-def balls(options: Options) -> int:
+def balls(run: Run) -> int:
     """Print the balls of a robot; return the exit code."""
-    run, description = Run.alone(options)
+    description = run.only_robot()
     case = run.understood(description)
     if case is None:
         return PROBLEMS
@@ -42,9 +41,9 @@ def balls(options: Options) -> int:
 @check("parcel", help="check that the mass of all balls fits into a parcel")
 @check_options()
 @option("--most", type=float, default=4.0, metavar="KG", help="maximum mass of a parcel; default: 4")
-def parcel(options: Options) -> int:
+def parcel(run: Run) -> int:
     """Check the robots of the command line; return the exit code."""
-    return for_each(options, weigh)
+    return for_each(run, weigh)
 
 
 def weigh(run: Run, description: Description) -> int:
@@ -54,9 +53,9 @@ def weigh(run: Run, description: Description) -> int:
         return PROBLEMS
     balls = [link for link in case.robot.links if ball(link)]
     mass = sum(link.inertial.mass for link in balls)
-    if mass > run.options.most:
+    if mass > run.most:
         heaviest = max(balls, key=lambda link: link.inertial.mass)
-        message = f"the balls weigh {mass:.3g} kg, more than the limit of {run.options.most:g} kg"
+        message = f"the balls weigh {mass:.3g} kg, more than the limit of {run.most:g} kg"
         place = case.link(heaviest.name, "inertial", "mass")
         run.console.show([case.problem("ball-too-heavy", message, place, "use smaller balls")])
         return PROBLEMS

@@ -12,7 +12,7 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.source.system import pip_install
-from rosorin_compile.variants import pool
+from rosorin_compile.variants import compiling as pool
 from support.commands import Shown
 from support.paths import data_text
 

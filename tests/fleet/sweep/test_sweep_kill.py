@@ -33,7 +33,7 @@ PROJECT = {
 import os, signal, sys
 from pathlib import Path
 from rosorin_compile.cli.main import main
-from rosorin_compile.variants import compiling, writing
+from rosorin_compile.variants import compiling, sweep
 
 def dying(job, variant):
     if variant.name == "r5" or (variant.name == "r9" and not Path("died").exists()):
@@ -43,7 +43,7 @@ def dying(job, variant):
     return compiling.compile_variant(job, variant)
 
 if __name__ == "__main__":
-    writing.compile_variant = dying
+    sweep.compile_variant = dying
     sys.exit(main(["sweep", "mast", "--over", "a.csv", "-o", "out", "-j", "2"]))
 """,
 }

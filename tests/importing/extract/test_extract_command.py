@@ -34,29 +34,6 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 URDF = data_text("robots/extract_command_urdf.urdf")
 
 
-def test_boxes_are_yaml_that_can_be_included(here: Path, capsys: Said) -> None:
-    assert main(["extract", "boxes", "brick.stl", "-o", "boxes.yaml"]) == 0
-    assert (here / "boxes.yaml").read_text() == (
-        "# rosorin-compile extract boxes brick.stl\n"
-        "links:\n"
-        "  brick:\n"
-        "    collision:\n"
-        "      - {box: {min: [0, 0, 0], max: [0.2, 0.1, 0.06]}}\n"
-        "    source: {status: calculated, note: axis-aligned box around brick.stl}\n"
-    )
-    assert capsys.readouterr().out.splitlines() == [
-        "part   shape             volume          overhang  overlap",
-        "brick  box           1200.0 cm3      0.0 cm3 (0%)     100%",
-        "brick  oriented box  1200.0 cm3      0.0 cm3 (0%)     100%",
-        "brick  cylinder      2136.3 cm3   936.3 cm3 (44%)     100%",
-        "brick  capsule       2845.2 cm3  1645.2 cm3 (58%)     100%",
-        "brick  stack of 4    1200.0 cm3      0.0 cm3 (0%)     100%",
-        "written: boxes.yaml",
-    ]
-    (here / "robot.yaml").write_text("robot: brick\ninclude: [boxes.yaml]\noutputs: {urdf: {file: brick.urdf}}\n")
-    assert compile_robot(Path("robot.yaml")).robot is not None
-
-
 @pytest.mark.parametrize("shape", ["box", "oriented_box", "cylinder", "capsule", "stack", "smallest"])
 def test_every_shape_can_be_written(here: Path, shape: str) -> None:
     assert main(["extract", "boxes", "brick.stl", "--shape", shape, "--stack", "3", "-o", "boxes.yaml"]) == 0
@@ -85,15 +62,6 @@ def test_links_of_a_robot_in_their_own_frames(here: Path, capsys: Said) -> None:
     assert "{box: {min: [0, 0, 0], max: [0.2, 0.1, 0.06]}}" in capsys.readouterr().out
 
 
-def test_description_is_a_robot_too(here: Path, capsys: Said) -> None:
-    text = (
-        "robot: r\nlinks: {a: {visual: [{mesh: {file: brick.stl}, xyz: [0, 0, 1]}]}}\noutputs: {urdf: {file: r.urdf}}\n"
-    )
-    (here / "r.yaml").write_text(text)
-    assert main(["extract", "boxes", "r.yaml"]) == 0
-    assert "{box: {min: [0, 0, 1], max: [0.2, 0.1, 1.06]}}" in capsys.readouterr().out
-
-
 def test_heightmap_of_a_link_in_another_frame(here: Path, capsys: Said) -> None:
     assert here.is_dir()
     words = "extract heightmap robot.urdf --link body --frame floor --from visual --format json --cell 2cm"
@@ -102,29 +70,6 @@ def test_heightmap_of_a_link_in_another_frame(here: Path, capsys: Said) -> None:
     Draft7Validator(SCHEMA["properties"]["chassis_heightmap"]).validate(found)
     assert (found["frame"], found["cell"], found["origin_xy"]) == ("floor", 0.02, [-0.1, 0])
     assert found["z"] == [[0.16] * 10] * 5
-
-
-def test_heightmap_as_yaml(here: Path, capsys: Said) -> None:
-    assert here.is_dir()
-    words = ["extract", "heightmap", "brick.stl", "--frame", "base_footprint", "--cell", "50mm", "--step", "2cm"]
-    assert main([*words, "--xyz", "-100mm,-5cm,0.025", "-o", "map.yaml"]) == 0
-    said = capsys.readouterr()
-    assert said.err == ""
-    assert said.out.splitlines() == [
-        "4 x 2 cells of 50 mm from x -0.1, y -0.05; 8 of 8 have a height, 0.085 to 0.085 m",
-        "written: map.yaml",
-    ]
-    (entry,) = yaml.safe_load(Path("map.yaml").read_text())["links"]["base_footprint"]["collision"]
-    assert entry == {
-        "height_map": {
-            "origin": [-0.1, -0.05],
-            "cell": "50 mm",
-            "step": "20 mm",
-            "method": "highest point of each triangle in each cell",
-            "heights": [[0.085, 0.085]] * 4,
-        },
-        "source": {"status": "calculated", "note": "top of brick.stl"},
-    }
 
 
 def test_the_bottom_stands_in_the_map_and_compiles(here: Path, capsys: Said) -> None:
@@ -140,28 +85,6 @@ def test_the_bottom_stands_in_the_map_and_compiles(here: Path, capsys: Said) -> 
     for more in (["--format", "json"], ["--into", "r.yaml"]):
         assert main([*words, *more]) == 2
         assert "--bottom excludes --into and JSON" in capsys.readouterr().err
-
-
-def test_size_and_cells_and_origin(here: Path, capsys: Said) -> None:
-    assert here.is_dir()
-    words = ["extract", "heightmap", "brick.stl", "--format", "json", "--cell", "1cm"]
-    for more in (["--size", "300mm,23cm"], ["--cells", "30x23"]):
-        assert main([*words, "--origin", "-.05,-50mm", *more]) == 0
-        found = json.loads(capsys.readouterr().out)["result"]
-        assert (len(found["z"]), len(found["z"][0]), found["origin_xy"]) == (30, 23, [-0.05, -0.05])
-
-
-def test_what_is_not_carried_is_said(here: Path, capsys: Said) -> None:
-    assert here.is_dir()
-    words = ["extract", "heightmap", "brick.stl", "--origin", "0,0", "--cells", "10x20", "--xyz", "0,-1cm,-10mm"]
-    assert main(words) == 0
-    lines = capsys.readouterr().err.splitlines()
-    assert lines[:4] == [
-        "warning[height-map-outside]: the mesh reaches beyond the grid: 100.0 mm at high x, 10.0 mm at low y",
-        "    use a larger grid: --origin and --cells, or leave both out",
-        "note[height-map-below]: the mesh reaches 10.0 mm below z = 0 of brick, where a height map begins",
-        "    is --xyz right?",
-    ]
 
 
 def test_millimetres_are_suspected_and_scaled(here: Path, capsys: Said) -> None:

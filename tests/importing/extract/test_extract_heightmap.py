@@ -32,16 +32,6 @@ def test_box_on_the_lines_of_the_grid_fills_its_cells_and_no_others() -> None:
     same(heights, wanted)
 
 
-def test_box_with_a_hole_is_empty_in_the_hole() -> None:
-    walls = [((0.02, 0.02), (0.04, 0.08)), ((0.1, 0.02), (0.12, 0.08)), ((0.04, 0.02), (0.1, 0.04))]
-    walls.append(((0.04, 0.06), (0.1, 0.08)))
-    mesh = np.concatenate([box((*low, 0), (*high, 0.05)) for low, high in walls])
-    wanted = np.zeros(GRID.cells)
-    wanted[2:12, 2:8] = 0.05
-    wanted[4:10, 4:6] = 0
-    same(surface_heights(mesh, GRID), wanted)
-
-
 def test_ramp_is_exact_at_the_upper_end_of_each_cell() -> None:
     heights = surface_heights(RAMP, GRID)
     wanted = np.outer(0.5 * CELL * np.arange(1, 21), np.ones(10))
@@ -119,12 +109,6 @@ def test_below_cuts_at_the_height(triangles: np.ndarray, limit: float) -> None:
         if 0 <= i < 5 and 0 <= j < 4 and inside:
             assert heights[i, j] >= z - 1e-9
     assert (heights <= all_heights + steepest(triangles) * 3e-5 * CELL + 1e-9).all()
-
-
-def test_below_leaves_walls_that_are_cut() -> None:
-    heights = surface_heights(cut_above(box((0.02, 0.03, 0), (0.15, 0.08, 0.2)), 0.05), GRID)
-    assert heights[2, 5] == 0.05
-    assert heights[8, 5] == 0
 
 
 def test_the_bottom_is_the_lowest_point_of_a_body() -> None:

@@ -1,12 +1,9 @@
 """Two compiled models are the same robot or not: every planted difference is told, and what differs by right is not.
 
 ``compared/everything.xml`` has an object of every kind. A difference is planted in its text, where a person would make
-it, and in every compared array of its model.
+it.
 """
 
-import copy
-import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +11,6 @@ import pytest
 import yaml
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
-
-from mujoco.introspect import structs  # noqa: E402
 
 from rosorin_compile.mujoco.mjcf import compare_models  # noqa: E402
 from support.paths import DATA, data_text  # noqa: E402
@@ -125,75 +120,6 @@ def _no_log() -> Any:
     mujoco.set_mju_user_warning(lambda _: None)
     yield
     mujoco.set_mju_user_warning(None)
-
-
-@pytest.fixture(name="everything", scope="module")
-def _everything() -> Any:
-    return compiled(TEXT)
-
-
-# Arrays of mjModel that are not compared, besides those that follow from others and addresses.
-IN_NO_OBJECT = re.compile(
-    "(bvh|oct|M|B|C|D|mapM2|mapD2|efm0|efmC|ten_J|flexedge_J|flexedge_rigid|tree|names?|paths|plugin|exclude)_?.*"
-    "|mesh_(graph|poly.*|vert|normal)|qpos0|qpos_spring|history"
-)
-# Arrays that cannot be changed alone: a planted text above changes them.
-NOT_ALONE = (
-    *("text_data", "wrap_type", "wrap_prm", "eq_type", "eq_objtype", "geom_dataid", "pair_geom2"),
-    *(
-        "body_parentid",
-        "jnt_bodyid",
-        "jnt_type",
-        "body_mocapid",
-        "actuator_plugin",
-        "site_quat",
-        "mesh_pos",
-        "mesh_quat",
-    ),
-    *("actuator_dyntype", "actuator_actnum"),
-)
-# Rows that count for nothing: of a geom that touches nothing, of a tendon of joints, of what does not limit.
-SOME_ROWS = re.compile(
-    ".*(solref|solimp|margin|range|user|lengthspring|data|rgba|width|id|trnid|prm)|(body|geom|site|key)_.*|jnt_(pos|axis)|cam_quat|light_dir"
-)
-
-
-def _arrays() -> Iterator[str]:
-    for field in structs.STRUCTS["mjModel"].fields:
-        is_compared = field.name in dict(compare_models.arrays()) and not IN_NO_OBJECT.fullmatch(field.name)
-        if is_compared and field.name not in NOT_ALONE:
-            yield field.name
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("field", list(_arrays()))
-def test_a_difference_in_any_array_is_told(everything: Any, field: str) -> None:
-    """A new array of MuJoCo fails until it is compared, or known to follow from others."""
-    data = getattr(everything, field)
-    rows = range(len(data)) if SOME_ROWS.fullmatch(field) else {0, len(data) - 1} if data.size else ()
-    seen = (any(compared(everything, planted) for planted in _planted(everything, field, row)) for row in rows)
-    assert not data.size or (any(seen) if SOME_ROWS.fullmatch(field) else all(seen))
-
-
-def _planted(model: Any, field: str, row: int) -> Iterator[Any]:
-    """Yield copies of a model with one number of an array changed: the first and the last of a row."""
-    shape = getattr(model, field).shape if not isinstance(getattr(model, field), bytes) else ()
-    for column in {0, shape[1] - 1} if len(shape) > 1 and shape[1] else {None}:
-        made = copy.copy(model)
-        array = getattr(made, field)
-        if isinstance(array, bytes):
-            return
-        at = row if column is None else (row, column)
-        kind = array.dtype.kind
-        if kind == "b":
-            array[at] = not array[at]
-        elif field.endswith("id") and kind == "i" and array[at] > 0:
-            array[at] -= 1
-        elif kind in "iu":
-            array[at] += 1
-        else:
-            array[at] = array[at] * 1.5 + 0.125
-        yield made
 
 
 def _moved(one: str, other: str) -> tuple[float, str]:

@@ -3,22 +3,18 @@
 import math
 import random
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
-from rosorin_compile.formats.imported_robot import ReadOptions  # noqa: E402
 from rosorin_compile.formats.templating import Templates  # noqa: E402
-from rosorin_compile.language.lower import lower  # noqa: E402
 from rosorin_compile.model import Cylinder, HeightMap, Joint, Limit, Link, Mesh, Output, Pose, Robot, Shape, Sphere  # noqa: E402
 from rosorin_compile.model.robot import JointPose  # noqa: E402
 from rosorin_compile.model.simulation import Contact  # noqa: E402
 from rosorin_compile.mujoco.mjcf.compare_models import may_touch  # noqa: E402
 from rosorin_compile.mujoco.mjcf.contacts import CANNOT, contacts, refused_by_mjx  # noqa: E402  # noqa: E402
-from rosorin_compile.mujoco.mjcf.robot import read_mjcf  # noqa: E402
 from rosorin_compile.mujoco.mjcf.write import write  # noqa: E402
 from support.machines import BODY, robot_of  # noqa: E402
 from support.simulator import BASES, emit, load, pose, random_states  # noqa: E402
@@ -162,38 +158,6 @@ def _layered(link: Link, chance: random.Random) -> tuple[Shape, ...]:
     bits = [{word: chance.choice([None, 1.0, 2.0, 3.0]) for word in ("contype", "conaffinity")} for _ in "123456"]
     contacts = [Contact(values) if chance.random() < 0.5 else None for values in bits]
     return tuple(replace(shape, contact=chance.choice(contacts)) for shape in link.collision)
-
-
-FOREIGN = """<mujoco><option>{flag}</option><worldbody><body name="base">{free}<geom size=".1"/>
-<body name="camera" pos=".3 0 .15"><geom name="eye" size=".1"/></body>
-<body name="arm" pos="0 0 .15"><joint name="turn" axis="0 0 1"/><geom size=".1"/>
-<body name="tool" pos="0 .3 0"><geom name="tip" size=".1"/></body></body></body></worldbody>{contact}</mujoco>"""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("free", "flag", "contact", "disabled"),
-    [
-        ("<freejoint/>", "", "", []),  # MuJoCo keeps them apart in ours too, which names no pair then
-        ("", "", "", []),
-        ("<freejoint/>", '<flag filterparent="disable"/>', "", []),
-        ("<freejoint/>", "", '<contact><pair geom1="eye" geom2="tip"/></contact>', []),
-        ("", "", '<contact><exclude body1="tool" body2="camera"/></contact>', [["tool", "camera"]]),
-    ],
-)
-def test_what_mujoco_keeps_apart_in_a_file_stays_apart(
-    tmp_path: Path, free: str, flag: str, contact: str, disabled: list[list[str]]
-) -> None:
-    path = tmp_path / "robot.xml"
-    path.write_text(FOREIGN.format(free=free, flag=flag, contact=contact), "utf-8")
-    made = read_mjcf(path, ReadOptions())
-    assert made.tree is not None
-    assert [list(entry["links"]) for entry in made.tree.get("disabled_contacts") or ()] == disabled
-    robot = lower(made.tree).robot
-    assert robot is not None
-    (output,) = [one for one in robot.outputs if one.backend == "mjcf"]
-    assert ("<pair " in write(robot, output, Templates())[0]) == ("pair" in contact)
-    assert not [one for one in made.diagnostics if "pairs" in one.message]
 
 
 @pytest.mark.slow

@@ -56,27 +56,6 @@ def test_static_frames_of_other_nodes_are_there_once_if_their_numbers_are_known(
     np.testing.assert_allclose(frame(data, "site", "laser_optical"), matrix(expected), atol=1e-12)
 
 
-def test_inertials_are_those_of_the_description():
-    robot = machine()
-    model, _ = load(emit(robot))
-    for link in robot.links:
-        body = model.body(link.name)
-        if link.inertial is None:
-            assert body.mass[0] == 0
-            continue
-        real = link.inertial
-        turn = np.array(real.pose.transform().rows)
-        tensor = np.array(
-            [[real.ixx, real.ixy, real.ixz], [real.ixy, real.iyy, real.iyz], [real.ixz, real.iyz, real.izz]]
-        )
-        principal = np.empty(9)
-        mujoco.mju_quat2Mat(principal, body.iquat)
-        axes = principal.reshape(3, 3)
-        assert body.mass[0] == real.mass
-        np.testing.assert_array_equal(body.ipos, real.pose.xyz)
-        np.testing.assert_allclose(axes @ np.diag(body.inertia) @ axes.T, turn @ tensor @ turn.T, rtol=1e-9, atol=1e-14)
-
-
 def test_mass_matrix_and_bias_forces_are_those_of_pinocchio_on_the_urdf():
     robot = machine()
     model, data = load(emit(robot))
@@ -97,13 +76,6 @@ def test_mass_matrix_and_bias_forces_are_those_of_pinocchio_on_the_urdf():
         np.testing.assert_allclose(full, judged[np.ix_(order, order)], rtol=1e-9, atol=1e-12)
         bias = pinocchio.nonLinearEffects(judge, judge_data, q, v)
         np.testing.assert_allclose(data.qfrc_bias, bias[order], rtol=1e-9, atol=1e-9)
-
-
-def test_geoms_never_bring_mass():
-    robot = machine()
-    for base in BASES:
-        model, _ = load(emit(robot, base))
-        assert model.body_mass.sum() == pytest.approx(sum(link.inertial.mass for link in robot.links if link.inertial))
 
 
 @pytest.mark.parametrize(

@@ -1,17 +1,16 @@
 """What people expect of an MJCF: classes, groups, materials and a key home; to MuJoCo the robot is the same."""
 
 import re
-import warnings
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
 from rosorin_compile.model import Shape  # noqa: E402
 from rosorin_compile.model.shape import Material  # noqa: E402
+from rosorin_compile.mujoco.mjcf.compare_models import Comparison  # noqa: E402
 from support.machines import machine, overlapping  # noqa: E402
 from support.paths import data_text  # noqa: E402
 from support.robots import compiled_text, sound  # noqa: E402
@@ -44,23 +43,10 @@ def test_joints_that_move_alike_share_a_class_with_their_actuators(tmp_path: Pat
         assert servo.biasprm[:3].tolist() == [0, -125, -1.5]
 
 
-def arrays(model: mujoco.MjModel) -> dict[str, np.ndarray]:
-    """Return what a model computes with: of geoms those that collide, of names none."""
-    solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-    made = {}
-    for name in dir(model):
-        value = getattr(model, name) if not name.startswith("_") else None
-        if isinstance(value, np.ndarray) and not re.match(r"names|name_|mat_|geom_(group|matid)", name):
-            made[name] = value[solid] if name.startswith("geom_") and len(value) == model.ngeom else value
-    return made
-
-
 @pytest.mark.parametrize("base", ["fixed", "free"])
 def test_collision_shapes_that_are_seen_change_nothing_that_moves(base: str) -> None:
     (seen, _), (bare, _) = (load(emit(machine(), base, visuals=one)) for one in ("from_collision", "own"))
-    one, other = arrays(seen), arrays(bare)
-    assert one.keys() == other.keys()
-    assert [name for name in one if not np.array_equal(one[name], other[name])] == []
+    assert Comparison(mujoco, bare, seen, {}).run() == []
     assert seen.ngeom == bare.ngeom
     assert set(seen.geom_group) == {2}
     assert set(bare.geom_group) == {0}
@@ -108,34 +94,8 @@ def test_home_is_the_first_key_and_within_limits(tmp_path: Path) -> None:
     assert model.key("home").qpos.tolist() == [0, 2, 0, 0, 0, 0, 0, 0]
 
 
-def floor_gap(text: str, key: str) -> float:
-    floor = '<geom name="the_floor" type="plane" size="0 0 1"/>'
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        model = mujoco.MjModel.from_xml_string(text.replace("<worldbody>", f"<worldbody>{floor}"))
-    data = mujoco.MjData(model)
-    mujoco.mj_resetDataKeyframe(model, data, model.key(key).id)
-    mujoco.mj_forward(model, data)
-    solid = [at for at in range(model.ngeom) if model.geom(at).contype[0] and model.geom(at).name != "the_floor"]
-    ends, plane = np.zeros(6), model.geom("the_floor").id
-    return min(mujoco.mj_geomDistance(model, data, plane, geom, 10.0, ends) for geom in solid)
-
-
-def test_a_free_base_stands_on_the_floor_in_every_pose() -> None:
-    """With boxes, capsules, cylinders and spheres, turned in every way."""
-    text = emit(machine(), "free")
-    for key in ("home", "up"):
-        assert floor_gap(text, key) == pytest.approx(0.0, abs=1e-6)
-
-
 def test_a_root_that_the_description_places_stays_there(tmp_path: Path) -> None:
     outputs = "outputs: {mjcf: {file: pair.xml, base: free}}\n"
-    for said, height in (("root: {xyz: [0, 0, 0]}\n", 0.0), ("root: {xyz: [1, 0, 2]}\n", 2.0), ("", None)):
-        folder = tmp_path / f"at_{height}"
-        folder.mkdir()
-        _, artifacts, _ = sound(compiled_text(folder, ARMS + said + outputs))
-        model, _ = load(artifacts["mjcf"])
-        if height is None:
-            assert floor_gap(artifacts["mjcf"], "home") == pytest.approx(0.0, abs=1e-6)
-        else:
-            assert model.body("trunk").pos[2] == model.key("home").qpos[2] == height
+    for said, height in (("root: {xyz: [0, 0, 0]}\n", 0.0), ("root: {xyz: [1, 0, 2]}\n", 2.0)):
+        model, _ = load(pair(tmp_path / f"at_{height}", said + outputs))
+        assert model.body("trunk").pos[2] == model.key("home").qpos[2] == height

@@ -10,7 +10,7 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 from rosorin_compile.model import Robot  # noqa: E402
 from rosorin_compile.source.diagnostics import ERROR, WARNING  # noqa: E402
 from support.robots import RECORDED, compiled  # noqa: E402
-from support.simulator import BASES, contacts, frame, load, matrix, no_warning, pose, random_states  # noqa: E402
+from support.simulator import BASES, contacts, frame, load, pose, random_states  # noqa: E402
 
 pytestmark = pytest.mark.slow
 
@@ -28,35 +28,6 @@ def made(request) -> tuple[Robot, str]:
     (text,) = [artifact.text for artifact in result.artifacts if artifact.file == "rosorin.xml"]
     assert ("<freejoint" in text) == (request.param == "free")
     return result.robot, text
-
-
-def test_it_compiles_without_a_warning_and_has_every_frame(made):
-    robot, text = made
-    model, _ = load(text)
-    for link in robot.links:
-        assert model.body(link.name).id
-        assert model.site(link.name).bodyid[0] == model.body(link.name).id
-    frames = {"laser", "imu_link", "camera_link", "depth_camera_link", "end_effector_link", "base_footprint"}
-    assert frames <= {model.site(i).name for i in range(model.nsite)}
-    joints = {model.joint(i).name for i in range(model.njnt)}
-    wheels = {name for name in joints if "_wheel_" in name}
-    assert len(wheels) == 4 * (1 + 9)
-    assert joints - wheels - {"base_footprint_free"} == {f"joint{n}" for n in range(1, 6)} | FINGERS
-
-
-@pytest.mark.landing("engines", "free")
-def test_every_frame_is_where_the_model_has_it(made):
-    robot, text = made
-    model, data = load(text)
-    stands = frame(data, "body", robot.root)[:, 3] if "<freejoint" in text else np.zeros(3)
-    assert np.abs(stands).max() < 1e-4, "its wheels touch the floor of the description, to a tenth of a millimetre"
-    for state in random_states(robot, STATES):
-        pose(robot, model, data, state)
-        for link in robot.links:
-            expected = matrix(robot.pose_in_root(link.name, state))
-            expected[:, 3] += stands
-            for kind in ("body", "site"):
-                np.testing.assert_allclose(frame(data, kind, link.name), expected, atol=1e-12)
 
 
 @pytest.mark.parametrize("check", RECORDED["tf"], ids=lambda check: f"{check['from']}-{check['to']}")
@@ -97,35 +68,3 @@ def test_nothing_touches_at_the_zero_pose_and_no_pair_touches_always(made):
         seen.update(contacts(model, data))
     assert seen, "boxes that never touch would make this test blind"
     assert max(seen.values()) < STATES / 2, seen.most_common(3)
-
-
-def outside_limits(model, data) -> float:
-    """Return by how much the worst joint is beyond its limit (rad); negative within."""
-    limited = model.jnt_limited.astype(bool)
-    at = data.qpos[model.jnt_qposadr[limited]]
-    lower, upper = model.jnt_range[limited].T
-    return float(np.maximum(lower - at, at - upper).max())
-
-
-def servo_errors(model, data) -> np.ndarray:
-    held = [i for i in range(model.nu) if "_wheel_" not in model.actuator(i).name]
-    joints = model.actuator_trnid[held, 0]
-    return np.abs(data.qpos[model.jnt_qposadr[joints]] - data.ctrl[held])
-
-
-@pytest.mark.parametrize("timestep", [0.002, 0.005])
-@pytest.mark.parametrize("gravity", [-9.81, 0.0])
-def test_a_second_from_the_tuck_pose_stays_finite_and_within_limits(made, timestep, gravity):
-    _, text = made
-    model, data = load(text)
-    model.opt.timestep, model.opt.gravity[2] = timestep, gravity
-    mujoco.mj_resetDataKeyframe(model, data, model.key("tuck").id)
-    assert outside_limits(model, data) < 0
-    with no_warning():
-        for _ in range(round(1.0 / timestep)):
-            mujoco.mj_step(model, data)
-            assert np.isfinite(data.qpos).all()
-            assert outside_limits(model, data) <= 0
-    assert not any(warning.number for warning in data.warning)
-    assert np.abs(data.qvel[-11:]).max() < 0.01, "the servos have not come to rest"
-    assert servo_errors(model, data).max() < 0.1

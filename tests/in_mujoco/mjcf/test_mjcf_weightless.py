@@ -26,10 +26,7 @@ def test_they_have_the_least_mass_that_mujoco_loads(tmp_path):
     _, artifacts, made = sound(compiled_text(tmp_path, ROBOT))
     model = mujoco.MjModel.from_xml_string(artifacts["mjcf"])
     assert [model.body(name).mass[0] for name in ("rail", "cart", "swing", "plate", "body")] == [0, 1e-15, 1e-15, 0, 2]
-    assert [d.message for d in made.diagnostics if "without mass" in d.message] == [
-        'MuJoCo loads no moving body without mass: link "cart" and 1 more, whose mass hangs on further joints,'
-        " have 1e-15 kg in the MJCF"
-    ]
+    assert any("without mass: cart, swing with" in one.message for one in made.diagnostics)
     assert "1e-15" not in artifacts["urdf"]
 
 

@@ -7,8 +7,7 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 
 from rosorin_compile.model import Pose  # noqa: E402
 from support.engines import rpy_matrix  # noqa: E402
-from support.paths import ROSORIN, data_text  # noqa: E402
-from support.robots import compiled  # noqa: E402
+from support.paths import data_text  # noqa: E402
 from support.simulator import GRAVITY, distance, emitted, frame, load, no_warning, probe, rays, room, said, sensor  # noqa: E402
 
 pytestmark = pytest.mark.slow
@@ -197,20 +196,6 @@ joints:
     weight = rpy_matrix(*rpy).T @ [0, 0, mass * GRAVITY]
     np.testing.assert_allclose(said(found, "probe_force"), weight, atol=1e-9)
     np.testing.assert_allclose(said(found, "probe_torque"), np.cross(lever, weight), atol=1e-9)
-
-
-def test_the_sensors_of_the_reference_robot_simulate():
-    held = compiled(ROSORIN, {"base": "fixed"})
-    (text,) = [artifact.text for artifact in held.artifacts if artifact.backend == "mjcf"]
-    model, data = load(text)
-    names = [model.sensor(i).name for i in range(model.nsensor)]
-    assert names == ["imu_gyro", "imu_accelerometer", *(f"lidar_{i:02}" for i in range(36))]
-    assert [model.camera(i).name for i in range(model.ncam)] == ["camera"]
-    up = frame(data, "site", "imu_link")[:, 2]
-    reading = data.sensor("imu_accelerometer").data
-    np.testing.assert_allclose(reading @ np.eye(3)[2], GRAVITY * up[2], atol=1e-9)
-    lidar = frame(data, "site", "laser")
-    np.testing.assert_allclose(frame(data, "site", "lidar_site_18")[:, 2], lidar[:, 0], atol=1e-12)
 
 
 PART = data_text("robots/sensor_types_part.yaml")

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile import check_parameters
-from rosorin_compile.cli.command import Options
 from rosorin_compile.cli.main import main
+from rosorin_compile.cli.run import Run
 from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic
 from rosorin_compile.source.project import Description
@@ -24,7 +24,7 @@ STOCK = sorted(one for one in (DATA / "stock").glob("*/*.yaml") if one.name != "
 CASES = sorted(one for one in FOLDER.glob("*/*.yaml") if one.name != "robot.yaml" and ".launch" not in one.name)
 
 
-def options(case: Path) -> Options:
+def options(case: Path) -> Run:
     lines = case.read_text("utf-8").splitlines()
     words = next((line.split()[2:] for line in lines if line.startswith("# options: ")), [])
     if words[:1] == ["--controllers"]:

@@ -4,11 +4,13 @@ import math
 from typing import Any
 
 import pytest
+import yaml
 
 from rosorin_compile.ros.parameter_files import NoParameters, Section, nodes_of, read_sections
 from rosorin_compile.source.diagnostics import Source
 from support.paths import data_text
 
+CASES = yaml.safe_load(data_text("cases/files_of_parameters.yaml"))
 FILE = data_text("robots/files_of_parameters.yaml")
 
 
@@ -38,34 +40,7 @@ def test_what_a_launch_file_puts_in_has_no_type() -> None:
     assert [key for key, one in values.items() if one.substituted] == ["path", "mixed"]
 
 
-@pytest.mark.parametrize(
-    ("text", "wanted"),
-    [
-        ("yes", True),
-        ("Off", False),
-        ('"yes"', "yes"),
-        ("12.5 mm", "12.5 mm"),
-        ("010", 8),
-        ("08", 8.0),
-        ("-0x1f", -31),
-        ("1e3", 1000.0),
-        (".5", 0.5),
-        ("99999999999999999999", 1e20),
-        ("-9223372036854775808", -(2**63)),
-        ("1e400", "1e400"),
-        ("1e-310", "1e-310"),
-        ("0e-400", 0.0),
-        ("!!str 1", "1"),
-        ("-.inf", -math.inf),
-        ("infinity", math.inf),
-        ("null", "null"),
-        ("~", "~"),
-        ("1_000", "1_000"),
-        ("2026-11-22", "2026-11-22"),
-        ("[1, 2]", [1, 2]),
-        ("[]", []),
-    ],
-)
+@pytest.mark.parametrize(("text", "wanted"), CASES["values_are_those_of_rcl"])
 def test_values_are_those_of_rcl(text: str, wanted: Any) -> None:
     found = value(text)
     assert (found, type(found)) == (wanted, type(wanted))
@@ -76,50 +51,19 @@ def test_not_a_number() -> None:
     assert math.isnan(value("nan"))
 
 
-@pytest.mark.parametrize(
-    ("pattern", "name", "fits"),
-    [
-        ("/**", "/a/b/c", True),
-        ("/*", "/a/b", False),
-        ("/*", "/a", True),
-        ("/a/**", "/a/b/c", True),
-        ("/**/b", "/b", True),
-    ],
-)
+@pytest.mark.parametrize(("pattern", "name", "fits"), CASES["patterns"])
 def test_patterns(pattern: str, name: str, fits: bool) -> None:
     section = parsed(f"{pattern}: {{ros__parameters: {{a: 1}}}}\n")[0]
     assert section.matches(name) is fits
 
 
-@pytest.mark.parametrize(
-    ("text", "place"),
-    [
-        ("ros__parameters: {a: 1}\n", (1, 1)),
-        ("node: {ros__parameters: {}, a: 1}\n", (1, 29)),
-        ("n: {ros__parameters: {a: {}, b: 1}}\n", (1, 30)),
-        ("n: {ros__parameters: {'': 1}}\n", (1, 23)),
-        ("'': {m: {ros__parameters: {a: 1}}}\n", (1, 1)),
-        ("n: {ros__parameters: {a: 1}, ros__parameters: {b: 1}}\n", (1, 30)),
-        ("n: {/m: {ros__parameters: {a: 1}}}\n", (1, 5)),
-        ("/n/: {ros__parameters: {a: 1}}\n", (1, 1)),
-        ("~: {ros__parameters: {a: 1}}\n", (1, 1)),
-        ("node: {ros__parameters: 3}\n", (1, 25)),
-        ("node: {ros__parameters: {a: [[1]]}}\n", (1, 30)),
-        ("n: {ros__parameters: {x: {a: {}, b: 1}, c: 2}}\n", (1, 34)),
-        ("n: {ros__parameters: {a: 1}, m: {ros__parameters: {a: 1}}}\n", (1, 30)),
-        ("my node: {ros__parameters: {a: 1}}\n", (1, 1)),
-        ("node: {ros__parameters: {a: [0, 0.5]}}\n", (1, 33)),
-        ("node: {ros__parameters: {a: }}\n", (1, 29)),
-        ("node: {ros__parameters: {a: &x 1, b: *x}}\n", (1, 38)),
-        ("- 1\n", (1, 1)),
-    ],
-)
-def test_what_rcl_refuses(text: str, place: tuple[int, int]) -> None:
+@pytest.mark.parametrize(("text", "place"), CASES["what_rcl_refuses"])
+def test_what_rcl_refuses(text: str, place: list[int]) -> None:
     with pytest.raises(NoParameters) as raised:
         parsed(text)
     found = raised.value.diagnostic
     assert found.span is not None
-    assert ((found.span.line, found.span.column), found.rule) == (place, "parameters-syntax")
+    assert ([found.span.line, found.span.column], found.rule) == (place, "parameters-syntax")
 
 
 @pytest.mark.parametrize(
@@ -136,16 +80,7 @@ def test_a_node_may_be_in_forty_mappings() -> None:
     assert nodes_of(f"{'{a: ' * 40}{{ros__parameters: {{rate: 1}}}}{'}' * 40}") == {"/".join("a" * 40): {"rate": 1}}
 
 
-@pytest.mark.parametrize(
-    ("text", "told", "wanted"),
-    [
-        ("a: [{b: [x, z]}]", "", {"a.b": ["x", "z"], "z": 1}),
-        ("a: [{b: [x, z]}], y: {c: 1}", "", {"a.b": ["x", "z"], "y.c": 1, "z": 1}),
-        ("a: [{b: 1, c: 2}]", "a mapping in a list: ROS 2 reads it otherwise than it looks", {"z": 1}),
-        ("a: [{b: [x]}, {b: 1}]", "a mapping in a list: ROS 2 reads it otherwise than it looks", {"z": 1}),
-        ("a: []", "an empty list, and ROS 2 does not know of what", {"a": [], "z": 1}),
-    ],
-)
+@pytest.mark.parametrize(("text", "told", "wanted"), CASES["mappings_in_lists_and_empty_lists"])
 def test_mappings_in_lists_and_empty_lists(text: str, told: str, wanted: dict[str, Any]) -> None:
     sections, found = read_sections(Source("params.yaml", f"n: {{ros__parameters: {{{text}, z: 1}}}}\n"))
     assert {key: one.value for key, one in sections[0].parameters.items()} == wanted

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -11,7 +12,9 @@ from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Limit
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.ros.launch_files import LaunchError, LaunchNode, check_node, parse_arguments, static_nodes
 from rosorin_compile.source.diagnostics import Source
+from support.paths import data_text
 
+CASES = yaml.safe_load(data_text("cases/launch_files.yaml"))
 LASER = Pose((0.048156, 7.5552e-05, 0.106748), (0.0, 0.0, math.pi))
 STATIC = Publisher(STATIC_TRANSFORM_PUBLISHER, "tf_base_laser")
 ROBOT = Robot(
@@ -30,32 +33,7 @@ RIGHT = (
 )
 WORDS = RIGHT.split()
 
-DIRECT = """\
-from launch import LaunchDescription
-from launch_ros.actions import Node
-
-def generate_launch_description():
-    return LaunchDescription([
-        Node(package='tf2_ros', executable='static_transform_publisher', name='n', arguments=ARGUMENTS),
-    ])
-"""
-HELPER = """\
-import math
-from launch_ros.actions import Node
-X = '0.048156'
-
-def mounted(node, place, angles, on, child='laser'):
-    turned = ['--roll', angles[0], '--pitch', angles[1], '--yaw', angles[2]]
-    return Node(package='tf2_ros', executable='static_transform_publisher', name=node, arguments=[
-        '--x', place[0], '--y', place[1], '--z', place[2]] + turned + ['--frame-id', on, '--child-frame-id', child])
-
-def generate_launch_description():
-    zero = '0'
-    return [
-        mounted('tf_base_laser', [X, '0.0000756', '0.106748'], [zero, '0', YAW], 'base_link'),
-        mounted('other', (X, '0', '0'), ('0', '0', '0'), on='base_link', child='x'),
-    ]
-"""
+DIRECT, HELPER = CASES["direct"], CASES["helper"]
 
 
 def calls(name: str, text: str) -> list[LaunchNode]:
@@ -142,65 +120,14 @@ def told(args: str) -> list[str]:
     ]
 
 
-@pytest.mark.parametrize(
-    ("args", "said"),
-    [
-        (RIGHT, []),
-        (RIGHT.replace("0.0000756", "0.00007"), []),
-        (RIGHT.replace("3.14159265", "-3.1416"), []),
-        (RIGHT.replace("3.14159265", "0"), ["--yaw 0 -> 3.14159265, rotation 180 deg off"]),
-        (RIGHT.replace("0.048156", "0.48156"), ["--x 0.48156 -> 0.048156"]),
-        (RIGHT.replace("--z 0.106748", ""), ["--z 0 -> 0.106748"]),
-        (RIGHT.replace("base_link", "base_footprint"), ["parent base_footprint -> base_link"]),
-        (
-            RIGHT.replace("--roll 0 --pitch 0 --yaw 3.14159265", "--qz 0.7071068 --qw 0.7071068"),
-            ["rotation 90 deg off, described: --qx 0 --qy 0 --qz 1 --qw 0"],
-        ),
-        ("0.048156 0.0000756 0.106748 3.14159265 0 0 base_link laser", []),
-        ("0.048156 0.0000756 0.106748 0 0 1 0 base_link laser", []),
-        (
-            "0.048156 0.0000756 0.106748 0 0 3.14159265 base_link laser",
-            ["--roll 3.14159265 -> 0, --yaw 0 -> 3.14159265, rotation 180 deg off"],
-        ),
-    ],
-)
+@pytest.mark.parametrize(("args", "said"), CASES["what_differs"])
 def test_what_differs(args: str, said: list[str]) -> None:
     parent = "base_footprint" if "base_footprint" in args else "base_link"
     begin = f"error[deployed-launch-differs]:2: {parent} -> laser is not as described: "
     assert told(args) == [begin + one for one in said]
 
 
-REFUSED = "error[deployed-launch-refused]:2: static_transform_publisher refuses these arguments"
-OWNER = "is published here, but the description gives it to"
-
-
-@pytest.mark.parametrize(
-    ("args", "said"),
-    [
-        (
-            RIGHT.replace("laser", "arm"),
-            f"error[deployed-launch-owner]:2: base_link -> arm {OWNER} robot_state_publisher, from the URDF",
-        ),
-        (RIGHT.replace("laser", "claw"), f"error[deployed-launch-owner]:2: base_link -> claw {OWNER} nobody"),
-        (
-            RIGHT.replace("base_link", "map").replace("laser", "base_link"),
-            f"error[deployed-launch-owner]:2: map -> base_link {OWNER} amcl",
-        ),
-        (
-            RIGHT.replace("laser", "lidar_frame"),
-            "warning[deployed-launch-unknown]:2: base_link -> lidar_frame is no frame of the description",
-        ),
-        ("--x", REFUSED),
-        (f"{RIGHT} --spin 1", REFUSED),
-        (f"{RIGHT} --qw 1", REFUSED),
-        (RIGHT.replace("3.14159265", "nan"), REFUSED),
-        (
-            RIGHT.replace("laser", "$(var unknown)"),
-            "note[deployed-launch-unread]:2: the arguments of this static_transform_publisher are known only when the"
-            " launch file runs",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("args", "said"), CASES["other_mistakes"])
 def test_other_mistakes(args: str, said: str) -> None:
     assert told(args) == [said]
 
@@ -217,24 +144,7 @@ def test_what_we_print_is_as_described(data: st.DataObject) -> None:
     assert list(check_node(robot, call)) == []
 
 
-PIECES = st.sampled_from(
-    [
-        *HELPER.split("\n"),
-        "x = [",
-        "]",
-        "(",
-        "static_tf(",
-        "    ",
-        "\n",
-        "f'{",
-        "}'",
-        "\0",
-        "*",
-        "9" * 40,
-        "x = x",
-        "lambda: ",
-    ]
-)
+PIECES = st.sampled_from([*HELPER.split("\n"), *CASES["pieces"]])
 
 
 @settings(max_examples=200, deadline=None)
@@ -252,68 +162,17 @@ def test_any_text_is_read_or_refused(pieces: list[str], name: str) -> None:
 # Static transforms of launch files in Python, as people write them: read where they are plain, and never guessed.
 
 
-ENDS = "['--frame-id', 'base_link', '--child-frame-id', 'laser']"
 READ = ("--x", "0.1", "--frame-id", "base_link", "--child-frame-id", "laser")
-NODE_PYTHON = "Node(executable='static_transform_publisher', arguments="
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        f"def tf(x):\n    args = ['--x', x] + {ENDS}\n    return {NODE_PYTHON}args)\ntf('0.1')",
-        f"def tf(x):\n    ends = {ENDS}\n    return {NODE_PYTHON}['--x', x] + ends)\ntf(x='0.1')",
-        f"x = '7'\ndef tf(x):\n    return {NODE_PYTHON}['--x', x] + {ENDS})\ntf('0.1')",
-        f"\n\n\n{NODE_PYTHON}'--x 0.1 --frame-id base_link --child-frame-id laser'.split())",
-        f"\n\n\n{NODE_PYTHON}'--x,0.1,--frame-id,base_link,--child-frame-id,laser'.split(','))",
-        f"def tf(text): return {NODE_PYTHON}text.split())\n\n\n"
-        "tf('--x 0.1 --frame-id base_link --child-frame-id laser')",
-    ],
-)
+@pytest.mark.parametrize("text", CASES["plain_values_are_read"])
 def test_plain_values_are_read(text: str) -> None:
     (call,) = calls("a.launch.py", text)
     assert call.arguments == READ
     assert call.span.line >= 4
 
 
-DECLARED = "DeclareLaunchArgument('prefix', default_value='base_')"
-PREFIXED = f"{NODE_PYTHON}['--x', '0.1', '--frame-id', [prefix, 'link'], '--child-frame-id', ['las', 'er']])"
-
-
-@pytest.mark.parametrize(
-    ("text", "arguments"),
-    [
-        (f"{DECLARED}\nprefix = LaunchConfiguration('prefix')\n{PREFIXED}", READ),
-        (f"def f():\n    prefix = LaunchConfiguration('prefix')\n    return [{DECLARED}, {PREFIXED}]", READ),
-        (f"{DECLARED}\n{PREFIXED.replace('[prefix', '[LaunchConfiguration(' + repr('prefix') + ')')}", READ),
-        (f"prefix = LaunchConfiguration('prefix')\n{PREFIXED}", None),
-        (f"DeclareLaunchArgument('prefix')\nprefix = LaunchConfiguration('prefix')\n{PREFIXED}", None),
-        (f"{DECLARED}\n{DECLARED}\nprefix = LaunchConfiguration('prefix')\n{PREFIXED}", None),
-        (f"{DECLARED}\nprefix = LaunchConfiguration(name)\n{PREFIXED}", None),
-        (f"{DECLARED}\nprefix = LaunchConfiguration(7)\n{PREFIXED}", None),
-    ],
-)
-def test_an_argument_in_pieces_has_the_default_of_the_launch_argument(text: str, arguments: object) -> None:
-    assert words_of("a.launch.py", text) == [arguments]
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        f"x = '0'\ndef tf(x):\n    return {NODE_PYTHON}['--x', x] + {ENDS})",
-        f"x = '0'\nx = '1'\n{NODE_PYTHON}['--x', x] + {ENDS})",
-        f"a = ['--x', '0']\na += {ENDS}\n{NODE_PYTHON}a)",
-        f"a = ['--x', '0']\na.extend({ENDS})\n{NODE_PYTHON}a)",
-        f"a = ['--x', '0']\na[1] = '1'\n{NODE_PYTHON}a)",
-        f"def tf(x):\n    x = offset(x)\n    return {NODE_PYTHON}['--x', x] + {ENDS})\ntf('0.1')",
-        f"x = '0'\nfor x in '12':\n    {NODE_PYTHON}['--x', x] + {ENDS})",
-        f"{NODE_PYTHON}POSES['laser'])",
-        f"P = {{}}\n{NODE_PYTHON}P['laser'])",
-        f"{NODE_PYTHON}'a b'.split(' ', 1))",
-        f"{NODE_PYTHON}'a b'.split(sep))",
-        f"{NODE_PYTHON}'a,b c'.split(sep=','))",
-        f"P = {{'laser': ['0'], **more}}\n{NODE_PYTHON}P['laser'])",
-    ],
-)
+@pytest.mark.parametrize("text", CASES["what_is_known_only_at_run_time_is_never_guessed"])
 def test_what_is_known_only_at_run_time_is_never_guessed(text: str) -> None:
     assert words_of("a.launch.py", text) == [None]
 

@@ -9,7 +9,7 @@ import yaml
 from rosorin_compile.cli.main import main
 from support.launch import Started, read
 from support.packages import written
-from support.paths import DATA, ROOT, data_text
+from support.paths import ROOT, data_text
 
 NAME = "rosorin_description"
 
@@ -56,36 +56,6 @@ def test_moveit_is_started_with_what_it_wants(tmp_path: Path) -> None:
     moved = node.parameters["moveit_simple_controller_manager"]
     assert moved["controller_names"] == ["arm_controller"]
     assert moved["arm_controller"]["joints"] == [f"joint{i}" for i in range(1, 6)]
-
-
-MECANUM = (DATA / "robots/mecanum.yaml").read_text("utf-8")
-
-
-def cart(folder: Path, distribution: str, namespace: str) -> Path:
-    text = MECANUM.replace("DISTRIBUTION", distribution).replace("NAMESPACE", f'"{namespace}"')
-    (folder / "cart.yaml").write_text(text, "utf-8")
-    assert main(["package", str(folder / "cart.yaml"), "-o", str(folder / "cart"), "--control", "-q"]) == 0
-    return folder / "cart"
-
-
-@pytest.mark.parametrize("namespace", ["", "left"])
-@pytest.mark.parametrize("distribution", ["humble", "jazzy"])
-def test_a_controller_that_owns_the_odometry_is_remapped_to_tf(
-    tmp_path: Path, distribution: str, namespace: str
-) -> None:
-    package = cart(tmp_path, distribution, namespace)
-    manager, spawner = nodes_of(package, "control.launch.py", "cart_description")
-    inside = f"/{namespace}" if namespace else ""
-    if distribution == "humble":
-        assert ("~/robot_description", "robot_description") in manager.remaps
-        assert (f"{inside}/drive_controller/tf_odometry", "/tf") in manager.remaps
-        assert spawner.arguments == ["drive_controller"]
-    else:
-        assert manager.remaps == []
-        assert spawner.arguments[-2:] == ["--controller-ros-args", "-r ~/tf_odometry:=/tf"]
-    assert {manager.namespace, spawner.namespace} == {namespace}
-    described, *_ = nodes_of(package, "bringup.launch.py", "cart_description")
-    assert described.namespace == namespace  # the manager listens there
 
 
 GRIPPER = data_text("robots/package_bringup_gripper.yaml")
@@ -160,30 +130,9 @@ def test_what_no_output_is_for_is_not_started(
     assert not (tmp_path / "a1").exists()
 
 
-NAV2 = """
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
-from launch.substitutions import LaunchConfiguration
-from launch_ros.actions import Node
-
-
-def generate_launch_description():
-    names = ("slam", "map", "use_sim_time", "params_file")
-    given = [LaunchConfiguration(name) for name in names]
-    arguments = [DeclareLaunchArgument(name, description=name) for name in names]
-    return LaunchDescription([*arguments, Node(package="nav2_bringup", executable="all", arguments=given)])
-"""
-TUNED = """\
-local_costmap:
-  local_costmap:
-    ros__parameters: {robot_base_frame: base_link, robot_radius: 0.22, update_frequency: 5.0}
-controller_server: {ros__parameters: {controller_frequency: 20.0}}
-"""
-
-
 def nav2_bringup(folder: Path) -> Path:
     bringup = folder / "nav2_bringup"
-    for file, text in (("launch/bringup_launch.py", NAV2), ("params/nav2_params.yaml", TUNED)):
+    for file, text in yaml.safe_load(data_text("nav2_bringup_arguments.yaml")).items():
         (bringup / file).parent.mkdir(parents=True, exist_ok=True)
         (bringup / file).write_text(text, "utf-8")
     return bringup

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
+import yaml
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.ros.parameter_files import nodes_of
@@ -26,28 +27,8 @@ NAV2_RATE = 20.0  # Hz: controller_frequency, smoothing_frequency
 STAMPED_BY_DEFAULT = ("diff_drive", "tricycle", "mecanum_drive")  # on Humble
 
 BASE = data_text("robots/package_velocities_base.yaml")
-ON_BASE, ON_FORK = "base_link, 0.3, 0.1", "fork, 0, 0"
-TRICYCLE = (ON_FORK, "tricycle: {steering: fork, driven: [j2], rolling: [j0, j1]}", ["j2"], ["fork"])
-DRIVES = {
-    "diff_drive": (ON_BASE, "differential: {left: [j0], right: [j1]}", ["j0", "j1"], []),
-    "mecanum_drive": (
-        ON_BASE,
-        "mecanum: {front_left: j2, rear_left: j0, front_right: j3, rear_right: j1}",
-        ["j0", "j1", "j2", "j3"],
-        [],
-    ),
-    "tricycle": TRICYCLE,
-    "bicycle_steering": TRICYCLE,
-    "tricycle_steering": TRICYCLE,
-}
-EXAMPLES = {
-    "omni_wheel_drive": ("omni_base", [f"wheel_{i}_joint" for i in (1, 2, 3)], []),
-    "ackermann_steering": (
-        "ackermann_car",
-        ["rear_left_joint", "rear_right_joint"],
-        ["front_left_steering_joint", "front_right_steering_joint"],
-    ),
-}
+CASES_OF = yaml.safe_load(data_text("cases/velocities.yaml"))
+DRIVES, EXAMPLES = CASES_OF["drives"], CASES_OF["examples"]
 REST = data_text("robots/package_velocities_rest.yaml")
 FILTER = "  robot_localization: {file: ekf.yaml, inputs: {odom0: {topic: ODOMETRY, uses: [vx, vyaw]}}}\n"
 

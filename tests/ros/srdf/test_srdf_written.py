@@ -10,8 +10,8 @@ from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.formats.imported_robot import Imported, ReadOptions
 from rosorin_compile.formats.robot_files import join, read_robot
 from rosorin_compile.language.lower import lower
-from rosorin_compile.model import DisabledCollision, Robot
-from rosorin_compile.ros.sections.moveit import Ball, Moveit, VirtualJoint
+from rosorin_compile.model import Robot
+from rosorin_compile.ros.sections.moveit import Moveit
 from rosorin_compile.source.diagnostics import has_errors
 from support.cases import as_xml_comment, check
 from support.commands import Shown, ask
@@ -199,57 +199,11 @@ def test_a_misspelt_word_can_be_left_out(file: Path) -> None:
     assert (made.tree is not None) == (file.stem == "misspelt")
 
 
-def test_every_word_is_kept() -> None:
-    made = joined(FILES / "everything.srdf")
-    assert not made.diagnostics
-    _, moveit = robot_of(made)
-    assert moveit.virtual_joint == VirtualJoint("planar", "odom", "world_joint")
-    groups = {group.name: group for group in moveit.groups}
-    assert list(groups) == ["arm", "hand", "base", "all", "forked"]
-    assert groups["arm"].chain == ("base_link", "tool")
-    assert groups["hand"].links == ("left", "right")
-    assert groups["base"].joints == ("world_joint",)
-    assert groups["all"].groups == ("arm", "hand")
-    assert (groups["forked"].chain, groups["forked"].joints) == (("base_link", "upper"), ("grip",))
-    (gripper,) = moveit.end_effectors
-    assert (gripper.name, gripper.group, gripper.parent, gripper.parent_group) == ("gripper", "hand", "tool", "arm")
-    assert moveit.passive_joints == ("caster",)
-    assert moveit.joint_properties == {"world_joint": {"motion_model": "diff_drive"}, "elbow": {"weight": "1.50"}}
-    assert moveit.spheres == {"upper": (Ball((0, 0, 0.1), 0.05), Ball((0, 0, 0.2), 0.05)), "wheel": ()}
-    assert moveit.unchecked_links == ("wheel",)
-    assert moveit.checked == (("lower", "wheel"),)
-    assert moveit.disabled == (
-        DisabledCollision(("base_link", "upper"), "Adjacent"),
-        DisabledCollision(("left", "lower"), "User"),
-        DisabledCollision(("left", "right"), "they close on each other"),
-    )
-
-
-def test_states_of_one_name_are_one_pose_where_they_agree() -> None:
-    robot, moveit = robot_of(joined(FILES / "everything.srdf"))
-    poses = {pose.name: dict(pose.positions) for pose in robot.poses}
-    assert poses == {
-        "home": {"shoulder": 0.5, "elbow": -1.25, "grip": 0.01},
-        "bent_arm": {"elbow": 1},
-        "bent_all": {"elbow": 2, "shoulder": 0},
-        "parked": {},
-    }
-    (parked,) = [pose for pose in robot.poses if pose.name == "parked"]
-    assert parked.base is not None
-    assert (parked.base.xyz, parked.base.rpy) == ((1, 2, 0), (0, 0, 0.5))
-    states = {group.name: group.states for group in moveit.groups}
-    assert states == {
-        "arm": {"home": "home", "bent": "bent_arm"},
-        "hand": {"home": "home"},
-        "base": {"parked": "parked"},
-        "all": {"bent": "bent_all"},
-        "forked": {},
-    }
-
-
-def test_what_is_imported_compiles_to_the_same(home: Path, capsys: Shown) -> None:
+def test_every_word_is_imported_and_compiles_to_the_same(home: Path, capsys: Shown) -> None:
     sources = [str(FILES / "arm.urdf"), "--srdf", str(FILES / "everything.srdf")]
     assert main(["import", *sources, "-o", "first"]) == 0
+    text = next(home.rglob("robot.yaml")).read_text("utf-8")
+    assert text[text.index("poses:") : text.index("\noutputs:")] == (FILES / "everything.yaml").read_text("utf-8")
     assert main(["all", "first", "-o", "out/first"]) == 0
     made = capsys.readouterr().out
     assert "arm.srdf" in made

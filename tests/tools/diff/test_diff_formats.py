@@ -2,28 +2,15 @@
 
 from __future__ import annotations
 
-import random
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import jsonschema
 import pytest
 import yaml
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
 
-from rosorin_compile.compare.diff import compare_robots
-from rosorin_compile.compare.difference import YAML, Side
-from rosorin_compile.compare.precision import printed_precision
-from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compilation import compile_robot
-from rosorin_compile.formats.robot_files import read_robot
-from rosorin_compile.formats.templating import Templates
-from rosorin_compile.language.lower import lower
-from rosorin_compile.model import Output, Robot
 from support.comparing import DIFF, changed, compared, told
-from support.machines import robot_of
 from support.paths import ROOT, ROSORIN, data_text
 from support.schemas import schema
 
@@ -107,56 +94,6 @@ def _shuffled(urdf: str) -> str:
     root = ElementTree.fromstring(urdf)
     root[:] = list(reversed(root))
     return ElementTree.tostring(root, "unicode")
-
-
-@given(seed=st.integers(0, 2**32))
-# A slide along an axis that six digits of the angles turn.
-@example(seed=84)
-@settings(max_examples=25, deadline=None)
-def test_six_digits_are_no_difference_and_what_they_show_is_one(
-    tmp_path_factory: pytest.TempPathFactory, seed: int
-) -> None:
-    chance = random.Random(seed)  # noqa: S311
-    robot = robot_of(chance)
-    robot = replace(robot, joints=tuple(replace(j, origin=_tilted(j.origin, chance)) for j in robot.joints))
-    folder = tmp_path_factory.mktemp("six")
-    exact, six = (_read(robot, folder, form) for form in ("exact", "six"))
-    own = Side("own", YAML, _without_capsules(robot))
-    for one, other in ((own, exact), (own, six), (exact, six), (six, own)):
-        found = compare_robots(one, other)
-        assert found.same, [item.text for item in found.items]
-    joint = chance.choice(robot.joints)
-    x, y, z = joint.origin.xyz
-    moved = replace(joint, origin=replace(joint.origin, xyz=(x + 2e-5, y, z)))
-    changed_robot = replace(robot, joints=tuple(moved if j is joint else j for j in robot.joints))
-    (item,) = compare_robots(_read(changed_robot, folder, "six"), six).items
-    assert item.name in (joint.name, joint.child)
-    assert item.distance == pytest.approx(2e-5, abs=3e-6)
-
-
-def _tilted(pose: object, chance: random.Random) -> object:
-    from rosorin_compile.model import Pose
-
-    assert isinstance(pose, Pose)
-    roll, pitch, yaw = (angle + chance.uniform(-1e-3, 1e-3) for angle in pose.rpy)
-    x, y, z = (length + chance.uniform(-1e-3, 1e-3) for length in pose.xyz)
-    return Pose((x, y, z), (roll, pitch, yaw))
-
-
-def _without_capsules(robot: Robot) -> Robot:
-    return robot
-
-
-def _read(robot: Robot, folder: Path, form: str) -> Side:
-    output = Output("urdf", "urdf", "any.urdf", {"number_format": form})
-    text, _ = FORMATS["urdf"].write(robot, output, Templates(folder))
-    path = folder / f"{form}.urdf"
-    path.write_text(text, "utf-8")
-    imported = read_robot(path)
-    assert imported.tree is not None, imported.diagnostics
-    made = lower(imported.tree).robot
-    assert made is not None
-    return Side(form, FORMATS["urdf"], made, printed_precision(imported.tree.span.source.text))
 
 
 def test_a_file_of_mujoco_with_its_digits_is_the_same(arm: Path, tmp_path: Path) -> None:

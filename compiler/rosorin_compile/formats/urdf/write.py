@@ -33,7 +33,7 @@ from rosorin_compile.source.xml.elements import indent_lines
 
 from ..gazebo import distribution, drive_blocks, gazebo_blocks
 from ..mesh_files import urdf_file_name
-from ..templating import Templates, attribute, attributes, comment
+from ..templating import Templates, attributes, comment
 
 _UNSTABLE = "A warning: damping * step > 2 * inertia at a joint: simulators with explicit steps of 1/240 s, such as "
 _UNSTABLE += "PyBullet, diverge."
@@ -393,7 +393,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
                 mass = attributes(value=number(link.inertial.mass))
                 inertials.append((_origin(link.inertial.pose, number), mass, moments))
             shapes = ([_shape(shape, number) for shape in some] for some in (link.visual, link.collision))
-            links.append((attribute("name", link.name), inertials, *shapes, _indented(link.urdf_elements, "    ")))
+            links.append((attributes(name=link.name), inertials, *shapes, _indented(link.urdf_elements, "    ")))
         steps.append((links, [] if joint is None else [_joint(joint, number)]))
     stand_ins = {shape.stand_in for _, solid in content.shapes.values() for shape in solid if shape.stand_in}
     values = {"robot": robot, "steps": steps, "stand_ins": sorted(stand_ins), "comment": comment}
@@ -446,6 +446,6 @@ def _joint(joint: Joint, number: NumberFormat) -> tuple[Any, ...]:
         leader = {"joint": joint.mimic.joint} if joint.mimic is not None and tag == "mimic" else {}
         if entry is not None:
             inner.append((tag, attributes(**leader, **{key: number(value) for key, value in values.items()})))
-    names = attribute("name", joint.name) + attribute("type", joint.type)
-    ends = attribute("link", joint.parent), attribute("link", joint.child)
+    names = attributes(name=joint.name, type=joint.type)
+    ends = attributes(link=joint.parent), attributes(link=joint.child)
     return (names, *ends, _origin(joint.origin, number), inner, _indented(joint.urdf_elements, "    "))

@@ -1,6 +1,6 @@
 """Convert the Gazebo and ros2_control elements of a URDF or SDF to sections of a description.
 
-``hardware``, ``sensors`` and ``drives`` convert one element, and ``convert`` compares what an entry becomes with the
+``hardware`` and ``sensors`` convert one element, and ``convert`` compares what an entry becomes with the
 element that it came from.
 """
 

@@ -7,7 +7,8 @@ comes out differently and what the language cannot express is kept as it was, wi
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence, Set
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 from xml.etree import ElementTree
@@ -27,7 +28,6 @@ from rosorin_compile.source.tree import Map, Path, Seq, Text
 from rosorin_compile.source.xml.elements import indent_lines, tree_of
 from rosorin_compile.source.xml.markup import COMMENT, Remark, parse
 
-from .drives import Drives, read_drives
 from .hardware import block
 from .sensors import CannotConvert, GazeboSensor, entry, gazebo_of, overlay, read_sensor, without_collisions
 
@@ -77,7 +77,7 @@ def with_sections(imported: Imported) -> Converted:
     if tree is None or imported.format not in _FORMATS or not isinstance(texts, Seq):
         return Converted(imported)
     found, robot = _candidates(texts), imported.robot
-    if robot is None or not (found or any("<plugin" in text for text in texts)):
+    if robot is None or not found:
         return Converted(imported)
     return _Conversion(imported, tree, texts, robot).convert(found)
 
@@ -100,74 +100,54 @@ class _Conversion:
                 self.kept[one.called] = "two have this name" if one.name else "it has no name"
         control, distribution = self.control(unique[CONTROL])
         sensors, gazebo = self.sensors(unique[SENSORS])
-        drives = self.drives()
         taken = [unique[section][name] for section, some in ((CONTROL, control), (SENSORS, sensors)) for name in some]
-        if not taken and not drives.sections:
+        if not taken:
             return Converted(self.imported, None, {}, self.kept)
-        sections: dict[str, Any] = {CONTROL: control, SENSORS: sensors, **drives.sections}
-        sections[ELEMENTS], comments = self.without(taken)
+        elements, comments = self.without(taken)
         options = ({"control": distribution} if control else {}) | ({"gazebo": gazebo} if sensors else {})
-        if options:
-            outputs: dict[str, Any] = {**(self.tree.get("outputs") or {}), "urdf": dict(options)}
-            if self.imported.format == "sdf" and sensors:
-                outputs["sdf"] = {**(outputs.get("sdf") or {}), "gazebo": gazebo}
-            sections["outputs"] = outputs
+        outputs: dict[str, Any] = {**(self.tree.get("outputs") or {}), "urdf": options}
+        if self.imported.format == "sdf" and sensors:
+            outputs["sdf"] = {**(outputs.get("sdf") or {}), "gazebo": gazebo}
+        sections = {CONTROL: control, SENSORS: sensors, ELEMENTS: elements, "outputs": outputs}
         imported = self.imported._replace(tree=_put(self.tree, sections), comments=comments)
-        names = {"hardware block": list(control), "sensor": list(sensors), **drives.names}
+        names = {"hardware block": list(control), "sensor": list(sensors)}
         return Converted(imported, self.tree, {key: value for key, value in names.items() if value}, self.kept)
 
     def control(self, found: Mapping[str, Candidate]) -> tuple[dict[str, Any], str]:
         """Return the entries of hardware blocks that mean the same, and the distribution that most of them are for."""
-        best: tuple[dict[str, Any], str, dict[str, str]] = ({}, "jazzy", {})
-        for distribution in ("jazzy", "humble") if found else ():
-            humble = distribution == "humble"
+        made = []
+        for distribution in ("jazzy", "humble"):
+            humble, options = distribution == "humble", {"control": distribution}
             entries = {name: block(one.element, self.robot, humble) for name, one in found.items()}
-            options = {"control": distribution}
             reasons = self.remove_refused(entries, CONTROL, options)
             reasons |= self.remove_different(found, entries, CONTROL, options, followers_of(self.robot, humble))
-            if len(entries) > len(best[0]) or not humble:
-                best = entries, distribution, reasons
-        self.kept |= {found[name].called: reason for name, reason in best[2].items()}
-        return best[0], best[1]
+            made.append((entries, distribution, reasons))
+        entries, distribution, reasons = max(made, key=lambda one: len(one[0]))
+        self.kept |= {found[name].called: reason for name, reason in reasons.items()}
+        return entries, distribution
 
     def sensors(self, found: Mapping[str, Candidate]) -> tuple[dict[str, Any], str]:
         """Return the entries of sensors that mean the same, and the Gazebo that most of them are for."""
-        parsed: dict[str, GazeboSensor] = {}
+        gazebo = gazebo_of([one.element for one in found.values()])
+        sensors: dict[str, GazeboSensor] = {}
         entries: dict[str, Any] = {}
         reasons: dict[str, str] = {}
         for name, one in found.items():
             try:
-                parsed[name] = read_sensor(one.element, one.reference)
-            except CannotConvert as problem:
-                reasons[name] = str(problem)
-        gazebo = gazebo_of(list(parsed.values())) if parsed else ""
-        for name, sensor in parsed.items():
-            try:
-                entries[name] = entry(sensor, self.robot, gazebo)
+                sensors[name] = read_sensor(one.element, one.reference)
+                entries[name] = entry(sensors[name], self.robot, gazebo)
             except CannotConvert as problem:
                 reasons[name] = str(problem)
         options = {"gazebo": gazebo}
         reasons |= self.remove_refused(entries, SENSORS, options)
         robot = self.with_sections({SENSORS: entries})[0] if entries else None
         for made in robot.sensors if robot is not None else ():
-            if made.name in entries and (changes := overlay(parsed[made.name], made, gazebo)):
+            if made.name in entries and (changes := overlay(sensors[made.name], made, gazebo)):
                 entries[made.name]["gazebo"] = changes
         reasons |= self.remove_refused(entries, SENSORS, options)
         reasons |= self.remove_different(found, entries, SENSORS, options)
         self.kept |= {found[name].called: reason for name, reason in reasons.items()}
         return entries, gazebo
-
-    def drives(self) -> Drives:
-        """Return what plug-ins specify about the drive and transforms, as far as no rule refuses it."""
-        found = read_drives((element for _, element in _trees(self.texts)), self.robot)
-        self.kept |= found.kept
-        for word, keys in (("drive", ("drive",)), ("transform", ("publishers", "edges"))):
-            some = {key: found.sections[key] for key in keys if key in found.sections}
-            if some and (reason := self.with_sections(some)[1]):
-                for key in some:
-                    del found.sections[key]
-                self.kept[f"the {word} of {', '.join(found.names.pop(word))}"] = reason
-        return found
 
     def remove_refused(self, entries: dict[str, Any], section: str, options: Mapping[str, Any]) -> dict[str, str]:
         """Remove the entries that a rule refuses, alone or together, and return the reasons by name."""
@@ -204,10 +184,8 @@ class _Conversion:
                     [ElementTree.tostring(alone, "unicode"), *texts.get(one.called, [])]
                 )
                 if changes := element_differences([before], after, followers):
-                    added = [text for text in changes if text.endswith("is new") and "<sensor" not in text]
-                    added = [text for text in added if "<ros2_control" not in text]
                     missing = "nothing is written: its link has no mass that Gazebo keeps it for"
-                    wrong[name] = f"written back, it differs: {added[0] if added else changes[0]}" if after else missing
+                    wrong[name] = f"written back, it differs: {changes[0]}" if after else missing
             if not wrong:
                 break
             reasons |= wrong
@@ -263,25 +241,19 @@ class _Conversion:
         return left, [*comments, *inner]
 
 
-def _trees(texts: Seq) -> Iterator[tuple[int, Tree]]:
-    """Yield the elements of each text that is XML, with its index."""
-    for index, text in enumerate(texts):
-        try:
-            yield from ((index, element) for element in tree_of(f"<all>{text}</all>"))
-        except ValueError:
-            continue
-
-
 def _candidates(texts: Seq) -> list[Candidate]:
-    """Return the hardware blocks and the sensors in elements."""
+    """Return the hardware blocks and the sensors in the elements of each text that is XML."""
     found = []
-    for index, element in _trees(texts):
-        if element.tag == "ros2_control":
-            found.append(Candidate(CONTROL, element.get("name", "").strip(), index, 0, element))
-        elif element.tag == "gazebo" and set(element.attrib) <= {"reference"}:
-            reference = element.get("reference", "").strip()
-            for number, child in enumerate(child for child in element if child.tag == "sensor"):
-                found.append(Candidate(SENSORS, child.get("name", "").strip(), index, number, child, reference))
+    for index, text in enumerate(texts):
+        with suppress(ValueError):
+            for element in tree_of(f"<all>{text}</all>"):
+                if element.tag == "ros2_control":
+                    found.append(Candidate(CONTROL, element.get("name", "").strip(), index, 0, element))
+                elif element.tag == "gazebo" and set(element.attrib) <= {"reference"}:
+                    reference = element.get("reference", "").strip()
+                    for number, child in enumerate(child for child in element if child.tag == "sensor"):
+                        name = child.get("name", "").strip()
+                        found.append(Candidate(SENSORS, name, index, number, child, reference))
     return found
 
 

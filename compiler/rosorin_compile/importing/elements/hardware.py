@@ -13,11 +13,10 @@ from xml.etree.ElementTree import Element
 from rosorin_compile.source.numbers import exact
 
 if TYPE_CHECKING:
-    from rosorin_compile.model import Joint, Robot
+    from rosorin_compile.model import Robot
 
 _FLAGS = {"true": True, "True": True, "false": False, "False": False}
 _INTERFACE_NUMBERS = {"min": "min", "max": "max", "initial_value": "initial"}
-_END_NUMBERS = {"mechanical_reduction": "reduction", "offset": "offset"}
 
 
 def block(element: Element, robot: Robot, humble: bool) -> dict[str, Any]:
@@ -39,7 +38,6 @@ def block(element: Element, robot: Robot, humble: bool) -> dict[str, Any]:
             "joints": _by_name(element, "joint", lambda joint: _joint(joint, robot, humble)),
             "sensors": _by_name(element, "sensor", lambda sensor: _component(sensor) or None),
             "gpio": _by_name(element, "gpio", lambda gpio: _component(gpio) or None),
-            "transmissions": _by_name(element, "transmission", _transmission),
         }
     )
 
@@ -53,8 +51,15 @@ def _joint(element: Element, robot: Robot, humble: bool) -> dict[str, Any] | Non
     entry = _component(element)
     if element.find("limits") is not None:
         entry["limits"] = False
-    elif joint is not None and _omits_limits(entry.get("command"), joint):
-        entry["limits"] = "urdf"
+    elif joint is not None:
+        commands = entry.get("command", {})
+        if not isinstance(commands, dict):
+            commands = dict.fromkeys([commands] if isinstance(commands, str) else commands)
+        for interface, numbers in commands.items():  # a command without a limit where its joint has one
+            low, high = joint.limits_of(interface)
+            ends = {end for end, limit in (("min", low), ("max", high)) if limit is not None}
+            if not ends <= (numbers or {}).keys():
+                entry["limits"] = "urdf"
     if not humble and "mimic" in element.attrib:
         flag = element.attrib["mimic"].strip()
         if not (joint and joint.mimic and _FLAGS.get(flag) is True):
@@ -66,17 +71,6 @@ def _joint(element: Element, robot: Robot, humble: bool) -> dict[str, Any] | Non
             entry["mimic"] = False
         params.pop("multiplier", None)
     return _without_empty(entry) or None
-
-
-def _omits_limits(command: Any, joint: Joint) -> bool:
-    """Return True if a command has no limit where its joint has one, which would be written."""
-    if not isinstance(command, dict):
-        command = dict.fromkeys([command] if isinstance(command, str) else command or ())
-    limits = ((joint.limits_of(interface), entry or {}) for interface, entry in command.items())
-    return any(
-        (low is not None and "min" not in entry) or (high is not None and "max" not in entry)
-        for (low, high), entry in limits
-    )
 
 
 def _component(element: Element) -> dict[str, Any]:
@@ -97,20 +91,6 @@ def _interface(element: Element) -> dict[str, Any] | None:
             entry[key] = number
             del params[name]
     entry |= {"data_type": element.get("data_type"), "size": _integer(element.get("size")), "params": params}
-    return _without_empty(entry) or None
-
-
-def _transmission(element: Element) -> dict[str, Any]:
-    ends = {f"{tag}s": _by_name(element, tag, _transmission_end) for tag in ("joint", "actuator")}
-    return {"plugin": _text(element.find("plugin")), **ends}
-
-
-def _transmission_end(element: Element) -> dict[str, Any] | None:
-    entry: dict[str, Any] = {"role": element.get("role")}
-    for tag, key in _END_NUMBERS.items():
-        text = _text(element.find(tag))
-        number = _number(text)
-        entry[key] = text if number is None else number
     return _without_empty(entry) or None
 
 

@@ -79,16 +79,12 @@ class GazeboSensor(NamedTuple):
         return values
 
     @property
-    def plugins(self) -> list[dict[str, Any]]:
-        """The elements in its plug-ins."""
-        plugins = self.elements.get("plugin") or []
-        return [item for item in (plugins if isinstance(plugins, list) else [plugins]) if isinstance(item, dict)]
-
-    @property
     def stamp(self) -> str:
         """The frame that messages carry, as the element of Gazebo or a plug-in names it."""
+        plugins = self.elements.get("plugin") or []
+        plugins = plugins if isinstance(plugins, list) else [plugins]
         named = [self.elements.get(name) for name in _FRAMES]
-        named += [plugin.get(name) for plugin in self.plugins for name in _FRAME_NAMES]
+        named += [one.get(name) for one in plugins if isinstance(one, dict) for name in _FRAME_NAMES]
         return next((name.lstrip("/") for name in named if isinstance(name, str)), "")
 
 
@@ -139,16 +135,16 @@ def _scalar(text: str) -> Any:
     return number if "_" not in word and math.isfinite(number) else word
 
 
-def gazebo_of(found: Sequence[GazeboSensor]) -> str:
-    """Return which Gazebo most of some sensors are for: harmonic, fortress or classic."""
+def gazebo_of(elements: Sequence[Element]) -> str:
+    """Return which Gazebo most of some <sensor> elements are for: harmonic, fortress or classic."""
     votes = {"harmonic": 0, "fortress": 0, "classic": 0}
-    for one in found:
-        files = [str((item.get("attributes") or {}).get("filename", "")) for item in one.plugins]
-        if "ignition_frame_id" in one.elements:
+    for one in elements:
+        kind, files = one.get("type", "").strip(), [plugin.get("filename", "") for plugin in one.findall("plugin")]
+        if one.find("ignition_frame_id") is not None:
             votes["fortress"] += 1
-        elif "gz_frame_id" in one.elements or one.type in _MODERN:
+        elif one.find("gz_frame_id") is not None or kind in _MODERN:
             votes["harmonic"] += 1
-        elif one.type in _CLASSIC or any(re.match(r"lib.*(gazebo|hector).*\.so$", file) for file in files):
+        elif kind in _CLASSIC or any(re.match(r"lib.*(gazebo|hector).*\.so$", file) for file in files):
             votes["classic"] += 1
     return max(votes, key=lambda name: votes[name])
 
@@ -180,17 +176,18 @@ def entry(one: GazeboSensor, robot: Robot, gazebo: str) -> dict[str, Any]:
     if arguments := _arguments(one, kind, gazebo):
         made["with"] = arguments
     stamp, optical = one.stamp, ""
-    if kind in IMAGES:
-        below, waiting = list[str](), [] if "optical" in frame else [frame]
-        while waiting:  # the image frame is fixed to the camera
-            link = waiting.pop(0)
-            fixed = [joint.child for joint in robot.joints if joint.parent == link and joint.is_fixed]
-            below += [name for name in fixed if "optical" in name]
-            waiting += fixed
+    if kind in IMAGES:  # the image frame is fixed to the camera
+        near = [frame, *(joint.child for joint in robot.joints if joint.parent == frame and joint.is_fixed)]
+        fixed = [joint.child for joint in robot.joints if joint.parent in near and joint.is_fixed]
+        below = [name for name in fixed if "optical" in name and "optical" not in frame]
         optical = stamp if stamp in below else below[0] if below and not stamp else ""
         made["optical"] = {"frame": optical} if optical else False
-    elif kind in LIDAR_TYPES and not _in_mujoco(one, arguments):
-        made["mjcf"] = []
+    elif kind in LIDAR_TYPES:
+        axes = {"fov": one.inner("lidar", "scan", "horizontal"), "vertical_fov": one.inner("lidar", "scan", "vertical")}
+        ends = [(axis["min_angle"], axis["max_angle"]) for word, axis in axes.items() if word in arguments]
+        count = int(arguments.get("rays", 1)) * int(arguments.get("layers", 1))
+        if count > MAX_RAYS or any(abs(low + high) > _NEAR for low, high in ends):
+            made["mjcf"] = []  # MuJoCo's rays are symmetric
     if stamp in robot.link and stamp not in (frame, optical):
         made["stamps"] = [stamp]
     return made
@@ -235,8 +232,8 @@ def _arguments(one: GazeboSensor, kind: str, gazebo: str) -> dict[str, Any]:
 
 def _noise(word: str, noise: Mapping[str, Any]) -> dict[str, Any]:
     kind, stddev = noise.get("type", (noise.get("attributes") or {}).get("type")), noise.get("stddev")
-    is_plain = kind == "gaussian" and isinstance(stddev, float) and stddev > 0 and not noise.get("mean")
-    return {word: stddev} if is_plain else {}
+    is_gaussian = kind == "gaussian" and isinstance(stddev, float) and stddev > 0 and not noise.get("mean")
+    return {word: stddev} if is_gaussian else {}
 
 
 def _field_of_view(word: str, axis: Mapping[str, Any], rays: int) -> dict[str, Any]:
@@ -248,20 +245,6 @@ def _field_of_view(word: str, axis: Mapping[str, Any], rays: int) -> dict[str, A
     if (rays and abs(span + span / max(rays - 1, 1) - math.tau) < _NEAR) or span >= math.tau - _NEAR:
         return {}
     return {word: 2 * high if abs(low + high) <= NOISE else span} if 0 < span <= _WIDEST[word] else {}
-
-
-def _in_mujoco(one: GazeboSensor, arguments: Mapping[str, Any]) -> bool:
-    """Return True if MuJoCo can simulate a lidar: its rays are symmetric, and not too many."""
-    for name, word in (("horizontal", "fov"), ("vertical", "vertical_fov")):
-        axis = one.inner("lidar", "scan", name)
-        low, high = axis.get("min_angle", 0.0), axis.get("max_angle", 0.0)
-        if not isinstance(low, float) or not isinstance(high, float):
-            return False
-        full = math.tau - 2 * _NEAR - math.tau / arguments.get("rays", 1)
-        is_circle = word == "fov" and word not in arguments and high - low >= full
-        if not is_circle and abs(low + high) > _NEAR:
-            return False
-    return int(arguments.get("rays", 1)) * int(arguments.get("layers", 1)) <= MAX_RAYS
 
 
 def without_collisions(texts: Sequence[str]) -> list[str]:

@@ -5,32 +5,35 @@ numpy, scipy and trimesh are imported after a check that they are installed.
 
 from __future__ import annotations
 
+import dataclasses
+import math
+import os
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from rosorin_compile.model import HeightMap, Pose
+from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Pose, Shape
 from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
-from rosorin_compile.output import OutputError, write_set
+from rosorin_compile.output import OutputError, write_file, write_set
 from rosorin_compile.request import FilePath, Packages, Values, Warn, read_options
+from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError
-from rosorin_compile.source.files import resolve
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.packages import Packages as PackageFinder
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.wording import mask_controls
 
-from . import replace_map, results
+from ..layout import layout, number
+from .height_map_file import find_map, height_map_yaml, replace_map
 from .sources import GridOptions as GridOptions
-from .sources import MeshSource, RobotSource, SourceProblem, check_digits
+from .sources import RobotSource, SourceProblem, are_meshes, check_digits, mesh_parts
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    from .shapes import Fit
 
-    Floats = NDArray[np.float64]
+MARK = "# rosorin-compile extract"  # begins every file that extract writes
 
 
 @dataclass(frozen=True)
@@ -118,28 +121,92 @@ def extract_boxes(
     reading, wrong = read_options(arguments, packages, trust, warn)
     if wrong:
         return ExtractedBoxes(diagnostics=tuple(wrong))
-    source = MeshSource(sources, reading, links, section, _three(scale))
     diagnostics: list[Diagnostic] = []
     if not 1 <= stack <= 100:
         raise RequestError("--stack takes 1 to 100 boxes")
     check_digits(digits, "--digits")
     try:
         TriangleMesh.require_packages()
-        from .shapes import fit_shapes, measure_fits
+        from .shapes import fit_shapes
 
-        parts = source.file_parts(diagnostics) if source.are_files else source.link_parts(diagnostics)
-        fitted = []
+        if are_meshes(sources, links):
+            parts = mesh_parts(sources, _three(scale), diagnostics)
+        else:
+            robot = RobotSource.read(sources[0], reading)
+            names = [robot.link(name) for name in links] or list(robot.robot.link)
+            parts = [part for name in names if (part := robot.part(name, section)) is not None]
+            diagnostics += robot.diagnostics
+            if not parts:
+                message = f"{sources[0]} has no link with a mesh that can be read"
+                raise ExtractProblem.new("mesh-empty", message, "see above, or --from")
+        values, entries, rows = {}, {}, [("part", "shape", "volume", "overhang", "overlap")]
         for index, part in enumerate(parts):
             Progress.step("fitting", index, len(parts))
             fits = fit_shapes(part.triangles, digits, stack, axis)
-            fitted.append(results.FittedPart(part, fits, measure_fits(part.triangles, fits)))
-        text = _first_line(source, "boxes") + results.boxes_yaml(fitted, shape)
+            smallest = min(fits, key=lambda kind: fits[kind].volume)
+            fit = fits[smallest if shape == "smallest" else shape]
+            words = {"box": "axis-aligned box", "stack": f"stack of {len(fit.pieces)} boxes"}
+            what = f"{words.get(fit.kind, fit.kind.replace('_', ' '))} around {', '.join(part.meshes)}"
+            entries[part.name] = {
+                "collision": [shape_entry(piece) for piece in fit.pieces],
+                "source": {"status": "calculated", "note": what},
+            }
+            values[part.name] = {
+                "meshes": list(part.meshes),
+                "triangles": len(part.triangles),
+                "closed": fit.overhang is not None,
+                "smallest": smallest,
+                "shapes": {kind: _fit_values(fit) for kind, fit in fits.items()},
+            }
+            for kind, fit in fits.items():
+                name = f"stack of {len(fit.pieces)}" if kind == "stack" else kind.replace("_", " ")
+                overhang = "open mesh"
+                if fit.overhang is not None:
+                    overhang = f"{_volume(fit.overhang)} ({100 * fit.overhang / fit.volume:.0f}%)"
+                overlap = math.floor(fit.overlap * 1000) / 10  # 100% means all of it, not nearly all
+                rows.append((part.name, name, _volume(fit.volume), overhang, f"{overlap:g}%"))
+        text = _first_line(sources, reading.arguments, "boxes") + layout({"links": entries})
         if output is not None:
-            results.save(Path(output), text, force)
+            save(Path(output), text, force)
     except ExtractProblem as problem:
         return ExtractedBoxes(diagnostics=(*diagnostics, *_diagnostics(problem)))
-    table = tuple(results.boxes_table(fitted))
-    return ExtractedBoxes(results.boxes_json(fitted), text, table, tuple(arrange(diagnostics)))
+    width = max(len(name) for name, *_ in rows)
+    table = (f"{row[0]:<{width}}  {row[1]:<12}  {row[2]:>10}  {row[3]:>16}  {row[4]:>7}" for row in rows)
+    return ExtractedBoxes(values, text, tuple(table), tuple(arrange(diagnostics)))
+
+
+def _volume(value: float) -> str:
+    return f"{value * 1e6:.1f} cm3" if value < 0.01 else f"{value * 1e3:.1f} l"
+
+
+def _sizes(shape: Shape) -> dict[str, dict[str, Any]]:
+    """Return the kind of a shape with its numbers."""
+    geometry = shape.geometry
+    if isinstance(geometry, Box):
+        return {"box": {"min": list(geometry.lower), "max": list(geometry.upper)}}
+    assert isinstance(geometry, Cylinder | Capsule)  # noqa: S101 - fits have no other shape
+    kind = "cylinder" if isinstance(geometry, Cylinder) else "capsule"
+    return {kind: {"radius": geometry.radius, "length": geometry.length}}
+
+
+def _fit_values(fit: Fit) -> dict[str, Any]:
+    """Return shapes and their fit: metres, cubic metres, radians."""
+    shapes = [{**_sizes(one), "xyz": list(one.pose.xyz), "rpy": list(one.pose.rpy)} for one in fit.pieces]
+    return {"shapes": shapes, "volume": fit.volume, "overhang_volume": fit.overhang, "overlap": fit.overlap}
+
+
+def shape_entry(shape: Shape) -> dict[str, Any]:
+    """Return a shape as an entry of ``collision``, as ``layout`` takes it."""
+    (kind, sizes), geometry = next(iter(_sizes(shape).items())), shape.geometry
+    if isinstance(geometry, Box) and geometry.centre == (0.0, 0.0, 0.0):
+        sizes = {"size": geometry.size}
+    written = {key: list(map(number, value)) if kind == "box" else number(value) for key, value in sizes.items()}
+    entry: dict[str, Any] = {kind: written}
+    if shape.pose.xyz != (0, 0, 0):
+        entry["xyz"] = list(map(number, shape.pose.xyz))
+    if shape.pose.rpy != (0, 0, 0):
+        entry["rpy"] = [number(angle, "deg") for angle in shape.pose.rpy]
+    return entry
 
 
 def extract_height_map(
@@ -197,68 +264,56 @@ def extract_height_map(
     reading, wrong = read_options(arguments, packages, trust, warn)
     if wrong:
         return ExtractedHeightMap(diagnostics=tuple(wrong))
-    source = MeshSource(sources, reading, [link] if link is not None else (), section, _three(scale))
     grid = GridOptions(cell, origin, cells, size, below, map_digits, step, bottom)
-    pose, into_file = Pose(_three(xyz), _three(rpy)), Path(into) if into is not None else None
+    transform, into_file = Pose(_three(xyz), _three(rpy)).transform(), Path(into) if into is not None else None
     diagnostics: list[Diagnostic] = []
     if into_file is not None and output is not None:
         raise RequestError("--into edits a file; it excludes -o and JSON")
     if into_file is not None and grid.bottom:
         raise RequestError("--bottom excludes --into and JSON; write a file with -o, and paste it")
-    grid.check()
     try:
         TriangleMesh.require_packages()
+        import numpy as np
+
         from .height_map import make_height_map, summary
 
-        existing = None if into_file is None else replace_map.find_map(into_file, frame)
+        existing = None if into_file is None else find_map(into_file, frame)
         if existing is not None:
             grid, frame = existing.complete(grid), existing.link
-        triangles, meshes, frame = _surface(source, frame, pose, diagnostics)
+        if are_meshes(sources, [link] if link is not None else []):
+            parts = mesh_parts(sources, _three(scale), diagnostics)
+            frame = frame or parts[0].name
+        elif link is None:
+            raise RequestError("name the link of the robot: --link LINK")
+        else:
+            robot = RobotSource.read(sources[0], reading)
+            link, frame = robot.link(link), robot.link(frame or link)
+            part = robot.part(link, section)
+            diagnostics += arrange(robot.diagnostics)
+            if part is None:
+                raise ExtractProblem.new("mesh-empty", f"{link} has no mesh that can be read", "see above, or --from")
+            parts, transform = [part], transform.then(robot.robot.transform(frame, link, {}))
+        triangles = np.concatenate([part.triangles for part in parts])
+        triangles = TriangleMesh.place(triangles, transform.rows, transform.xyz)
         height_map, messages = make_height_map(triangles, grid, frame)
         diagnostics += messages
-        note = note or f"top of {', '.join(meshes)}"
+        note = note or f"top of {', '.join(name for part in parts for name in part.meshes)}"
         if existing is not None and into_file is not None:
-            text = replace_map.replace_map(existing, height_map, status, note)
-            place = f"{into_file}:{existing.line}: height map of {existing.link}"
-            report = [f"{place} unchanged"]
-            if text != existing.source.text:
-                results.replace(into_file, text)
-                lines = replace_map.changes(existing, height_map, status)
-                report = [f"{place} replaced", *(f"  {line}" for line in lines)]
+            text, report = replace_map(existing, height_map, status, note), [summary(height_map)]
+            is_new = text != existing.source.text
+            place = f"{into_file}:{existing.entry.key_spans['height_map'].line}"
+            report.append(f"{place}: height map of {frame} {'replaced' if is_new else 'unchanged'}")
+            if is_new:
+                _replace(into_file, text)
         else:
-            text = _first_line(source, "heightmap") + results.height_map_yaml(frame, height_map, status, note)
+            text = _first_line(sources, reading.arguments, "heightmap")
+            text += height_map_yaml(frame, height_map, status, note)
             report = [summary(height_map)]
             if output is not None:
-                results.save(Path(output), text, force)
+                save(Path(output), text, force)
     except ExtractProblem as problem:
         return ExtractedHeightMap(diagnostics=(*diagnostics, *_diagnostics(problem)))
     return ExtractedHeightMap(frame, height_map, text, tuple(report), tuple(diagnostics))
-
-
-def _surface(
-    source: MeshSource, frame: str | None, pose: Pose, diagnostics: list[Diagnostic]
-) -> tuple[Floats, tuple[str, ...], str]:
-    """Return the triangles (n, 3, 3) in metres in a frame, the names of the meshes, and the name of the frame."""
-    import numpy as np
-
-    transform = pose.transform()
-    if source.are_files:
-        parts = source.file_parts(diagnostics)
-        frame = frame or parts[0].name
-    elif not source.links:
-        raise RequestError("name the link of the robot: --link LINK")
-    else:
-        robot = RobotSource.read(source.names[0], source.reading)
-        link = robot.link(source.links[0])
-        frame = robot.link(frame or link)
-        part = robot.part(link, source.section)
-        diagnostics += arrange(robot.diagnostics)
-        if part is None:
-            raise ExtractProblem.new("mesh-empty", f"{link} has no mesh that can be read", "see above, or --from")
-        parts, transform = [part], transform.then(robot.robot.transform(frame, link, {}))
-    triangles = np.concatenate([part.triangles for part in parts])
-    meshes = tuple(name for part in parts for name in part.meshes)
-    return TriangleMesh.place(triangles, transform.rows, transform.xyz), meshes, frame
 
 
 def extract_factory(
@@ -299,39 +354,65 @@ def extract_factory(
     folder, target, grid = Path(package), Path(output), GridOptions(cell, origin, cells, size, below, map_digits, step)
     if frame and not height_map_link:
         raise RequestError("--frame is that of the height map; name its link: --heightmap-link LINK")
-    grid.check()
     path = None
     try:
         TriangleMesh.require_packages()
         from . import factory
-        from .height_map import summary
 
         path = factory.find_robot_file(folder, robot)
-        name = PackageFinder.name_of(folder) or resolve(folder).name
+        name = PackageFinder.name_of(folder) or files.resolve(folder).name
         reading = replace(reading, packages={name: folder, **reading.packages})
-        taken = factory.take_numbers(RobotSource.read(str(path), reading), name, height_map_link, frame, grid, section)
+        head = f"{MARK} factory: %s of the package {name}. Numbers only; metres, radians.\n"
+        source = RobotSource.read(str(path), reading)
+        taken = factory.take_numbers(source, name, height_map_link, frame, grid, section)
     except ExtractProblem as problem:
         choice = [] if path is None else factory.choice_of(path)
         return ExtractedFactory(diagnostics=(*_diagnostics(problem), *choice))
-    diagnostics = arrange(taken.diagnostics)
+    diagnostics = arrange(source.diagnostics)
+    texts = {f"{title}.yaml": head % title + text for title, text in taken.texts.items()}
     try:
-        write_set(target, taken.files, judge=lambda _, old, __: "replace" if results.is_made(old) else "refuse")
+        write_set(target, texts, judge=lambda _, old, __: "replace" if _is_made(old) else "refuse")
     except OutputError as problem:
         return ExtractedFactory(diagnostics=(*diagnostics, problem.diagnostic))
-    written = tuple(str(target / file) for file in sorted(taken.files))
-    names = (("joints", taken.joints), ("boxes", list(taken.boxes)))
+    written = tuple(str(target / file) for file in sorted(texts))
+    names = (("joints", taken.joints), ("boxes", taken.boxes))
     report = [f"{what} ({len(found)}): {', '.join(found) or 'none'}" for what, found in names]
-    if taken.height_map is not None:
-        report.append(f"height map in {taken.frame}: {summary(taken.height_map)}")
+    report += [taken.summary] if taken.summary else []
     report.append(f"written: {', '.join(written)}")
     return ExtractedFactory(tuple(taken.joints), tuple(taken.boxes), written, tuple(report), tuple(diagnostics))
 
 
-def _first_line(source: MeshSource, command: str) -> str:
+def _first_line(sources: Sequence[str], arguments: Mapping[str, str], command: str) -> str:
     """Return the first line of a file that is made from these meshes."""
-    names = [Path(name).name if Path(name).is_absolute() else name for name in source.names]
-    words = [*names, *(f"{name}:={value}" for name, value in source.reading.arguments.items())]
-    return mask_controls(f"{results.MARK} {command} {shlex.join(words)}".replace("\n", " ")) + "\n"
+    names = [Path(name).name if Path(name).is_absolute() else name for name in sources]
+    words = [*names, *(f"{name}:={value}" for name, value in arguments.items())]
+    return mask_controls(f"{MARK} {command} {shlex.join(words)}".replace("\n", " ")) + "\n"
+
+
+def save(path: Path, text: str, force: bool = False) -> None:
+    """Write a file; one that extract did not make is replaced only with ``force``. Raises ExtractProblem."""
+    if not force and os.path.lexists(path):
+        try:
+            is_ours = _is_made(files.read_bytes(path, len(MARK)))
+        except OSError:
+            is_ours = False
+        if not is_ours:
+            message = f"{path} exists, and extract did not make it"
+            raise ExtractProblem.new("extract-file", message, "name another file, or add --force")
+    _replace(path, text)
+
+
+def _replace(path: Path, text: str) -> None:
+    """Replace the text of a file atomically; a link stays a link. Raises ExtractProblem."""
+    try:
+        write_file(path, text.encode(), may_replace=None)
+    except OutputError as problem:
+        raise ExtractProblem(dataclasses.replace(problem.diagnostic, rule="extract-file")) from None
+
+
+def _is_made(old: bytes) -> bool:
+    """Return True if extract made a file."""
+    return old.startswith(MARK.encode())
 
 
 def _diagnostics(problem: ExtractProblem) -> list[Diagnostic]:

@@ -6,21 +6,20 @@ Only numbers and names are taken; no mesh and no text of the package is copied.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.model import Box, HeightMap
+from rosorin_compile.model import Box
 from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Suggestion, phrase
 from rosorin_compile.source.files import is_file, is_folder, read_bytes
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.tree import Map, Seq
 
-from ..layout import layout, number
-from .height_map import make_height_map
-from .results import MARK, height_map_yaml, numbers
+from ..description import _written
+from ..layout import layout
+from .height_map import make_height_map, summary
+from .height_map_file import height_map_yaml
 from .shapes import enclosing_box
 from .sources import GridOptions, RobotSource
 
@@ -41,14 +40,12 @@ _COMPARISON = re.compile(r"""(\$\([^()]*\)|\b\w+\b)\s*['"]?\s*[!=]=\s*['"]([^'"]
 
 @dataclass
 class FactoryNumbers:
-    """The results: texts by file name, joints, boxes by link, the height map in a frame, and diagnostics."""
+    """The results: YAML texts by title, the names of joints, the links with a box, and a line about the height map."""
 
-    files: dict[str, str] = field(default_factory=dict)
-    joints: list[str] = field(default_factory=list)
-    boxes: dict[str, Box] = field(default_factory=dict)
-    height_map: HeightMap | None = None
-    frame: str = ""
-    diagnostics: list[Diagnostic] = field(default_factory=list)
+    texts: dict[str, str]
+    joints: list[str]
+    boxes: list[str]
+    summary: str = ""
 
 
 def find_robot_file(package: Path, requested: str | None) -> Path:
@@ -58,36 +55,11 @@ def find_robot_file(package: Path, requested: str | None) -> Path:
     """
     if not is_folder(package):
         raise NotThere.new("factory-robot", f"{package} is not a folder", "name the folder of a description package")
-    candidates, choices = _candidates(package)
-    if requested is not None:
-        path = next((path for path in (package / requested, Path(requested)) if is_file(path)), None)
-        if path is None:
-            suggestion = Suggestion(requested, [str(path.relative_to(package)) for path in candidates])
-            raise NotThere.new("factory-robot", f'{package} has no file "{requested}"', suggestion)
-        return path
-    if len(candidates) == 1:
-        return candidates[0]
-    if not candidates:
-        raise ExtractProblem.new("factory-robot", f"{package} has no file of a robot", "name one with --robot FILE")
-    names = ", ".join(str(path.relative_to(package)) for path in candidates[:20])
-    message, help = f"{package} has {len(candidates)} files of robots: {names}", "select one with --robot FILE"
-    if choices:
-        entry = next(iter(choices)).relative_to(package)
-        message += "".join(f"; {path.relative_to(package)} {text}" for path, text in choices.items())
-        help = f"use the file that chooses: --robot {entry}; or select one with --robot FILE"
-    raise ExtractProblem.new("factory-robot", message, help)
-
-
-def _candidates(package: Path) -> tuple[list[Path], dict[Path, str]]:
-    """Return the robot files of a package, and for files that choose between includes, how they choose."""
     published = FORMATS.published_format()
     formats = [one for one in FORMATS.values() if published.name in (one.name, one.becomes)]
     endings = {ending for one in formats for ending in one.endings}
-    texts = {
-        path: read_bytes(path, _MAX_BYTES).decode("utf-8", "replace")
-        for path in sorted(package.glob("**/*"))
-        if path.suffix.lower() in endings and is_file(path)
-    }
+    paths = [path for path in sorted(package.glob("**/*")) if path.suffix.lower() in endings and is_file(path)]
+    texts = {path: read_bytes(path, _MAX_BYTES).decode("utf-8", "replace") for path in paths}
     included: set[Path] = set()
     for path, text in texts.items():
         for address in _INCLUDES.findall(text):
@@ -97,7 +69,24 @@ def _candidates(package: Path) -> tuple[list[Path], dict[Path, str]]:
             included |= {other for other in texts if other != path and pattern.fullmatch(other.name)}
     candidates = [path for path, text in texts.items() if _ROBOT.search(text) and path not in included]
     choices = {path: choice for path in texts if path not in included and (choice := _choice(texts[path]))}
-    return (sorted({*candidates, *choices}) if len(candidates) != 1 else candidates), choices
+    if len(candidates) != 1:
+        candidates = sorted({*candidates, *choices})
+    names = [str(path.relative_to(package)) for path in candidates]
+    if requested is not None:
+        for path in (package / requested, Path(requested)):
+            if is_file(path):
+                return path
+        raise NotThere.new("factory-robot", f'{package} has no file "{requested}"', Suggestion(requested, names))
+    if len(candidates) == 1:
+        return candidates[0]
+    if not candidates:
+        raise ExtractProblem.new("factory-robot", f"{package} has no file of a robot", "name one with --robot FILE")
+    message = f"{package} has {len(names)} files of robots: {', '.join(names[:20])}"
+    help = "select one with --robot FILE"
+    if choices:
+        message += "".join(f"; {path.relative_to(package)} {text}" for path, text in choices.items())
+        help = f"use the file that chooses: --robot {next(iter(choices)).relative_to(package)}; or {help}"
+    raise ExtractProblem.new("factory-robot", message, help)
 
 
 def _choice(text: str) -> str:
@@ -124,7 +113,7 @@ def choice_of(path: Path) -> list[Diagnostic]:
     """Return a note about the variables by which a robot file chooses, if it does."""
     choice = _choice(read_bytes(path, _MAX_BYTES).decode("utf-8", "replace"))
     help = "set the environment variable, or give the argument as NAME:=VALUE"
-    return [Diagnostic("factory-robot", NOTE, f"{path} {choice}", None, (), help)] if choice else []
+    return [Diagnostic("factory-robot", NOTE, f"{path} {choice}", help=help)] if choice else []
 
 
 def take_numbers(
@@ -132,75 +121,47 @@ def take_numbers(
 ) -> FactoryNumbers:
     """Take the numbers of a robot, without a height map if ``map_link`` is None.
 
-    Raises NotThere for a link or frame that it does not have.
+    Raises NotThere for a link or frame that it does not have; other problems are diagnostics of the source.
     """
-    taken = FactoryNumbers(diagnostics=source.diagnostics, joints=list(source.robot.joint))
+    frame = frame or map_link
     for link in filter(None, (map_link, frame)):
         source.link(link)
+    boxes: dict[str, Box] = {}
     for index, link in enumerate(source.robot.link):
         Progress.step("measuring", index, len(source.robot.link))
         part = None if link == map_link else source.part(link, section)
         if part is not None:
-            taken.boxes[link] = enclosing_box(part.triangles, _DIGITS)
-    if map_link is not None:
-        _add_height_map(source, package, (map_link, frame or map_link), grid, section, taken)
-    taken.files["joints.yaml"] = _joints_yaml(source, package)
+            boxes[link] = enclosing_box(part.triangles, _DIGITS)
+    taken = FactoryNumbers({}, list(source.robot.joint), list(boxes))
+    if map_link is not None and frame is not None:
+        part = source.part(map_link, section)
+        try:
+            if part is None:
+                raise ExtractProblem.new("height-map-empty", f"{map_link} has no mesh that can be read: no height map")
+            transform = source.robot.transform(frame, map_link, {})
+            triangles = TriangleMesh.place(part.triangles, transform.rows, transform.xyz)
+            height_map, messages = make_height_map(triangles, grid, frame)
+            note = f"top of {', '.join(part.meshes)}"
+            taken.texts["heightmap"] = height_map_yaml(frame, height_map, "calculated", note)
+            taken.summary = f"height map in {frame}: {summary(height_map)}"
+            source.diagnostics += messages
+        except ExtractProblem as problem:
+            source.diagnostics.append(problem.diagnostic)
+    # Joints have all their numbers, with the accepted violations of rules about them.
+    joints = {
+        name: {key: _written(value) for key, value in joint.items() if key in _KEYS}
+        for name, joint in (source.tree.get("joints") or {}).items()
+    }
+    accepted = [one for one in source.tree.get("accept") or () if not one["rule"].startswith(_NOT_TAKEN)]
+    origin = {"status": "factory", "note": f"description package {package}"}
+    taken.texts["joints"] = layout(
+        {"source": origin, "joints": joints, **({"accept": _written(accepted)} if accepted else {})}
+    )
     links = {
-        link: {"collision": [{"box": {"min": numbers(box.lower), "max": numbers(box.upper)}}]} if box else {}
+        link: {"collision": [{"box": {"min": _written(box.lower), "max": _written(box.upper)}}]} if box else {}
         for link in source.robot.link
-        if (box := taken.boxes.get(link)) or link != taken.frame
+        if (box := boxes.get(link)) or not (taken.summary and link == frame)
     }
-    note = f"boxes around the meshes of the package {package}"
-    boxes = {"source": {"status": "calculated", "note": note}, "links": links}
-    taken.files["boxes.yaml"] = _head("boxes", package) + layout(boxes)
+    origin = {"status": "calculated", "note": f"boxes around the meshes of the package {package}"}
+    taken.texts["boxes"] = layout({"source": origin, "links": links})
     return taken
-
-
-def _add_height_map(
-    source: RobotSource, package: str, frames: tuple[str, str], grid: GridOptions, section: str, taken: FactoryNumbers
-) -> None:
-    """Add the height map of a link in a frame, or a diagnostic if there is none."""
-    link, frame = frames
-    part = source.part(link, section)
-    try:
-        if part is None:
-            raise ExtractProblem.new("height-map-empty", f"{link} has no mesh that can be read: no height map")
-        transform = source.robot.transform(frame, link, {})
-        triangles = TriangleMesh.place(part.triangles, transform.rows, transform.xyz)
-        taken.height_map, messages = make_height_map(triangles, grid, frame)
-    except ExtractProblem as problem:
-        taken.diagnostics.append(problem.diagnostic)
-        return
-    taken.diagnostics += messages
-    taken.frame = frame
-    text = height_map_yaml(frame, taken.height_map, "calculated", f"top of {', '.join(part.meshes)}")
-    taken.files["heightmap.yaml"] = _head("heightmap", package) + text
-
-
-def _head(title: str, package: str) -> str:
-    return f"{MARK} factory: {title} of the package {package}. Numbers only; metres, radians.\n"
-
-
-def _joints_yaml(source: RobotSource, package: str) -> str:
-    """Return all joints with the digits of the package, and the accepted violations of rules about them."""
-    joints, accepted = source.tree.get("joints") or {}, source.tree.get("accept")
-    document: dict[str, Any] = {
-        "source": {"status": "factory", "note": f"description package {package}"},
-        "joints": {name: {key: _plain(joint, key) for key in joint if key in _KEYS} for name, joint in joints.items()},
-    }
-    entries = [entry for entry in accepted or () if not entry["rule"].startswith(_NOT_TAKEN)]
-    if entries:
-        document["accept"] = [{key: _plain(entry, key) for key in entry} for entry in entries]
-    return _head("joints", package) + layout(document)
-
-
-def _plain(holder: Map | Seq, key: Any) -> Any:
-    """Return a value of a tree as ``layout`` takes it, numbers as they are written in the source."""
-    value = holder[key]
-    if isinstance(value, Map):
-        return {inner: _plain(value, inner) for inner in value}
-    if isinstance(value, Seq):
-        return [_plain(value, index) for index in range(len(value))]
-    if isinstance(value, (int, float)) and not isinstance(value, bool):
-        return number(value)
-    return value if isinstance(value, bool) else str(value)

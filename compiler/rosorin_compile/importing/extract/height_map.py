@@ -9,7 +9,6 @@ cells, and no wall is lost.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,13 +47,15 @@ class Grid:
         """Raise ExtractProblem for an impossible grid."""
         if min(self.cells) < 1 or self.cells[0] * self.cells[1] > MAX_CELLS:
             message = f"a grid of {self.cells[0]:,} x {self.cells[1]:,} cells is empty, or has more than {MAX_CELLS:,}"
-            raise ExtractProblem.new(
-                "height-map-grid", message, "use a larger --cell, or a smaller grid: --cells 30x23"
-            )
+            help = "use a larger --cell, or a smaller grid: --cells 30x23"
+            raise ExtractProblem.new("height-map-grid", message, help)
 
 
 def make_height_map(triangles: Floats, request: GridOptions, frame: str) -> tuple[HeightMap, list[Diagnostic]]:
-    """Compute the height map of triangles (n, 3, 3) in metres in a frame. Raises ExtractProblem."""
+    """Compute the height map of triangles (n, 3, 3) in metres in a frame. Raises ExtractProblem.
+
+    The default grid is the smallest one around the mesh with a rounded corner.
+    """
     method = "highest point of each triangle in each cell"
     if request.below is not None:
         triangles = cut_above(triangles, request.below)
@@ -62,7 +63,13 @@ def make_height_map(triangles: Floats, request: GridOptions, frame: str) -> tupl
         if not len(triangles):
             message = f"nothing of the mesh is below {request.below:g} m in {frame}"
             raise ExtractProblem.new("height-map-empty", message, "correct --below, --xyz or --scale")
-    grid = _grid(triangles, request)
+    corners, cell = triangles.reshape(-1, 3), request.cell or DEFAULT_CELL
+    x, y = request.origin or (round_down(float(value), 5) for value in corners.min(axis=0)[:2])
+    reach = [float(high) - low for high, low in zip(corners.max(axis=0)[:2], (x, y), strict=True)]
+    nx, ny = (max(1, math.ceil(length / cell - 0.001)) for length in reach)
+    if request.size is not None:
+        nx, ny = (math.ceil(length / cell - 1e-6) for length in request.size)
+    grid = Grid((x, y), cell, request.cells or (nx, ny))
     heights = surface_heights(triangles, grid)
     if not heights.any():
         message = f"the mesh has no surface above z = 0 of {frame} over the grid"
@@ -82,30 +89,30 @@ def surface_heights(triangles: Floats, grid: Grid) -> Floats:
     """Return the height in metres of the highest point over each cell, (nx, ny); 0 for none above z = 0."""
     heights = np.zeros(grid.cells[0] * grid.cells[1])
     for start in range(0, len(triangles), CHUNK):
-        chunk = triangles[start : start + CHUNK]
-        _raise_cells(heights, grid, chunk[(chunk[:, :, 2] > 0).any(axis=1)])
+        scaled = triangles[start : start + CHUNK].copy()
+        scaled = scaled[(scaled[:, :, 2] > 0).any(axis=1)]
+        scaled[:, :, :2] = (scaled[:, :, :2] - np.array(grid.origin)) / grid.cell
+        normals = np.cross(scaled[:, 1] - scaled[:, 0], scaled[:, 2] - scaled[:, 0])
+        for axis in range(2):
+            lower, upper = scaled[:, :, axis].min(axis=1), scaled[:, :, axis].max(axis=1)
+            on_line = (upper - lower <= 2 * _LINE) & (np.floor(lower - _LINE) != np.floor(upper + _LINE))
+            scaled[on_line, :, axis] -= 3 * _LINE * np.sign(normals[on_line, axis])[:, None]
+        lower, upper = scaled[:, :, :2].min(axis=1), scaled[:, :, :2].max(axis=1)
+        first = np.floor(lower + _LINE).clip(0, grid.cells).astype(np.int64)
+        across = (np.ceil(upper - _LINE).clip(0, grid.cells).astype(np.int64) - first).clip(0)
+        within = ((across == 1) & (lower >= 0) & (upper <= np.array(grid.cells))).all(axis=1)
+        np.maximum.at(heights, first[within, 0] * grid.cells[1] + first[within, 1], scaled[within, :, 2].max(axis=1))
+        across[within] = 0
+        # All pairs of a triangle and a cell that it may reach into, some at a time.
+        ends = np.cumsum(across[:, 0] * across[:, 1])
+        for pair in range(0, int(ends[-1]) if len(ends) else 0, _MOST_PAIRS):
+            number = np.arange(pair, min(pair + _MOST_PAIRS, int(ends[-1])))
+            owner = np.searchsorted(ends, number, side="right")
+            step = number - (ends[owner] - across[owner, 0] * across[owner, 1])
+            cell = first[owner] + np.stack([step // across[owner, 1], step % across[owner, 1]], axis=1)
+            np.maximum.at(heights, cell[:, 0] * grid.cells[1] + cell[:, 1], _highest(scaled[owner], cell))
         Progress.step("sampling", min(start + CHUNK, len(triangles)), len(triangles))
     return heights.reshape(grid.cells)
-
-
-def _raise_cells(heights: Floats, grid: Grid, triangles: Floats) -> None:
-    """Raise cells to the highest points of triangles over them."""
-    scaled = triangles.copy()
-    scaled[:, :, :2] = (triangles[:, :, :2] - np.array(grid.origin)) / grid.cell
-    normals = np.cross(scaled[:, 1] - scaled[:, 0], scaled[:, 2] - scaled[:, 0])
-    for axis in range(2):
-        lower, upper = scaled[:, :, axis].min(axis=1), scaled[:, :, axis].max(axis=1)
-        on_line = (upper - lower <= 2 * _LINE) & (np.floor(lower - _LINE) != np.floor(upper + _LINE))
-        scaled[on_line, :, axis] -= 3 * _LINE * np.sign(normals[on_line, axis])[:, None]
-    lower, upper = scaled[:, :, :2].min(axis=1), scaled[:, :, :2].max(axis=1)
-    first = np.floor(lower + _LINE).clip(0, grid.cells).astype(np.int64)
-    across = (np.ceil(upper - _LINE).clip(0, grid.cells).astype(np.int64) - first).clip(0)
-    within = ((across == 1) & (lower >= 0) & (upper <= np.array(grid.cells))).all(axis=1)
-    np.maximum.at(heights, first[within, 0] * grid.cells[1] + first[within, 1], scaled[within, :, 2].max(axis=1))
-    across[within] = 0
-    for owner, step in _ranges(across[:, 0] * across[:, 1]):
-        cell = first[owner] + np.stack([step // across[owner, 1], step % across[owner, 1]], axis=1)
-        np.maximum.at(heights, cell[:, 0] * grid.cells[1] + cell[:, 1], _highest(scaled[owner], cell))
 
 
 def _highest(triangles: Floats, cells: Ints) -> Floats:
@@ -149,16 +156,6 @@ def _height_above(triangles: Floats, places: Floats) -> tuple[NDArray[np.bool_],
     return inside, height
 
 
-def _ranges(counts: Ints) -> Iterator[tuple[Ints, Ints]]:
-    """Yield for counts (n,) all pairs of an index and a number below its count, in arrays of bounded length."""
-    (some,) = counts.nonzero()
-    ends = np.cumsum(counts[some])
-    for start in range(0, int(ends[-1]) if len(ends) else 0, _MOST_PAIRS):
-        number = np.arange(start, min(start + _MOST_PAIRS, int(ends[-1])))
-        which = np.searchsorted(ends, number, side="right")
-        yield some[which], number - (ends[which] - counts[some[which]])
-
-
 def cut_above(triangles: Floats, limit: float) -> Floats:
     """Return the part of triangles (n, 3, 3) that is not above z = ``limit``, as triangles."""
     faces = np.arange(3 * len(triangles)).reshape(-1, 3)
@@ -166,18 +163,6 @@ def cut_above(triangles: Floats, limit: float) -> Floats:
     pieces: Floats = points[faces].reshape(-1, 3, 3)
     pieces[:, :, 2] = np.minimum(pieces[:, :, 2], limit)
     return pieces
-
-
-def _grid(triangles: Floats, request: GridOptions) -> Grid:
-    """Return the requested grid; by default the smallest one around the mesh with a rounded corner."""
-    corners = triangles.reshape(-1, 3)
-    cell = request.cell or DEFAULT_CELL
-    x, y = request.origin or (round_down(float(value), 5) for value in corners.min(axis=0)[:2])
-    reach = [float(high) - low for high, low in zip(corners.max(axis=0)[:2], (x, y), strict=True)]
-    nx, ny = (max(1, math.ceil(length / cell - 0.001)) for length in reach)
-    if request.size is not None:
-        nx, ny = (math.ceil(length / cell - 1e-6) for length in request.size)
-    return Grid((x, y), cell, request.cells or (nx, ny))
 
 
 def _messages(triangles: Floats, grid: Grid, frame: str) -> list[Diagnostic]:

@@ -1,16 +1,14 @@
 """Fit shapes around a mesh: box, oriented box, cylinder, capsule and a stack of boxes; measure how well they fit.
 
 Each shape encloses the mesh, with its numbers rounded. A rotated shape has to be more than one percent smaller than one
-that is rotated less. This module needs numpy, scipy and trimesh.
+that is rotated less.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,12 +20,12 @@ from trimesh.intersections import slice_faces_plane
 from trimesh.nsphere import minimum_nsphere
 
 from rosorin_compile.model import Box, Capsule, Cylinder, Pose, Shape, Transform
+from rosorin_compile.model.shape import volume_and_moments
 
 Floats = NDArray[np.float64]
 Vector = tuple[float, float, float]
 Point = tuple[float, float]
 
-KINDS = ("box", "oriented_box", "cylinder", "capsule", "stack")
 AXES = ("x", "y", "z")
 _WORTH = 0.99  # a rotated shape has to be smaller than this fraction of one that is rotated less
 _STL_NOISE = 1e-7  # m: STL corners have 24 bits
@@ -37,10 +35,16 @@ _AXIS_ANGLES: dict[str, Vector] = {"x": (0, math.pi / 2, 0), "y": (math.pi / 2, 
 
 @dataclass(frozen=True)
 class Fit:
-    """A shape around a mesh, in one or more pieces that share nothing but faces."""
+    """A shape around a mesh, in one or more pieces that share nothing but faces, and how well it fits. Volumes in m^3.
+
+    ``overhang`` is the volume of the shape outside the mesh, None for an open mesh. ``overlap`` is the fraction of the
+    corners of the mesh that the shape encloses.
+    """
 
     kind: str
     pieces: tuple[Shape, ...]
+    overhang: float | None
+    overlap: float
 
     @property
     def volume(self) -> float:
@@ -49,7 +53,7 @@ class Fit:
 
 
 def fit_shapes(triangles: Floats, digits: int, stack: int, axis: str = "auto") -> dict[str, Fit]:
-    """Fit a shape of each kind around a mesh.
+    """Fit a shape of each kind around a mesh, and measure the fit.
 
     Args:
         triangles: Corners (n, 3, 3) in metres.
@@ -58,6 +62,9 @@ def fit_shapes(triangles: Floats, digits: int, stack: int, axis: str = "auto") -
         axis: The axis of the stack: x, y, z, or auto for the axis with the least volume.
 
     """
+    corners = triangles.reshape(-1, 3)
+    mesh = Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=True)
+    size = abs(float(mesh.volume)) if mesh.is_watertight else 0.0
     triangles = np.round(triangles, 10)  # differences below 0.1 nm would become divisors
     hull = _hull(triangles.reshape(-1, 3))
     oriented = _oriented_box(hull, digits)
@@ -72,7 +79,12 @@ def fit_shapes(triangles: Floats, digits: int, stack: int, axis: str = "auto") -
         "capsule": (_smallest([_capsule(hull, rpy, digits) for rpy in angles]),),
         "stack": _stack(triangles, stack, axis, digits),
     }
-    return {kind: Fit(kind, pieces[kind]) for kind in KINDS}
+    fits = {}
+    for kind, shapes in pieces.items():
+        overhang = max(0.0, sum(map(_volume, shapes)) - size) if size else None
+        inside = np.any([_contains(shape, corners) for shape in shapes], axis=0)
+        fits[kind] = Fit(kind, shapes, overhang, float(inside.mean()))
+    return fits
 
 
 def enclosing_box(points: Floats, digits: int) -> Box:
@@ -237,12 +249,7 @@ def _smallest(shapes: list[Shape]) -> Shape:
 
 
 def _volume(shape: Shape) -> float:
-    geometry = shape.geometry
-    if isinstance(geometry, Box):
-        return math.prod(geometry.size)
-    assert isinstance(geometry, Cylinder | Capsule)  # noqa: S101 - fits have no other shape
-    ends = 4 / 3 * geometry.radius if isinstance(geometry, Capsule) else 0.0
-    return math.pi * geometry.radius**2 * (geometry.length + ends)
+    return volume_and_moments(shape.geometry)[0]
 
 
 def smallest_circle(points: Floats) -> tuple[Point, float]:
@@ -258,31 +265,6 @@ def smallest_circle(points: Floats) -> tuple[Point, float]:
     if np.linalg.norm(hull - centre, axis=1).max() > radius * (1 + 1e-9) + 1e-15:
         centre, _ = minimum_nsphere(hull)
     return (float(centre[0]), float(centre[1])), float(np.linalg.norm(hull - centre, axis=1).max())
-
-
-class FitQuality(NamedTuple):
-    """How well a shape fits. Volumes in m^3.
-
-    ``overhang`` is the volume of the shape outside the mesh, None for an open mesh. ``overlap`` is the fraction of the
-    corners of the mesh that the shape encloses.
-    """
-
-    volume: float
-    overhang: float | None
-    overlap: float
-
-
-def measure_fits(triangles: Floats, fits: Mapping[str, Fit]) -> dict[str, FitQuality]:
-    """Measure how well shapes fit a mesh of triangles (n, 3, 3)."""
-    corners = triangles.reshape(-1, 3)
-    mesh = Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=True)
-    volume = abs(float(mesh.volume)) if mesh.is_watertight else 0.0
-    measured = {}
-    for kind, fit in fits.items():
-        inside = np.any([_contains(piece, corners) for piece in fit.pieces], axis=0)
-        overhang = max(0.0, fit.volume - volume) if volume else None
-        measured[kind] = FitQuality(fit.volume, overhang, float(inside.mean()))
-    return measured
 
 
 def _contains(shape: Shape, points: Floats) -> NDArray[np.bool_]:

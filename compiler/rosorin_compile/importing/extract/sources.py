@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-
-AUTO = "auto"
 _MAX_DIGITS = 9
 _LONGEST_PART = 20.0  # m; a longer mesh was drawn in millimetres
 
@@ -42,7 +40,8 @@ class GridOptions:
     """The options of a height map, lengths in metres; ``size`` is another way to give ``cells``.
 
     By default, cells are 10 mm and cover the mesh, and ``step`` is a cell. ``below`` removes the surface above a
-    height. ``bottom``: also compute the lowest point of the mesh.
+    height. ``bottom``: also compute the lowest point of the mesh. Raises RequestError for options that are out of range
+    or exclude each other.
     """
 
     cell: float | None = None
@@ -54,10 +53,8 @@ class GridOptions:
     step: float | None = None
     bottom: bool = False
 
-    def check(self) -> None:
-        """Raise RequestError for options that are out of range or exclude each other."""
-        lengths = {"cell": (self.cell,), "step": (self.step,), "size": self.size or ()}
-        for name, values in lengths.items():
+    def __post_init__(self) -> None:
+        for name, values in {"cell": (self.cell,), "step": (self.step,), "size": self.size or ()}.items():
             if any(value is not None and not value > 0 for value in values):
                 raise RequestError(f'--{name} takes lengths above zero, not "{",".join(map(str, values))}"')
         if self.cells is not None and self.size is not None:
@@ -67,65 +64,39 @@ class GridOptions:
 
 @dataclass(frozen=True)
 class Part:
-    """A named body: its triangles (n, 3, 3) in its own frame, and the names of its mesh files."""
+    """A named body: its triangles (n, 3, 3) in its own frame in metres, and the names of its mesh files."""
 
     name: str
     triangles: Floats
     meshes: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class MeshSource:
-    """The meshes to measure.
+def are_meshes(names: Sequence[str], links: Sequence[str]) -> bool:
+    """Return True for mesh files, False for one robot. Raises RequestError for none and for a mixture."""
+    kinds = {Path(name).suffix.lower().removeprefix(".") in TriangleMesh.FORMATS for name in names}
+    if len(kinds) != 1:
+        raise RequestError("name mesh files, or one robot")
+    if kinds == {True} and links:
+        raise RequestError("--link selects a link of a robot; a mesh file has none")
+    if kinds == {False} and len(names) != 1:
+        raise RequestError(f"one robot at a time, not {len(names)}")
+    return kinds == {True}
 
-    ``names`` are mesh files, or one robot: a description, URDF, xacro, SDF or MJCF. ``links`` are those of the robot,
-    by default all. ``section`` is collision, visual or auto. ``scale`` has the factors of mesh files along x, y and z.
-    """
 
-    names: Sequence[str]
-    reading: ReadOptions
-    links: Sequence[str] = ()
-    section: str = AUTO
-    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
-
-    @property
-    def are_files(self) -> bool:
-        """Whether the names are those of mesh files. Raises RequestError for none and for a mixture."""
-        kinds = {Path(name).suffix.lower().removeprefix(".") in TriangleMesh.FORMATS for name in self.names}
-        if len(kinds) != 1:
-            raise RequestError("name mesh files, or one robot")
-        if kinds == {True} and self.links:
-            raise RequestError("--link selects a link of a robot; a mesh file has none")
-        if kinds == {False} and len(self.names) != 1:
-            raise RequestError(f"one robot at a time, not {len(self.names)}")
-        return kinds == {True}
-
-    def file_parts(self, diagnostics: list[Diagnostic]) -> list[Part]:
-        """Return a part for each mesh file. Raises RequestError, ExtractProblem."""
-        parts: dict[str, Part] = {}
-        for name in self.names:
-            mesh = load_mesh(Path(name), self.scale)
-            longest = float((mesh.triangles.max(axis=(0, 1)) - mesh.triangles.min(axis=(0, 1))).max())
-            if longest > _LONGEST_PART:
-                message = f"{mesh.name} is {longest:g} m long; that looks like millimetres"
-                help = "--scale 0.001 turns millimetres into metres"
-                diagnostics.append(Diagnostic("mesh-looks-like-millimetres", WARNING, message, None, (), help))
-            stem = Path(name).stem
-            if stem in parts:
-                raise RequestError(f'two meshes are called "{stem}"; each part needs a name of its own')
-            parts[stem] = Part(stem, mesh.triangles, (mesh.name,))
-        return list(parts.values())
-
-    def link_parts(self, diagnostics: list[Diagnostic]) -> list[Part]:
-        """Return a part for each link of the robot that has meshes. Raises RequestError, ExtractProblem."""
-        robot = RobotSource.read(self.names[0], self.reading)
-        links = [robot.link(name) for name in self.links] or list(robot.robot.link)
-        parts = [part for link in links if (part := robot.part(link, self.section)) is not None]
-        diagnostics += robot.diagnostics
-        if not parts:
-            message = f"{self.names[0]} has no link with a mesh that can be read"
-            raise ExtractProblem.new("mesh-empty", message, "see above, or --from")
-        return parts
+def mesh_parts(names: Sequence[str], scale: tuple[float, float, float], diagnostics: list[Diagnostic]) -> list[Part]:
+    """Return a part for each mesh file; ``scale`` has factors along x, y and z. Raises RequestError, ExtractProblem."""
+    parts: dict[str, Part] = {}
+    for name in names:
+        mesh, stem = load_mesh(Path(name), scale), Path(name).stem
+        longest = float((mesh.triangles.max(axis=(0, 1)) - mesh.triangles.min(axis=(0, 1))).max())
+        if longest > _LONGEST_PART:
+            message = f"{mesh.name} is {longest:g} m long; that looks like millimetres"
+            help = "--scale 0.001 turns millimetres into metres"
+            diagnostics.append(Diagnostic("mesh-looks-like-millimetres", WARNING, message, None, (), help))
+        if stem in parts:
+            raise RequestError(f'two meshes are called "{stem}"; each part needs a name of its own')
+        parts[stem] = Part(stem, mesh.triangles, (mesh.name,))
+    return list(parts.values())
 
 
 class SourceProblem(ExtractProblem):
@@ -180,7 +151,7 @@ class RobotSource:
             raise NotThere.new("unknown-link", f'the robot has no link "{name}"', help)
         return name
 
-    def part(self, link: str, section: str = AUTO) -> Part | None:
+    def part(self, link: str, section: str) -> Part | None:
         """Return the meshes of a link in its frame, or None if it has none that can be read.
 
         ``section`` is collision, visual, or auto: collision if there are meshes, else visual. A mesh that is missing or
@@ -190,8 +161,9 @@ class RobotSource:
 
         entry = self.robot.link[link]
         shapes = {"collision": entry.collision, "visual": entry.visual}
-        sections = list(shapes) if section == AUTO else [section]
-        section = next((n for n in sections if any(isinstance(s.geometry, Mesh) for s in shapes[n])), sections[0])
+        if section == "auto":
+            has_mesh = any(isinstance(shape.geometry, Mesh) for shape in entry.collision)
+            section = "collision" if has_mesh else "visual"
         pieces, names = [], []
         for number, shape in enumerate(shapes[section]):
             if not isinstance(shape.geometry, Mesh):

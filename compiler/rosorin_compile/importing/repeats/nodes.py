@@ -11,8 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from rosorin_compile.source.diagnostics import Span
-from rosorin_compile.source.tree import Map, Path, Seq
+from rosorin_compile.source.tree import Path
 from rosorin_compile.source.units import Quantity
 
 from ..layout import Expression
@@ -41,7 +40,7 @@ class Node:
     carrier: str
     up: int
     rank: tuple[int, int]
-    entries: Map
+    entries: dict[str, Any]
     values: Values
     size: int = 1
 
@@ -71,14 +70,14 @@ class Node:
         return self.up >= 0 and not has_expression and all(_UNFIT.isdisjoint(path) for path in self.values)
 
 
-def nodes_of(body: Map) -> list[Node]:
+def nodes_of(body: Mapping[str, Any]) -> list[Node]:
     """Return the nodes of a robot or a part, each before all that hang on it; none if it is not a forest."""
     links, joints = body.get("links") or {}, body.get("joints") or {}
     below: dict[str, list[str]] = defaultdict(list)
     for name, joint in joints.items():
         below[joint.get("parent")].append(name)
     carried = {joint.get("child") for joint in joints.values()}
-    if len(carried) != len(joints) or not all(isinstance(link, Map) for link in links.values()):
+    if len(carried) != len(joints) or not all(isinstance(link, Mapping) for link in links.values()):
         return []
     link_rank, joint_rank = ({name: rank for rank, name in enumerate(some)} for some in (links, joints))
     nodes: list[Node] = []
@@ -86,13 +85,19 @@ def nodes_of(body: Map) -> list[Node]:
     waiting += [(root, "", -1) for root in reversed([name for name in links if name not in carried])]
     while waiting:
         link, joint, up = waiting.pop()
-        moves = deep_copy(joints[joint]) if joint else Map(body.span)
-        for key in ("parent", "child"):
-            moves.pop(key, None)
-        entries = _with_defaults(table(body.span, {"link": deep_copy(links[link]), "joint": moves}))
+        moves = {key: one for key, one in joints.get(joint, {}).items() if key not in ("parent", "child")}
+        entries = deep_copy({"link": links[link], "joint": moves})
+        # What instances may leave out: the pose and the axis of a joint, and the scales of meshes.
+        defaults = {"xyz": (0.0, 0.0, 0.0), "rpy": (0.0, 0.0, 0.0)} if moves else {}
+        defaults |= {"axis": (1.0, 0.0, 0.0)} if moves.get("type") in _WITH_AXIS else {}
+        for key, numbers in defaults.items():
+            entries["joint"].setdefault(key, list(numbers))
+        for shape in (one for section in ("visual", "collision") for one in entries["link"].get(section) or ()):
+            if isinstance(shape.get("mesh"), Mapping):
+                shape["mesh"].setdefault("scale", [1.0, 1.0, 1.0])
         rank = link_rank[link], joint_rank.get(joint, -1)
         carrier = nodes[up].link if up >= 0 else MOUNT
-        nodes.append(Node(link, joint, carrier, up, rank, entries, dict(scalars(entries))))
+        nodes.append(Node(link, joint, carrier, up, rank, entries, dict(_scalars(entries))))
         waiting += [(joints[name]["child"], name, len(nodes) - 1) for name in reversed(below[link])]
     for node in reversed(nodes):
         if node.up >= 0:
@@ -119,57 +124,20 @@ def equal_shapes(nodes: list[Node]) -> list[list[int]]:
     return sorted(several, key=lambda group: (-nodes[group[0]].size, -len(group), group))
 
 
-def table(span: Span, entries: Mapping[str, Any]) -> Map:
-    """Return a mapping of the tree."""
-    made = Map(span)
-    for key, value in entries.items():
-        made.put(key, value, span, span)
-    return made
-
-
 def deep_copy(value: Any) -> Any:
-    """Return a copy of a tree, with the same spans."""
-    if isinstance(value, Map):
-        copy = value.copy()
-        copy.update({key: deep_copy(item) for key, item in value.items()})
-        return copy
-    if isinstance(value, Seq):
-        items = Seq(value.span, value.via)
-        for item, span in zip(value, value.value_spans, strict=True):
-            items.put(deep_copy(item), span)
-        return items
-    return value
+    """Return a copy of mappings and lists."""
+    if isinstance(value, Mapping):
+        return {key: deep_copy(item) for key, item in value.items()}
+    return list(map(deep_copy, value)) if isinstance(value, list) else value
 
 
-def _with_defaults(entries: Map) -> Map:
-    """Write out the pose and the axis of a joint, and the scales of meshes, which instances may leave out."""
-    link, joint = entries["link"], entries["joint"]
-    vectors = [(joint, "xyz", (0, 0, 0)), (joint, "rpy", (0, 0, 0)), (joint, "axis", (1, 0, 0))]
-    shapes = [*(link.get("visual") or ()), *(link.get("collision") or ())]
-    vectors += [(shape.get("mesh"), "scale", (1, 1, 1)) for shape in shapes]
-    for holder, key, numbers in vectors:
-        if holder and isinstance(holder, Map) and (key != "axis" or joint["type"] in _WITH_AXIS):
-            default = Seq(holder.span)
-            for number in numbers:
-                default.put(float(number), holder.span)
-            holder.setdefault_at(key, default, holder.span)
-    return entries
-
-
-def scalars(value: Any, path: Path = ()) -> Iterator[tuple[Path, Any]]:
+def _scalars(value: Any, path: Path = ()) -> Iterator[tuple[Path, Any]]:
     """Yield the path and value of each scalar."""
     if isinstance(value, (Mapping, list)) and value:
         for step, item in value.items() if isinstance(value, Mapping) else enumerate(value):
-            yield from scalars(item, (*path, step))
+            yield from _scalars(item, (*path, step))
     else:
         yield path, value
-
-
-def negative(value: float) -> float:
-    """Return the number with the other sign; a quantity keeps its unit, and zero its sign."""
-    if isinstance(value, Quantity) and value.text and value:
-        return Quantity.parse(value.text[1:] if value.text.startswith("-") else f"-{value.text}") or -value
-    return -value if value else value
 
 
 def mirror_node(node: Node, mirror: str, is_root: bool) -> Values:
@@ -186,15 +154,22 @@ def mirror_node(node: Node, mirror: str, is_root: bool) -> Values:
             continue
         if key in ("min", "max") and index == axis and path[-3] == "box":
             opposite: Path = (*path[:-2], "max" if key == "min" else "min", axis)
-            values[opposite] = negative(number)
+            values[opposite] = _negative(number)
         elif (
             (key in ("xyz", "scale") and index == axis)
             or (key == "rpy" and index != axis)
             or (index in _PRODUCTS and mirror in str(index)[1:])
             or (is_axis_of_joint and (index == axis) == (node.kind == "prismatic"))
         ):
-            values[path] = negative(number)
+            values[path] = _negative(number)
     return values
+
+
+def _negative(value: float) -> float:
+    """Return the number with the other sign; a quantity keeps its unit, and zero its sign."""
+    if isinstance(value, Quantity) and value.text and value:
+        return Quantity.parse(value.text[1:] if value.text.startswith("-") else f"-{value.text}") or -value
+    return -value if value else value
 
 
 def is_pose(path: Path) -> bool:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from keyword import iskeyword
 from typing import Any
@@ -18,21 +18,11 @@ from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.tree import Path
 from rosorin_compile.source.units import Quantity
 
-from ..layout import ROTATING, Expression, escape, in_degrees
+from ..layout import Expression, escape
 from .nodes import is_number
 
-_TYPES = {
-    **dict.fromkeys(("xyz", "size", "radius", "length", "min", "max", "radii"), "length"),
-    **dict.fromkeys(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), "inertia"),
-    "rpy": "angle",
-    "mass": "mass",
-}
-_ROTATING = {"lower": "angle", "upper": "angle", "effort": "torque", "velocity": "angular_speed"}
-_SLIDING = {"lower": "length", "upper": "length", "effort": "force", "velocity": "speed"}
-_DEGREES = {"angle": "deg", "angular_speed": "deg/s"}
 _WORDS = {"lower": "lower_limit", "upper": "upper_limit", "file": "mesh", "rgba": "colour", "material": "look"}
 _AXES = {"xyz": ("x", "y", "z"), "rpy": ("roll", "pitch", "yaw")}
-_NOT_NUMBERS = ("text", "boolean", "any", "list")
 
 
 @dataclass
@@ -86,42 +76,34 @@ class Parameters:
         names = [one.name for one in self._index.values() if one.is_derived]
         return dict.fromkeys(names, Expression("${-1 if mirrored else 1}"))
 
-    def replace(self, values: Mapping[Path, Sequence[Any]], owner: str, kind: str) -> dict[Path, Any]:
+    def replace(self, values: Mapping[Path, Sequence[Any]], owner: str) -> dict[Path, Any]:
         """Return an expression for each value, or list of values, that differs between instances.
 
-        ``owner`` names the link or joint, ``kind`` is the type of the joint.
+        ``owner`` names the link or joint.
         """
         differing = [path for path, some in values.items() if any(value != some[0] for value in some[1:])]
         numbers = [path for path in differing if isinstance(path[-1], int) and all(map(is_number, values[path]))]
         points = Counter(path[:-1] for path in numbers if not _is_sign(values[path]))
         terms: dict[Path, Any] = {}
         for unit in dict.fromkeys(path[:-1] if points[path[:-1]] > 1 else path for path in differing):
-            quantity, some = _type_of(unit, kind), values.get(unit, ())
-
-            def parameter(word: str, of: Sequence[Any], unit: Path = unit) -> str:
-                return self._parameter(word, of, unit, owner)
-
+            some = values.get(unit, ())
             if unit not in values:
                 columns = [values[path] for path in values if path[:-1] == unit]
-                rows = [[_in_degrees(value, quantity) for value in row] for row in zip(*columns, strict=True)]
-                text = f"${{{parameter('list', rows)}}}"
+                text = f"${{{self._parameter('any', list(zip(*columns, strict=True)), unit, owner)}}}"
             elif all(map(is_number, some)) and _is_sign(some):
-                text = f"${{{self._signed(some, quantity)}}}"
-            elif all(map(is_number, some)):
-                has_unit = any(isinstance(value, Quantity) and value.text for value in some)
-                shown = [_in_degrees(value, quantity) for value in some]
-                text = f"${{{parameter('any' if has_unit else quantity, shown)}}}"
+                text = f"${{{self._signed(some)}}}"
             elif all(isinstance(value, str) for value in some):
-                text = self._text(some, unit[-1] == "file", parameter)
+                text = self._text(some, unit, owner)
             else:
-                text = f"${{{parameter('boolean' if all(isinstance(one, bool) for one in some) else 'any', some)}}}"
+                kind = "boolean" if all(isinstance(one, bool) for one in some) else "any"
+                text = f"${{{self._parameter(kind, some, unit, owner)}}}"
             terms[unit] = Expression(text)
         self.count += len(terms)
         return terms
 
     def _parameter(self, kind: str, values: Sequence[Any], path: Path, owner: str) -> str:
         """Return the name of the parameter with these values, a new one if there is none."""
-        key = (kind if kind in _NOT_NUMBERS else "number", repr(list(values)))
+        key = (kind, repr(list(values)))
         if key not in self._index:
             words = [step for step in path if isinstance(step, str)]
             word = _WORDS.get(words[-1], words[-1])
@@ -133,7 +115,7 @@ class Parameters:
             self._index[key] = Parameter(free_name(_identifier(word), taken), kind, values)
         return self._index[key].name
 
-    def _signed(self, values: Sequence[Any], kind: str) -> str:
+    def _signed(self, values: Sequence[Any]) -> str:
         """Return the product of the first value with a sign parameter."""
         signs = tuple(1 if value == values[0] else -1 for value in values)
         if signs not in self._index:
@@ -141,11 +123,11 @@ class Parameters:
             word = "side" if is_derived else "direction"
             name = free_name(word, [one.name for one in self._index.values()])
             self._index[signs] = Parameter(name, "sign", signs, is_derived)
-        shown = _in_degrees(values[0], kind)
-        text = shown.text if isinstance(shown, Quantity) and shown.text else exact(shown)
+        value = values[0]
+        text = value.text if isinstance(value, Quantity) and value.text else exact(value)
         return f"{text[:-1] if text in ('1', '-1') else f'{text} * '}{self._index[signs].name}"
 
-    def _text(self, texts: Sequence[str], is_file: bool, parameter: Callable[[str, Sequence[Any]], str]) -> str:
+    def _text(self, texts: Sequence[str], path: Path, owner: str) -> str:
         """Return an expression with the name or prefix of the use, or a parameter for what differs between texts."""
         if all(self.uses) and not any("${" in text or "$(" in text for text in texts):
             for word, names in (("name", self.uses), ("prefix", self.prefixes)):
@@ -157,11 +139,12 @@ class Parameters:
                 if len(rows) == 1 and len(pieces := rows.pop()) > 1:
                     return f"${{{word}}}".join(map(escape, pieces))
         before = after = ""
-        if is_file:  # the parameter is what differs between folder and ending
+        if path[-1] == "file":  # the parameter is what differs between folder and ending
             folders, endings = ({text.rpartition(sign)[i] for text in texts} for sign, i in (("/", 0), (".", 2)))
             before = f"{min(folders)}/" if len(folders) == 1 and all("/" in text for text in texts) else ""
             after = f".{min(endings)}" if len(endings) == 1 and all("." in t[len(before) :] for t in texts) else ""
-        name = parameter("text", [text[len(before) : len(text) - len(after)] for text in texts])
+        middles = [text[len(before) : len(text) - len(after)] for text in texts]
+        name = self._parameter("text", middles, path, owner)
         return f"{escape(before)}${{{name}}}{escape(after)}"
 
 
@@ -183,18 +166,3 @@ def _identifier(text: str) -> str:
 
 def _is_sign(values: Sequence[Any]) -> bool:
     return len({abs(value) for value in values}) == 1
-
-
-def _type_of(path: Path, kind: str) -> str:
-    """Return the type of a parameter for the value at a path."""
-    keys = [key for key in path if isinstance(key, str)]
-    if len(keys) > 2 and keys[:2] in (["joint", "limit"], ["joint", "safety_controller"]):
-        return (_ROTATING if kind in ROTATING else _SLIDING).get(keys[-1], "number")
-    return _TYPES.get(keys[-1], "number")
-
-
-def _in_degrees(value: Any, kind: str) -> Any:
-    """Return an angle as a quantity in degrees if that is short and exact."""
-    unit = _DEGREES.get(kind, "")
-    text = in_degrees(value, unit) if unit and is_number(value) and value else ""
-    return Quantity.parse(text) if text else value

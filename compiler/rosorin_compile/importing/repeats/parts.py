@@ -12,14 +12,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.imported_robot import BEFORE, INSIDE, Comment, Imported, as_tree
-from rosorin_compile.source.diagnostics import Span
+from rosorin_compile.formats.imported_robot import BEFORE, INSIDE, Comment, Imported
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.tree import Map, Path
+from rosorin_compile.source.tree import Path
 
 from ..description import lines_of
 from ..layout import Expression, Verbatim
-from .nodes import MOUNT, REFERENCES, Node, deep_copy, equal_shapes, is_number, is_pose, mirror_node, nodes_of, table
+from .nodes import MOUNT, REFERENCES, Node, deep_copy, equal_shapes, is_number, is_pose, mirror_node, nodes_of
 from .parameters import Parameters, free_name
 
 MAX_PARAMETERS = 6
@@ -56,8 +55,8 @@ class Part:
     """A part with its uses by name, the names in it by those of its first instance, and how hard it is to read."""
 
     name: str
-    entry: Map
-    uses: dict[str, Map]
+    entry: dict[str, Any]
+    uses: dict[str, dict[str, Any]]
     names: Mapping[str, str]
     has_prefix: bool
     cost: int
@@ -67,35 +66,31 @@ class _Result:
     """The parts of a robot by name, its comments, and how many comparisons of nodes are left."""
 
     def __init__(self, imported: Imported) -> None:
-        self.span, self.comments = imported.whole.span, list(imported.comments)
+        self.comments = list(imported.comments)
         self.budget = _WORK * len(imported.whole.get("links") or ())
-        self.parts: dict[str, Map] = {}
+        self.parts: dict[str, Mapping[str, Any]] = {}
 
 
 def with_parts(imported: Imported) -> Imported:
     """Return a robot whose repeated structures are parts and uses; the same object if it has none."""
-    result = _Result(imported)
-    made = _Body(imported.whole, (), result).with_uses()
-    if not result.parts:
-        return imported
-    use = made.pop("use")
-    made.put("parts", table(result.span, result.parts), result.span, result.span)
-    made.put("use", use, result.span, result.span)
-    return imported._replace(tree=made, comments=result.comments)
+    result, made = _Result(imported), imported.whole.copy()
+    made.update(_Body(imported.whole, (), result).with_uses())
+    made["parts"] = result.parts
+    return imported._replace(tree=made, comments=result.comments) if result.parts else imported
 
 
 class _Body:
     """A robot or a part at a path of the description, in which repeated subtrees are found."""
 
-    def __init__(self, body: Map, path: Path, result: _Result) -> None:
+    def __init__(self, body: Mapping[str, Any], path: Path, result: _Result) -> None:
         self.body, self.path, self.result = body, path, result
         self.nodes = nodes_of(body)
-        self.uses: list[tuple[int, str, Map]] = []  # with the rank of the joint that carries it
+        self.uses: list[tuple[int, str, dict[str, Any]]] = []  # with the rank of the joint that carries it
         self.covered: set[int] = set()
         # By section and name: the path in the part, that of the use, and if it is the top of the first instance.
         self.homes: dict[Path, tuple[Path, Path, bool, bool]] = {}
 
-    def with_uses(self) -> Map:
+    def with_uses(self) -> Mapping[str, Any]:
         """Return the body with uses instead of the links and joints that they make."""
         groups = equal_shapes(self.nodes)
         for number, group in enumerate(groups):
@@ -114,14 +109,12 @@ class _Body:
                     self._try(some)
         if not self.uses:
             return self.body
-        made = self.body.copy()
+        made = dict(self.body)
         for section in ("links", "joints"):
-            made[section] = self.body[section].copy()
-            for name in self.body[section]:
-                if (section, name) in self.homes:
-                    del made[section][name]
-        uses = {name: entry for _, name, entry in sorted(self.uses, key=lambda use: use[0])}
-        made.put("use", table(self.body.span, uses), self.body.span, self.body.span)
+            made[section] = {
+                name: entry for name, entry in self.body[section].items() if (section, name) not in self.homes
+            }
+        made["use"] = {name: entry for _, name, entry in sorted(self.uses, key=lambda use: use[0])}
         self._move_comments()
         return made
 
@@ -182,10 +175,10 @@ class _Body:
                     for path in values[0]
                     if path[0] == section and path not in terms[-1] and (offset or not is_pose(path))
                 }
-                terms[-1] |= parameters.replace(compared, renames[0][owner], nodes[0].kind)
+                terms[-1] |= parameters.replace(compared, renames[0][owner])
         if len(parameters.given) > min(MAX_PARAMETERS, len(rows[0]) + 2):
             return None
-        span, entries = self.result.span, {}
+        entries = {}
         for index, (use, prefix, row) in enumerate(zip(uses, parted.prefixes, rows, strict=True)):
             joint = row[0].entries["joint"]
             entry: dict[str, Any] = {"part": name, **({} if prefix == f"{use}_" else {"prefix": prefix})}
@@ -196,23 +189,19 @@ class _Body:
                 for one in parameters.given
                 if one.default is None or repr(one.values[index]) != repr(one.default)
             }
-            entry |= {"with": as_tree(values_of_use, span)} if values_of_use else {}
-            entries[use] = table(span, entry)
-        links, joints = _sections(rows[0], terms, renames[0], span)
-        params = as_tree({one.name: one.entry for one in parameters.given}, span)
-        body = {"params": params, "let": table(span, parameters.derived), "links": links, "joints": joints}
-        made = table(span, {key: value for key, value in body.items() if value})
+            entry |= {"with": values_of_use} if values_of_use else {}
+            entries[use] = entry
+        params = {one.name: one.entry for one in parameters.given}
+        made = {"params": params, "let": parameters.derived, **_sections(rows[0], terms, renames[0])}
+        made = {key: value for key, value in made.items() if value}
         cost = _PARAMETER_COST * (len(parameters.given) + any(mirrors)) + parameters.count
         return Part(name, made, entries, renames[0], all(parted.prefixes), cost)
 
     def _is_worth(self, nodes: list[Node], part: Part) -> bool:
         """Return True if a part and its uses are shorter than the subtrees by enough, and the part is not trivial."""
-        span = self.result.span
         names = {name: name for node in nodes for name in node.names}
-        links, joints = _sections(nodes, [{}] * len(nodes), names, span)
-        once = lines_of(table(span, {"links": links, "joints": joints}))
-        new = lines_of(table(span, {"parts": table(span, {part.name: part.entry})}))
-        new += lines_of(table(span, {"use": table(span, part.uses)}))
+        once = lines_of(_sections(nodes, [{}] * len(nodes), names))
+        new = lines_of({"parts": {part.name: part.entry}}) + lines_of({"use": part.uses})
         flat = len(part.uses) * once
         is_short = flat - new >= max(_MIN_SAVED, _SAVED_BY_USE * len(part.uses)) and new <= _MAX_SHARE * flat
         return is_short and len(part.entry.get("params", ())) < once
@@ -239,13 +228,12 @@ class _Body:
 
 
 def _sections(
-    nodes: Sequence[Node], terms: Sequence[Mapping[Path, Any]], names: Mapping[str, str], span: Span
-) -> tuple[Map, Map]:
+    nodes: Sequence[Node], terms: Sequence[Mapping[Path, Any]], names: Mapping[str, str]
+) -> dict[str, dict[str, Any]]:
     """Return the links and the joints of a subtree with new names, in the order of the source.
 
     ``terms`` are expressions that replace values of a node.
     """
-    links, joints = Map(span), Map(span)
     filled = [(node, deep_copy(node.entries)) for node in nodes]
     for (_, entries), replacements in zip(filled, terms, strict=True):
         for path, term in replacements.items():
@@ -253,15 +241,14 @@ def _sections(
             for step in path[:-1]:
                 holder = holder[step]
             holder[path[-1]] = term
-    for node, entries in sorted(filled, key=lambda one: one[0].rank[0]):
-        links.put(names[node.link], entries["link"], span, span)
+    joints = {}
     for node, entries in sorted(filled, key=lambda one: one[0].rank[1]):
         is_top = node is nodes[0]
         carrier = MOUNT if is_top else names[node.carrier]
         joint = {"type": node.kind, "parent": carrier, "child": names[node.link], **entries["joint"]}
-        moves = {key: value for key, value in joint.items() if not (is_top and key in ("xyz", "rpy"))}
-        joints.put(names[node.joint], table(span, moves), span, span)
-    return links, joints
+        joints[names[node.joint]] = {key: one for key, one in joint.items() if not (is_top and key in ("xyz", "rpy"))}
+    in_order = sorted(filled, key=lambda one: one[0].rank[0])
+    return {"links": {names[node.link]: entries["link"] for node, entries in in_order}, "joints": joints}
 
 
 def split(names: Sequence[Sequence[str]]) -> Split | None:

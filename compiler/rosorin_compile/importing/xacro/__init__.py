@@ -2,7 +2,7 @@
 
 ``expand`` reads what the child process (``child``) expands as a URDF. ``translate`` keeps macros and arguments: the
 child runs the file with symbols (``program``), builds an intermediate representation (``ir``) and returns the documents
-of the description (``write_yaml``), which ``verify`` compares with xacro. ``macros`` calls a macro of a vendor's file.
+of the description (``write_yaml``), which are compared with xacro. ``macros`` calls a macro of a vendor's file.
 Nothing is imported here, because the child process imports this package too, and needs no reader.
 """
 
@@ -28,14 +28,8 @@ def _recognises(document: Document, path: Path) -> bool:
 
 
 def _read(opened: Opened) -> Imported:
-    from .expand import only_left_over, read_xacro
+    from .expand import read_xacro
 
-    if opened.options.call is None and only_left_over(opened.xml, opened.path):
-        from rosorin_compile.formats.urdf.read import read_urdf
-
-        read = read_urdf(opened.xml, opened.path, opened.options)
-        if read.tree is not None:
-            return read._replace(unexpanded=True)
     return read_xacro(opened.xml, opened.path, opened.options)
 
 

@@ -27,14 +27,12 @@ from rosorin_compile.source.files import read_text, recording
 from rosorin_compile.source.packages import Packages, package_name
 from rosorin_compile.source.xml.markup import Document, MarkupError, parse, read_source
 
-Place = tuple[int, int, int]
+Place = tuple[int, int, int]  # the number of a file, the offset in its text, and the number of the call
 
 MAX_MEMORY = 8 << 30  # bytes
 _GRACE = 2  # seconds of CPU to report the place; a process in the midst of one number reports nothing
 _PR_SET_PDEATHSIG = 1  # include/uapi/linux/prctl.h: which signal a process gets when its parent ends
-_MARK = "rosorin_place"
-_NAMING = ("mesh", "texture")  # the elements that name files for any reader
-_ELEMENT_VARIABLES = ("node", "elt")  # what the functions of xacro call the element that they are at
+MARK = "rosorin_place"
 CALL = "rosorin-call"  # the element around the call of a macro, in a text that is expanded in place of its file
 
 
@@ -56,9 +54,7 @@ class MissingPackage(Exception):
 class Context(dict[str, Any]):
     """The context of substitutions. xacro 2.1.1 does not set the file that is read, which $(dirname) needs."""
 
-    def __init__(self, stack: Any) -> None:
-        super().__init__()
-        self.stack = stack
+    stack: Callable[[], list[str]]
 
     def __getitem__(self, key: str) -> Any:
         return self.stack()[-1] if key == "filename" and self.stack() else super().__getitem__(key)
@@ -67,9 +63,8 @@ class Context(dict[str, Any]):
         return self[key] if key == "filename" and self.stack() else super().get(key, default)
 
 
-def main(run: Callable[[dict[str, Any]], dict[str, Any]] | None = None) -> None:
+def main(run: Callable[[dict[str, Any]], dict[str, Any]] = lambda request: Expansion(request).answer()) -> None:
     """Answer one request; ``run`` answers it in another way than with the expanded file."""
-    run = run or (lambda request: Expansion(request).answer())
     request = json.loads(sys.stdin.buffer.read())
     answer_to = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)  # what the file prints must not mix with the answer
@@ -137,7 +132,7 @@ class Expansion:
             document = self.expand(xacro, dict(self.given))
             files = [*map(str, xacro.all_includes), self.file]
             for node in elements(document):
-                if node.tagName in _NAMING and node.hasAttribute("filename"):
+                if node.tagName in ("mesh", "texture") and node.hasAttribute("filename"):
                     node.setAttribute("filename", portable(node.getAttribute("filename"), self.packages, files))
             answer["places"] = [_place(node) for node in elements(document)]
             answer["packages"] = {name: str(folder) for name, folder in self.packages.found_packages()}
@@ -206,13 +201,14 @@ class Expansion:
             file = self.files.setdefault(name, len(self.files))
             self.parsed[file] = parsed
             for node, element in zip(elements(made), parsed.root.iter(), strict=True):
-                setattr(node, _MARK, (file, element.start, -1))
+                setattr(node, MARK, (file, element.start, -1))
             return made
 
         xacro.abs_filename_spec, xacro.parse = absolute, read
         # It calls these itself for its load_yaml and its includes of patterns.
         xacro.open, xacro.glob = _opened, SimpleNamespace(glob=glob.glob)
-        xacro.substitution_args_context = Context(lambda: xacro.filestack)
+        xacro.substitution_args_context = Context()
+        xacro.substitution_args_context.stack = lambda: xacro.filestack
         # Copies of elements keep their places, with the call that makes them.
         module: Any = minidom
         own_clone, own_call = module._clone_node, xacro.handle_macro_call
@@ -220,13 +216,13 @@ class Expansion:
 
         def clone(node: Any, deep: bool, owner: Any) -> Any:
             made = own_clone(node, deep, owner)
-            place = getattr(node, _MARK, None)
+            place = getattr(node, MARK, None)
             if place is not None and made is not None:
-                setattr(made, _MARK, (*place[:2], self.open_calls[-1] if self.open_calls else place[2]))
+                setattr(made, MARK, (*place[:2], self.open_calls[-1] if self.open_calls else place[2]))
             return made
 
         def call(node: Any, macros: Any, symbols: Any) -> Any:
-            place = getattr(node, _MARK, None)
+            place = getattr(node, MARK, None)
             if place is None or not node.tagName.startswith("xacro:"):
                 return own_call(node, macros, symbols)
             if not self.open_calls or self.calls[self.open_calls[-1]] != place:
@@ -323,7 +319,7 @@ def _place_of_error(problem: BaseException) -> Place | None:
     while step is not None and (found is None or not isinstance(problem, RecursionError)):
         frame: Any = step.tb_frame
         if frame.f_globals.get("__name__", "").startswith("xacro"):
-            nodes = [frame.f_locals.get(name) for name in _ELEMENT_VARIABLES]
+            nodes = [frame.f_locals.get(name) for name in ("node", "elt")]  # its functions call elements so
             found = next((_place(node) for node in nodes if node is not None), None) or found
         step = step.tb_next
     return found
@@ -332,7 +328,7 @@ def _place_of_error(problem: BaseException) -> Place | None:
 def _place(node: Any) -> Place | None:
     """Return the place of a node; that of one which xacro has made of nothing is the one around it."""
     while node is not None:
-        found: Place | None = getattr(node, _MARK, None)
+        found: Place | None = getattr(node, MARK, None)
         if found is not None:
             return found
         node = node.parentNode

@@ -18,8 +18,7 @@ from rosorin_compile.formats.xml_reader import ANGLES, LENGTHS
 
 from ..description import in_order
 from ..layout import Expression, Verbatim
-from .ir import Call, Comment, Element, If, Macro, Words
-from .symbols import Failed, all_of, as_text, call, fold, negate, plain_node
+from .ir import Call, Comment, Element, Failed, If, Macro, Words, all_of, as_text, call, fold, negate, plain_node
 from .values import Values
 
 _WITHOUT_EFFECT = {"fixed": ("axis", "limit", "mimic", "dynamics"), "floating": ("axis", "limit")}
@@ -73,7 +72,7 @@ class Entries:
         """Return the condition of nodes as an expression."""
         made = node.test.as_flag() if node.holds else negate(node.test.as_flag())
         if fold(made) is None:
-            self.values.spelt(made)
+            self.values.expression_text(made)
         return made
 
     def fragment(self, nodes: list[Any], level: str) -> list[Item]:
@@ -167,23 +166,18 @@ class Entries:
             value = self.values.list_of(pieces, count, unit) if count > 1 else self.values.number(pieces, unit)
             plain = value if isinstance(value, list) else [value]
             is_zero = all(isinstance(one, Verbatim) and one == "0" for one in plain)
-            if (is_zero and name in _ZEROS.get(node.tag, ())) or (
-                node.tag == "mesh" and all(one == "1" for one in plain)
-            ):
-                continue
-            made[name] = value
+            is_scale = node.tag == "mesh" and all(one == "1" for one in plain)
+            if not is_scale and not (is_zero and name in _ZEROS.get(node.tag, ())):
+                made[name] = value
         return made
-
-    # Named values.
 
     def call_text(self, call: Call) -> str:
         """Return the call of a named value as text of the language."""
         if call.macro.level != "xml":
             self.write_macro(call.macro)
-        arguments = [
-            self.values.argument(call.given[name][0], variable) for name, variable in call.macro.parameters.items()
-        ]
-        return self.values.spelt(ast.Call(ast.Name(call.macro.ours, ast.Load()), arguments, []))
+        parameters = call.macro.parameters.items()
+        arguments = [self.values.argument(call.given[name][0], variable) for name, variable in parameters]
+        return self.values.expression_text(ast.Call(ast.Name(call.macro.ours, ast.Load()), arguments, []))
 
     def named_value(self, macro: Macro) -> tuple[Any, dict[str, Any]]:
         """Return a macro within links or joints, or in kept elements, as a value, and its keys. Raises Failed."""
@@ -216,8 +210,6 @@ class Entries:
         if len(body) != 1 or not isinstance(body[0], Call) or len(self.write_macro(body[0].macro)) < 2:
             return None
         return Expression(f"${{{self.call_text(body[0])}}}")
-
-    # Elements that are kept as text.
 
     def xml(self, node: Element) -> Any:
         """Return an element as a text, or an Expression."""
@@ -288,9 +280,6 @@ def _is_opposite(one: Any, other: Any) -> bool:
     if not isinstance(one, If) or not isinstance(other, If):
         return False
     return as_text(one.test.node) == as_text(other.test.node) and one.holds != other.holds
-
-
-# Alternatives.
 
 
 def conditional(value: Any, when: Condition) -> Any:

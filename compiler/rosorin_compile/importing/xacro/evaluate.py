@@ -21,7 +21,7 @@ from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import Description
 
 from .child import causes, portable
-from .symbols import (
+from .ir import (
     TOKEN,
     UNKNOWN,
     Failed,
@@ -75,17 +75,19 @@ class Evaluator:
         known = all(map(is_known, items.values()))
         value: Any = UNKNOWN
         if all(one.value is not UNKNOWN for one in items.values()):
-            names = {one: f"_{index}" for index, one in enumerate(items)}
-            examples = {names[one]: symbol.value for one, symbol in items.items()}
             try:
-                value = self.program.xacro.safe_eval(ast.unparse(_with_names(tree, names)), examples)
+                value = self._example(tree, items)
             except Exception:
                 if known:
                     raise
-        value = list(value) if isinstance(value, Iterator) else value
         return Symbol(node, value, kind or type_of(value), known)
 
-    # Names.
+    def _example(self, tree: ast.expr, items: dict[ast.expr, Any]) -> Any:
+        """Return what Python computes of a tree in which the ``items`` have their examples."""
+        names = {one: f"_{index}" for index, one in enumerate(items)}
+        examples = {names[one]: example_of(value) for one, value in items.items()}
+        value = self.program.xacro.safe_eval(ast.unparse(_with_names(tree, names)), examples)
+        return list(value) if isinstance(value, Iterator) else value
 
     def _constant(self, tree: ast.Constant) -> Any:
         return symbol_of(with_tokens(tree.value) if isinstance(tree.value, str) else tree.value)
@@ -120,8 +122,6 @@ class Evaluator:
         else:
             found = []
         return Symbol(found[0], made.value, made.type, made.known) if found else made
-
-    # Operators.
 
     def _boolop(self, tree: ast.BoolOp) -> Symbol:
         """Return the value of and, or; what is known decides, or is left out."""
@@ -189,8 +189,6 @@ class Evaluator:
             return ast.Compare(item.node, [operator], [number])
         return None
 
-    # Lists, tables and calls.
-
     def _list(self, tree: ast.List | ast.Tuple) -> Symbol:
         items = {one: self._symbol(one) for one in tree.elts}
         return self._made(tree, ast.List([one.node for one in items.values()], ast.Load()), items, "list")
@@ -247,22 +245,16 @@ class Evaluator:
         """Return the value of what the language has no word for. Raises Failed if it is not known."""
         own = {one.id for one in ast.walk(tree) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)}
         own |= {one.arg for one in ast.walk(tree) if isinstance(one, ast.arg)}
-        names = {one.id: self._name(one) for one in ast.walk(tree) if isinstance(one, ast.Name) and one.id not in own}
-        texts = {
-            one.value: with_tokens(one.value)
-            for one in ast.walk(tree)
-            if isinstance(one, ast.Constant) and isinstance(one.value, str) and TOKEN.search(one.value)
-        }
-        unknown = [one.node for one in (*names.values(), *texts.values()) if not is_known(one)]
+        items: dict[ast.expr, Any] = {}
+        for one in ast.walk(tree):
+            is_text = isinstance(one, ast.Constant) and isinstance(one.value, str) and TOKEN.search(one.value)
+            if is_text or (isinstance(one, ast.Name) and one.id not in own):
+                items[one] = self.eval(one)  # type: ignore[index, arg-type]
+        unknown = [one.node for one in items.values() if not is_known(one)]
         if unknown:
             raise Failed(f"{TOKEN.sub('_', ast.unparse(tree))[:60]} cannot be translated", *unknown)
-        for one in ast.walk(tree):
-            if isinstance(one, ast.Constant) and one.value in texts:
-                one.value = example_of(texts[one.value])
-        value = self.program.xacro.safe_eval(ast.unparse(tree), {key: example_of(one) for key, one in names.items()})
-        if callable(value):
-            return value
-        return symbol_of(list(value) if isinstance(value, Iterator) else value)
+        value = self._example(tree, items)
+        return value if callable(value) else symbol_of(value)
 
 
 def _with_names(tree: Any, names: dict[ast.expr, str]) -> Any:
@@ -347,9 +339,7 @@ class Conditions:
                 raise
             reason = f"with another value of it, {' '.join(str(problem).split())[:120] or type(problem).__name__}"
             if is_endless or any(isinstance(one, Failed) for one in chain):
-                if not program.blame([test.node], reason):
-                    raise
-                raise Restart from None
+                raise (Restart if program.blame([test.node], reason) else Failed(reason)) from None
             program.refused |= dict.fromkeys(variables_in([test.node]), reason)
             for table, values, unevaluated in before:  # xacro refuses the other value as well
                 dict.clear(table)

@@ -33,10 +33,10 @@ from rosorin_compile.source.wording import and_more
 from rosorin_compile.source.xml.elements import attribute_value
 from rosorin_compile.source.xml.markup import Document, Element, MarkupError, name_of, parse, read_source
 
+from .child import Place
 from .macros import how_to_call, macro_call, macros_of
 
 MAX_SECONDS = 30  # of CPU; ROSORIN_COMPILE_XACRO_SECONDS, which ``--xacro-seconds`` sets, is another number
-MAX_REMARKS = 10
 _PATIENCE, _START = 4, 60  # a child that waits may take so many times as long, and so many seconds more
 _MOST_RELATED = 12
 _TRUST = "ROSORIN_COMPILE_TRUST"  # 1: trust all files
@@ -54,24 +54,14 @@ _DEFINING = ("arg", "include", "macro", "property")
 _MAKING = ("attribute", "call", "element", "if", "insert_block", "unless")
 _COMMENT = re.compile("<!--.*?-->", re.DOTALL)
 _ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)["']|\$\(arg\s+([^\s)]+)""")
-# What xacro says about a word of the file: the word, and how to correct it.
-_CAUSES = (
-    (re.compile(r"when evaluating expression '(.*?)'(?: when|$)"), "${{{}}}", ""),
-    (
-        re.compile(r"Undefined substitution argument (\S+)"),
-        "$(arg {})",
-        "give it a value: {0}:=VALUE, or in an include args: {{{0}: VALUE}}",
-    ),
-    (
-        re.compile(r"environment variable '(.+?)' is not set"),
-        "$(env {})",
-        "set it: export {0}=VALUE; or write $(optenv {0} VALUE), which has a default",
-    ),
-)
+_EXPRESSION = re.compile(r"when evaluating expression '(.*?)'(?: when|$)")
+_FORMS = ("${{{}}}", "$(arg {})", "$(env {})", "(find {})", "package://{}/", "<{}")
+_HELPS = {  # what xacro says about a name, and how to correct it
+    r"substitution argument (\S+)": "give it a value: {0}:=VALUE, or in an include args: {{{0}: VALUE}}",
+    r"environment variable '(.+?)' is": "set it: export {0}=VALUE; or write $(optenv {0} VALUE), which has a default",
+}
 # How ``xacro.print_location`` begins its lines.
 _LOCATION = re.compile("when instantiating macro|instantiated from|included from|in file|when processing file")
-
-Place = Sequence[int]  # the number of a file, the offset of an element, the number of the call of a macro or -1
 
 
 class _Origins:
@@ -116,7 +106,6 @@ class _Origins:
             if place is None or source is None:
                 return otherwise
             span = MadeSpan(*(_span_in_tag(element, source, start, length) if is_in_tag else source.span))
-            span.text = made.source.text[start : start + length]
             span.via = self.via(place)
             return span
 
@@ -147,7 +136,7 @@ def is_xacro(document: Document, path: Path) -> bool:
     return declared and re.search(r"\$[{(]", _COMMENT.sub("", document.source.text)) is not None
 
 
-def only_left_over(document: Document, path: Path) -> bool:
+def _only_left_over(document: Document, path: Path) -> bool:
     """Return True if a .urdf file is a URDF except for leftover elements of xacro, which readers of URDF ignore.
 
     It has links, and nothing outside of those elements has to be expanded. The call of a macro that nothing defines
@@ -172,7 +161,11 @@ def only_left_over(document: Document, path: Path) -> bool:
 
 
 def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported:
-    """Return the robot of a xacro file."""
+    """Return the robot of a xacro file, or of a URDF with elements of xacro that were left over."""
+    if options.call is None and _only_left_over(document, path):
+        left_over = read_urdf(document, path, options)
+        if left_over.tree is not None:
+            return left_over._replace(unexpanded=True)
     first = document.root.span
     call = None if options.call is None else macro_call(options.call, document, path, options)
     if call is not None and call.problems:
@@ -207,15 +200,18 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         return Imported(None, [*diagnostics, *problems], (), files)
     try:
         made = parse(Source(document.source.path, answer["text"]))
-        mount = _mount(made) if call else ""
-        if mount:
+        links = {child.get("name") for child in made.root.children if child.tag == "link"}
+        joints = [child for child in made.root.children if child.tag == "joint"]
+        parents = [inner.get("link") for joint in joints for inner in joint.children if inner.tag == "parent"]
+        mount = next((name for name in parents if call is not None and name not in links), "")
+        if mount:  # the link of another robot that the macro is attached to
             text = f"{answer['text'].rstrip().removesuffix('</robot>')}<link name={attribute_value(mount)}/></robot>"
             made = parse(Source(document.source.path, text))
     except MarkupError as failure:
         message = f"xacro makes something of {path.name} that is not XML: {failure.diagnostic.message}"
         return Imported(None, [*diagnostics, replace(failure.diagnostic, message=message, span=first)], (), files)
     origins.connect(made, [*answer["places"], None], first)  # the mount is from nowhere
-    problem = None if any(child.tag == "link" for child in made.root.children) else _no_links(document, path, options)
+    problem = None if links or mount else _no_links(document, path, options)
     if problem is None and made.root.tag != "robot":
         help = f"write it to a file first: xacro {path.name} > {path.name.split('.')[0]}.xml"
         message = f"{path.name} expands to <{made.root.tag}>, not to <robot>"
@@ -265,16 +261,13 @@ def _errors(
     text = " ".join(re.sub(r"<class '[^']*'>:", "", answer.get("error", "")).split())
     text = re.sub(r"^(.+) \1$", r"\1", text)  # xacro repeats some errors
     span = stack[-1].span(0) if element is None else element.span
-    causes = [(word.format(one), help.format(one)) for said, word, help in _CAUSES for one in said.findall(text)]
-    words = [word for word, _ in causes] + [f"(find {missing})", f"package://{missing}/"]
-    if element is not None:  # the word in it that the error names, or the file that cannot be read
+    if element is not None:  # what the error names in it
         tag = element.document.source.text[element.start : element.opened]
-        word = next((one for one in words if one in tag), "")
+        names = [*_EXPRESSION.findall(text), *re.findall(r"'([^']+)'", text), text.rpartition(" ")[2]]
+        words = [form.format(name) for name in ([missing] if missing else names) for form in _FORMS]
+        words.append(Path(answer.get("markup", "/")).name)
+        word = next((one for one in words if one and one in tag), "")
         span = element.document.span(element.start + tag.index(word), len(word)) if word else span
-        if "markup" in answer and "filename" in element.attributes:
-            span = element.attributes["filename"].span
-        if "unknown macro name" in text:
-            span = element.document.span(element.start, len(element.tag) + 1)
     calls = () if element is None else origins.via(answer["at"])
     includes = [Related("included from", one.span(0)) for one in reversed(stack[:-1])]
     related = (*calls, *includes[:_MOST_RELATED])
@@ -287,7 +280,8 @@ def _errors(
         help = f"say where it is: --package {missing}=PATH"
         return [error("package-missing", f'the package "{missing}" is not found', span, help, related)]
     message = f"xacro cannot expand the file: {text}"[:600]
-    help = answer.get("help") or next((help for _, help in causes if help), "")
+    helps = [help.format(found[1]) for said, help in _HELPS.items() if (found := re.search(said, text))]
+    help = answer.get("help") or next(iter(helps), "")
     return [error("xacro-error", message, span, help, related)]
 
 
@@ -299,14 +293,6 @@ def _no_links(document: Document, path: Path, options: ReadOptions) -> Diagnosti
     macros = macros_of(document, path, Packages(options.packages, options.environment or os.environ, path))
     message = f"{path.name} makes no link: it defines macros for other files"
     return error("no-links", message, document.root.span, how_to_call(path, macros)) if macros else None
-
-
-def _mount(made: Document) -> str:
-    """Return the first parent of a joint that is not a link of an expanded macro; empty if there is none."""
-    links = {child.get("name") for child in made.root.children if child.tag == "link"}
-    joints = (child for child in made.root.children if child.tag == "joint")
-    parents = (inner.get("link") for joint in joints for inner in joint.children if inner.tag == "parent")
-    return next((name for name in parents if name not in links), "")
 
 
 def _without_mount(tree: Map, mount: str) -> Map:
@@ -342,7 +328,7 @@ def _remarks(answer: Mapping[str, Any], span: Span) -> list[Diagnostic]:
     """Return what xacro printed while it made a robot as notes."""
     text = re.sub("\x1b\\[[0-9;]*m", "", answer["printed"]) if "text" in answer else ""
     lines = [line.strip() for line in text.splitlines() if line.strip() and not _LOCATION.match(line)]
-    return [Diagnostic("xacro-says", report.NOTE, one[:200], span) for one in list(dict.fromkeys(lines))[:MAX_REMARKS]]
+    return [Diagnostic("xacro-says", report.NOTE, one[:200], span) for one in list(dict.fromkeys(lines))[:10]]
 
 
 def _expand(

@@ -1,21 +1,376 @@
-"""The intermediate representation of a xacro: macros, calls, properties, conditions, blocks, elements and text.
+"""The intermediate representation of a xacro: values, and nodes such as macros, calls, conditions and elements.
 
-Properties, arguments and parameters are ``Variable``s, and blocks are parameters. ``nodes_of`` builds it from a
-document that was evaluated with symbols. This module runs in the child process.
+A value is a ``Symbol``: an expression of the language, with an example of what xacro computes. Expressions are syntax
+trees of Python; the node of a variable has the attribute ``variable``. A symbol has the type that its expression has in
+the language; xacro may have a text in its place. Properties, arguments and parameters are ``Variable``s, and blocks are
+parameters. ``nodes_of`` makes nodes of a document that was evaluated with symbols.
 """
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+import math
+import re
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from keyword import iskeyword
 from typing import Any
 
-from .symbols import TOKEN, Pieces, Symbol, Variable, pieces_of, with_tokens
+from rosorin_compile.language.expression import evaluate
+from rosorin_compile.language.expression.functions import CONSTANTS, OF_DESCRIPTIONS, ExpressionError, functions
 
-MARK, COMMENTS = "rosorin_place", "rosorin_comments"
+from .child import MARK, Place
 
-Place = tuple[int, int, int]  # the number of a file, the offset in its text, and the number of the call
+COMMENTS = "rosorin_comments"  # the attribute of an element that has the comments before it
+TOKEN = re.compile("\ua657(\\d+)\ua657")  # a letter that no file uses: a token is a symbol in a text
+UNKNOWN = object()  # an example that cannot be computed
+_FLAGS = {"true": True, "True": True, "false": False, "False": False}
+_OUTSIDE = ("find", "load", "error")  # functions whose value depends on more than their arguments
+_NUMBERS = re.compile(r"\s*[-+]?[\d.][\d.eE+-]*(?:\s+[-+]?[\d.][\d.eE+-]*)+\s*")
+
+Pieces = list[Any]  # texts and symbols
+
+
+class Failed(Exception):
+    """A value that the language cannot express; ``nodes`` are the expressions that it depends on."""
+
+    def __init__(self, reason: str, *nodes: ast.AST) -> None:
+        super().__init__(reason)
+        self.nodes = nodes
+
+
+def literal(text: Any) -> Any:
+    """Convert a text of xacro to a number or a boolean if it is one."""
+    if not isinstance(text, str) or "_" in text:
+        return text
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return _FLAGS.get(text, text)
+
+
+def plain_node(value: Any) -> ast.expr:
+    """Return a Python value as an expression. Raises Failed."""
+    if value is None or isinstance(value, bool):
+        return ast.Name({None: "none", True: "true", False: "false"}[value], ast.Load())
+    if isinstance(value, (list, tuple)):
+        return ast.List([plain_node(item) for item in value], ast.Load())
+    if isinstance(value, dict):
+        return ast.Dict([plain_node(key) for key in value], [plain_node(dict.get(value, key)) for key in value])
+    if isinstance(value, float) and not math.isfinite(value):
+        raise Failed("nan and inf are not values of the language")
+    if isinstance(value, (int, float)) and value < 0:
+        return ast.UnaryOp(ast.USub(), ast.Constant(-value))
+    if isinstance(value, (int, float, str)):
+        return ast.Constant(value)
+    raise Failed(f"{type(value).__name__} cannot be translated")
+
+
+def number_node(text: str) -> ast.expr:
+    """Return the number in a text as an expression. Raises Failed."""
+    value = literal(text.strip())
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise Failed(f'"{text[:40]}" is not a number')
+    if isinstance(value, float) and value.is_integer() and abs(value) < 1e6:
+        value = int(value)
+    return plain_node(value)
+
+
+def call(name: str, *arguments: ast.expr) -> ast.Call:
+    """Return the call of a function of the language."""
+    return ast.Call(ast.Name(name, ast.Load()), list(arguments), [])
+
+
+def negate(node: ast.expr) -> ast.expr:
+    """Return the opposite of a condition."""
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
+        return node.operand
+    if isinstance(node, ast.Name) and node.id in ("true", "false"):
+        return plain_node(node.id == "false")
+    if isinstance(node, ast.Compare) and len(node.ops) == 1:
+        opposites: dict[type, type] = {ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.In: ast.NotIn, ast.NotIn: ast.In}
+        if type(node.ops[0]) in opposites:
+            return ast.Compare(node.left, [opposites[type(node.ops[0])]()], node.comparators)
+    return ast.UnaryOp(ast.Not(), node)
+
+
+def all_of(*nodes: ast.expr | None) -> ast.expr | None:
+    """Join conditions by ``and``; return None without any."""
+    found: dict[str, ast.expr] = {}
+    for node in nodes:
+        decided = None if node is None else fold(node)
+        if decided is False:
+            return plain_node(False)
+        if node is not None and decided is not True:
+            found.setdefault(as_text(node), node)
+    return ast.BoolOp(ast.And(), [*found.values()]) if len(found) > 1 else next(iter(found.values()), None)
+
+
+def fold(node: ast.expr) -> Any:
+    """Return the value of an expression of constants, or None."""
+    names = {one.id for one in ast.walk(node) if isinstance(one, ast.Name)}
+    if any(name in _OUTSIDE or (name not in CONSTANTS and name not in functions()) for name in names):
+        return None
+    if any(hasattr(one, "variable") for one in ast.walk(node)):
+        return None
+    try:
+        return evaluate(as_text(node), dict[str, Any]().__getitem__)
+    except ExpressionError:
+        return None
+
+
+def as_text(node: ast.expr) -> str:
+    """Return an expression as text of the language."""
+    for one in ast.walk(node):
+        if isinstance(one, ast.Name) and hasattr(one, "variable"):
+            one.id = one.variable.ours
+    return ast.unparse(ast.fix_missing_locations(node)).strip()
+
+
+def variables_in(nodes: Iterable[ast.AST]) -> Iterator[Any]:
+    """Yield the variables that expressions read."""
+    for node in nodes:
+        yield from (one.variable for one in ast.walk(node) if hasattr(one, "variable"))
+
+
+def usable(name: str, taken: Iterable[str], shadows: bool = False) -> str:
+    """Return a name for an expression of the language that is not taken; ``shadows``: it may be that of a function."""
+    name = re.sub(r"\W", "_", name, flags=re.ASCII) or "value"
+    made, number = name, 1
+    reserved = {*(() if shadows else functions()), *OF_DESCRIPTIONS, *CONSTANTS, "rad", "deg", *taken}
+    while made in reserved or iskeyword(made):
+        number += 1
+        made = f"{name}_{number}"
+    return made
+
+
+class Restart(Exception):
+    """Something is given up, and the run begins again."""
+
+
+@dataclass(eq=False)
+class Variable:
+    """An argument, a parameter of a macro, or a property that becomes a named value.
+
+    ``ours`` is its name in the description, ``value`` an example of it as xacro has it, ``symbol`` the value of a
+    property or the default of an argument, and ``owner`` the key of its macro. ``candidates`` are values that it is
+    compared with. ``names_file`` and ``names_mesh``: it is the name of a YAML file that is loaded, or of a mesh.
+    """
+
+    kind: str
+    name: str
+    ours: str
+    value: Any
+    type: str
+    symbol: Symbol | None = None
+    owner: str = ""
+    place: Any = None
+    comments: list[str] = field(default_factory=list)
+    candidates: list[Any] = field(default_factory=list)
+    environment: bool = False
+    names_file: bool = False
+    names_mesh: bool = False
+    printed: bool = False  # a text contains it
+    used: bool = False
+    digits: str = ""  # of a number, as the source has them
+
+    @property
+    def node(self) -> ast.expr:
+        """An expression that reads the variable."""
+        made = ast.Name(self.ours, ast.Load())
+        made.variable = self  # type: ignore[attr-defined]
+        return made
+
+
+class Symbol:
+    """An expression of the language, an example of what xacro computes, and the type of the expression.
+
+    The example of a ``known`` symbol is its value. ``pieces`` are those of a text that is joined from several.
+    """
+
+    tokens: list[Symbol] = []  # of this process, by their numbers  # noqa: RUF012
+
+    def __init__(self, node: ast.expr | None, value: Any, kind: str, known: bool, pieces: Pieces | None = None) -> None:
+        self._node, self.value, self.type, self.known, self.pieces = node, value, kind, known, pieces or []
+        self._number = -1
+
+    def __str__(self) -> str:
+        if self._number < 0:
+            self._number = len(Symbol.tokens)
+            Symbol.tokens.append(self)
+        return f"\ua657{self._number}\ua657"
+
+    @property
+    def node(self) -> ast.expr:
+        if self._node is None:
+            self._node = joined_node(self.pieces)
+        return self._node
+
+    @property
+    def variable(self) -> Variable | None:
+        """The variable, if the expression is its name alone."""
+        return getattr(self._node, "variable", None)
+
+    @property
+    def constant(self) -> str | None:
+        """The text, if the symbol has only one value."""
+        node = self._node
+        return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else None
+
+    @property
+    def package(self) -> str:
+        """The name of the package, if the symbol is its folder; else empty."""
+        node: Any = self._node
+        is_find = isinstance(node, ast.Call) and getattr(node.func, "id", "") == "find"
+        return str(node.args[0].value) if is_find else ""
+
+    @property
+    def declared_type(self) -> str:
+        """The type of a variable that has this value: a text of several numbers is a list, "false" is a flag."""
+        if self.constant in ("true", "false"):
+            return "boolean"
+        can_be_list = self.constant is not None or len(self.pieces) > 1 or self.type == "list"
+        is_list = can_be_list and isinstance(self.value, str) and _NUMBERS.fullmatch(self.value) is not None
+        return "list" if is_list else self.type
+
+    def as_number(self) -> ast.expr:
+        """Return the expression as a number. Raises Failed if it is a text without one."""
+        if self.constant is not None:
+            return number_node(self.constant)
+        if self.pieces:
+            return _number_of_word([piece for word in words_of(self.pieces) for piece in word])
+        return call("float", self.node) if self.type == "text" else self.node
+
+    def as_flag(self) -> ast.expr:
+        """Return the expression as a boolean by the rules of xacro conditions."""
+        if self.constant is not None:
+            return plain_node(bool(literal(self.constant)))
+        if self.type == "boolean":
+            return self.node
+        if self.type == "number":
+            return ast.Compare(self.node, [ast.NotEq()], [ast.Constant(0)])
+        if self.type == "text":
+            return ast.Compare(self.node, [ast.In()], [plain_node(["true", "True", "1"])])
+        return call("bool", self.node)
+
+    def as_truth(self) -> ast.expr:
+        """Return the expression as a boolean by the rules of Python."""
+        if self.type == "text" and self.constant is None:
+            return ast.Compare(self.node, [ast.NotEq()], [ast.Constant("")])
+        return plain_node(bool(self.constant)) if self.constant is not None else self.as_flag()
+
+    def as_list(self) -> ast.expr:
+        """Return the expression as a list of numbers."""
+        words = words_of(self.pieces or ([self.constant] if self.constant is not None else []))
+        if len(words) > 1:
+            return ast.List([_number_of_word(word) for word in words], ast.Load())
+        return self.node if self.type == "list" else call("numbers", self.node)
+
+    def as_text(self) -> ast.expr:
+        """Return the expression as the text that xacro prints."""
+        if self.pieces or self.constant is not None:
+            return self.node
+        if self.type == "boolean" and not isinstance(self.value, str):  # an argument is printed as it is given
+            decided = fold(self.node)
+            if isinstance(decided, bool):
+                return ast.Constant(str(decided))
+            return ast.IfExp(self.node, ast.Constant("True"), ast.Constant("False"))
+        value = fold(self.node)
+        if isinstance(value, int) and not isinstance(value, bool):
+            return ast.Constant(str(value))
+        if self.type == "list":
+            return call("join", ast.Constant(" "), self.node)
+        return self.node if self.type == "text" else call("str", self.node)
+
+
+def symbol_of(value: Any) -> Symbol:
+    """Return a value as a symbol. Raises Failed if the language has no such value."""
+    return value if isinstance(value, Symbol) else Symbol(plain_node(value), value, type_of(value), True)
+
+
+def example_of(value: Any) -> Any:
+    """Return the example of a value."""
+    return value.value if isinstance(value, Symbol) else value
+
+
+def is_known(value: Any) -> bool:
+    """Return True if a value depends on no argument and no parameter."""
+    return not isinstance(value, Symbol) or value.known
+
+
+def type_of(value: Any) -> str:
+    """Return the type that a Python value has in the language."""
+    kinds = ((bool, "boolean"), ((int, float), "number"), (str, "text"), ((list, tuple), "list"), (dict, "table"))
+    return next((kind for types, kind in kinds if isinstance(value, types)), "")
+
+
+def join_pieces(pieces: Pieces) -> Any:
+    """Return pieces as one text: a text of Python if nothing in it depends on anything, else a symbol."""
+    made: Pieces = []
+    for piece in pieces:
+        for one in piece.pieces or [piece] if isinstance(piece, Symbol) else [piece]:
+            text = one if isinstance(one, str) else one.constant
+            if text is None:
+                made.append(one)
+            elif made and isinstance(made[-1], str):
+                made[-1] += text
+            elif text:
+                made.append(text)
+    if len(made) < 2:
+        return made[0] if made else ""
+    examples = [example_of(one) for one in made]
+    value = UNKNOWN if any(one is UNKNOWN for one in examples) else "".join(map(str, examples))
+    return Symbol(None, value, "text", all(map(is_known, made)), made)
+
+
+def pieces_of(value: Any) -> Pieces:
+    """Return the pieces of a text."""
+    text = value.constant if isinstance(value, Symbol) else value
+    return ([text] if text else []) if text is not None else value.pieces or [value]
+
+
+def with_tokens(text: str) -> Any:
+    """Replace the tokens in a text by their symbols."""
+    parts = TOKEN.split(text)
+    return join_pieces([Symbol.tokens[int(part)] if index % 2 else part for index, part in enumerate(parts)])
+
+
+def joined_node(pieces: Pieces) -> ast.expr:
+    """Return pieces as an expression for one text."""
+    made: ast.expr | None = None
+    for piece in pieces:
+        item = ast.Constant(piece) if isinstance(piece, str) else piece.as_text()
+        last = made.right if isinstance(made, ast.BinOp) else made
+        if isinstance(last, ast.Constant) and isinstance(item, ast.Constant):
+            item = ast.Constant(str(last.value) + str(item.value))
+            made = made.left if isinstance(made, ast.BinOp) else None
+        made = item if made is None else ast.BinOp(made, ast.Add(), item)
+    return made if made is not None else ast.Constant("")
+
+
+def words_of(pieces: Pieces) -> list[Pieces]:
+    """Split pieces into words at blanks."""
+    words: list[Pieces] = [[]]
+    for piece in pieces:
+        parts = re.split(r"\s+", piece) if isinstance(piece, str) else [piece]
+        for index, part in enumerate(parts):
+            if index:
+                words.append([])
+            if part != "":
+                words[-1].append(part)
+    return [word for word in words if word]
+
+
+def _number_of_word(word: Pieces) -> ast.expr:
+    """Return one word as a number."""
+    if len(word) == 1:
+        return number_node(word[0]) if isinstance(word[0], str) else word[0].as_number()
+    if len(word) == 2 and word[0] in ("-", "+") and isinstance(word[1], Symbol):
+        made = word[1].as_number()
+        return ast.UnaryOp(ast.USub(), made) if word[0] == "-" else made
+    return call("float", joined_node(word))
 
 
 @dataclass(eq=False)
@@ -66,7 +421,7 @@ class Comment:
 class Macro:
     """A macro that is kept. ``level`` is the element in which it is called; ``robot`` makes it a part.
 
-    ``definition`` is that of xacro, and ``key`` the place of it. ``reads`` are the properties of its callers.
+    ``definition`` is that of xacro, and ``key`` the place of it.
     """
 
     definition: Any
@@ -75,7 +430,6 @@ class Macro:
     parameters: dict[str, Variable] = field(default_factory=dict)
     body: list[Any] = field(default_factory=list)
     calls: list[Call] = field(default_factory=list)
-    reads: dict[str, str] = field(default_factory=dict)
     names: set[str] = field(default_factory=set)
     depth: int = 0
     table: Any = None

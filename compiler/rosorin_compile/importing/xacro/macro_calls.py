@@ -10,15 +10,14 @@ from copy import copy
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from .ir import COMMENTS, MARK, Macro, nodes_of
-from .symbols import UNKNOWN, Failed, Restart, Symbol, symbol_of, with_tokens
+from .child import MARK
+from .ir import COMMENTS, UNKNOWN, Failed, Macro, Restart, Symbol, nodes_of, symbol_of, with_tokens
 
 if TYPE_CHECKING:
     from .program import Program
 
 MAX_DEPTH = 40
 _TRANSPARENT = ("xacro-if", "xacro:if", "xacro:unless")
-_BODY = "xacro:macro"
 # Elements of a description whose content may become a named value; that of others is text.
 _SHAPES = ("link/visual", "link/collision")
 _ENTRIES = ("link", "joint", "link/inertial", *_SHAPES, *(f"{one}/geometry" for one in _SHAPES))
@@ -89,7 +88,7 @@ class Calls:
         """Return the elements in the robot that a call is in, such as link/visual; None in the call of a macro."""
         names: list[str] = []
         node = node.parentNode
-        while node.parentNode is not None and node.tagName != _BODY:
+        while node.parentNode is not None and node.tagName != "xacro:macro":
             if node.tagName.startswith("xacro:") and node.tagName not in _TRANSPARENT:
                 return None
             names += [] if node.tagName in _TRANSPARENT else [node.tagName]
@@ -99,8 +98,6 @@ class Calls:
         else:
             names.pop()  # the robot
         return "/".join(reversed(names))
-
-    # What a call gives.
 
     def _take_values(self, call: Invocation, macros: Any, symbols: Any) -> None:
         """Evaluate the parameters and the blocks of a call."""
@@ -152,8 +149,6 @@ class Calls:
                     call.defaulted.add(name)
         return names
 
-    # What becomes of a call.
-
     def inline(self, key: str, reason: str) -> None:
         """Run again, with a macro expanded where it is called."""
         self.program.inlined[key] = reason
@@ -174,10 +169,6 @@ class Calls:
         if macro is None:
             macro = self.macros[f"{key} {level}"] = Macro(call.definition, key, level)
             self._build(macro, call, path, values, blocks)
-        for name, before in macro.reads.items():
-            if name not in implicit and program.identity(call.symbols, name) != before:
-                program.implicit.setdefault(key, set()).add(name)
-                raise Restart
         program.take_comments(node)
         for name, value in values.items():
             if name not in macro.parameters:

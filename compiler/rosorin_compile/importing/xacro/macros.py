@@ -73,7 +73,9 @@ def macros_of(document: Document, path: Path, packages: Packages) -> dict[str, P
                 found[name] = parameters
             if element.tag != "xacro:include" or "ns" in element.attributes:
                 continue
-            target = _included(element.get("filename"), file, packages)
+            included = _FIND.sub(lambda match: str(packages.find(match[1]) or match[0]), element.get("filename"))
+            included = included.replace("$(dirname)", str(file.parent))
+            target = None if "$" in included else packages.resolve(included, file.parent)
             if target and (place := os.path.abspath(target)) not in visited:
                 visited.add(place)
                 with suppress(MarkupError):  # which xacro reports
@@ -106,12 +108,6 @@ def _keys_for(parameters: Iterable[str]) -> list[str]:
     values = ", ".join(f"{one.lstrip('*')}: VALUE" for one in names if one not in _PARENTS)
     keys = [f"with: {{{values}}}"] if values else []
     return [*keys, "parent: LINK"] if any(one in _PARENTS for one in names) else keys
-
-
-def _included(name: str, file: Path, packages: Packages) -> Path | None:
-    name = _FIND.sub(lambda match: str(packages.find(match[1]) or match[0]), name)
-    name = name.replace("$(dirname)", str(file.parent))
-    return None if "$" in name else packages.resolve(name, file.parent)
 
 
 def macro_call(entry: Map, document: Document, path: Path, options: ReadOptions) -> Call:
@@ -239,23 +235,6 @@ def _block(parameter: str, value: Any) -> str:
 
 def with_macros(schema: dict[str, Any], roots: Iterable[Path]) -> dict[str, Any]:
     """Return the schema for editors with the macros, and their parameters, of the xacro files that robots include."""
-    conditions: list[dict[str, Any]] = []
-    for file, macros in _included_macros(roots).items():
-        is_file = {"properties": {"file": {"const": file}}, "required": ["file"]}
-        names = {"anyOf": [{"enum": list(macros)}, {"pattern": r"\$\{"}]}
-        conditions.append({"if": is_file, "then": {"properties": {"macro": names}}})
-        for name, parameters in macros.items():
-            keys = {one.lstrip("*"): {"description": _described(one, parameters[one])} for one in parameters}
-            values = {"properties": keys, "additionalProperties": False, "patternProperties": {r"\$\{": True}}
-            is_call = {"properties": {"file": {"const": file}, "macro": {"const": name}}, "required": ["file", "macro"]}
-            conditions.append({"if": is_call, "then": {"properties": {"with": values}}})
-    include = schema["properties"]["include"]
-    items = {**include["items"], **({"allOf": conditions} if conditions else {})}
-    return {**schema, "properties": {**schema["properties"], "include": {**include, "items": items}}}
-
-
-def _included_macros(roots: Iterable[Path]) -> dict[str, dict[str, Parameters]]:
-    """Return the macros of each xacro file that descriptions include, by the name that they include it by."""
     found: dict[str, dict[str, Parameters]] = {}
     for root in roots:
         reader = Reader(root, RobotReader())
@@ -264,12 +243,24 @@ def _included_macros(roots: Iterable[Path]) -> dict[str, dict[str, Parameters]]:
             with suppress(IncludeError, MarkupError, TypeError, AttributeError):  # an include with a mistake
                 packages = reader.packages_of(item, by)
                 path = reader.target(item["file"], item.get("package"), by, packages)
-                document = parse(read_source(path))
-                found[item["file"]] = macros_of(document, path, Packages(packages, os.environ, path))
-    return {file: macros for file, macros in found.items() if macros}
-
-
-def _described(parameter: str, default: str | None) -> str:
-    if parameter.startswith("*"):
-        return "A block: the text of an element of XML."
-    return "Required." if default is None else f"Default: {default}" if default else "Default: none."
+                found[item["file"]] = macros_of(parse(read_source(path)), path, Packages(packages, os.environ, path))
+    conditions: list[dict[str, Any]] = []
+    for file, macros in found.items():
+        if not macros:
+            continue
+        is_file = {"properties": {"file": {"const": file}}, "required": ["file"]}
+        names = {"anyOf": [{"enum": list(macros)}, {"pattern": r"\$\{"}]}
+        conditions.append({"if": is_file, "then": {"properties": {"macro": names}}})
+        for name, parameters in macros.items():
+            keys: dict[str, Any] = {}
+            for parameter, default in parameters.items():
+                text = "Required." if default is None else f"Default: {default or 'none.'}"
+                is_block = parameter.startswith("*")
+                text = "A block: the text of an element of XML." if is_block else text
+                keys[parameter.lstrip("*")] = {"description": text}
+            values = {"properties": keys, "additionalProperties": False, "patternProperties": {r"\$\{": True}}
+            is_call = {"properties": {"file": {"const": file}, "macro": {"const": name}}, "required": ["file", "macro"]}
+            conditions.append({"if": is_call, "then": {"properties": {"with": values}}})
+    include = schema["properties"]["include"]
+    items = {**include["items"], **({"allOf": conditions} if conditions else {})}
+    return {**schema, "properties": {**schema["properties"], "include": {**include, "items": items}}}

@@ -17,12 +17,12 @@ from importlib import import_module
 from typing import Any
 
 from . import child
-from .child import Expansion, causes
+from .child import MARK, Expansion, causes
 from .evaluate import Conditions, Evaluator, NamedFiles
-from .ir import COMMENTS, MARK, Macro
-from .macro_calls import Calls
-from .symbols import (
+from .ir import (
+    COMMENTS,
     Failed,
+    Macro,
     Restart,
     Symbol,
     Variable,
@@ -39,9 +39,9 @@ from .symbols import (
     variables_in,
     with_tokens,
 )
+from .macro_calls import Calls
 
 MAX_RUNS = 60
-_PRINTED = ("pi", "e", "tau")
 
 
 def main() -> None:
@@ -95,8 +95,6 @@ class Program(Expansion):
         self.refused: dict[Variable, str] = {}  # variables with values that xacro refuses, with the reason
         self.names: set[str] = set()
         self.defined: dict[str, tuple[str, Any]] = {}
-        self.bound: dict[tuple[int, str], tuple[Any, str, Symbol]] = {}
-        self.tables: list[Any] = []  # of ``bound``, so that their ids stay
         self.macro_calls, self.conditions, self.named = Calls(self), Conditions(self), NamedFiles(self)
         self.xacro.all_includes[:] = []
         for name, text in self.given.items():
@@ -118,8 +116,6 @@ class Program(Expansion):
         if not macros:
             self.fixed |= {one.name: [str(one.value), reason] for one in values}
         return bool(macros or values)
-
-    # Values.
 
     def variable(self, kind: str, name: str, value: Any, declared_type: str, macro: Macro | None = None) -> Variable:
         """Return a new variable, with a name that is free where it is read."""
@@ -156,8 +152,6 @@ class Program(Expansion):
         for one in items:
             if one.variable is not None:
                 one.variable.candidates += texts
-
-    # Arguments.
 
     def declare(self, name: str, default: Any, node: Any, environment: bool = False) -> None:
         """Declare an argument."""
@@ -202,20 +196,14 @@ class Program(Expansion):
 
     def eval_text(self, text: str, symbols: Any, inner: bool = False) -> Any:
         """Return the value of a text, as xacro does."""
-        xacro, results = self.xacro, []
-        lexer = xacro.QuickLexer(xacro.LEXER)
+        results: list[Any] = []
+        lexer = self.xacro.QuickLexer(self.xacro.LEXER)
         lexer.lex(text)
         while lexer.peek():
             kind, found = lexer.peek()[0], lexer.next()[1]
             if kind == lexer.EXPR:
                 expression = self.eval_text(found[2:-1], symbols, inner=True)
-                try:
-                    results.append(Evaluator(self, symbols).eval(ast.parse(expression.strip(), mode="eval").body))
-                except (Restart, Failed):
-                    raise
-                except Exception as problem:
-                    suffix = f"{os.linesep}when evaluating expression '{found[2:-1]}'"
-                    raise xacro.XacroException(exc=problem, suffix=suffix) from problem
+                results.append(Evaluator(self, symbols).eval(ast.parse(expression.strip(), mode="eval").body))
             elif kind == lexer.EXTENSION:
                 results.append(self.extension(self.eval_text(found[2:-1], symbols, inner=True), symbols))
             else:
@@ -226,8 +214,6 @@ class Program(Expansion):
             return with_tokens(results[0]) if isinstance(results[0], str) else results[0]
         return with_tokens("".join(map(str, results)))
 
-    # Properties.
-
     def read(self, table: Any, name: str, own: bool = False) -> Any:
         """Return the value of a name: a global name of xacro, a property or a parameter."""
         xacro, holder = self.xacro, table
@@ -237,7 +223,7 @@ class Program(Expansion):
             if name not in holder:
                 raise NameError(f"name '{name}' is not defined")
             value = holder[name]
-            if name in _PRINTED:
+            if name in ("pi", "e", "tau"):
                 return Symbol(ast.Name(name, ast.Load()), value, "number", True)
             return symbol_of(value) if isinstance(value, (int, float)) else value
         value = self.reference(holder, name)
@@ -248,18 +234,7 @@ class Program(Expansion):
             if owners - {"", macro.key}:
                 self.implicit.setdefault(macro.key, set()).add(name)
                 raise Restart
-            macro.reads.setdefault(name, self.identity(table, name))
         return value
-
-    def identity(self, table: Any, name: str) -> str:
-        """Return a text that is the same as long as a property has the same value."""
-        if name not in table:
-            return ""
-        holder = table
-        while not dict.__contains__(holder, name):
-            holder = holder.parent
-        value = self.reference(holder, name)
-        return as_text(value.node) if isinstance(value, Symbol) else str(id(value))
 
     def reference(self, table: Any, name: str) -> Any:
         """Return the value of a property as a reference to it."""
@@ -267,7 +242,8 @@ class Program(Expansion):
         macro: Macro | None = vars(table).get("rosorin_macro")
         if isinstance(value, self.xacro.Table) or "rosorin_plain" in vars(table):
             return value
-        before = self.bound.get((id(table), name))
+        bound: dict[str, tuple[Any, str, Symbol]] = vars(table).setdefault("rosorin_bound", {})
+        before = bound.get(name)
         if before is not None and before[0] is value:
             return before[2]
         try:
@@ -283,19 +259,15 @@ class Program(Expansion):
             return Symbol(ast.Name("pi", ast.Load()), value, "number", True)
         text = as_text(symbol.node)
         if before is not None and before[1] == text:  # it is set to the same value again
-            self.bound[id(table), name] = (value, text, before[2])
+            bound[name] = (value, text, before[2])
             return before[2]
         made = self.variable("let", name, symbol.value, symbol.declared_type, macro)
         place, comments, raw = vars(table).get("rosorin_places", {}).get(name, (None, [], ""))
         made.symbol, made.place, made.comments = symbol, place, comments
         is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
         made.digits = raw if is_number and self.own_literal(raw) == value else ""
-        self.tables.append(table)
-        found = Symbol(made.node, symbol.value, made.type, symbol.known)
-        self.bound[id(table), name] = (value, text, found)
-        return found
-
-    # Elements.
+        bound[name] = (value, text, Symbol(made.node, symbol.value, made.type, symbol.known))
+        return bound[name][2]
 
     def patch(self, xacro: Any) -> None:
         """Let xacro evaluate with symbols."""

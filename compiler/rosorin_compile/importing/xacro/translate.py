@@ -45,6 +45,7 @@ _HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let", "materi
 _TAIL = ("urdf_elements", "accept", "outputs")
 
 Combination = tuple[tuple[str, str], ...]  # the arguments that are not the default, with their values
+_Rows = Sequence[Combination]
 
 
 class Target(NamedTuple):
@@ -176,7 +177,6 @@ class _Search:
                 failing = compared.combination
                 self.give_up(answer, compared)
                 continue
-            lines = [*self.report(answer), *_report_proof(compared, rows, refused, total)]
             files = {name: text for name, text in files.items() if not name.startswith("../")}
             return Translation(
                 files,
@@ -185,14 +185,14 @@ class _Search:
                 tuple(one["name"] for one in answer["arguments"] if one["used"]),
                 tuple((name, value) for name, (value, _) in self.fixed.items()),
                 tuple(compared),
-                tuple(lines),
+                tuple(self.report(answer, compared, rows, refused, total)),
             )
         raise _Flat("nothing that was given up makes it the same robot")
 
     def is_late(self) -> bool:
         return _seconds() - self.began > MAX_SECONDS
 
-    def expand(self, rows: Sequence[Combination], variables: Mapping[str, str]) -> list[Combination]:
+    def expand(self, rows: _Rows, variables: Mapping[str, str]) -> list[Combination]:
         """Let xacro make the robots of combinations of arguments, each once; return those that it refuses.
 
         ``variables`` are the arguments that are variables of the environment. The first two robots are always made, the
@@ -216,7 +216,7 @@ class _Search:
         return refused
 
     def compare(
-        self, files: Mapping[str, str], rows: Sequence[Combination], packages: Mapping[str, Path]
+        self, files: Mapping[str, str], rows: _Rows, packages: Mapping[str, Path]
     ) -> list[Combination] | _Fault:
         """Compare a translation with the robots of xacro; return the combinations, or the first one that differs."""
         compared: list[Combination] = []
@@ -293,8 +293,10 @@ class _Search:
                 known["of"] += [str(one) for one in entry.get("of") or () if str(one) not in known["of"]]
         return [{name: value for name, value in entry.items() if value} for entry in made.values()]
 
-    def report(self, answer: Mapping[str, Any]) -> Iterator[str]:
-        """Yield the lines about macros, arguments and packages."""
+    def report(
+        self, answer: Mapping[str, Any], compared: _Rows, rows: _Rows, refused: _Rows, total: int
+    ) -> Iterator[str]:
+        """Yield the lines about macros, arguments and packages, and about the combinations that were compared."""
         kept = list({key: name for name, _, key in answer["macros"]}.values())
         lost = [InlinedMacro(*one) for one in answer["lost"]]
         if kept or lost:
@@ -320,6 +322,13 @@ class _Search:
             yield f"  {phrase(list(names))}: {reason}"
         for package in answer["unfound"]:
             yield f"it asks for the package {package}: source its workspace, or give --package {package}=FOLDER"
+        how = "its arguments as they are" if len(compared) == 1 else f"{len(compared)} combinations of its arguments"
+        how += " (the defaults, and each argument changed alone)" if total > len(rows) else ""
+        yield f"the same robot as xacro makes it, with {how}"
+        if late := [row for row in rows if row not in compared and row not in refused]:
+            yield f"not compared, because that takes too long: {count_of(len(late), 'combination')}"
+        if first := next((row for row in refused if row in rows), None):
+            yield f"not compared, because xacro refuses it: {' '.join(f'{name}:={value}' for name, value in first)}"
 
 
 def _combinations(choices: Mapping[str, Sequence[str]]) -> tuple[list[Combination], int]:
@@ -332,19 +341,6 @@ def _combinations(choices: Mapping[str, Sequence[str]]) -> tuple[list[Combinatio
         rows = [{}, *({name: value} for name, values in several.items() for value in values[1:])]
     made = [tuple((name, value) for name, value in row.items() if value != several[name][0]) for row in rows]
     return list(dict.fromkeys(made)), total
-
-
-def _report_proof(
-    compared: Sequence[Combination], rows: Sequence[Combination], refused: Sequence[Combination], total: int
-) -> Iterator[str]:
-    how = "its arguments as they are" if len(compared) == 1 else f"{len(compared)} combinations of its arguments"
-    if total > len(rows):
-        how += " (the defaults, and each argument changed alone)"
-    yield f"the same robot as xacro makes it, with {how}"
-    if late := [row for row in rows if row not in compared and row not in refused]:
-        yield f"not compared, because that takes too long: {count_of(len(late), 'combination')}"
-    if first := next((row for row in refused if row in rows), None):
-        yield f"not compared, because xacro refuses it: {' '.join(f'{name}:={value}' for name, value in first)}"
 
 
 def _error(diagnostics: Sequence[Diagnostic], stage: Path, row: Combination) -> _Fault:

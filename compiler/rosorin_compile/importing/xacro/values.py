@@ -1,7 +1,4 @@
-"""Write symbols and texts of a xacro as values of a description: numbers, lists, texts, names and files.
-
-This module runs in the child process.
-"""
+"""Write symbols and texts of a xacro as values of a description: numbers, lists, texts, names and files."""
 
 from __future__ import annotations
 
@@ -15,7 +12,7 @@ from rosorin_compile.source.numbers import exact
 
 from ..layout import Expression, Verbatim, in_degrees
 from .child import portable
-from .symbols import (
+from .ir import (
     Failed,
     Pieces,
     Symbol,
@@ -44,7 +41,7 @@ class Values:
     def __init__(self, program: Program, meshes: str | None) -> None:
         self.program, self.meshes = program, meshes
 
-    def spelt(self, node: ast.expr) -> str:
+    def expression_text(self, node: ast.expr) -> str:
         """Return an expression as text, and record what it uses."""
         for one in ast.walk(node):
             if isinstance(one, ast.Call) and getattr(one.func, "id", "") == "find":
@@ -57,7 +54,7 @@ class Values:
 
     def expression(self, node: ast.expr) -> Expression:
         """Return an expression of the language as a value."""
-        return Expression(f"${{{self.spelt(node)}}}")
+        return Expression(f"${{{self.expression_text(node)}}}")
 
     def number(self, pieces: Pieces, unit: str = "") -> Any:
         """Return a number. Raises Failed if a text is none."""
@@ -105,7 +102,7 @@ class Values:
                 continue
             if piece.variable is not None:
                 piece.variable.printed = True
-            made, is_plain = f"{made}${{{self.spelt(node)}}}", False
+            made, is_plain = f"{made}${{{self.expression_text(node)}}}", False
         return made.replace("$${", "${") if is_plain else Expression(made)
 
     def value(self, symbol: Symbol, variable: Variable, unit: str = "") -> Any:
@@ -169,7 +166,7 @@ class Values:
                 return number(as_text(node).replace(" ", ""), unit) if is_literal else Verbatim(degrees or "0")
         inner = node.args[0] if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "float" else None
         if unit == ANGLES and isinstance(inner, ast.Call) and getattr(inner.func, "id", "") in _ANGULAR:
-            node = inner  # an angle is no plain number
+            node = inner  # an angle is not a plain number
         return self.expression(node)
 
 

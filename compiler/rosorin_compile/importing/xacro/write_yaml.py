@@ -18,20 +18,28 @@ from rosorin_compile.source.xml.markup import COMMENT
 
 from ..layout import Expression, Verbatim, clean_comment
 from .entries import Entries, conditional, merge
-from .ir import Call, Comment, Element, If, Macro, Words, expressions_in, nodes_of, walk
-from .symbols import (
+from .ir import (
+    Call,
+    Comment,
+    Element,
     Failed,
+    If,
+    Macro,
     Restart,
     Symbol,
     Variable,
+    Words,
     all_of,
     as_text,
+    expressions_in,
     fold,
     literal,
+    nodes_of,
     pieces_of,
     symbol_of,
     usable,
     variables_in,
+    walk,
     with_tokens,
 )
 from .values import Values, number
@@ -108,8 +116,6 @@ class Writer:
             "fixed": program.fixed | {one.name: [str(one.value), why] for one, why in refused.items()},
         }
 
-    # Names and places.
-
     def _name_macros(self) -> None:
         """Give macros unique names, and find the variables that are names of files."""
         parts: set[str] = set()
@@ -130,10 +136,8 @@ class Writer:
     def _propagate(self) -> None:
         """Let variables have what is known of those that they are given to as they are."""
         given = [(one.symbol, one) for one in self.program.variables if one.symbol is not None]
-        for macro in self.macros:
-            given += [
-                (symbol, macro.parameters[key]) for call in macro.calls for key, (symbol, _) in call.given.items()
-            ]
+        for call in [call for macro in self.macros for call in macro.calls]:
+            given += [(symbol, call.macro.parameters[key]) for key, (symbol, _) in call.given.items()]
         pairs = [(symbol.variable, target) for symbol, target in given if symbol.variable is not None]
         for _ in range(len(self.macros) + 1):  # macros that call each other are written out
             for source, target in pairs:
@@ -171,8 +175,6 @@ class Writer:
             raise Restart from None
         finally:
             self._macro = before
-
-    # What is at the level of links.
 
     def _body(self, nodes: list[Any], when: ast.expr | None) -> None:
         """Write what is at the level of links: of the robot, or of the part that is written."""
@@ -236,8 +238,6 @@ class Writer:
         if chosen is None:
             raise Failed(f'there are several entries "{key}"', *(one for _, one in known if one is not None))
         section[key] = chosen
-
-    # Macros: parts and named values.
 
     def write_macro(self, macro: Macro) -> dict[str, Any]:
         """Write a macro, unless that is done; return the keys of a named value."""
@@ -304,8 +304,6 @@ class Writer:
         section[key] = conditional({"part": macro.ours, "prefix": "", **({"with": passed} if passed else {})}, when)
         self._remark(place, (*path, "use", key), comments)
 
-    # Properties and arguments.
-
     def _write_lets(self, macro: Macro | None, path: tuple[Any, ...] = ()) -> dict[str, Any]:
         """Write the properties of a macro, or of the robot, that are used, in their order; return those of a macro."""
         owner = macro.key if macro is not None else ""
@@ -339,8 +337,6 @@ class Writer:
             entry = {"type": variable.type, "default": values[variable], "one_of": self._allowed(variable)}
             self._section(place, "args")[variable.ours] = {key: one for key, one in entry.items() if one != []}
             self._remark(place, ("args", variable.ours), variable.comments)
-
-    # What arguments are compared with.
 
     def _allowed(self, variable: Variable) -> list[str]:
         """Return the texts that an argument may be, or nothing if it may be any."""

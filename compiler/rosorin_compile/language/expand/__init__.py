@@ -1,5 +1,5 @@
 """Expansion: includes, arguments, named values, expressions, parts, loops and conditions; the result is one plain tree.
 
 Read in this order: ``description``, ``files`` (what is included), ``declarations`` (parameters), ``scope`` (names and
-their values), ``parts`` with ``placing``, ``included_robots``. ``expansion`` is their common state.
+their values), ``parts`` with ``placing``, ``included_robots``.
 """

@@ -11,13 +11,13 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Help, Related, Suggestion, error, nearest
 from rosorin_compile.source.tree import Map, Place, Seq
-from rosorin_compile.source.units import ANGLE, DIMENSIONS, LENGTH, NUMBER, Dimension, Quantity, describe, in_si
+from rosorin_compile.source.units import ANGLE, DIMENSIONS, LENGTH, NUMBER, UNITS, Dimension, Quantity, describe, in_si
 from rosorin_compile.source.wording import hidden_letter, in_words, quote
 
 from ..annotations import ENTRIES, ITEMS
 from ..expression import CHOICES
 from ..expression.functions import kind_of
-from ..schema import merged_sections, of_parts, of_types, resolve, schema
+from ..schema import merged_sections, of_parts, resolve, schema
 from ..suggestions import flag_meant, key_of_entry_meant, number_meant, text_tails, word_meant
 from .placing import AXES, is_number, is_vector
 from .scope import Failed, Scope, key_place, value_place
@@ -25,16 +25,10 @@ from .scope import Failed, Scope, key_place, value_place
 KEYS = ("type", "default", "one_of", "help")
 TYPES: dict[str, tuple[type, ...]] = {"any": (object,), "text": (str,), "boolean": (bool,), "integer": (int,)}
 TYPES |= {"number": (int, float), "list": (list,), "table": (dict,)}
-# A unit of each dimension that has one, to suggest what a text may mean.
-_SI = {"length": ["m"], "mass": ["kg"], "time": ["s"], "angle": ["rad"], "force": ["N"], "torque": ["N*m"]}
-_SI |= {"inertia": ["kg*m^2"], "speed": ["m/s"], "angular_speed": ["rad/s"], "frequency": ["Hz"], "density": ["kg/m^3"]}
-
-
 _KINDS = {Map: "a mapping", Seq: "a list", str: "text", bool: "true or false", float: "a number"}
 _PARAMETER_KINDS = {"type": str, "min": float, "max": float}
-_FILE_KEYS = ("rosorin_compile", "help", "let", "parts", "sensor_types")
+FILE_KEYS = ("rosorin_compile", "help", "let", "parts", "sensor_types")
 _PART_KEYS = ("help", "params", "let", "use")
-_SENSOR_TYPE_KEYS = ("help", "params", "let")
 _USE_KINDS = {"part": str, "with": Map, "prefix": str, "parent": str, "content": Map}
 _USE_KEYS = ("part", "with", "prefix", "parent", "xyz", "rpy", "mirror", "content", "source")
 
@@ -152,7 +146,8 @@ def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None
         if not help and wanted == "boolean":
             help = flag_meant(value) or "write true or false"
         elif not help and isinstance(value, str) and (wanted in DIMENSIONS or wanted in ("integer", "number")):
-            help = partial(number_meant, value, _SI.get(wanted, ()))
+            units = [unit for unit, (_, dimension) in UNITS.items() if dimension == DIMENSIONS.get(wanted)]
+            help = partial(number_meant, value, units)
     elif limited and value not in allowed:
         shown = f'"{value}"' if isinstance(value, (str, int, float)) else kind_of(value)
         message = f'{shown} is not a value of the argument "{name}"'
@@ -187,12 +182,6 @@ def _fits(value: Any, wanted: str) -> bool:
     return is_number(value) and (not isinstance(value, Quantity) or value.dimension == DIMENSIONS.get(wanted))
 
 
-def check_file(file: str, tree: Map, scope: Scope) -> None:
-    """Check a file of parts. Raises Failed after reporting."""
-    if not check_entry(file, tree, scope, _FILE_KEYS, dict.fromkeys(("let", "parts", "sensor_types"), Map)):
-        raise Failed
-
-
 def check_part(name: str, parts: Map, scope: Scope) -> bool:
     """Check a part; return True if it has no errors."""
     owner, body = f'part "{name}"', parts[name]
@@ -203,13 +192,6 @@ def check_part(name: str, parts: Map, scope: Scope) -> bool:
     good = check_entry(owner, body, scope, (*_PART_KEYS, *of_parts()), kinds, "part")
     good &= check_controls(f"{owner} ", body, (*merged_sections(ENTRIES, in_parts=True), "use"), scope)
     return check_sections(owner, body, scope, evaluated=False) and good
-
-
-def check_sensor_type(name: str, body: Map, scope: Scope) -> None:
-    """Check a type of sensors. Raises Failed after reporting."""
-    kinds, keys = dict.fromkeys(("params", "let"), Map), (*_SENSOR_TYPE_KEYS, *of_types())
-    if not check_entry(f'sensor type "{name}"', body, scope, keys, kinds, "sensor_type"):
-        raise Failed
 
 
 def check_use(name: str, entry: Map, scope: Scope) -> None:
@@ -246,35 +228,22 @@ def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope)
     for section in sections:
         entries = tree.get(section)
         for control, what in (("for", "loop"), ("if", "condition")):
-            if isinstance(entries, Map) and control in entries and _is_control(section, control, entries[control]):
+            if not isinstance(entries, Map) or control not in entries:
+                continue
+            value = entries[control]
+            is_control = isinstance(value, (str, bool))
+            if control == "for":  # a mapping, which an entry of that name is too; a file with a source adds it
+                entry: Any = schema()["properties"].get(section, {}).get("additionalProperties", {})
+                legal = _USE_KEYS if section == "use" else resolve(entry).get("properties", ())
+                is_control = isinstance(value, Map) and bool(value)
+                is_control = is_control and not any(key in legal for key in value if key != "source")
+            if is_control:
                 place = Place(entries.key_spans[control], scope.via or entries.via)
                 help = f"move it into the entry: NAME: {{{control}: ..., ...}}"
                 message = f'"{control}" is next to the entries of {owner}{section}: write a {what} inside its entry'
                 scope.report("wrong-type", message, place, help)
                 good = False
     return good
-
-
-def check_content(name: str, entry: Any, scope: Scope) -> None:
-    """Report loops and conditions beside the entries of the content of a ``use``. Raises Failed after that.
-
-    To be called before the use is evaluated, which would take a section of the content for an entry with a loop.
-    """
-    content = entry.get("content") if isinstance(entry, Map) else None
-    owner = f'content of use "{name}" '
-    if isinstance(content, Map) and not check_controls(owner, content, merged_sections(ENTRIES, in_parts=True), scope):
-        raise Failed
-
-
-def _is_control(section: str, control: str, value: Any) -> bool:
-    if control == "if":
-        return isinstance(value, (str, bool))
-    if not isinstance(value, Map) or not value:
-        return False
-    entry: Any = {} if section == "use" else resolve(schema()["properties"][section]["additionalProperties"])
-    legal = _USE_KEYS if section == "use" else entry.get("properties", ())
-    # A file with a source has given it to all its entries.
-    return not any(key in legal for key in value if key != "source")
 
 
 def check_sections(owner: str, tree: Map, scope: Scope, evaluated: bool = True) -> bool:

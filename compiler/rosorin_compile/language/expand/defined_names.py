@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
 from itertools import chain, islice
@@ -93,58 +93,6 @@ MAX_ROUNDS = 100
 MAX_SHOWN = 6
 
 
-class _Dropped:
-    """A dropped entry, and a pattern of its names, or of what all names of its part begin with.
-
-    Names are evaluated as if it were not dropped; with ``wild``, an expression in them stands for any text.
-    """
-
-    def __init__(self, entry: Disabled, wild: bool) -> None:
-        self.entry, self.scope, self.wild = entry, entry.scope, wild
-        key, item = entry.key, entry.item
-        patterns = [self._pattern(text) for text in (key, *_frames(item)) if text]
-        if entry.is_use:
-            prefix = item.get("prefix", f"{key}_")
-            patterns = [self._pattern(prefix)] if isinstance(prefix, str) and prefix else []
-        # In its own part, a name has no prefix.
-        self.pattern = f"(?:{re.escape(self.scope.prefix)})?(?:{'|'.join(patterns) or '(?!)'})"
-
-    def _pattern(self, text: str) -> str:
-        if self.wild:
-            return "".join(".+?" if piece.is_expression else re.escape(piece.text) for piece in pieces(text))
-        expansion, reported = self.scope.expansion, len(self.scope.expansion.diagnostics)
-        with expansion.without_limits(), suppress(Failed):
-            name: str = self.scope.name(text, self.entry.item.span, self.scope.via)
-            return re.escape(name)
-        del expansion.diagnostics[reported:]
-        return "(?!)"
-
-    def would_define(self, name: str, existing: Collection[str]) -> bool:
-        """Return True if a name is missing because of this: it would have it, or nothing else begins like this."""
-        if not self.entry.is_use:
-            return re.fullmatch(self.pattern, name) is not None
-        begin = re.match(self.pattern, name)
-        return begin is not None and not any(one.startswith(begin[0]) for one in existing)
-
-    def explain(self, group: list[Diagnostic]) -> Diagnostic:
-        """Return the first of the diagnostics that this causes, with the others."""
-        first, *others = group
-        item, key = self.entry.item, self.entry.key
-        span, why = item.value_spans["for" if self.entry.is_empty else "if"], "its loop has no rounds"
-        if not self.entry.is_empty:
-            why = f"its condition is false: {item['if']}" if isinstance(item["if"], str) else "its condition is false"
-        with suppress(Failed):
-            key = key if self.wild or "$" not in key else self.scope.name(key, item.span, self.scope.via)
-        what = f'"{key}"' if key else "an item of a list"
-        message = f"{first.message}: {what} is left out at {span.source.path}:{span.line} ({why})"
-        related = [Related("left out here", span)]
-        related += [Related(f"also missed: {one.message}", one.span) for one in others[:MAX_SHOWN]]
-        if len(others) > MAX_SHOWN:
-            related.append(Related(f"also missed:{and_more(len(others) - MAX_SHOWN)}", None))
-        help = "leave out on the same condition what names it"
-        return replace(first, message=message, help=help, related=(*related, *first.related))
-
-
 def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
     """Return the diagnostics; those about names of one dropped entry are one, which names the entry."""
     symbols = SymbolTable(tree)
@@ -154,23 +102,69 @@ def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]
     if not missing:
         return diagnostics
     rounds: Counter[int] = Counter()
-    dropped: dict[object, _Dropped] = {}  # each once: several rounds of a loop may drop the same
+    dropped: dict[tuple[int, str], tuple[Disabled, bool]] = {}  # each once: several rounds may drop the same
     for entry in scope.expansion.disabled:
         rounds[id(entry.item)] += 1
         if rounds[id(entry.item)] <= MAX_ROUNDS + 1:
-            one = _Dropped(entry, entry.is_empty or rounds[id(entry.item)] > MAX_ROUNDS)
-            dropped.setdefault((id(entry.item), one.pattern), one)
-    causes = {name: [one for one in dropped.values() if one.would_define(name, existing)] for name in missing}
-    groups: dict[tuple[_Dropped, str], list[Diagnostic]] = {}
+            wild = entry.is_empty or rounds[id(entry.item)] > MAX_ROUNDS
+            dropped.setdefault((id(entry.item), _pattern(entry, wild)), (entry, wild))
+    causes: dict[str, tuple[int, str]] = {}
+    for name in missing:
+        for key, (entry, _) in dropped.items():
+            begin = re.match(key[1], name) if entry.is_use else re.fullmatch(key[1], name)
+            # A name is that of a dropped use if nothing else begins like this.
+            if begin is not None and not (entry.is_use and any(one.startswith(begin[0]) for one in existing)):
+                causes.setdefault(name, key)
+    groups: dict[tuple[tuple[int, str], str], list[Diagnostic]] = {}
     others = []
     for diagnostic in diagnostics:
         names = _QUOTED.findall(diagnostic.message) if diagnostic.severity != NOTE else ()
-        cause = next((causes[name][0] for name in names if causes.get(name)), None)
+        cause = next((causes[name] for name in names if name in causes), None)
         if cause is None:
             others.append(diagnostic)
         else:
             groups.setdefault((cause, diagnostic.severity), []).append(diagnostic)
-    return [*others, *(cause.explain(arrange(group)) for (cause, _), group in groups.items())]
+    return [*others, *(_explained(*dropped[cause], arrange(group)) for (cause, _), group in groups.items())]
+
+
+def _pattern(entry: Disabled, wild: bool) -> str:
+    """Return a pattern of the names of a dropped entry, or of what all names of its part begin with.
+
+    Names are evaluated as if it were not dropped; with ``wild``, an expression in them stands for any text.
+    """
+    scope, expansion, key, item = entry.scope, entry.scope.expansion, entry.key, entry.item
+    texts, patterns = [text for text in (key, *_frames(item)) if text], []
+    if entry.is_use:
+        prefix = item.get("prefix", f"{key}_")
+        texts = [prefix] if isinstance(prefix, str) and prefix else []
+    for text in texts:
+        if wild:
+            patterns.append("".join(".+?" if one.is_expression else re.escape(one.text) for one in pieces(text)))
+            continue
+        reported = len(expansion.diagnostics)
+        with expansion.without_limits(), suppress(Failed):
+            patterns.append(re.escape(scope.name(text, item.span, scope.via)))
+        del expansion.diagnostics[reported:]
+    # In its own part, a name has no prefix.
+    return f"(?:{re.escape(scope.prefix)})?(?:{'|'.join(patterns) or '(?!)'})"
+
+
+def _explained(entry: Disabled, wild: bool, group: list[Diagnostic]) -> Diagnostic:
+    """Return the first of the diagnostics that a dropped entry causes, with the others."""
+    (first, *others), item, key = group, entry.item, entry.key
+    span, why = item.value_spans["for" if entry.is_empty else "if"], "its loop has no rounds"
+    if not entry.is_empty:
+        why = f"its condition is false: {item['if']}" if isinstance(item["if"], str) else "its condition is false"
+    with suppress(Failed):
+        key = key if wild or "$" not in key else entry.scope.name(key, item.span, entry.scope.via)
+    what = f'"{key}"' if key else "an item of a list"
+    message = f"{first.message}: {what} is left out at {span.source.path}:{span.line} ({why})"
+    related = [Related("left out here", span)]
+    related += [Related(f"also missed: {one.message}", one.span) for one in others[:MAX_SHOWN]]
+    if len(others) > MAX_SHOWN:
+        related.append(Related(f"also missed:{and_more(len(others) - MAX_SHOWN)}", None))
+    help = "leave out on the same condition what names it"
+    return replace(first, message=message, help=help, related=(*related, *first.related))
 
 
 def _frames(item: Any) -> list[str]:

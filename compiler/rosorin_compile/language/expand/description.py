@@ -27,8 +27,8 @@ from .declarations import check_controls, declare
 from .defined_names import check_letters, unused_names
 from .files import Reader
 from .included_robots import IncludedRobots
-from .joining import copy, join
 from .parts import Parts, apply_types
+from .placing import copy, join
 from .scope import Failed, Scope
 
 if TYPE_CHECKING:

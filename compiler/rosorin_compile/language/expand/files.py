@@ -11,12 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Diagnostic, Span
-from rosorin_compile.source.files import exists, is_file, is_folder, label, resolve
+from rosorin_compile.source.files import exists, is_file, label, resolve
 from rosorin_compile.source.load import LoadError, load_mapping, parse_yaml, read_utf8
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import (
-    DESCRIPTIONS,
     ENDINGS,
     PYTHON_PACKAGE,
     ROS_PACKAGE,
@@ -31,7 +30,7 @@ from rosorin_compile.source.wording import suggest
 from ..expression.functions import ExpressionError
 from ..schema import sections
 from .declarations import check_entry
-from .joining import join, with_sources
+from .placing import join, with_sources
 from .scope import Expansion, Scope, key_place, value_place
 
 if TYPE_CHECKING:
@@ -119,7 +118,9 @@ class Reader:
                 if not isinstance(item, Map):  # the name of a file
                     entry = Map(span, via)
                     entry.put("file", item, span, span)
-                if self._is_robot(entry):
+                name = entry.get("file") if isinstance(entry.get("file"), str) else ""
+                is_foreign = "package" in entry or name.lower().endswith(self.robot_endings())
+                if is_foreign and not name.endswith(ENDINGS):
                     self.robots.append(RobotInclude(entry, place, path))
                 elif (included := self._include(entry, path, place, here)) is not None:
                     join(made, included, self.scope)
@@ -138,12 +139,6 @@ class Reader:
             tree = read()
             self.cache[key] = getattr(getattr(tree, "span", None), "source", None), tree
         return tree
-
-    def _is_robot(self, item: Map) -> bool:
-        name = item.get("file")
-        if isinstance(name, str) and name.endswith(ENDINGS):
-            return False
-        return "package" in item or (isinstance(name, str) and name.lower().endswith(self.robot_endings()))
 
     def _include(self, item: Map, by: Path, place: Place, within: tuple[Path, ...]) -> Map | None:
         check_include(item, self.scope, INCLUDE_KINDS)
@@ -188,13 +183,8 @@ class Reader:
             target = by.parent / name
             if self.inside(target):
                 return target
-            where = "the folder of the description"
-            if outer := self._package_of(by):
-                where = f'the folder of the package "{outer}"'
-            elif is_folder(self.projects[0] / DESCRIPTIONS):
-                where = "the project, the folder that has descriptions/"
-            if not outer and Path(os.path.normpath(resolve(by.parent) / name)).is_relative_to(self.projects[0]):
-                where += ": a link leads there"
+            outer = self._package_of(by)
+            where = f'the folder of the package "{outer}"' if outer else "the project of the description"
             help = f"move it inside, or name the ROS package that it is in: {ADDRESS}NAME/FILE"
             raise IncludeError("include-outside", f"{name} is outside {where}", help)
         folder = self.package(package, packages, by)

@@ -27,8 +27,7 @@ from ..schema import backend_of, sections
 from ..symbols import THINGS, SymbolTable
 from .declarations import hides_letters, place_of
 from .files import ADDRESS, INCLUDE_KINDS, IncludeError, check_include, with_nearest_file
-from .joining import copy, with_sources
-from .placing import Use, map_items, map_table, place_fragment
+from .placing import Use, copy, map_items, map_table, place_fragment, with_sources
 from .scope import Failed, Scope
 
 if TYPE_CHECKING:

@@ -23,13 +23,13 @@ from rosorin_compile.source.tree import Instance, Map, Place, Seq
 from rosorin_compile.source.wording import suggest
 from rosorin_compile.source.xml.elements import found_in
 
-from ..schema import keys_of_xml, of_parts, of_types
+from ..annotations import ENTRIES
+from ..schema import keys_of_xml, merged_sections, of_parts, of_types
 from ..suggestions import word_meant
 from ..symbols import MOUNT, SymbolTable
 from . import declarations
 from .declarations import declare, given_places
-from .joining import copy, join, with_source
-from .placing import Use, place_fragment
+from .placing import Use, copy, join, place_fragment, with_source
 from .scope import Failed, Scope, value_place
 
 MAX_NESTED = 40
@@ -61,7 +61,11 @@ class Parts:
         for key, item in entries.items():
             place = Place(entries.key_spans[key], via)
             try:
-                declarations.check_content(key, item, scope)
+                # Before the use is evaluated, which would take a section of the content for an entry with a loop.
+                content = item.get("content") if isinstance(item, Map) else None
+                owner, sections = f'content of use "{key}" ', merged_sections(ENTRIES, in_parts=True)
+                if isinstance(content, Map) and not declarations.check_controls(owner, content, sections, scope):
+                    raise Failed
                 for inner, entry in scope.entries(item, key, is_use=True):
                     name = inner.name(key, *place) if "$" in key else key
                     resolved = inner.resolve(entry, Place(entries.value_spans[key], via))
@@ -207,7 +211,9 @@ class Parts:
                 self.expansion.diagnostics.append(problem.diagnostic)
                 raise Failed from None
             home = Scope(self.expansion)
-            declarations.check_file(tree.span.source.path, tree, home)
+            kinds = dict.fromkeys(("let", "parts", "sensor_types"), Map)
+            if not declarations.check_entry(tree.span.source.path, tree, home, declarations.FILE_KEYS, kinds):
+                raise Failed
             home.define_all(tree.get("let"))
             self.files[path] = (tree, home)
         return self.files[path]
@@ -252,7 +258,9 @@ def apply_types(tree: Map, own: Any, scope: Scope, library: Path) -> None:
 
 
 def _with_type(name: str, kind: str, sensor: Map, definition: Map, scope: Scope) -> Map:
-    declarations.check_sensor_type(kind, definition, scope)
+    kinds, keys = dict.fromkeys(("params", "let"), Map), ("help", "params", "let", *of_types())
+    if not declarations.check_entry(f'sensor type "{kind}"', definition, scope, keys, kinds, "sensor_type"):
+        raise Failed
     before = len(scope.expansion.diagnostics)
     place = Place(sensor.span, sensor.via)
     scope.bind("name", name, place)
@@ -321,7 +329,6 @@ _SPATIAL = {"pos", "quat", "axis", "axisangle", "euler", "xyaxes", "zaxis", "fro
 
 
 def _check_elements(use: str, fragment: Map, scope: Scope) -> None:
-    """Raise Failed if a mirrored part has elements of MJCF with a place: only what has words is mirrored."""
     entries = fragment["links"].values() if isinstance(fragment.get("links"), Map) else ()
     listed = [fragment.get("mjcf"), *(entry.get("mjcf_elements") for entry in entries if isinstance(entry, Map))]
     failed = None

@@ -375,20 +375,20 @@ class Scope:
             return
         body, scope = self.expansion.body(item), None
         for scope in rounds(self, item):
-            if "if" not in item or scope._condition(item["if"], Place(item.value_spans["if"], self.via or item.via)):
+            holds = True
+            if "if" in item:
+                place = Place(item.value_spans["if"], self.via or item.via)
+                holds = scope.resolve(item["if"], place)
+                if not isinstance(holds, bool):
+                    what = f'"{holds}"' if isinstance(holds, (str, int, float)) else kind_of(holds)
+                    help = flag_meant(holds) or "compare it: ${n > 0}"
+                    raise scope.fail("wrong-type", f"a condition is true or false, not {what}", place, help)
+            if holds:
                 yield scope, body
             else:
                 self.expansion.disabled.append(Disabled(key, item, scope, is_use, is_empty=False))
         if scope is None:
             self.expansion.disabled.append(Disabled(key, item, self, is_use, is_empty=True))
-
-    def _condition(self, value: Any, place: Place) -> bool:
-        resolved = self.resolve(value, place)
-        if isinstance(resolved, bool):
-            return resolved
-        what = f'"{resolved}"' if isinstance(resolved, (str, int, float)) else kind_of(resolved)
-        help = flag_meant(resolved) or "compare it: ${n > 0}"
-        raise self.fail("wrong-type", f"a condition is true or false, not {what}", place, help)
 
     def text(self, text: str, span: Span, via: Instance | None, xml: bool = False) -> Any:
         """Return text with its ``${...}`` replaced; text that is one expression has the type of its value.
@@ -399,8 +399,12 @@ class Scope:
         parts: list[str] = []
         for piece in pieces(text):
             if not piece.is_expression:
-                if "$(" in piece.text and "<" not in text:  # elements of XML may be meant for another program
-                    self._refuse_xacro(text, piece, place)
+                xacro = _OF_XACRO.search(piece.text)
+                if xacro and "<" not in text:  # elements of XML may be meant for another program
+                    name = (xacro[2].split() or ["NAME"])[0]
+                    help = f"write package://{name}" if xacro[1] == "find" else f"write ${{{name}}}, an argument"
+                    where = _within(place, text, piece.offset + xacro.start())
+                    raise self.fail("expression", f'"{xacro[0]}" has a meaning in xacro, and none here', where, help)
                 parts.append(piece.text)
                 continue
             if piece.unclosed:
@@ -421,13 +425,6 @@ class Scope:
                 self._report_expression(problem, piece, text, place)
                 raise Failed from None
         return "".join(parts)
-
-    def _refuse_xacro(self, text: str, piece: Piece, place: Place) -> None:
-        if found := _OF_XACRO.search(piece.text):
-            name = (found[2].split() or ["NAME"])[0]
-            help = f"write package://{name}" if found[1] == "find" else f"write ${{{name}}}, with {name} under args"
-            where = _within(place, text, piece.offset + found.start())
-            raise self.fail("expression", f'"{found[0]}" has a meaning in xacro, and none here', where, help)
 
     def _report_expression(self, problem: ExpressionError, piece: Piece, text: str, place: Place) -> None:
         where = _within(place, text, piece.offset + 2)

@@ -88,7 +88,6 @@ def mask_quantities(text: str) -> tuple[str, dict[tuple[int, int], Literal]]:
 
 # Syntax of other languages, and the help for it.
 _FOREIGN: tuple[tuple[str, str], ...] = (
-    (r"[\u00a0\u2007\u202f]", "replace it by a space of the keyboard"),
     (r"&&", 'write "and"'),
     (r"\|\|", 'write "or"'),
     (r"\?.*:", "write A if CONDITION else B"),
@@ -96,11 +95,7 @@ _FOREIGN: tuple[tuple[str, str], ...] = (
     (r"\$", "a name in an expression has no $ before it"),
     (r"[\u00b0\u00ba]", "write deg: 90 deg"),
     (r"[\u2212\u2013\u2014]", 'write the minus sign of the keyboard: "-"'),
-    (r"[\u00d7\u00b7]", "write * for a product"),
-    (r"\u00f7", "write / for a quotient"),
     (r"[\u00b2\u00b3]", "write **2 or **3; in a unit ^2 or ^3"),
-    (r"[\u00b5\u03bc]m", "write um"),
-    (r"\u03c0", "write pi"),
     (r"[\u2018\u2019\u201c\u201d]", "write straight quotes"),
     (r"(?<![=<>!])=(?!=)", 'compare with "=="; a value is given its name in let'),
     (r"\d,\d", "a number has a point, not a comma"),

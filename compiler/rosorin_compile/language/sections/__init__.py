@@ -94,8 +94,9 @@ def _poses(tree: Mapping[str, Any], lowering: Lowering) -> tuple[JointPose, ...]
             elif joint not in joints or joints.keys() >= group_of.keys():  # else a servo group misspells its name
                 help = suggest_name(lowering.tree, path, joint, list(group_of))
                 lowering("unknown-servo", f'no servo group has the joint "{joint}"', path, help, key=True)
-        base, more = pose_of_entry(entry["base"]) if "base" in entry else None, {"controls": controls}
-        poses.append(record_of(JointPose, entry, name=name, positions=positions, pulses=pulses, base=base, **more))
+        base = pose_of_entry(entry["base"]) if "base" in entry else None
+        numbers = {"positions": positions, "pulses": pulses, "controls": controls}
+        poses.append(record_of(JointPose, entry, name=name, base=base, **numbers))
     return tuple(poses)
 
 

@@ -1,12 +1,11 @@
 """MJCF: the robot for MuJoCo.
 
-Writing: ``write`` with ``write_elements`` and ``classes``; ``servos`` are its actuators, ``bodies`` has names and
-groups, ``contacts`` which links may touch, ``omissions`` what MuJoCo would refuse. ``read_back`` reads such a file for
-comparison.
+Writing: ``write`` with ``write_elements``; ``servos`` are its actuators, ``bodies`` has names and groups, ``contacts``
+which links may touch, ``omissions`` what MuJoCo would refuse. ``read_back`` reads such a file for comparison.
 
-Reading: MuJoCo reads foreign files in a child process (``process``, ``engine``). ``source`` finds the places in the
-text, ``reading`` has the state, and ``robot`` fills the tree with ``links``, ``actuators``, ``shapes`` and ``entries``.
-``process`` also compares an imported MJCF with its source (``compare_models``).
+Reading: MuJoCo reads foreign files in a child process (``process``, ``engine``), which also compares an import with its
+source (``compare_models``). ``source`` finds the places in the text, ``reading`` has the state, and ``robot`` fills the
+tree with ``links``, ``shapes`` and ``entries``.
 """
 
 from __future__ import annotations

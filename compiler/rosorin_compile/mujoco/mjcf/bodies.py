@@ -1,19 +1,19 @@
 """Bodies and geoms of an MJCF of ours: their names, their groups, and the bits of their shapes.
 
-Masks are the bits by which MuJoCo lets two geoms touch, before it looks at excluded bodies. Two geoms may touch if the
-``contype`` of one has a bit that the ``conaffinity`` of the other has. A shape has those of its ``contact``; a shape
-without them, and so the floor of a scene, has bit 1 in both. Where a robot sets no bits, the wheels of its drive meet
-the floor alone: a hub and its rollers are built into each other, and a wheel into its arch.
+MuJoCo lets two geoms touch if the ``contype`` of one has a bit that the ``conaffinity`` of the other has. A shape has
+those of its ``contact``; a shape without them, and so the floor of a scene, has bit 1 in both. Where a robot sets no
+bits, the wheels of its drive meet the floor alone: a hub and its rollers are built into each other, and a wheel into
+its arch.
 
-A height map is boxes or a height field (XMLreference "asset/hfield"). A field has elevations of points, with slopes
+A height map is boxes or a height field (XMLreference "asset/hfield"), which has elevations of points, with slopes
 between them: a point has the height of its highest cell, so that the field is never smaller than the body. They are
-scaled between the lowest and the highest; the first row has the largest y. Below the lowest point is a slab. A field
-does not collide with planes and other fields.
+scaled between the lowest and the highest; the first row has the largest y. Below the lowest point is a slab.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile import model
@@ -87,18 +87,11 @@ def is_free(robot: model.Robot, joint: model.Joint) -> bool:
 @of_robot
 def weld_groups(robot: model.Robot) -> dict[str, list[str]]:
     """Return the links that no joint moves against each other, in the order of the tree, by the topmost of them."""
-    top: dict[str, str] = {}
-    groups: dict[str, list[str]] = {}
-    above = robot.joint_to
-    for link in robot.walk():
-        name = link.name
-        joint = above.get(name)
-        if joint is None or not joint.is_fixed:
-            top[name] = name
-            groups[name] = [name]
-        else:
-            top[name] = top[joint.parent]
-            groups[top[name]].append(name)
+    top, groups = dict[str, str](), dict[str, list[str]]()
+    for name in (link.name for link in robot.walk()):
+        joint = robot.joint_to.get(name)
+        top[name] = top[joint.parent] if joint is not None and joint.is_fixed else name
+        groups.setdefault(top[name], []).append(name)
     return groups
 
 
@@ -120,29 +113,19 @@ USUAL, ROLLS, BESIDE_WHEELS = Mask(), Mask(1, 0), Mask(3, 2)
 
 
 class Masks:
-    """The masks of the collision shapes of a robot; ``rolling`` are the links that meet the floor alone.
-
-    Without ``implied`` they are those of the description.
-    """
+    """The masks of collision shapes, without ``implied`` the described ones; ``rolling`` links meet the floor alone."""
 
     def __init__(self, robot: model.Robot, implied: bool) -> None:
         self.rolling = rolling(robot) if implied else frozenset[str]()
         self.usual = BESIDE_WHEELS if self.rolling else USUAL
-        shapes = [(link.name, shape) for link in robot.links for shape in link.collision]
-        self._of_links: dict[str, set[Mask]] = {link.name: set() for link in robot.links}
-        for name, shape in shapes:
-            self._of_links[name].add(self.mask_of(name, shape))
+        self._of_links = {link.name: {self.mask_of(link.name, one) for one in link.collision} for link in robot.links}
 
     def mask_of(self, link: str, shape: model.Shape) -> Mask:
         if link in self.rolling:
             return ROLLS
-        contact = shape.contact
-        if contact is None:
-            return self.usual
-        bits = (contact.values.get(word, usual) for word, usual in zip(BITS, self.usual, strict=True))
-        return Mask(
-            *(int(bit) if isinstance(bit, (int, float)) else usual for bit, usual in zip(bits, self.usual, strict=True))
-        )
+        values = shape.contact.values if shape.contact is not None else {}
+        found = zip((values.get(word) for word in BITS), self.usual, strict=True)
+        return Mask(*(int(bit) if isinstance(bit, (int, float)) else usual for bit, usual in found))
 
     def meet(self, one: str, other: str) -> bool:
         return any(mask.meets(theirs) for mask in self._of_links[one] for theirs in self._of_links[other])
@@ -153,10 +136,7 @@ class Masks:
 
 @of_robot
 def rolling(robot: model.Robot) -> frozenset[str]:
-    """Return the links that meet the floor alone: the wheels of a drive with what turns on them, hubs and rollers.
-
-    Behind a joint that steers it is what turns there. A description that sets bits sets those of all links.
-    """
+    """Return the links that meet the floor alone: wheels with what turns on them, unless the description sets bits."""
     drive, contacts = robot.drive, (shape.contact for link in robot.links for shape in link.collision)
     if drive is None or any(one and not one.values.keys().isdisjoint(BITS) for one in contacts):
         return frozenset()
@@ -236,22 +216,18 @@ def field_of(shape: model.Shape, grid: model.HeightMap) -> Field:
     count, across = len(grid.heights), len(grid.heights[0])
     boxes = grid.boxes()
     lowest = min((box.lower[2] for box in boxes), default=0.0)
+
+    def cells(axis: int, box: model.Box) -> range:
+        first, last = (round((end[axis] - grid.origin[axis]) / grid.cell) for end in (box.lower, box.upper))
+        return range(first, last + 1)
+
     for box in boxes:
-        (i, j), (k, n) = (_cell(grid, corner) for corner in (box.lower, box.upper))
-        for x in range(i, k + 1):
-            for y in range(j, n + 1):
-                tops[x, y] = max(box.upper[2], tops.get((x, y), lowest))
+        for point in product(cells(0, box), cells(1, box)):
+            tops[point] = max(box.upper[2], tops.get(point, lowest))
     points = [tops.get((x, y), lowest) for y in range(across, -1, -1) for x in range(count + 1)]
     low, high = min(points), max(points)
     half = count * grid.cell / 2, across * grid.cell / 2
     size = (*half, max(high - low, _THIN), max(low - lowest, _THIN))
-    middle = (grid.origin[0] + half[0], grid.origin[1] + half[1], low)
+    middle = shape.pose.transform().apply((grid.origin[0] + half[0], grid.origin[1] + half[1], low))
     elevation = tuple(round(point - low, 12) for point in points)
-    return Field(
-        across + 1, count + 1, size, elevation, model.Pose(shape.pose.transform().apply(middle), shape.pose.rpy)
-    )
-
-
-def _cell(grid: model.HeightMap, corner: tuple[float, float, float]) -> tuple[int, int]:
-    x, y = ((at - start) / grid.cell for at, start in zip(corner, grid.origin, strict=False))
-    return round(x), round(y)
+    return Field(across + 1, count + 1, size, elevation, model.Pose(middle, shape.pose.rpy))

@@ -1,11 +1,8 @@
 """Compare two compiled models of MuJoCo in each array of mjModel that ``mujoco.introspect`` lists.
 
 Objects are matched by name, or by the name that the import gave them; nameless ones by what they refer to and by their
-place. Visual appearance (materials, textures, lights, colours, groups) is not compared.
-
-These are equal for MuJoCo, and no difference: added sites, bodies without mass and geoms that touch nothing, a site
-that became a body, both signs of a quaternion, other principal axes, and the origin to which MuJoCo moves a mesh.
-This runs in the child process.
+place. Some differences do not count: visual appearance, added sites, bodies without mass and geoms that touch nothing,
+a site that became a body, both signs of a quaternion, other principal axes, and the origin to which MuJoCo moves a mesh.
 """
 
 from __future__ import annotations
@@ -177,10 +174,7 @@ class Model:
 
 
 class Comparison:
-    """Two models, the number in ours of each object of the source by kind (``maps``), and the differences.
-
-    ``names`` are those that the import gave to objects, by kind and number in the source.
-    """
+    """The differences of two models; ``names`` are those that the import gave, by kind and number in the source."""
 
     def __init__(self, mujoco: Any, source: Any, ours: Any, names: Mapping[str, Mapping[int, str]]) -> None:
         self.mujoco, self.names = mujoco, names
@@ -222,10 +216,7 @@ class Comparison:
             self.report(kind, index, field, f"{field} {in_words(one, other)}")
 
     def place(self, chance: Any) -> None:
-        """Put both models into their first pose, or with a random generator into the same random pose.
-
-        Joints are then within their limits, or half a radian or metre around their first position.
-        """
+        """Put both models into their first pose, or into the same random pose within the limits of their joints."""
         source, first, second = self.source, self.source.data, self.ours.data
         first.qpos[:], second.qpos[:] = source.mj.qpos0, self.ours.mj.qpos0
         for one, other in self.maps["joint"].items() if chance else ():
@@ -310,11 +301,14 @@ class Comparison:
         """Compare the values of an array for one object, unless MuJoCo does not read them."""
         source, ours, field = self.source, self.ours, array if extent == "nq" else array.partition("_")[2]
         if array in _REFERENCES:
-            pairs = source.references(array, extent, one), ours.references(array, extent, other)
-            if len(pairs[0]) != len(pairs[1]) or not all(map(self._is_same, *pairs)):
+            named = source.references(array, extent, one), ours.references(array, extent, other)
+            mapped = [(of, self.maps[of].get(int(n), -2) if of and n >= 0 else n) for of, n in named[0]]
+            if len(mapped) != len(named[1]) or not all(
+                of == other_of and close(n, m) for (of, n), (other_of, m) in zip(mapped, named[1], strict=True)
+            ):
                 texts = [
-                    ", ".join("none" if n < 0 else model.name_of(of, int(n)) if of else f"{n:g}" for of, n in named)
-                    for model, named in zip((source, ours), pairs, strict=True)
+                    ", ".join("none" if n < 0 else model.name_of(of, int(n)) if of else f"{n:g}" for of, n in pairs)
+                    for model, pairs in zip((source, ours), named, strict=True)
                 ]
                 text = f"{field} {texts[0] or 'nothing'} in the source, {texts[1] or 'nothing'} in ours"
                 self.report(kind, one, field, text)
@@ -341,12 +335,6 @@ class Comparison:
         if has_effect and not (extent == "nq" and _same_position(theirs, own)):
             self.values(kind, one, field, theirs, own)
 
-    def _is_same(self, theirs: tuple[str, float], own: tuple[str, float]) -> bool:
-        (kind, one), (other_kind, other) = theirs, own
-        if kind != other_kind or one < 0 or not kind:
-            return kind == other_kind and close(one, other)
-        return self.maps[kind].get(int(one)) == other
-
     def _bodies(self) -> None:
         theirs, own = self.source.mj, self.ours.mj
         for one, other in self.maps["body"].items():
@@ -363,10 +351,7 @@ class Comparison:
                 self.report("body", one, "inertia", f"inertia {moments}, along the axes of the body")
 
     def _frames(self) -> None:
-        """Compare where objects are in the world, in the first pose and in a random one.
-
-        What is in a body that is reported, or moves with it, is not reported again.
-        """
+        """Compare frames in the first and a random pose; what moves with what is reported is not reported again."""
         moved, reported = set[int](), {("body", 0)}
         for chance in (None, np.random.default_rng(1)):
             self.place(chance)
@@ -447,11 +432,7 @@ class Comparison:
         )
 
     def motion(self) -> tuple[float, str]:
-        """Return the largest difference of frames and accelerations in random states, under random controls, and where.
-
-        Frames differ by m or an entry of a rotation, accelerations by a share of the largest one. There are no
-        constraints: of two meshes deep in each other a contact comes and goes by one bit.
-        """
+        """Return the largest difference of frames (m) and accelerations (a share) in random states, and where it is."""
         source, ours, first, second = self.source, self.ours, self.source.data, self.ours.data
         chance, found = np.random.default_rng(1), [(0.0, "")]
         for model in (source, ours):

@@ -13,21 +13,19 @@ every base, fixed or free: a robot may be attached to other things.
 
 The distance of two solids is that of their Minkowski difference from the origin, which simplices of support points
 approach (E. G. Gilbert, D. W. Johnson, S. S. Keerthi, "A fast procedure for computing the distance between complex
-objects in three-dimensional space", 1988). A sphere is a point and a capsule a line with a radius around it.
-
-MJX, MuJoCo on accelerators, does not collide cylinders and ellipsoids with boxes, meshes and height fields, nor fields
-with each other, and does not load a model in which they may touch (mujoco-mjx 3.17, JAX).
+objects in three-dimensional space", 1988). MJX, MuJoCo on accelerators, does not collide cylinders and ellipsoids with
+boxes, meshes and height fields, nor fields with each other, and does not load a model in which they may touch.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence, Set
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache, cached_property
-from itertools import combinations
+from itertools import combinations, product
 from typing import NamedTuple
 
-from rosorin_compile.model import Joint, Link, Mesh, Output, Robot
+from rosorin_compile.model import Joint, Mesh, Output, Robot
 from rosorin_compile.model.bounds import ball_of
 from rosorin_compile.model.geometry import Transform, Vector, cross, dot, minus, norm, plane_axes, unit
 from rosorin_compile.model.joint import motion
@@ -64,17 +62,16 @@ Simplex = Sequence[Vector]
 
 
 class Solid:
-    """A shape of known size, with a ball around it: its middle in the frame of the link, and its radius (m).
-
-    ``margin`` (m) is the radius of a sphere or capsule, which ``support`` leaves out.
-    """
+    """A shape with a ball around it (m); ``margin`` is the radius around a point or line, not in ``support``."""
 
     def __init__(self, shape: Shape, middle: Vector, radius: float) -> None:
-        self.shape = shape
-        self.middle = middle
-        self.radius = radius
-        self.origin = shape.origin().transform()
-        self.margin = abs(shape.geometry.radius) if isinstance(shape.geometry, (Sphere, Capsule)) else 0.0
+        self.shape, self.middle, self.radius, self.origin = shape, middle, radius, shape.origin().transform()
+        geometry, (x, y, z) = shape.geometry, (*map(abs, half_sizes(shape.geometry)), 0.0, 0.0, 0.0)[:3]
+        self.margin = x if isinstance(geometry, (Sphere, Capsule)) else 0.0
+        # Half the size along the axes of the shape, without the margin (m).
+        self.half_extents: Vector = (x, y, z)
+        if isinstance(geometry, (Sphere, Capsule, Cylinder)):
+            self.half_extents = (x - self.margin, x - self.margin, y)
 
     @cached_property
     def pieces(self) -> Sequence[Solid]:
@@ -82,15 +79,6 @@ class Solid:
         if not isinstance(self.shape.geometry, HeightMap):
             return (self,)
         return [solid for solid in map(solid_of, self.shape.solids(MERGED)) if solid is not None]
-
-    @cached_property
-    def half_extents(self) -> Vector:
-        """Half the size along the axes of the shape, without the margin (m)."""
-        geometry, sizes = self.shape.geometry, [*map(abs, half_sizes(self.shape.geometry)), 0.0, 0.0, 0.0]
-        if isinstance(geometry, (Cylinder, Capsule)):
-            radius = sizes[0] if isinstance(geometry, Cylinder) else 0.0
-            return (radius, radius, sizes[1])
-        return _ORIGIN if isinstance(geometry, Sphere) else (sizes[0], sizes[1], sizes[2])
 
     def support(self, place: Transform, direction: Vector) -> Vector:
         """Return the farthest point in a direction, without the margin; ``place`` is the pose of the shape."""
@@ -168,22 +156,18 @@ class Touching:
 
 def _closest(simplex: Simplex) -> tuple[Vector, list[Vector]]:
     """Return the point of a simplex that is closest to the origin, and the corners that it lies between."""
-    if len(simplex) == 4 and _encloses(simplex):
+    is_around = len(simplex) == 4
+    for index, apex in enumerate(simplex if is_around else ()):  # a flat tetrahedron is around nothing
+        a, b, c = (corner for at, corner in enumerate(simplex) if at != index)
+        normal = cross(minus(b, a), minus(c, a))
+        height = dot(normal, minus(apex, a))
+        is_flat = abs(height) <= 1e-12 * math.hypot(*normal) * math.dist(apex, a)
+        is_around = is_around and not is_flat and dot(normal, a) * height < 0
+    if is_around:
         return _ORIGIN, list(simplex)
     faces = (face for size in (1, 2, 3) for face in combinations(simplex, size))
     feet = ((_foot(face), list(face)) for face in faces)
     return min(((foot, face) for foot, face in feet if foot is not None), key=lambda pair: dot(pair[0], pair[0]))
-
-
-def _encloses(simplex: Simplex) -> bool:
-    """Return True if the origin is inside a tetrahedron that is not flat."""
-    for index, apex in enumerate(simplex):
-        a, b, c = (corner for at, corner in enumerate(simplex) if at != index)
-        normal = cross(minus(b, a), minus(c, a))
-        height = dot(normal, minus(apex, a))
-        if abs(height) <= 1e-12 * math.hypot(*normal) * math.dist(apex, a) or dot(normal, a) * height >= 0:
-            return False
-    return True
 
 
 def _foot(face: Simplex) -> Vector | None:
@@ -222,14 +206,11 @@ Meeting = tuple[Geom, Geom]
 
 
 class Contacts(NamedTuple):
-    """Pairs of bodies that are excluded from contact, and pairs of shapes that may collide where MuJoCo filters.
-
-    ``left`` are links that would need more than ``MOST`` pairs: it is left to MuJoCo whether they collide.
-    """
+    """Pairs of bodies that are excluded from contact, and pairs of shapes that may collide where MuJoCo filters."""
 
     excluded: list[tuple[str, str]]
     pairs: list[Meeting]
-    left: list[tuple[str, str]]
+    left: list[tuple[str, str]]  # links that would need more than ``MOST`` pairs: it is left to MuJoCo
 
 
 @of_robot
@@ -242,13 +223,18 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
     groups, masks = weld_groups(robot), Masks(robot, implied)
     top_of = {name: top for top, names in groups.items() for name in names}
     solid = {top: [name for name in names if robot.link[name].collision] for top, names in groups.items()}
-    geoms = cache(lambda name: _geoms(robot.link[name], form))
     meshes = {link.name for link in robot.links for one in link.collision if isinstance(one.geometry, Mesh)}
     named = {frozenset(pair) for pair in robot.disabled_contacts}
     places: dict[str, Transform] = {}  # of links in the topmost link that they are welded to
     excluded: dict[frozenset[str], tuple[str, str]] = {}
-    pairs: list[Meeting] = []
-    left: list[tuple[str, str]] = []
+    pairs, left = list[Meeting](), list[tuple[str, str]]()
+
+    @cache
+    def geoms(name: str) -> list[Geom]:
+        shapes = numbered_solids(robot.link[name], COLLISION, form)
+        every = ((number, solid_of(shape)) for number, shape in shapes if has_volume(shape.geometry))
+        return [Geom(name, number, solid) for number, solid in every if solid is not None]
+
     for link in robot.walk():
         above = robot.joint_to.get(link.name)
         is_welded = above is not None and above.is_fixed
@@ -263,10 +249,18 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
             if masks.meet(*ends):
                 excluded.setdefault(frozenset(ends), ends)
             continue
-        for links, meeting in _candidates(joint, places, geoms, meshes, over, below):
-            if not masks.meet(*links):
+        # Shapes may meet where the balls around them do, in the two lengths that the motion does not change.
+        back = places[joint.parent].then(joint.origin.transform()).inverse()
+        fixed = [(geom, _constant(joint, back.then(places[name]), geom)) for name in over for geom in geoms(name)]
+        moved = [(geom, _constant(joint, places[name], geom)) for name in below for geom in geoms(name)]
+        found: dict[tuple[str, str], list[Meeting]] = {}
+        for (one, here), (other, there) in product(fixed, moved):
+            if math.dist(here, there) <= one.solid.radius + other.solid.radius + NEAR:
+                found.setdefault((one.link, other.link), []).append((one, other))
+        for links in product(over, below):
+            meeting, is_hidden = found.get(links, []), links == ends or not meshes.isdisjoint(links)
+            if not (meeting or is_hidden) or not masks.meet(*links):
                 continue
-            is_hidden = links == ends or not meshes.isdisjoint(links)
             if is_hidden or _always_touch(robot, joint, places, links, meeting):
                 excluded.setdefault(frozenset(links), links)
             elif len(meeting) > MOST:
@@ -278,38 +272,6 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
             excluded.setdefault(frozenset(pair), pair)
     bodies = [(body_name(robot, one), body_name(robot, other)) for one, other in excluded.values()]
     return Contacts(bodies, pairs, left)
-
-
-def _geoms(link: Link, form: str) -> list[Geom]:
-    shapes = numbered_solids(link, COLLISION, form)
-    every = ((number, solid_of(shape)) for number, shape in shapes if has_volume(shape.geometry))
-    return [Geom(link.name, number, solid) for number, solid in every if solid is not None]
-
-
-def _candidates(
-    joint: Joint,
-    places: Mapping[str, Transform],
-    geoms: Callable[[str], Sequence[Geom]],
-    meshes: Set[str],
-    above: Sequence[str],
-    below: Sequence[str],
-) -> Iterator[tuple[tuple[str, str], list[Meeting]]]:
-    """Yield the links of both sides of a joint that matter to each other, with the shapes that it can bring together.
-
-    They are neighbours, those that may meet, and what has a mesh with all of the other side. Shapes may meet where the
-    balls around them do, in the two lengths that the motion of the joint does not change.
-    """
-    back = places[joint.parent].then(joint.origin.transform()).inverse()
-    fixed = [(geom, _constant(joint, back.then(places[name]), geom)) for name in above for geom in geoms(name)]
-    moved = [(geom, _constant(joint, places[name], geom)) for name in below for geom in geoms(name)]
-    found: dict[tuple[str, str], list[Meeting]] = {}
-    for one, (first, second) in fixed:
-        for other, (x, y) in moved:
-            if math.hypot(first - x, second - y) <= one.solid.radius + other.solid.radius + NEAR:
-                found.setdefault((one.link, other.link), []).append((one, other))
-    for links in ((one, other) for one in above for other in below):
-        if links in found or links == (joint.parent, joint.child) or not meshes.isdisjoint(links):
-            yield links, found.get(links, [])
 
 
 def _constant(joint: Joint, place: Transform, geom: Geom) -> tuple[float, float]:
@@ -350,10 +312,7 @@ CANNOT = {*(frozenset((one, other)) for one in _ROUND for other in ("box", "mesh
 
 
 def refused_by_mjx(robot: Robot, output: Output) -> Iterator[tuple[tuple[str, str], tuple[str, int], tuple[str, int]]]:
-    """Yield two kinds of shapes that MJX does not collide and MuJoCo does, with link and number of the first of each.
-
-    Each two kinds come once.
-    """
+    """Yield two kinds of shapes once that MJX does not collide and MuJoCo does, with link and number of the first."""
     implied = output.options.get("contacts", "implied") == "implied"
     masks, form, touching = Masks(robot, implied), form_of(output), contacts(robot, form_of(output), implied)
     # The first shape of each kind and mask of a link, with its number.

@@ -218,10 +218,8 @@ def tidy_angle(value: float) -> float:
     >>> tidy_angle(1.5707963267948963) == 90 * DEGREE, tidy_angle(-math.pi) == math.pi
     (True, True)
     """
-    degrees = round(value / DEGREE) if math.isfinite(value) else 0
-    if degrees and abs(value - degrees * DEGREE) <= ANGLE_ROUNDING:
-        return 180 * DEGREE if degrees == -180 else degrees * DEGREE
-    return tidy(value, ANGLE_ROUNDING)
+    made = tidy_position(value)
+    return -made if made == -180 * DEGREE else 0.0 if abs(made) < ANGLE_ROUNDING else made
 
 
 def tidy_position(value: float, slides: bool = False) -> float:

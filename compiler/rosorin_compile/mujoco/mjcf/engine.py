@@ -45,6 +45,7 @@ _LISTED = {"tendons": "tendon", "equalities": "equality", "actuators": "actuator
 _WHOLE = ("extension", "size", "visual", "statistic", "custom", "deformable")  # sections that are kept as they are
 _OF_SPATIAL = ("rgba", "width", "material")  # what a class of tendons has that a fixed one does not take
 _NO_NAME = "rosorin-compile without name "  # begins the names that nameless objects have while MuJoCo writes
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?(inf|nan)", re.IGNORECASE)
 # Attributes of any number of values, which replace those of a class; of all others the first ones do.
 _OPEN = ("user", "data", "qpos", "qvel", "act", "ctrl", "mpos", "mquat", "vertex", "face")
 
@@ -73,7 +74,9 @@ def read(mujoco: Any, path: Path, here: Path) -> dict[str, Any]:
         try:
             spec = _spec(mujoco, path, here)
             _resolve_files(spec)
-            _name_all(spec)
+            unnamed = (thing for kind in (*_HELD, "bodies", "pairs", *_LISTED) for thing in getattr(spec, kind))
+            for number, thing in enumerate(one for one in unnamed if not one.name):  # by which its element is found
+                thing.name = f"{_NO_NAME}{number}"
             made = _facts(mujoco, spec, spec.compile())
         except Exception as problem:  # whatever the reader refuses is reported, not raised
             made = {"refused": re.sub(rf"{_NO_NAME}\d+", "", reason(mujoco, problem)[0])}
@@ -89,12 +92,12 @@ def load(mujoco: Any, text: str, folder: str) -> tuple[str, bool]:
             spec = mujoco.MjSpec.from_string(text)
             spec.modelfiledir = folder
             spec.compile()
+            return "", False
         except Exception as problem:
             why, outdated = reason(mujoco, problem)
             return why or type(problem).__name__, outdated
         finally:
             mujoco.set_mju_user_warning(None)
-    return "", False
 
 
 def reason(mujoco: Any, problem: Exception) -> tuple[str, bool]:
@@ -110,11 +113,7 @@ def reason(mujoco: Any, problem: Exception) -> tuple[str, bool]:
 
 
 def _proof(mujoco: Any, request: dict[str, Any], here: Path) -> dict[str, Any]:
-    """Return how the MJCF at ``path`` differs from a text of ours, field by field, and in motion if nothing does.
-
-    ``request`` has the ``path``, the ``text``, the files of its meshes by the names in it (``files``), and the
-    ``names`` that the import gave by kind and index.
-    """
+    """Return how the MJCF at ``path`` differs from the ``text`` of ours, by field, else in motion."""
     from .compare_models import STATES, TOLERANCE, Comparison
 
     given = {kind: {int(index): name for index, name in names.items()} for kind, names in request["names"].items()}
@@ -141,10 +140,7 @@ def _proof(mujoco: Any, request: dict[str, Any], here: Path) -> dict[str, Any]:
 
 
 def _spec(mujoco: Any, path: Path, here: Path) -> Any:
-    """Return the MjSpec of a file; MuJoCo itself refuses one whose name does not end in .xml.
-
-    ``here`` is the working folder of this process.
-    """
+    """Return the MjSpec of a file, whatever the ending of its name; ``here`` is the working folder of this process."""
     if path.suffix == ".xml":
         spec = mujoco.MjSpec.from_file(str(path))
     else:
@@ -176,16 +172,6 @@ def _resolve_files(spec: Any) -> None:
     for compiler in (spec.compiler, *(asset.compiler for asset in (*spec.meshes, *spec.hfields, *spec.textures))):
         compiler.meshdir = compiler.texturedir = ""
     spec.strippath = False
-
-
-def _name_all(spec: Any) -> None:
-    """Give every object without a name one, by which its element can be found."""
-    count = 0
-    for kind in (*_HELD, "bodies", "pairs", *_LISTED):
-        for thing in getattr(spec, kind):
-            if not thing.name and not (kind == "bodies" and thing.parent is None):
-                thing.name = f"{_NO_NAME}{count}"
-                count += 1
 
 
 def _limit(cpu_seconds: int) -> None:
@@ -326,13 +312,6 @@ def _merged(usual: Mapping[str, str], own: Mapping[str, str]) -> dict[str, str]:
     made = dict(usual)
     for key, value in own.items():
         words, before = value.split(), made.get(key, "").split()
-        few = key not in _OPEN and len(words) < len(before) and _are_numbers([*words, *before])
-        made[key] = " ".join([*words, *before[len(words) :]]) if few else value
+        is_few = key not in _OPEN and len(words) < len(before) and all(map(_NUMBER.fullmatch, (*words, *before)))
+        made[key] = " ".join([*words, *before[len(words) :]]) if is_few else value
     return made
-
-
-def _are_numbers(words: list[str]) -> bool:
-    try:
-        return all(float(word) is not None for word in words)
-    except ValueError:
-        return False

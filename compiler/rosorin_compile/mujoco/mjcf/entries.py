@@ -228,7 +228,7 @@ def add_contacts(reading: Reading) -> None:
         elif element not in reading.reported:
             reading.reported.add(element)
             what = "a contact with the world that is excluded: the scene is not a part of the robot"
-            reading.ignore(what, element.span)
+            reading.note("import-ignored", what, element.span)
     found += [
         (names, element, _FILTERED) for names, element in _filtered(reading, {frozenset(one[0]) for one in found})
     ]
@@ -273,10 +273,7 @@ def _filtered(reading: Reading, excluded: set[frozenset[str]]) -> Iterator[tuple
 
 
 def add_kept(reading: Reading) -> None:
-    """Add what is kept as it is to the links and at the top, with all that it names, and report it.
-
-    Whole sections are kept that have nothing of links and joints, such as numbers and texts for other programs.
-    """
+    """Add what is kept as it is to the links and at the top, with all that it names, and report it."""
     for node in reading.facts["elements"]["whole"]:
         reading.keep(node, node["tag"], reading.markup.first(node["tag"]).span)
     by_link: dict[str, list[convert.Node]] = {}

@@ -4,21 +4,23 @@ MuJoCo moves a body by any number of joints anywhere in it; here one joint moves
 that MJCF may not have, and what stands in for them is declared as a stand-in.
 
 - A body without joints is fixed. A hinge with a range is revolute, one without continuous; a slide is prismatic.
-- A joint whose ``pos`` is not the origin of its body gets a link at that anchor, and the body is fixed to it: every
-  body keeps its frame.
+- A joint whose ``pos`` is not the origin of its body gets a link at that anchor, and the body is fixed to it.
 - Several joints in one body are a chain of links without mass, in MuJoCo's order.
-- Zero is that of the file. If a body is at another position than zero (``ref``), the origin of its joint is turned or
-  moved back by it, and ``mjcf`` of the joint keeps it.
+- If a body is at another position than zero (``ref``), the origin of its joint is moved back by it.
 - A ball stays one; its range (a cone) is among MuJoCo's own words.
 - A free joint of the only top body is not a joint of the robot: the simulation places the robot (``base: free``).
   Of one among several top bodies it is a floating joint to the ground.
+
+The first actuator of a joint is part of its entry, others have entries of their own. MuJoCo compiles ``<position>``,
+``<velocity>`` and ``<motor>`` to ``<general>`` with certain numbers; one with these numbers becomes the short form. The
+effort of a joint is what its actuators can bring.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from rosorin_compile.model import Link, Transform, Vector
 from rosorin_compile.model.geometry import rotation_about
@@ -29,11 +31,8 @@ from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.xml.markup import Element
 
 from . import convert
-from .actuators import Drive
 from .omissions import LEAST, LEAST_EIGENVALUE
 from .reading import BALL, FREE, HINGE, SLIDE, Reading
-
-Drives = Mapping[int, Drive]  # by the index of the joint
 
 GROUND = "ground"
 NO_MASS = 1e-12  # kg: less than a grain of dust; MuJoCo loads no moving body without any
@@ -137,16 +136,16 @@ def add_marks(reading: Reading) -> None:
     """Add the sites, cameras and lights of every link; those of the world are its scene, unless that is a link."""
     for kind in _MARKS:
         for index, thing in enumerate(reading.facts[kind]):
+            element = reading.places.place_of(kind, index)
             if thing["bodyid"] in reading.link_of:
-                _add_mark(reading, kind, index, thing)
+                _add_mark(reading, kind, index, thing, element)
             else:
-                reading.skip_scene(kind[:-1], reading.places.place_of(kind, index).span)
+                reading.skip_scene(kind[:-1], element.span)
 
 
-def _add_mark(reading: Reading, kind: str, index: int, thing: Mapping[str, Any]) -> None:
+def _add_mark(reading: Reading, kind: str, index: int, thing: Mapping[str, Any], element: Element) -> None:
     """Add a site, a camera or a light to its link; one that the language cannot express is kept as it is."""
-    tag, form = _MARKS[kind]
-    link, element, node = reading.link_of[thing["bodyid"]], reading.places.place_of(kind, index), thing["element"]
+    (tag, form), link, node = _MARKS[kind], reading.link_of[thing["bodyid"]], thing["element"]
     place, name = convert.transform(thing["pos"], thing.get("quat")), thing["name"]
     more = {key: text for key, text in node["attributes"].items() if key not in _POSED}
     is_at_origin = convert.tidy_vector(place.xyz) == _ORIGIN and convert.is_unturned(place)
@@ -172,26 +171,36 @@ def _add_mark(reading: Reading, kind: str, index: int, thing: Mapping[str, Any])
     convert.put(reading.links[link], kind, marks)
 
 
-def add_joints(reading: Reading, drives: Drives) -> None:
+def add_joints(reading: Reading) -> None:
     """Add what joins every body to the one that it is in, and report stand-ins and bodies that are too light."""
+    light, drives = [], _drives_of(reading)
     for index, body in enumerate(reading.facts["bodies"]):
         if index == 0 or body["parentid"] not in reading.link_of:
             continue
         held = [(at, reading.facts["joints"][at]) for at in reading.joints_in.get(index, ())]
+        light += [index] if len(held) > 1 and 0 < min(body["inertia"]) < LEAST * _UNFELT else []
         ends = reading.link_of[body["parentid"]], reading.link_of[index]
         place, element = convert.transform(body["pos"], body["quat"]), reading.places.body(index)
         if held and held[0][1]["type"] != FREE:
             _add_chain(reading, index, place, held, drives)
-        else:
-            own = reading.places.place_of("joints", held[0][0]) if held else element
-            name = held[0][1]["name"] if held and held[0][1]["name"] else f"{ends[1]}_joint"
-            kind = "floating" if held else "fixed"
-            joint = reading.add_joint(reading.unique("joint", name), kind, *ends, own)
-            convert.put_pose(joint, place, element)
-            if held:
-                rest = _put_dynamics(joint, held[0][1]["element"]["attributes"], own)
-                reading.put_words(joint, rest, "joint", own, f'the joint "{name}"')
-    _report_joints(reading)
+            continue
+        own = reading.places.place_of("joints", held[0][0]) if held else element
+        name = held[0][1]["name"] if held and held[0][1]["name"] else f"{ends[1]}_joint"
+        joint = reading.add_joint(reading.unique("joint", name), "floating" if held else "fixed", *ends, own)
+        convert.put_pose(joint, place, element)
+        if held:
+            rest = _put_dynamics(joint, held[0][1]["element"]["attributes"], own)
+            reading.put_words(joint, rest, "joint", own, f'the joint "{name}"')
+    for word in ("range", "effort", "velocity"):
+        if entries := reading.stand_ins.get(word):
+            names = list(dict.fromkeys(name for name, _, _ in entries))
+            numbers = phrase(list(dict.fromkeys(f"{value:g}" for _, value, _ in entries)))
+            message = f"no {word} limit in the MJCF, stand-in {numbers} used for {first_of(names, 3)}"
+            reading.note("import-stand-in", message, entries[0][2], "put in what the robot really has")
+    if light:
+        message = f"{first_of([reading.link_of[index] for index in light], 3)}: next to no inertia, and several joints;"
+        message += f" the links between them need {LEAST:g} kg*m^2 in MuJoCo: such small parts move a little otherwise"
+        reading.change(message, reading.places.body(light[0]).span)
 
 
 def add_root(reading: Reading) -> None:
@@ -218,7 +227,9 @@ def add_root(reading: Reading) -> None:
         convert.put(reading.tree, "root", entry)
 
 
-def _add_chain(reading: Reading, index: int, place: Transform, held: Sequence[tuple[int, Any]], drives: Drives) -> None:
+def _add_chain(
+    reading: Reading, index: int, place: Transform, held: Sequence[tuple[int, Any]], drives: Mapping[int, Drive]
+) -> None:
     """Add the hinges, slides and balls of a body at a place in its parent; several move links without mass between."""
     body, element = reading.link_of[index], reading.places.body(index)
     above = reading.link_of[reading.facts["bodies"][index]["parentid"]]
@@ -300,25 +311,6 @@ def _put_details(reading: Reading, which: int, entry: Map, element: Element, ref
     reading.put_words(entry, rest, "joint", element, f'the joint "{name}"')
 
 
-def _report_joints(reading: Reading) -> None:
-    """Report the limits that are stand-ins, and where the mass that links between joints need can be felt."""
-    for word in ("range", "effort", "velocity"):
-        entries = reading.stand_ins.get(word, [])
-        if not entries:
-            continue
-        names = list(dict.fromkeys(name for name, _, _ in entries))
-        numbers = phrase(list(dict.fromkeys(f"{value:g}" for _, value, _ in entries)))
-        message = f"no {word} limit in the MJCF, stand-in {numbers} used for {first_of(names, 3)}"
-        reading.note("import-stand-in", message, entries[0][2], "put in what the robot really has")
-    bodies = enumerate(reading.facts["bodies"])
-    several = [(index, body) for index, body in bodies if len(reading.joints_in.get(index, ())) > 1]
-    light = [index for index, body in several if 0 < min(body["inertia"]) < LEAST * _UNFELT]
-    if light:
-        message = f"{first_of([reading.link_of[index] for index in light], 3)}: next to no inertia, and several joints;"
-        message += f" the links between them need {LEAST:g} kg*m^2 in MuJoCo: such small parts move a little otherwise"
-        reading.change(message, reading.places.body(light[0]).span)
-
-
 def _put_dynamics(entry: Map, attributes: Mapping[str, str], element: Element) -> dict[str, str]:
     dynamics = Map(element.span)
     words = {key: text for key, text in attributes.items() if key in _OF_DYNAMICS and any(map(float, text.split()))}
@@ -329,3 +321,153 @@ def _put_dynamics(entry: Map, attributes: Mapping[str, str], element: Element) -
     if dynamics:
         convert.put(entry, "dynamics", dynamics)
     return rest | {key: text for key, text in attributes.items() if key not in _READ and key not in _OF_DYNAMICS}
+
+
+_FIXED_GAIN, _NO_BIAS = 0, 0  # mjtGain, mjtBias
+_TARGETS = ("joint", "jointinparent", "tendon", "site", "refsite", "slidersite", "cranksite", "body")
+_KINDS = {"joint": "joint", "jointinparent": "joint", "tendon": "tendon", "body": "body"}  # the others name sites
+_ACTUATOR_WORDS = {
+    "jointinparent": "joint_in_parent",
+    "refsite": "reference_site",
+    "slidersite": "slider_site",
+    "cranksite": "crank_site",
+    "forcerange": "force",
+}
+# What decides the kind of an actuator, and what is read of the compiled model.
+_OF_KIND = ("gaintype", "gainprm", "biastype", "biasprm", "dyntype", "dynprm", "input")
+_ACTUATOR_READ = ("name", "ctrlrange", "ctrllimited", "forcerange", "forcelimited", *_TARGETS)
+
+
+class Drive(NamedTuple):
+    """The largest torque (N*m) or force (N) at a joint, the entry of its actuator, and the largest speed of a servo."""
+
+    effort: float | None = None
+    entry: Map | None = None
+    speed: float | None = None
+
+
+def _drives_of(reading: Reading) -> dict[int, Drive]:
+    """Return what drives each hinge and slide, by the joint's index; add all other actuators to the tree."""
+    nodes, drives = reading.facts["elements"]["actuators"], dict[int, Drive]()
+    others, in_joints, kept = Map(reading.markup.root.span), list[int](), list[Element]()
+    elements = reading.elements_of("actuator", nodes)
+    for number, (fact, node, element) in enumerate(zip(reading.facts["actuators"], nodes, elements, strict=True)):
+        attributes = node["attributes"]
+        if {"plugin", "instance"} & attributes.keys() or node["inner"]:
+            reading.keep_in_section("actuator", node, f"actuator <{element.tag}>", element.span)
+            kept.append(element)
+            continue
+        if len(kept) > 0 and kept[0] not in reading.reported:
+            reading.reported.add(kept[0])
+            what = f"the actuator <{kept[0].tag}> is behind those that the language has words for"
+            reading.change(f"{what}: its control is not where it was", kept[0].span)
+        index = fact["trnid"][0] if "joint" in attributes and fact["trnid"][0] in reading.joint_of else None
+        before = drives.get(index) if index is not None else None
+        entry = Map(element.span)
+        is_in_joint = index is not None and (before is None or before.entry is None)
+        if index is not None and is_in_joint:
+            joint = reading.joint_of[index]
+            name = reading.name("actuator", fact["name"], joint)
+            _fill(reading, entry, "actuator", fact, attributes, element, index)
+            if name != joint:
+                convert.put(entry, "name", name)
+            in_joints.append(index)
+        else:
+            targets = {word: attributes[word] for word in _TARGETS if word in attributes}
+            made_up = f"{next(iter(targets.values()), 'robot')}_{element.tag}"
+            name = reading.name("actuator", fact["name"], made_up)
+            targets = {word: reading.name_of(_KINDS.get(word, "site"), text) for word, text in targets.items()}
+            convert.put_words(entry, targets, "other_actuator", element, _ACTUATOR_WORDS)
+            _fill(reading, entry, "other_actuator", fact, attributes, element, index)
+            others.put(name, entry, element.span, element.span)
+        reading.actuator_of[number] = name
+        if index is None:
+            continue
+        if entry.get("type") is None:
+            reading.servos[number] = index
+        arrays = (fact["gear"][:1], fact["forcerange"], fact["ctrlrange"])
+        gear, force, control = (float(max(map(abs, values))) for values in arrays)
+        effort = gear * force if fact["forcelimited"] else None
+        is_plain = (fact["gaintype"], fact["biastype"]) == (_FIXED_GAIN, _NO_BIAS)
+        if effort is None and is_plain and fact["ctrllimited"]:
+            effort = gear * abs(float(fact["gainprm"][0])) * control
+        total = before.effort if before else 0.0
+        total = None if total is None or effort is None else total + effort
+        if is_in_joint:
+            drives[index] = Drive(total, entry, _speed(fact, entry))
+        elif before is not None:
+            drives[index] = before._replace(effort=total)
+    if others:
+        convert.put(reading.tree, "actuators", others)
+    names = list(reading.actuator_of.values())
+    reading.in_order = in_joints == sorted(in_joints) and names == [
+        *(name for name in names if name not in others),
+        *others,
+    ]
+    return drives
+
+
+def _fill(
+    reading: Reading,
+    entry: Map,
+    form: str,
+    fact: Mapping[str, Any],
+    attributes: Mapping[str, str],
+    element: Element,
+    index: int | None,
+) -> None:
+    kind, gains, more = _kind(attributes)
+    if kind != "position":
+        convert.put(entry, "type", kind)
+    for word, value in gains.items():
+        convert.put_number(entry, word, convert.tidy(value), element, word)
+    rest = {key: text for key, text in more.items() if key not in _ACTUATOR_READ}
+    joint = reading.facts["joints"][index] if index is not None else None
+    inherits = float(attributes.get("inheritrange", 0)) and kind in ("position", "general")
+    is_position = kind == "position"
+    if not inherits and (fact["ctrllimited"] or "ctrlrange" in attributes):
+        # The range of its joint is the usual one of a position servo.
+        ends = [fact["gear"][0] * end for end in joint["range"]] if joint is not None and joint["limited"] else None
+        if not is_position or not fact["ctrllimited"] or ends != fact["ctrlrange"]:
+            slides = not is_position or joint is None or joint["type"] == SLIDE
+            values = [convert.tidy_position(value, slides) for value in fact["ctrlrange"]]
+            convert.put(entry, "range", convert.numbers(values, element, "ctrlrange"))
+        rest |= {} if fact["ctrllimited"] else {"ctrllimited": "false"}
+    elif not inherits and is_position and joint is not None and joint["limited"]:
+        convert.put(entry, "unlimited", True)
+    if fact["forcelimited"] or "forcerange" in attributes:
+        convert.put(entry, "force", convert.listing([convert.tidy(value) for value in fact["forcerange"]], element))
+        rest |= {} if fact["forcelimited"] else {"forcelimited": "false"}
+    reading.put_words(entry, rest, form, element, f"the actuator <{element.tag}>", _ACTUATOR_WORDS)
+
+
+def _kind(attributes: Mapping[str, str]) -> tuple[str, Mapping[str, float], Mapping[str, str]]:
+    """Return the type of an actuator by its numbers, its gains, and the other attributes."""
+    gain, bias = convert.floats(attributes, "gainprm", [1, 0, 0]), convert.floats(attributes, "biasprm", [0, 0, 0])
+    gains, dynamics = attributes.get("gaintype", "fixed"), attributes.get("dyntype", "none")
+    attributes = {key: text for key, text in attributes.items() if key != "inheritrange" or float(text)}  # 0 is none
+    plain = {key: text for key, text in attributes.items() if key not in _OF_KIND}
+    no_servo = {key: text for key, text in plain.items() if key != "inheritrange"}
+    if gains == "fixed" and dynamics in ("none", "filterexact") and not any(gain[1:]) and not any(bias[3:]):
+        bias_type, kp = attributes.get("biastype", "none"), gain[0]
+        filtered = {"timeconst": attributes.get("dynprm", "1").split()[0]} if dynamics == "filterexact" else {}
+        if bias_type == "affine" and kp > 0 and bias[:2] == [0, -kp]:
+            word = "kv" if bias[2] <= 0 else "damping_ratio"
+            return "position", {"kp": kp} | ({word: abs(bias[2])} if bias[2] else {}), plain | filtered
+        if bias_type == "affine" and kp > 0 and bias[:3] == [0, 0, -kp] and not filtered:
+            return "velocity", {"kv": kp}, no_servo
+        if bias_type == "none" and "body" in attributes and not filtered:
+            return "adhesion", {}, no_servo | ({"gain": repr(kp)} if kp != 1 else {})
+        if bias_type == "none" and kp == 1 and not filtered:
+            return "motor", {}, no_servo
+    return "general", {}, attributes
+
+
+def _speed(fact: Mapping[str, Any], entry: Map) -> float | None:
+    """Return the speed that a velocity servo can be commanded both ways, which limits the joint in place of a range."""
+    (low, high), gear = fact["ctrlrange"], float(fact["gear"][0])
+    speed = convert.tidy(high / gear) if gear > 0 else 0.0
+    if entry.get("type") != "velocity" or not fact["ctrllimited"] or low != -high or speed <= 0 or gear * speed != high:
+        return None
+    entry.pop("range", None)
+    return speed

@@ -14,7 +14,7 @@ from rosorin_compile.model.link import Inertia, along_link
 from rosorin_compile.model.shape import MERGED
 from rosorin_compile.model.simulation import SENSOR_ELEMENT
 from rosorin_compile.source.cache import of_robot
-from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, and_more, first_of
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, first_of
 
 from .bodies import WORLD, body_name, has_volume, is_free, weld_groups
 
@@ -99,18 +99,6 @@ def position_range(joint: Joint) -> tuple[float, float] | None:
     return None if lower is None or upper is None else (lower, upper)
 
 
-def check_loadable(robot: Robot, free: bool) -> Iterator[Diagnostic]:
-    """Yield an error for each thing that MuJoCo does not load; ``free``: the base floats."""
-    yield from masses(robot, free)
-    for sensor, part in [(one, part) for one in robot.sensors for part in one.simulated]:
-        site = part.name if part.element == "site" else ""
-        if part.kind == SENSOR_ELEMENT:
-            site = "" if part.pose is None else part.site
-        if part.replicas is None and site in robot.link:
-            message = f'sensor "{sensor.name}" brings a site called "{site}", but in MJCF that is the site of the link'
-            yield Diagnostic("mjcf-reserved-name", ERROR, message, help="name the element of its type: name: WORD")
-
-
 def _omitted(message: str, help: str = "", severity: str = WARNING) -> Diagnostic:
     return Diagnostic("mjcf-cannot-say", severity, message, help=help)
 
@@ -132,28 +120,24 @@ def report_omissions(robot: Robot, joints: list[Joint], unpaired: Sequence[tuple
             yield _omitted(message, "the URDF carries them")
     files = [shape.texture for link in robot.links for shape in link.visual]
     files += [material.texture for material in robot.materials]
-    names = [name for name in dict.fromkeys(files) if name and not texture_path(name)]
-    if names:  # the colour alone is left
-        what = f"texture {names[0]} is" if len(names) == 1 else f"{len(names)} textures ({first_of(names, 3)}) are"
-        message = f"{what} left out of the MJCF: MuJoCo opens PNG files"
-        yield _omitted(message, "save it as PNG, and name the new file", NOTE)
-    meshes: list[tuple[str, str]] = []
+    textures, meshes = [name for name in dict.fromkeys(files) if name and not texture_path(name)], list[str]()
     for link, shape in [(one, shape) for one in robot.walk() for shape in (*one.collision, *one.visual)]:
         if not all(has_volume(solid.geometry) for solid in shape.solids(MERGED)):
             kind = type(shape.geometry).__name__.lower()
             message = f'a {kind} of link "{link.name}" is left out of the MJCF: MuJoCo takes no size of zero'
             yield _omitted(message, "give it sizes above zero")
         elif isinstance(shape.geometry, Mesh) and not mesh_path(shape.geometry.file):
-            meshes.append((shape.geometry.file, link.name))
+            meshes.append(shape.geometry.file)
+    if textures:  # the colour alone is left
+        message = f"left out of the MJCF: {first_of(textures, 3)}; MuJoCo opens textures that are PNG files"
+        yield _omitted(message, "save it as PNG, and name the new file", NOTE)
     if meshes:
-        (file, name), *more = meshes
-        message = f'mesh {file} of link "{name}"{and_more(len(more))} {"are" if more else "is"} left out of the MJCF:'
-        message += " MuJoCo opens STL, OBJ and MSH files; DAE, glTF and GLB are converted"
+        message = f"left out of the MJCF: {first_of(list(dict.fromkeys(meshes)), 3)}; MuJoCo opens meshes that are STL,"
+        message += " OBJ and MSH files; DAE, glTF and GLB are converted"
         yield _omitted(message, "convert it, and name the new file")
     if WORLD in robot.link:
         message = f'MuJoCo has a body "{WORLD}": that of link "{WORLD}" is "{body_name(robot, WORLD)}" in the MJCF'
         yield _omitted(message, severity=NOTE)
-
     if unpaired:
         which = first_of([f'"{one}" and "{other}"' for one, other in unpaired], 3)
         message = f"links with hundreds of shapes that a joint brings together: {which}"
@@ -183,6 +167,12 @@ def along_link_of(inertial: Inertial) -> Inertia:
     return along_link(six, inertial.pose.transform())
 
 
+def _moves(robot: Robot, names: Sequence[str]) -> bool:
+    """Return True if one of some links has the mass and moments that MuJoCo needs of a moving body."""
+    inertials = (robot.link[name].inertial for name in names)
+    return any(one and one.mass >= LEAST and one.principal_moments[0] >= LEAST for one in inertials)
+
+
 @of_robot
 def weightless(robot: Robot, free: bool) -> list[str]:
     """Return the links without any mass that a joint moves, and that carry mass by further joints.
@@ -193,41 +183,35 @@ def weightless(robot: Robot, free: bool) -> list[str]:
     groups = weld_groups(robot)
     top_of = {name: top for top, names in groups.items() for name in names}
     massive = {top_of[link.name] for link in robot.links if link.inertial is not None and has_mass(link.inertial)}
-    heavy: set[str] = set()
-    without = []
+    heavy, without = set[str](), list[str]()
     for top in reversed(groups):
         joint = robot.joint_to.get(top)
         if top in heavy and top not in massive and (free or top != robot.root):  # the root is moved by no joint
             without.append(top)
-        if joint is not None and (top in heavy or any(map(_is_body, _inertials(robot, groups[top])))):
+        if joint is not None and (top in heavy or _moves(robot, groups[top])):
             heavy.add(top_of[joint.parent])
     return without[::-1]
 
 
-def _inertials(robot: Robot, names: Sequence[str]) -> list[Inertial]:
-    return [inertial for name in names if (inertial := robot.link[name].inertial) is not None]
-
-
-def _is_body(inertial: Inertial) -> bool:
-    return inertial.mass >= LEAST and inertial.principal_moments[0] >= LEAST
-
-
-def masses(robot: Robot, free: bool) -> Iterator[Diagnostic]:
-    """Yield masses and inertias that MuJoCo does not load, or reads as something else; ``free``: the base floats."""
-    carried = weightless(robot, free)
-    if carried:
-        verb = "has" if len(carried) == 1 else "have"
-        message = f'MuJoCo loads no moving body without mass: link "{carried[0]}"{and_more(len(carried) - 1)}, whose'
-        yield _omitted(f"{message} mass hangs on further joints, {verb} {LEAST:g} kg in the MJCF", severity=NOTE)
+def check_loadable(robot: Robot, free: bool) -> Iterator[Diagnostic]:
+    """Yield what MuJoCo does not load, or reads as something else: names and masses; ``free``: the base floats."""
+    for sensor, part in [(one, part) for one in robot.sensors for part in one.simulated]:
+        site = part.name if part.element == "site" else ""
+        if part.kind == SENSOR_ELEMENT:
+            site = "" if part.pose is None else part.site
+        if part.replicas is None and site in robot.link:
+            message = f'sensor "{sensor.name}" brings a site called "{site}", but in MJCF that is the site of the link'
+            yield Diagnostic("mjcf-reserved-name", ERROR, message, help="name the element of its type: name: WORD")
+    if carried := weightless(robot, free):
+        message = f"MuJoCo loads no moving body without mass: {first_of(carried, 3)} with {LEAST:g} kg in the MJCF"
+        yield _omitted(f"{message}, whose mass hangs on further joints", severity=NOTE)
     for top, names in weld_groups(robot).items():
-        joint, inertials = robot.joint_to.get(top), _inertials(robot, names)
-        if top in carried or (joint is None and not free) or any(map(_is_body, inertials)):
+        joint = robot.joint_to.get(top)
+        if top in carried or (joint is None and not free) or _moves(robot, names):
             continue
         what = f'joint "{joint.name}" moves link "{top}"' if joint else f'"base: free" lets link "{top}" move'
-        lacks = "mass and inertia above zero" if inertials else "a mass"
-        message = f"{what}, but neither it nor a link fixed to it has {lacks}: MuJoCo does not load that"
-        help = f'give "{top}" {"another" if inertials else "an"} inertial, or '
-        help += "make the joint fixed" if joint else 'write "base: fixed"'
+        message = f"{what}, but neither it nor a link fixed to it has mass and inertia: MuJoCo does not load that"
+        help = f'give "{top}" an inertial, or {"make the joint fixed" if joint else "write base: fixed"}'
         yield Diagnostic("mjcf-needs-mass", ERROR, message, help=help)
     for link in robot.links:
         if link.inertial is None or not has_mass(link.inertial):

@@ -13,7 +13,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -55,18 +55,12 @@ LISTED = {
     " of a key ": r"key ",
     "move a little otherwise": r"motion ",
     "the setting ": r"option ",
-    "the tendon ": rf"tendon {_GONE}",
-    "the equality ": rf"equality {_GONE}",
-    "the sensor ": rf"sensor {_GONE}",
 }
 _LISTS = ("import-cannot-carry", "import-ignored", "import-changed", "import-stand-in")
 
 
 class Answer(NamedTuple):
-    """The compiled model of a file (None after a refusal), the warnings of MuJoCo, and why it refused.
-
-    ``own``: the words of the refusal are ours, not MuJoCo's; ``missing``: MuJoCo is not installed.
-    """
+    """The compiled model of a file, or its refusal; ``own``: in our words, ``missing``: MuJoCo is not installed."""
 
     facts: dict[str, Any] | None
     warnings: tuple[str, ...] = ()
@@ -112,25 +106,19 @@ def refusal(text: str, folder: Path, by_itself: bool, seconds: int = SECONDS) ->
 
 
 def prove(imported: Imported, text: str, meshes: Mapping[str, str], seconds: int = SECONDS) -> Proof:
-    """Return how the MJCF of an imported one differs from it; ``meshes`` are files by the names in the text.
-
-    What the import listed as left out, ignored or changed may differ in that way; any other difference is a fault.
-    """
-    request = {
-        "path": str(files.resolve(imported.files[0])),
-        "text": text,
-        "files": {**meshes},
-        "names": imported.names,
-    }
-    answer = _in_child("prove", request, seconds)
+    """Return how the MJCF of an import differs from its source, and what is listed; ``meshes`` are files by name."""
+    request = {"path": str(files.resolve(imported.files[0])), "text": text, "files": {**meshes}}
+    answer = _in_child("prove", {**request, "names": imported.names}, seconds)
     if isinstance(answer, Answer):
         return Proof(unknown=answer.refusal)
     if "refused" in answer:
         return Proof({"loading": [f"MuJoCo does not load the MJCF that it becomes: {answer['refused']}"]})
     wrong, known = dict[str, list[str]](), dict[str, list[str]]()
     messages = [one.message for one in imported.diagnostics if one.rule in _LISTS]
+    patterns = [pattern for words, pattern in LISTED.items() if any(words in message for message in messages)]
     for kind, field, text in answer["differences"]:
-        by_feature = known if is_listed(f"{kind} {field}: {text}", messages) else wrong
+        is_listed = any(re.match(pattern, f"{kind} {field}: {text}") for pattern in patterns)
+        by_feature = known if is_listed else wrong
         by_feature.setdefault(f"{kind} {field}".strip(), []).append(text)
     if wrong:
         return Proof(wrong, known)
@@ -139,17 +127,8 @@ def prove(imported: Imported, text: str, meshes: Mapping[str, str], seconds: int
     return Proof(wrong, known, f"MuJoCo's model of the MJCF is that of the source, {but}{motion}")
 
 
-def is_listed(difference: str, messages: Sequence[str]) -> bool:
-    """Return True if a message of an import lists a difference, a text "KIND FIELD: TEXT"."""
-    patterns = [pattern for words, pattern in LISTED.items() if any(words in message for message in messages)]
-    return any(re.match(pattern, difference) for pattern in patterns)
-
-
 def _in_child(job: str, request: Mapping[str, Any], seconds: int) -> Any:
-    """Return the answer of a job of ``engine`` in a child process, or an ``Answer`` with the reason for none.
-
-    Its working folder is empty, for MuJoCo writes a log into it; nothing makes MuJoCo look for a screen.
-    """
+    """Return the answer of a job of ``engine`` in a child process in an empty folder, or why there is none."""
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as folder:
         file, answer = Path(folder, "request.json"), Path(folder, "answer.json")
         file.write_text(json.dumps(request), encoding="utf-8")

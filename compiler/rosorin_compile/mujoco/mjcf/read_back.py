@@ -106,7 +106,11 @@ class _Reader:
         self.geoms: dict[str, str] = {}
         self.free = False
         self.meshes = {mesh.get("name", ""): mesh for mesh in root.iterfind("asset/mesh")}
-        _apply_classes(root)
+        apply_classes(root, complete_lists=False)
+        colours = {one.get("name", ""): one.get("rgba") for one in root.iterfind("asset/material")}
+        for element in worldbody.iter("geom"):  # a visual has the colour of its material
+            if (colour := colours.get(element.get("material", ""))) is not None:
+                element.attrib.setdefault("rgba", colour)
         waiting = [(body, TOP) for body in reversed(worldbody.findall("body"))]
         site = worldbody.find("site")
         if site is not None:  # the root link is the world: it has a site there
@@ -132,9 +136,18 @@ class _Reader:
                 joint = element.get("joint1")
                 named = element.get("name", joint) == joint or tuple(element.attrib) == _FOLLOWS
                 if kind == "constraint" and element.tag == "joint" and named:
-                    self._mimic(element)
+                    offset, factor = numbers_of(element.get("polycoef", "0 1 0 0 0"))[:2]
+                    own, leads = (_reference(self.elements.get(element.get(end, ""))) for end in ("joint1", "joint2"))
+                    # Without a leader the joint is held at an angle.
+                    mimic = Mimic(element.get("joint2", ""), factor, offset + own - factor * leads)
+                    self._replace(_text(element, "joint1"), mimic=mimic)
                 elif kind == "actuator" and element.tag == "position" and "joint" in element.attrib:
-                    self._actuator(element)
+                    name = element.attrib["joint"]
+                    limit = next((joint.limit for joint in self.joints.values() if joint.name == name), None)
+                    ends = numbers_of(element.get("ctrlrange", ""))
+                    reach: Any = None if limit is None or ends in ((), (limit.lower, limit.upper)) else ends
+                    kp, kv = (number_of(element.get(word, "0")) for word in ("kp", "kv"))
+                    self._replace(name, actuator=Actuator(kp=kp, kv=kv, range=reach))
                 else:
                     self._section(kind, element)
         touching: dict[str, set[str]] = {"contact_pairs": set(), "contact_pairs_with_friction": set()}
@@ -175,12 +188,9 @@ class _Reader:
         place, ref = _transform(body), _reference(joints[0]) if len(joints) == 1 else 0.0
         if ref:  # where the body is with its joint at zero; only one that is alone in a body has a reference
             x, y, z = unit(numbers_of(joints[0].get("axis", "0 0 1"), 3))  # type: ignore[arg-type]
-            slides = joints[0].get("type") == "slide"
-            back = (
-                model.Transform(xyz=(-ref * x, -ref * y, -ref * z))
-                if slides
-                else model.Transform(rotation_about((x, y, z), -ref))
-            )
+            back = model.Transform(rotation_about((x, y, z), -ref))
+            if joints[0].get("type") == "slide":
+                back = model.Transform(xyz=(-ref * x, -ref * y, -ref * z))
             place = place.then(back)
         self.elements |= {_text(joint, "name"): joint for joint in joints}
         if free and parent == TOP:
@@ -231,7 +241,9 @@ class _Reader:
         if kind == "ellipsoid":
             return model.Ellipsoid((x, y, z))
         return (
-            model.Sphere(x) if kind == "sphere" else (model.Cylinder if kind == "cylinder" else model.Capsule)(x, 2 * y)
+            {"cylinder": model.Cylinder, "capsule": model.Capsule}[kind](x, 2 * y)
+            if kind != "sphere"
+            else model.Sphere(x)
         )
 
     def _replace(self, name: str, **values: Any) -> None:
@@ -239,21 +251,6 @@ class _Reader:
         if joint is None:
             raise ValueError(f"there is no joint {name}")
         self.joints[joint.child] = replace(joint, **values)
-
-    def _mimic(self, follower: Element) -> None:
-        offset, multiplier = numbers_of(follower.get("polycoef", "0 1 0 0 0"))[:2]
-        own, leads = (_reference(self.elements.get(follower.get(word, ""))) for word in ("joint1", "joint2"))
-        # Without a leader the joint is held at an angle.
-        mimic = Mimic(follower.get("joint2", ""), multiplier, offset + own - multiplier * leads)
-        self._replace(_text(follower, "joint1"), mimic=mimic)
-
-    def _actuator(self, actuator: Element) -> None:
-        name = _text(actuator, "joint")
-        limit = next((joint.limit for joint in self.joints.values() if joint.name == name), None)
-        ends = numbers_of(actuator.get("ctrlrange", ""))
-        reach = None if limit is None or ends in ((), (limit.lower, limit.upper)) else ends
-        kp, kv = (number_of(actuator.get(word, "0")) for word in ("kp", "kv"))
-        self._replace(name, actuator=Actuator(kp=kp, kv=kv, range=reach))  # type: ignore[arg-type]
 
     def _pose(self, key: Element) -> JointPose:
         sizes = {name: _SIZES.get(joint.get("type", ""), 1) for name, joint in self.elements.items()}
@@ -288,17 +285,6 @@ def _joint(joints: Sequence[Element], parent: str, child: str, place: Any) -> mo
     limit = model.Limit(lower, upper, (*numbers_of(joint.get("actuatorfrcrange", ""))[1:2], None)[0])
     held = ((*numbers_of(joint.get(key, "")), 0.0)[0] for key in ("damping", "frictionloss", "armature"))
     return model.Joint(names[0], kind, parent, child, place, axis, limit, None, Dynamics(*held))
-
-
-def _apply_classes(root: Element) -> None:
-    """Give each element the attributes of its class, and visuals the colour of their material, where they have none."""
-    apply_classes(root, complete_lists=False)
-    colours = {one.get("name", ""): one.get("rgba") for one in root.iterfind("asset/material")}
-    for section in ("worldbody", "actuator"):
-        for element in (inner for top in root.iterfind(section) for inner in top.iter()):
-            attributes = element.attrib
-            if "material" in attributes and (colour := colours.get(attributes["material"])) is not None:
-                attributes.setdefault("rgba", colour)
 
 
 def _text(element: Element, attribute: str) -> str:

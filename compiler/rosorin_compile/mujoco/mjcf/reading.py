@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import cannot_carry
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Span, count_of, phrase
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, count_of, phrase
 from rosorin_compile.source.messages import and_here
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.markup import Element
@@ -39,7 +39,7 @@ class Reading:
     def __init__(self, markup: Markup, places: Places, facts: Mapping[str, Any]) -> None:
         self.markup, self.places, self.facts = markup, places, facts
         self.diagnostics: list[Diagnostic] = []
-        self.tree, self.links, self.joints = (Map(markup.root.span) for _ in range(3))
+        self.tree, self.links, self.joints, self.materials = (Map(markup.root.span) for _ in range(4))
         self.link_of: dict[int, str] = {}
         self.joint_of: dict[int, str] = {}
         self.ball_of: dict[int, str] = {}
@@ -124,9 +124,6 @@ class Reading:
     def note(self, rule: str, message: str, span: Span, help: str = "", others: Sequence[Span] = ()) -> None:
         self.diagnostics.append(Diagnostic(rule, NOTE, message, span, and_here(others), help))
 
-    def ignore(self, message: str, span: Span) -> None:
-        self.note("import-ignored", message, span)
-
     def skip_scene(self, kind: str, span: Span) -> None:
         """Count an object of the world, which is not a part of the robot, for ``report_scene``."""
         self.scene.append((kind, span))
@@ -135,13 +132,11 @@ class Reading:
         if self.scene:
             counts = Counter(kind for kind, _ in self.scene)
             what = phrase([count_of(count, kind) for kind, count in counts.items()])
-            self.ignore(f"{what} of the world: the scene is not a part of the robot", self.scene[0][1])
+            message = f"{what} of the world: the scene is not a part of the robot"
+            self.note("import-ignored", message, self.scene[0][1])
 
     def change(self, message: str, span: Span) -> None:
         self.note("import-changed", message, span)
-
-    def warn(self, message: str, span: Span) -> None:
-        self.diagnostics.append(Diagnostic("mjcf-warning", WARNING, message, span))
 
     def add(self, section: Map, name: str, element: Element) -> Map:
         """Return a new, empty entry of a section at the place of an element."""

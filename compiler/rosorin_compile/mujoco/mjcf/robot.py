@@ -6,13 +6,12 @@ MuJoCo means by them. The text is read as well, for positions, for what is left 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from rosorin_compile.formats.imported_robot import END, INSIDE, Comment, Imported, ReadOptions, comments_of
 from rosorin_compile.formats.robot_files import accept
-from rosorin_compile.source.diagnostics import Diagnostic, Span, error
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, error
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.tree import Map
@@ -20,7 +19,6 @@ from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.xml.markup import Element, MarkupError
 
 from . import SETTINGS, convert, entries, links, shapes
-from .actuators import drives_of
 from .process import ask
 from .reading import BALL, FREE, SLIDE, Reading
 from .source import Markup, Places, check_source, place, refusal
@@ -32,11 +30,7 @@ _NEAR_KEY = 1e-9  # rad or m: of two that are the same but for rounding
 
 
 def read_mjcf(path: Path, options: ReadOptions) -> Imported:
-    """Return the robot of an MJCF as a plain tree. Problems are diagnostics, never exceptions.
-
-    ``outputs`` of the tree has ``{mjcf: {base: free}}`` where the base of the robot has a free joint, and the settings
-    of the simulation; it is for the writer to add the files.
-    """
+    """Return the robot of an MJCF as a plain tree. Problems are diagnostics, never exceptions."""
     try:
         markup = Markup(path, options)
     except MarkupError as problem:
@@ -55,13 +49,19 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
     named = (path.parent / markup.place_of(name) for name in answer.facts["assets"])
     files += tuple(file for file in named if is_file(file))
     reading = Reading(markup, Places(markup, answer.facts), answer.facts)
-    for message in answer.warnings:
-        reading.warn(f"MuJoCo warns: {' '.join(message.split())}", place(markup, message))
+    warnings = [(f"MuJoCo warns: {' '.join(text.split())}", place(markup, text)) for text in answer.warnings]
     if "rounded_by" in answer.facts:
-        rounded = f"MuJoCo {answer.facts['rounded_by']} tells actuators, sensors and options with six digits"
-        reading.warn(f"{rounded}; MuJoCo 4 with all", markup.root.span)
+        rounded = f"MuJoCo {answer.facts['rounded_by']} writes actuators, sensors and options with six digits"
+        warnings.append((f"{rounded}; MuJoCo 4 with all", markup.root.span))
+    reading.diagnostics += [Diagnostic("mjcf-warning", WARNING, message, span) for message, span in warnings]
     if not reading.tops:
-        return Imported(None, [_no_body(markup)], files=files)
+        outside = next((element for element in markup.everything() if element.tag == "body"), None)
+        message, help = "the file has no body: it is a scene without a robot", "name the file that has the robot"
+        if outside is not None:
+            message = "bodies outside of <worldbody>, which MuJoCo ignores: this is a part of an MJCF"
+            help = "name the MJCF that includes it, or put them into a <worldbody>"
+        nothing = error("mjcf-no-body", message, (outside or markup.root).span, help)
+        return Imported(None, [nothing], files=files)
     _read(reading, path)
     tree, about_meaning = accept(reading.tree, options.lenient)
     if tree is not None:
@@ -74,16 +74,6 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
     return Imported(tree, diagnostics, _comments(reading), files, names=names)
 
 
-def _no_body(markup: Markup) -> Diagnostic:
-    outside = next((element for element in markup.everything() if element.tag == "body"), None)
-    if outside is None:
-        message = "the file has no body: it is a scene without a robot"
-        return error("mjcf-no-body", message, markup.root.span, "name the file that has the robot")
-    message = "bodies outside of <worldbody>, which MuJoCo ignores: this is a part of an MJCF"
-    help = "name the MJCF that includes it, or put them into a <worldbody>"
-    return error("mjcf-no-body", message, outside.span, help)
-
-
 def _read(reading: Reading, path: Path) -> None:
     tree, root = reading.tree, reading.markup.root
     name, model = convert.legal(reading.facts["name"]), root.attributes.get("model")
@@ -94,7 +84,7 @@ def _read(reading: Reading, path: Path) -> None:
     convert.put(tree, "source", origin)
     links.name_all(reading)
     links.add_links(reading)
-    links.add_joints(reading, drives_of(reading))
+    links.add_joints(reading)
     links.add_marks(reading)
     shapes.add_shapes(reading)
     convert.put(tree, "links", reading.links)
@@ -149,89 +139,69 @@ def _settings(reading: Reading) -> Map:
             convert.put(flags, flag, text, span)
         elif name not in SETTINGS:
             reading.lost(f'the setting "{name}"', root.span)
-        elif name != "integrator":
-            value = convert.value_of(text, SETTINGS[name], element, name)
-            if value is not None:
-                convert.put(options, name, value, span)
+        elif name != "integrator" and (value := convert.value_of(text, SETTINGS[name], element, name)) is not None:
+            convert.put(options, name, value, span)
     if flags:
         convert.put(options, "flag", flags)
     return options
 
 
 def _add_poses(reading: Reading) -> None:
-    """Add the keyframes: positions of joints, where the free base is, and the controls of actuators.
-
-    Joints not named are at zero, and so are those that follow another one. An actuator that is not named is at zero,
-    but a servo holds its joint where it is.
-    """
+    """Add the keyframes: positions other than zero, where a free base is, and controls that these do not imply."""
     elements, keys = reading.markup.section_elements("keyframe", "key"), reading.facts["keys"]
     poses = Map(reading.markup.root.span)
     for number, (key, attributes) in enumerate(zip(keys, reading.facts["elements"]["keys"], strict=False)):
         element = elements[number] if number < len(elements) else reading.markup.root
-        positions, pose = Map(element.span), Map(element.span)
-        for name, value in _positions(reading, key["qpos"]):
-            if value and "mimic" not in reading.joints[name]:
-                convert.put_number(positions, name, value, element)
+        positions, pose, controls, qpos = Map(element.span), Map(element.span), Map(element.span), key["qpos"]
+        at = {}
+        for index, name in sorted(reading.joint_of.items()):
+            joint = reading.facts["joints"][index]
+            at[name] = convert.tidy_position(qpos[joint["qposadr"]], joint["type"] == SLIDE)
+            if at[name] and "mimic" not in reading.joints[name]:
+                convert.put_number(positions, name, at[name], element)
         convert.put(pose, "positions", positions)
         if reading.free_base:
             base = Map(element.span)
-            convert.put(base, "xyz", convert.numbers([convert.tidy(value) for value in key["qpos"][:3]], element))
-            convert.put_pose(base, convert.transform(key["qpos"][:3], key["qpos"][3:7]), element)
+            convert.put(base, "xyz", convert.numbers([convert.tidy(value) for value in qpos[:3]], element))
+            convert.put_pose(base, convert.transform(qpos[:3], qpos[3:7]), element)
             convert.put(pose, "base", base)
-        controls = _controls(reading, key, element)
+        for which, name in sorted(reading.actuator_of.items()):  # those that are not what a pose implies
+            fact, held = reading.facts["actuators"][which], reading.servos.get(which)
+            control, usual, follows = key["ctrl"][fact["ctrladr"]], 0.0, False
+            if held is not None:
+                usual = fact["gear"][0] * qpos[reading.facts["joints"][held]["qposadr"]]
+                follows = "mimic" in reading.joints[reading.joint_of[held]]
+            if follows or abs(control - usual) > _NEAR:
+                convert.put_number(controls, name, convert.tidy(control), element)
         if controls:
             convert.put(pose, "controls", controls)
         more = {word: text for word, text in attributes.items() if word not in ("name", "ctrl", "qpos")}
-        if _is_beyond(reading, key["qpos"]):
-            more["qpos"] = " ".join(repr(value) for value in _all_positions(reading, key["qpos"]))
+        if _is_beyond(reading, qpos, at):  # all, as an MJCF of ours counts them
+            texts = []
+            for joint in reading.facts["joints"]:
+                slides, start = joint["type"] in (FREE, BALL, SLIDE), joint["qposadr"]
+                values = qpos[start : start + _SIZES.get(joint["type"], 1)]
+                texts += [repr(convert.tidy_position(value, slides)) for value in values]
+            more["qpos"] = " ".join(texts)
         reading.put_words(pose, more, "pose", element, "a key")
         convert.put(poses, reading.name("key", key["name"], f"key_{number}", number), pose, element.span)
     if poses:
         convert.put(reading.tree, "poses", poses)
 
 
-def _positions(reading: Reading, qpos: list[float]) -> Iterator[tuple[str, float]]:
-    for index, name in sorted(reading.joint_of.items()):
-        joint = reading.facts["joints"][index]
-        yield name, convert.tidy_position(qpos[joint["qposadr"]], joint["type"] == SLIDE)
-
-
-def _is_beyond(reading: Reading, qpos: list[float]) -> bool:
+def _is_beyond(reading: Reading, qpos: list[float], at: Mapping[str, float]) -> bool:
     """Return True if a keyframe has what a pose cannot have: a follower off its way, or a place of what floats."""
     for joint in reading.facts["joints"]:
         floats = joint["type"] == FREE and not reading.free_base
         place = range(joint["qposadr"], joint["qposadr"] + _SIZES.get(joint["type"], 1))
         if (floats or joint["type"] == BALL) and any(abs(qpos[i] - reading.facts["qpos0"][i]) > _NEAR for i in place):
             return True
-    at = dict(_positions(reading, qpos))
-    follows = ((value, at, reading.joints[name].get("mimic")) for name, value in at.items())
-    return any(
-        mimic
-        and abs(mimic.get("multiplier", 1) * at.get(mimic["joint"], 0.0) + mimic.get("offset", 0) - value) > _NEAR_KEY
-        for value, at, mimic in follows
-    )
-
-
-def _all_positions(reading: Reading, qpos: list[float]) -> Iterator[float]:
-    """Yield the positions of all joints as an MJCF of ours counts them, in the order of the file."""
-    for joint in reading.facts["joints"]:
-        at, kind = joint["qposadr"], joint["type"]
-        for value in qpos[at : at + _SIZES.get(kind, 1)]:
-            yield convert.tidy_position(value, kind in (FREE, BALL, SLIDE))
-
-
-def _controls(reading: Reading, key: Mapping[str, Any], element: Element) -> Map:
-    """Return the controls that a keyframe has for actuators, where those are not what a pose implies."""
-    controls = Map(element.span)
-    for number, name in sorted(reading.actuator_of.items()):
-        fact, held = reading.facts["actuators"][number], reading.servos.get(number)
-        control, usual, follows = key["ctrl"][fact["ctrladr"]], 0.0, False
-        if held is not None:
-            usual = fact["gear"][0] * key["qpos"][reading.facts["joints"][held]["qposadr"]]
-            follows = "mimic" in reading.joints[reading.joint_of[held]]
-        if follows or abs(control - usual) > _NEAR:
-            convert.put_number(controls, name, convert.tidy(control), element)
-    return controls
+    for name, value in at.items():
+        if mimic := reading.joints[name].get("mimic"):
+            led = mimic.get("multiplier", 1) * at.get(mimic["joint"], 0.0) + mimic.get("offset", 0)
+            if abs(led - value) > _NEAR_KEY:
+                return True
+    return False
 
 
 def _comments(reading: Reading) -> list[Comment]:
@@ -247,7 +217,7 @@ def _comments(reading: Reading) -> list[Comment]:
         for element in document.root.iter():  # what holds others comes first
             above = paths[id(element.parent)] if element.parent is not None else ("robot",)
             paths[id(element)] = entries.get(element, above)
-        made += comments_of(document, paths)
-    return [
-        Comment(one.text, one.span, (), END) if one.where == INSIDE and one.path == ("robot",) else one for one in made
-    ]
+        for one in comments_of(document, paths):
+            is_last = one.where == INSIDE and one.path == ("robot",)
+            made.append(Comment(one.text, one.span, (), END) if is_last else one)
+    return made

@@ -85,7 +85,7 @@ def aims(drive: Drive) -> tuple[float, float] | None:
         return None
     if actuator.range is not None or joint is None:
         return actuator.range
-    ends = position_range(joint) if actuator.holds_position else None
+    ends = position_range(joint) if actuator.type == POSITION else None
     if actuator.type == VELOCITY and joint.limit and joint.limit.known_value("velocity"):
         speed = joint.limit.known_value("velocity") or 0.0
         ends = -speed, speed

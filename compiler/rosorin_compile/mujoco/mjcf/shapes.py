@@ -1,12 +1,9 @@
 """Geoms become shapes that are seen, that collide, or both.
 
-MuJoCo has no such difference; people express it in two ways. A geom that collides with nothing (``contype`` and
-``conaffinity`` 0) is only there to be seen. One that collides is also seen, unless its model tells the two apart: it
-is in a group that viewers hide (3 to 5), or transparent, or of a class with "collision" in its name, or its body has
-geoms only to be seen and those have groups of their own in this model.
-
-A geom that the language has no shape for is kept as it is, and so is what the language cannot express of a texture or
-a material.
+A geom that collides with nothing (``contype`` and ``conaffinity`` 0) is only there to be seen. One that collides is
+also seen, unless its model tells the two apart: it is in a group that viewers hide (3 to 5), or transparent, its class
+has "collision" in its name, or its body has geoms only to be seen and those have groups of their own in this model.
+A geom that the language has no shape for is kept as it is, and so is what it cannot express of a texture or material.
 """
 
 from __future__ import annotations
@@ -52,16 +49,23 @@ def add_shapes(reading: Reading) -> None:
         counts = Counter(geom["group"] for geom in of_it)
         if counts:
             reading.groups[purpose] = counts.most_common(1)[0][0]
-    looks, held = Looks(reading), dict[tuple[str, str], Seq]()
+    held: dict[tuple[str, str], Seq] = {}
     for index, found in purposes.items():
         element, geom = reading.places.place_of("geoms", index), geoms[index]
         for purpose in found:
             shape = _shape(reading, geom, element)
             if purpose == "visual":
-                looks.put(geom, shape, element)
+                _put_look(reading, geom, shape, element)
             else:
-                _put_contact(reading, geom, shape, element)
-            _put_more(reading, looks, geom, shape, element, found, purpose)
+                contact, attributes = Map(element.span), geom["element"]["attributes"]
+                for word in ("contype", "conaffinity"):
+                    if geom[word] != 1:
+                        convert.put(contact, word, geom[word])
+                own = {key: attributes[key] for key in _OF_CONTACT if key in attributes}
+                reading.put_words(contact, own, "contact", element, "a geom")
+                if contact:
+                    convert.put(shape, "contact", contact)
+            _put_more(reading, geom, shape, element, found, purpose)
             held.setdefault((reading.link_of[geom["bodyid"]], purpose), Seq(element.span)).put(shape, element.span)
     for (link, purpose), shapes in held.items():
         convert.put(reading.links[link], purpose, shapes)
@@ -69,7 +73,6 @@ def add_shapes(reading: Reading) -> None:
         if geom["bodyid"] in reading.link_of and not _is_carried(reading, geom) and not is_scene(geom):
             span, link = reading.places.place_of("geoms", index).span, reading.link_of[geom["bodyid"]]
             reading.keep(whole_geom(reading, geom), f"geom: {_WORDS[geom['type']]}", span, link)
-    looks.finish()
     _add_unused(reading)
 
 
@@ -88,9 +91,7 @@ def _purposes(reading: Reading) -> dict[int, list[str]]:
     return purposes
 
 
-def _put_more(
-    reading: Reading, looks: Looks, geom: Thing, shape: Map, element: Element, purposes: list[str], purpose: str
-) -> None:
+def _put_more(reading: Reading, geom: Thing, shape: Map, element: Element, purposes: list[str], purpose: str) -> None:
     """Set what a shape has for a simulation alone; of two that are one geom only one has it."""
     attributes = geom["element"]["attributes"]
     more = {key: text for key, text in attributes.items() if key not in (*_READ, *_OF_CONTACT)}
@@ -103,7 +104,7 @@ def _put_more(
     if purposes == ["collision"] and "rgba" in attributes:
         more["rgba"] = " ".join(map(repr, _colour(geom)))
     if purposes == ["collision"] and geom["matid"] >= 0:
-        more["material"] = looks.material(geom["matid"])
+        more["material"] = _material(reading, geom["matid"])
     inner = Map(element.span)
     reading.put_words(inner, more, "mjcf_geom", element, f'a geom of link "{reading.link_of[geom["bodyid"]]}"')
     for word, value in inner.items():
@@ -113,17 +114,6 @@ def _put_more(
 def _colour(thing: Thing) -> list[float]:
     """Return the colour of a geom or material, which MuJoCo has with seven digits."""
     return [convert.tidy(round(value, 7)) for value in thing["rgba"]]
-
-
-def _put_contact(reading: Reading, geom: Thing, shape: Map, element: Element) -> None:
-    entry, attributes = Map(element.span), geom["element"]["attributes"]
-    for word in ("contype", "conaffinity"):
-        if geom[word] != 1:
-            convert.put(entry, word, geom[word])
-    own = {key: attributes[key] for key in _OF_CONTACT if key in attributes}
-    reading.put_words(entry, own, "contact", element, "a geom")
-    if entry:
-        convert.put(shape, "contact", entry)
 
 
 def whole_geom(reading: Reading, geom: Thing) -> convert.Node:
@@ -142,11 +132,8 @@ def keep_asset(reading: Reading, kind: str, name: str, span: Span) -> None:
     if not node["attributes"] or (kind, name) in reading.of_scene:
         return
     reading.of_scene.add((kind, name))
-    files = {
-        word: reading.markup.place_of(posixpath.normpath(text))
-        for word, text in node["attributes"].items()
-        if word.startswith("file")
-    }
+    named = {word: text for word, text in node["attributes"].items() if word.startswith("file")}
+    files = {word: reading.markup.place_of(posixpath.normpath(text)) for word, text in named.items()}
     reading.keep_in_section("asset", {**node, "attributes": node["attributes"] | files}, f"asset: {kind}", span)
 
 
@@ -187,9 +174,8 @@ def _shape(reading: Reading, geom: Thing, element: Element) -> Map:
         convert.put(sizes, "file", reading.markup.place_of(_mesh_file(mesh)))
         scale = convert.tidy_vector(mesh["scale"])
         if scale != (1, 1, 1):
-            convert.put(
-                sizes, "scale", convert.numbers(scale, reading.markup.find("asset", mesh["name"]) or element, "scale")
-            )
+            asset = reading.markup.find("asset", mesh["name"]) or element
+            convert.put(sizes, "scale", convert.numbers(scale, asset, "scale"))
         if mesh["taken"]:
             convert.put(sizes, "inertia", mesh["taken"])
         attributes, more = _asset(reading, "mesh", mesh["name"])["attributes"], Map(element.span)
@@ -197,7 +183,12 @@ def _shape(reading: Reading, geom: Thing, element: Element) -> Map:
         convert.put_words(more, {key: attributes[key] for key in words if key in attributes}, "mjcf_mesh", element)
         if more:
             convert.put(sizes, "mjcf", more)
-        place = place.then(_frame_of_file(mesh))
+        # MuJoCo takes ``refpos`` from the vertices of the file, turns them by ``refquat``, scales them, and then moves
+        # them to the axes ``pos`` and ``quat``. Here they are scaled first: see ``_mesh_file``.
+        reference = convert.transform(mesh["reference"]["pos"], mesh["reference"]["quat"]).inverse()
+        x, y, z = (a * b for a, b in zip(mesh["scale"], reference.xyz, strict=True))
+        of_file = Transform(reference.rows, (x, y, z))
+        place = place.then(convert.transform(mesh["pos"], mesh["quat"]).inverse().then(of_file))
     elif kind == _BOX:
         convert.put(sizes, "size", convert.numbers([convert.tidy(2 * half) for half in size], element))
     elif kind == _ELLIPSOID:
@@ -213,122 +204,89 @@ def _shape(reading: Reading, geom: Thing, element: Element) -> Map:
     return entry
 
 
-def _frame_of_file(mesh: Thing) -> Transform:
-    """Return where the scaled mesh of the file is in the frame of its geom, which MuJoCo moves to the mesh's own axes.
-
-    MuJoCo takes ``refpos`` from the vertices of the file, turns them by ``refquat``, scales them, and then moves them
-    to the axes ``pos`` and ``quat``. Here they are scaled first; ``_mesh_file`` refuses what that would change.
-    """
-    own = convert.transform(mesh["pos"], mesh["quat"])
-    reference = convert.transform(mesh["reference"]["pos"], mesh["reference"]["quat"]).inverse()
-    x, y, z = (a * b for a, b in zip(mesh["scale"], reference.xyz, strict=True))
-    return own.inverse().then(Transform(reference.rows, (x, y, z)))
-
-
 def _mesh_file(mesh: Thing) -> str:
-    """Return the file of a mesh as it is found from the folder of the MJCF; empty if no file has it as it is.
-
-    No file has a mesh that is turned before it is scaled by another factor along each axis.
-    """
+    """Return the file of a mesh, empty if no file has it: one that is turned, and then scaled by different factors."""
     is_stretched = any(mesh["reference"]["quat"][1:]) and len(set(mesh["scale"])) > 1
     return posixpath.normpath(mesh["file"]) if mesh["file"] and not is_stretched else ""
 
 
-class Looks:
-    """Colours and materials: those that shapes use, and the others of the file.
+def _put_look(reading: Reading, geom: Thing, shape: Map, element: Element) -> None:
+    """Set the colour of a visual: its own, or its material."""
+    rgba, at = _colour(geom), geom["matid"]
+    if at < 0:
+        if rgba != _NO_COLOUR:
+            convert.put(shape, "rgba", convert.numbers(rgba, element, "rgba"))
+        return
+    material = reading.facts["materials"][at]
+    is_layered = bool(_asset(reading, "material", material["name"])["inner"])
+    if rgba == _NO_COLOUR and not is_layered:
+        convert.put(shape, "material", _material(reading, at))
+        return
+    convert.put(shape, "rgba", convert.numbers(_colour(material) if rgba == _NO_COLOUR else rgba, element, "rgba"))
+    if material["texture"]:
+        convert.put(shape, "texture", reading.markup.place_of(material["texture"]))
+    if material["texture"] or is_layered or _more_of_material(reading, material):
+        convert.put_inner(shape, "material", _material(reading, at))
 
-    A material with layers of textures is kept as it is.
-    """
 
-    def __init__(self, reading: Reading) -> None:
-        self.reading = reading
-        self.materials = Map(reading.markup.root.span)
+def _more_of_material(reading: Reading, material: Thing) -> dict[str, str]:
+    """Return the attributes of a material besides its colour, and an image that the language has words for."""
+    attributes = _asset(reading, "material", material["name"])["attributes"]
+    texture = attributes.get("texture", "")
+    image, written = _asset(reading, "texture", texture)["attributes"], reading.markup.find("asset", texture)
+    is_plain = image.keys() <= _PLAIN_IMAGE and image.get("type") == "2d" and material["texture"]
+    is_plain = is_plain and not (written and written.get("colorspace")) and texture_path(image.get("file", ""))
+    known = ("name", "rgba", "texture") if is_plain else ("name", "rgba")
+    return {key: text for key, text in attributes.items() if key not in known}
 
-    def put(self, geom: Thing, shape: Map, element: Element) -> None:
-        """Set the colour of a visual: its own, or its material."""
-        rgba, at = _colour(geom), geom["matid"]
-        if at < 0:
-            if rgba != _NO_COLOUR:
-                convert.put(shape, "rgba", convert.numbers(rgba, element, "rgba"))
-            return
-        material = self.reading.facts["materials"][at]
-        is_layered = bool(_asset(self.reading, "material", material["name"])["inner"])
-        if rgba == _NO_COLOUR and not is_layered:
-            convert.put(shape, "material", self.material(at))
-            return
-        convert.put(shape, "rgba", convert.numbers(_colour(material) if rgba == _NO_COLOUR else rgba, element, "rgba"))
-        if material["texture"]:
-            convert.put(shape, "texture", self.reading.markup.place_of(material["texture"]))
-        if material["texture"] or is_layered or self._more(material):
-            convert.put_inner(shape, "material", self.material(at))
 
-    def _more(self, material: Thing) -> dict[str, str]:
-        """Return the attributes of a material besides its colour, and an image that the language has words for."""
-        attributes = _asset(self.reading, "material", material["name"])["attributes"]
-        texture = attributes.get("texture", "")
-        image, written = (
-            _asset(self.reading, "texture", texture)["attributes"],
-            self.reading.markup.find("asset", texture),
-        )
-        is_plain = image.keys() <= _PLAIN_IMAGE and image.get("type") == "2d" and bool(material["texture"])
-        is_plain = (
-            is_plain and not (written and written.get("colorspace")) and bool(texture_path(image.get("file", "")))
-        )
-        known = ("name", "rgba", "texture") if is_plain else ("name", "rgba")
-        return {key: text for key, text in attributes.items() if key not in known}
-
-    def material(self, index: int) -> str:
-        """Return the name of a material, which the description has from now on."""
-        reading, material = self.reading, self.reading.facts["materials"][index]
-        name = str(material["name"])
-        if index in reading.material_of:
-            return reading.material_of[index]
-        element = reading.markup.find("asset", name) or reading.markup.root
-        if _asset(reading, "material", name)["inner"]:
-            keep_asset(reading, "material", name, element.span)
-            return name
-        given = reading.material_of[index] = reading.name("material", name)
-        reading.renamed.setdefault("material", {})[name] = given
-        entry, more = Map(element.span), self._more(material)
-        convert.put(entry, "rgba", convert.numbers(_colour(material), element, "rgba"))
-        if material["texture"]:
-            convert.put(entry, "texture", reading.markup.place_of(material["texture"]))
-        texture = more.pop("texture", "")
-        reading.put_words(entry, more, "material", element, f'the material "{given}"')
-        if texture:
-            convert.put_inner(entry, "texture", texture)
-            keep_asset(reading, "texture", texture, element.span)
-        convert.put(self.materials, given, entry)
-        return given
-
-    def finish(self) -> None:
-        reading, geoms = self.reading, self.reading.facts["geoms"]
-        used = {geom["matid"] for geom in geoms if _is_carried(reading, geom)}
-        left = {geom["matid"] for geom in geoms} - used - {-1}
-        for index in range(len(reading.facts["materials"])):
-            if index not in left:
-                self.material(index)
-        for _ in left:
-            reading.skip_scene("material", reading.markup.first("asset").span)
-        if self.materials:
-            convert.put(reading.tree, "materials", self.materials)
+def _material(reading: Reading, index: int) -> str:
+    """Return the name of a material, which the description has from now on; one with layers is kept as it is."""
+    material = reading.facts["materials"][index]
+    name = str(material["name"])
+    if index in reading.material_of:
+        return reading.material_of[index]
+    element = reading.markup.find("asset", name) or reading.markup.root
+    if _asset(reading, "material", name)["inner"]:
+        keep_asset(reading, "material", name, element.span)
+        return name
+    given = reading.material_of[index] = reading.name("material", name)
+    reading.renamed.setdefault("material", {})[name] = given
+    entry, more = Map(element.span), _more_of_material(reading, material)
+    convert.put(entry, "rgba", convert.numbers(_colour(material), element, "rgba"))
+    if material["texture"]:
+        convert.put(entry, "texture", reading.markup.place_of(material["texture"]))
+    texture = more.pop("texture", "")
+    reading.put_words(entry, more, "material", element, f'the material "{given}"')
+    if texture:
+        convert.put_inner(entry, "texture", texture)
+        keep_asset(reading, "texture", texture, element.span)
+    convert.put(reading.materials, given, entry)
+    return given
 
 
 def _add_unused(reading: Reading) -> None:
-    """Keep meshes that no shape uses, and count textures without a material and geoms of the world as the scene."""
+    """Add what no shape uses; count what geoms of the world alone have as the scene."""
     geoms, markup, assets = reading.facts["geoms"], reading.markup, reading.facts["elements"]
-    used = {name for kind, name in reading.of_scene if kind == "texture"}
+    used = {geom["matid"] for geom in geoms if _is_carried(reading, geom)}
+    left = {geom["matid"] for geom in geoms} - used - {-1}
+    for index in range(len(reading.facts["materials"])):
+        if index not in left:
+            _material(reading, index)
+    for _ in left:
+        reading.skip_scene("material", markup.first("asset").span)
+    if reading.materials:
+        convert.put(reading.tree, "materials", reading.materials)
+    textures = {name for kind, name in reading.of_scene if kind == "texture"}
     for material in assets["material_assets"]:
-        used |= {one["attributes"].get("texture", "") for one in (material, *material["inner"])}
+        textures |= {one["attributes"].get("texture", "") for one in (material, *material["inner"])}
     for name in map(_asset_name, assets["texture_assets"]):
-        if not name or name not in used:
+        if not name or name not in textures:
             reading.skip_scene("texture", (markup.find("asset", name) or markup.first("asset")).span)
     shaped = {geom["dataid"] for geom in geoms if geom["type"] in (_MESH, _SDF)}
-    for index, mesh in enumerate(reading.facts["meshes"]):
-        if index not in shaped:
-            keep_asset(
-                reading, "mesh", mesh["name"], (markup.find("asset", mesh["name"]) or markup.first("asset")).span
-            )
+    for mesh in (mesh for index, mesh in enumerate(reading.facts["meshes"]) if index not in shaped):
+        element = markup.find("asset", mesh["name"]) or markup.first("asset")
+        keep_asset(reading, "mesh", mesh["name"], element.span)
     for index, geom in enumerate(geoms):
         if geom["bodyid"] not in reading.link_of or is_scene(geom):
             reading.skip_scene("geom", reading.places.place_of("geoms", index).span)

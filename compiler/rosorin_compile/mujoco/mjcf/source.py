@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import posixpath
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +38,7 @@ _WORDS = ("name", "class", "childclass", "file", "model", "prefix", "material", 
 
 
 class Markup:
-    """The main file and what it includes; ``files`` in the order of reading, ``children`` as if it were one file.
+    """The main file and what it includes, as if it were one file; ``files`` in the order of reading.
 
     As MuJoCo 4.0.0 finds them: an included file in the folder of the main file, else in that of the file that includes
     it. An attached model is a main file of its own; ``models`` are the folders of those, the main one first.
@@ -84,33 +84,29 @@ class Markup:
             is_adjacent = not files.is_file(main / name) and files.is_file(folder / name)
             path = folder / name if is_adjacent else main / name
             absolute = os.path.abspath(path)
+            problem = ("", "", "")
             if not any(files.resolve(path).is_relative_to(allowed) for allowed in self.allowed):
-                message = f"{file.value} is outside the folder of the robot, and is not read"
                 help = "move it there, or allow its folder: --package NAME=FOLDER"
-                raise MarkupError(error("include-outside", message, file.span, help))
-            if depth == MAX_DEPTH:
-                message = f"files include each other {MAX_DEPTH} levels deep"
-                raise MarkupError(error("include-too-many", message, file.span, "join some"))
+                problem = ("include-outside", f"{file.value} is outside the folder of the robot, and is not read", help)
+            elif depth == MAX_DEPTH:
+                problem = ("include-too-many", f"files include each other {MAX_DEPTH} levels deep", "join some")
+            elif element.tag != "model" and absolute in above:
+                problem = ("include-cycle", f"{file.value} includes itself", "remove one include")
+            elif element.tag != "model" and absolute in known:  # MuJoCo compares names, and follows no links
+                message = f"{file.value} is included a second time: MuJoCo includes a file once"
+                problem = ("mjcf-refused", message, "include a copy, or use a class")
+            if problem[0]:
+                raise MarkupError(error(problem[0], problem[1], file.span, problem[2]))
             if element.tag == "model":
                 if absolute not in {os.path.abspath(one) for one in self.files}:
                     self._model(path, file.span, depth + 1)
                 continue
-            if absolute in above:
-                problem = error("include-cycle", f"{file.value} includes itself", file.span, "remove one include")
-                raise MarkupError(problem)
-            if absolute in known:  # MuJoCo compares names, and follows no links
-                message = f"{file.value} is included a second time: MuJoCo includes a file once"
-                raise MarkupError(error("mjcf-refused", message, file.span, "include a copy, or use a class"))
             known.add(absolute)
             self.included[element] = self._read(path, file.span)
             self._follow(self.included[element], main, path.parent, known, (*above, absolute), depth + 1)
 
     def place_of(self, name: str) -> str:
-        """Return the name of a mesh or texture as seen from the main file.
-
-        MuJoCo names one in the folder of an included file by its whole path, and one of an attached model as that model
-        does.
-        """
+        """Return the name of a mesh or texture of an included file or attached model as seen from the main file."""
         top = Path(os.path.abspath(self.models[0]))
         if posixpath.isabs(name):
             return Path(name).relative_to(top).as_posix() if Path(name).is_relative_to(top) else name
@@ -179,10 +175,7 @@ class Places:
     def _match(
         self, containers: Sequence[Element], tags: Sequence[str], wanted: list[tuple[int, str]]
     ) -> dict[int, Element]:
-        """Return the element of each object: by order where nothing is repeated, else by name, else what holds it.
-
-        The name of a replica is that of its element and a number.
-        """
+        """Return the element of each object: by order where nothing is repeated, else by name, else what holds it."""
         if not wanted:
             return {}
         elements = [element for container in containers for element in self._direct(container, tags)]
@@ -239,17 +232,17 @@ def refusal(markup: Markup, answer: Answer) -> Diagnostic:
 
 
 def place(markup: Markup, message: str) -> Span:
-    """Return the place that a message of MuJoCo is about: the element that has most of what it names.
-
-    MuJoCo gives the line in the main file, 0 in others, and quotes the names of elements and attributes and the values
-    that it does not accept.
-    """
+    """Return the place that a message of MuJoCo is about: the element that has most of the line and names in it."""
     line, tag = _LINE.search(message), _TAG.search(message)
     quoted = set(_QUOTED.findall(message)) - {tag[1] if tag else ""}
     best, likely = 0, markup.root.span
+
+    def is_quoted(own: Attribute) -> bool:
+        in_folder = own.name == "file" and own.value and any(one.endswith(f"/{own.value}") for one in quoted)
+        return own.name in quoted or own.value in quoted or bool(in_folder)
+
     for element in markup.everything():
-        found = (a for a in element.attributes.values() if a.name in quoted or _has_value(a, quoted))
-        attribute = next(found, None)
+        attribute = next(filter(is_quoted, element.attributes.values()), None)
         here = line is not None and element.document is markup.root.document and element.span.line == int(line[1])
         score = 4 * here + 2 * (tag is not None and element.tag == tag[1]) + 3 * (attribute is not None)
         if score > best:
@@ -257,9 +250,3 @@ def place(markup: Markup, message: str) -> Span:
             if attribute is not None:
                 likely = attribute.name_span if attribute.name in quoted else attribute.span
     return likely
-
-
-def _has_value(attribute: Attribute, quoted: Collection[str]) -> bool:
-    """Return True if an attribute has a quoted value; MuJoCo quotes a file with the folder that it looked in."""
-    value = attribute.value
-    return value in quoted or (attribute.name == "file" and any(q.endswith(f"/{value}") for q in quoted if value))

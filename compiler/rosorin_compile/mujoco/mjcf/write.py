@@ -6,12 +6,10 @@ known numbers are frames too. About the format (MuJoCo 4.0.0, XMLreference):
 - Sizes of geoms are halves. Rotations are quaternions (w x y z), because the meaning of ``euler`` is a setting.
 - A geom without a mass would get the mass of water, so every geom has density 0.
 - The torque of a joint is clamped once, at the joint (actuatorfrcrange). There is no velocity limit.
-- There is a free joint at the top of the tree alone. A floating joint is therefore three slides and a ball on one body,
-  and a planar joint two slides and a hinge.
-- ``mimic`` is an equality constraint, which is soft: positions that are set by hand have to be set for followers too.
+- A free joint is at the top of the tree alone. A floating joint is three slides and a ball on one body elsewhere, and a
+  planar joint two slides and a hinge. ``mimic`` is an equality constraint, which is soft.
 - Visual geoms are in group 2. Collision geoms are in group 3, which viewers hide; in group 0 if there are no visuals,
   or in group 2 if they are shown instead of visuals. The sites of frames are in group 4, which is hidden.
-- Attributes that are absent in MuJoCo's sense are not written: a place at zero, a hinge, the axis z, a sphere.
 """
 
 from __future__ import annotations
@@ -26,14 +24,14 @@ from typing import NamedTuple
 from markupsafe import Markup
 
 from rosorin_compile import model
-from rosorin_compile.formats.templating import Templates, attribute, attributes, comment
+from rosorin_compile.formats.templating import Templates, attributes, comment
 from rosorin_compile.model.colours import colours_of
 from rosorin_compile.model.geometry import plane_axes, pose_of
 from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.model.mesh_vertices import clouds_of
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.model.shape import Material
-from rosorin_compile.model.simulation import Attribute
+from rosorin_compile.model.simulation import POSITION, Attribute
 from rosorin_compile.mujoco.rest_pose import HOME, home_of, stands_at
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
@@ -136,7 +134,7 @@ def _keys(
         ctrl: list[float] = []
         for drive in drives:
             control, moved, gear = 0.0, drive.joint, drive.actuator.gear
-            if drive.actuator.holds_position and moved is not None and moved.moves:  # it is to hold the pose
+            if drive.actuator.type == POSITION and moved is not None and moved.moves:  # it is to hold the pose
                 control = at[moved.name][0] * (gear[0] if gear else 1.0)
             ctrl += controls_of(drive, pose.controls.get(drive.name, control))
         place = base_pose(pose) if base_pose else None
@@ -159,7 +157,7 @@ STANDING = {"cone": "elliptic", "impratio": 100}
 # Of plain wheels the rims would hold a turn back, as no tyre does: 24 % of a TurtleBot3's, 3 % with this.
 PLAIN_WHEELS = {"cone": "elliptic"}
 
-# What a body without mass has where MuJoCo asks for one (see ``masses.weightless``).
+# What a body without mass has where MuJoCo asks for one (see ``omissions.weightless``).
 _NO_SIZE = 1e-9  # m
 _LEAST_INERTIAL = model.Inertial(omissions.LEAST, model.Pose(), omissions.LEAST, omissions.LEAST, omissions.LEAST)
 # A geom that keeps fluids from such a body: MuJoCo takes it for a box of metres.
@@ -211,7 +209,7 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
         pose, names = root if frame.depth == 0 else frame.pose, ""
         if frame.depth >= top:
             place = place_of(pose.xyz, pose.rpy, number)
-            names = attribute("name", bodies.body_name(robot, frame.name)) + attributes(**place)
+            names = attributes(name=bodies.body_name(robot, frame.name)) + attributes(**place)
             names += printer.print_values({**link.limited_values("mjcf"), **link.mjcf})
         inertial = _LEAST_INERTIAL if link.name in none else link.inertial
         body = (
@@ -221,7 +219,7 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
             _inertial(inertial, number) if inertial and omissions.has_mass(inertial) else "",
             [] if joint is None else [printed[joint.name]] if joint.moves else _several(joint, printer),
             made,
-            attribute("name", frame.name) + framed,
+            attributes(name=frame.name) + framed,
             [*measuring.of_bodies.get(frame.name, ()), *map(printer.mark, link.marked)],
             [indent_lines(text, _indent(frame.depth - top + 1)) for text in link.mjcf_elements],
             [_indent(depth - top) for depth in range(frame.depth, (after.depth if after else top) - 1, -1)],

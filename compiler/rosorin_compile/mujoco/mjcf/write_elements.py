@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 
 from markupsafe import Markup
 
-from rosorin_compile.formats.templating import Templates, attribute, attributes
+from rosorin_compile.formats.templating import Templates, attributes
 from rosorin_compile.model import Pose, Robot, Sensor, Shape, Vector, simulation
 from rosorin_compile.model.shape import Material
 from rosorin_compile.model.simulation import Attribute, Values
@@ -73,10 +73,7 @@ class Class(NamedTuple):
 
 
 class _Shared(NamedTuple):
-    """Attributes that several elements of a kind share; ``members`` are their places in the list of all.
-
-    ``words`` are those that the names of their joints have in common.
-    """
+    """Attributes that elements at some places share, and the words that the names of their joints have in common."""
 
     tag: str
     values: Texts
@@ -110,13 +107,10 @@ class Classes:
         element, name = self._elements[place], self._names.get(place, "")
         common = next((one.values for one in self.shared.get(name, ()) if one.tag == element.tag), {})
         own = {word: text for word, text in element.values.items() if word not in common}
-        return attribute("name", element.name) + attributes(**({"class": name} if name else {}), **own)
+        return attributes(name=element.name) + attributes(**({"class": name} if name else {}), **own)
 
     def tree(self, used: Collection[str], rolls: bool, groups: Mapping[str, int]) -> Class:
-        """Return the classes as the file has them: of geoms those that are ``used``; ``rolls``: some are of wheels.
-
-        ``groups`` are those that visuals and collisions have if not ours, by purpose.
-        """
+        """Return the classes: of geoms the ``used`` ones, with ``groups`` by purpose; ``rolls``: some are wheels."""
 
         def named(purpose: str, tag: str, values: Texts, classes: Sequence[Class] = ()) -> Class:
             return Class(self.class_name(purpose), [Part(tag, attributes(**values))], classes)
@@ -145,10 +139,7 @@ class Classes:
         return name
 
     def _groups(self) -> Iterator[_Shared]:
-        """Yield what elements share that move alike; those of one axis and range alone, where their names say so.
-
-        Hips and knees of many legs are two classes, though they may have the same damping.
-        """
+        """Yield what elements share that move alike; those of one axis and range alone, where their names say so."""
         for members in self._alike(range(len(self._elements)), _SIDE):
             whole, cut = self._shared(members), self._alike(members, ())
             parts = [self._shared(inner) for inner in cut] if len(cut) > 1 else [whole]
@@ -236,10 +227,7 @@ def place_of(xyz: Vector, rpy: Vector, number: NumberFormat) -> Mapping[str, str
 
 
 class ElementPrinter:
-    """Puts what only a simulation has into the terms of MuJoCo, numbers printed.
-
-    ``colours`` are materials of links that are seen as their collision shapes.
-    """
+    """Prints what only a simulation has; ``colours`` are those of links that are seen as their collision shapes."""
 
     def __init__(self, robot: Robot, number: NumberFormat, colours: Iterable[Material] = ()) -> None:
         self.robot = robot

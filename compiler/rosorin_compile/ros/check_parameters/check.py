@@ -60,10 +60,7 @@ _HOSTS = ("controller_manager", "ros2_control_node")
 
 @dataclass(frozen=True)
 class CheckedParameters:
-    """What was checked: the edges of nodes that were judged, the publishers that no file has, and unknown nodes.
-
-    ``robot`` is empty if errors of the description kept it from being checked.
-    """
+    """The number of judged edges, publishers without a file, unknown nodes; ``robot`` is empty after an error."""
 
     robot: str = ""
     judged: int = 0

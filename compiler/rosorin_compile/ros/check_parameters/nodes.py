@@ -33,10 +33,7 @@ _INPUT = re.compile(r"(odom|pose|twist|imu)(\d+)(_.*)?")
 
 
 class Setting(NamedTuple):
-    """The value of a key of a node, its place, and whether a file has it.
-
-    The value is None if it is unknown: there is no default, or a launch file sets it.
-    """
+    """The value of a key of a node, None if it is unknown, its place, and whether a file has it."""
 
     value: Any
     span: Span
@@ -159,10 +156,7 @@ def _merged(sections: Sequence[Section]) -> dict[str, Parameter]:
 
 
 def _types(named: Mapping[str, list[Section]], controllers: Sequence[Controller]) -> Mapping[str, tuple[str, Span]]:
-    """Return the types of controllers and their places, by the full name.
-
-    The manager has them, or the node itself (the spawner reads it), or the description of a controller of that name.
-    """
+    """Return the types of controllers with their places: of the manager, of the node itself, or of the description."""
     described = {one.name: full_type(one.type) for one in controllers}
     found: dict[str, tuple[str, Span]] = {}
     for full, sections in named.items():

@@ -229,10 +229,7 @@ def check_frames(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> I
 
 
 def _named(node: Node) -> Iterator[tuple[Key, str, Setting]]:
-    """Yield the keys of a node that name frames, by their full names, with their values, of the file or by default.
-
-    What a filter calls the map matters where its transform begins there, which is reported with the edge.
-    """
+    """Yield the keys of a node that name frames, by their full names, with their values, of the file or by default."""
     if node.kind is None:
         return
     unused = MAP if node.kind.name == "ekf" else ""

@@ -1,8 +1,4 @@
-"""controllers.yaml: the parameters of ros2_control's controller_manager and of its controllers.
-
-``write`` makes the text of what a description says and of what the robot knows. Here parameters are checked against the
-robot, those of a description and those of a file; the types are in ``node_kinds`` and in the table of ports.
-"""
+"""controllers.yaml: parameters of ros2_control, of a description or of a file, checked against the robot."""
 
 from __future__ import annotations
 
@@ -270,24 +266,11 @@ def _commands(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, list[
             yield key, joints, words
 
 
-def _states(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
-    about = interfaces_of(kind)
-    if "drive" in about:
-        by_position = values.get("position_feedback", about["turning"] == POSITION)
-        for key, joints, words in _commands(kind, values):
-            word = POSITION if words == [POSITION] or by_position else VELOCITY
-            yield from ((key, joint, word) for joint in joints)
-    else:
-        key = about.get("joints", "joints")
-        words = about.get("reads") or _texts(values.get(about.get("states", "")))
-        where = about.get("states", key)
-        yield from ((where, joint, word) for joint in _texts(values.get(key)) for word in words)
-
-
 def _interfaces(name: str, kind: str, values: Mapping[str, Any], robot: Robot) -> Iterator[Finding]:
     """Yield the commands, the states and the sensor of a controller that no hardware block has."""
     joints = [one for block in robot.control for one in block.joints]
     there = {(one.name, word) for one in joints for word in one.commands}
+    about, reads = interfaces_of(kind), list[tuple[str, str, str]]()
     for key, names, every in _commands(kind, values):
         words = [word for word in every if word in JOINT_WORDS]
         lacking = [one for one in names if one in robot.joint and any((one, word) not in there for word in words)]
@@ -295,8 +278,15 @@ def _interfaces(name: str, kind: str, values: Mapping[str, Any], robot: Robot) -
             message = f"{name} commands the {phrase(words)} of {quote(lacking, most=4)}, which no hardware block has"
             help = f"in control: joints: {{{lacking[0]}: {{command: {words[0]}}}}}"
             yield Finding("controller-interface", message, key, help, WARNING)
+        if "drive" in about:
+            by_position = every == [POSITION] or values.get("position_feedback", about["turning"] == POSITION)
+            reads += [(key, joint, POSITION if by_position else VELOCITY) for joint in names]
+    if "drive" not in about:
+        key = about.get("joints", "joints")
+        words = about.get("reads") or _texts(values.get(about.get("states", "")))
+        reads = [(about.get("states", key), joint, word) for joint in _texts(values.get(key)) for word in words]
     states = {(one.name, word) for one in joints for word in one.states}
-    for key, joint, word in _states(kind, values):
+    for key, joint, word in reads:
         if joint in robot.joint and (joint, word) not in states:
             message = f'{name} reads the {word} of "{joint}", which no hardware block has: it does not become active'
             help = f"in control: joints: {{{joint}: {{state: [{word}]}}}}, if the hardware measures it"

@@ -1,7 +1,6 @@
 """The controllers of a description with all their parameters, and the text of controllers.yaml.
 
-What the description says goes before what the robot knows (``derive``): joints by their roles, radius and places of
-the wheels (``model.drive``), frames, limits. Each number is written as its type requires.
+What the description says goes before what the robot knows (``derive``). Each number is written as its type requires.
 """
 
 from __future__ import annotations
@@ -159,10 +158,7 @@ def _spread(numbers: list[float]) -> float:
 
 
 def _speeds(robot: Robot, driving: Driving, around: float) -> dict[str, Any]:
-    """Return the largest velocities of the base that no wheel turns too fast for; nothing where one has no limit.
-
-    ``around`` (m) is what a turn of the base by 1 rad rolls of a wheel.
-    """
+    """Return the largest velocities of the base, if all wheels have one; a turn by 1 rad rolls ``around`` (m)."""
     rims = []
     for wheel in driving.wheels:
         limit = robot.joint[wheel.joint].limit

@@ -39,14 +39,12 @@ _LAYERS = {"local_costmap": "voxel_layer", "global_costmap": "obstacle_layer"}  
 _HEADROOM = 0.1  # m
 _PADDING = 0.01  # m, Nav2's own
 _CORNERS_OF_CIRCLE = 16  # of what Nav2 makes of a radius, on the circle
-_CIRCLE = "circle"
 _PLANAR = "lidar_2d"
 _SEEING = (_PLANAR, "lidar_3d", "depth_camera")  # the types of sensors that see obstacles
 _SOURCE = "scan"  # the observation source of nav2_bringup/params/nav2_params.yaml
 _MONITORED = {"LaserScan": "scan", "PointCloud2": "pointcloud"}  # types of sources of the collision_monitor
 _CLEARANCE = 0.05  # m, of points of depth where the output gives none: they see the floor
 _MOTION = {True: "nav2_amcl::OmniMotionModel", False: "nav2_amcl::DifferentialMotionModel"}
-_FILTERED = "odometry/filtered"  # of robot_localization
 
 
 @dataclass(frozen=True)
@@ -71,10 +69,7 @@ class _Source:
 
 @dataclass(frozen=True)
 class _Size:
-    """The parameters of a costmap about the footprint, and the heights (m) between which something is an obstacle.
-
-    ``remark`` is a comment about the footprint.
-    """
+    """The parameters of a costmap about the footprint, the heights (m) of obstacles, and a comment on the footprint."""
 
     parameters: Mapping[str, Any]
     heights: tuple[float, float]
@@ -109,34 +104,28 @@ def _basics(robot: Robot, output: Output) -> tuple[_Basics | None, list[Problem]
     if frames is None:
         return None, wrong
     base = str(output.options.get("base_frame", frames.moved))
-    wrong += _problems(robot, output, frames, base)
-    return _Basics(frames, base, poses.get(str(pose), {})), wrong
-
-
-def _problems(robot: Robot, output: Output, frames: Frames, base: str) -> Iterator[Problem]:
-    """Yield what is wrong with the base frame, with who publishes map -> odom, and with who takes velocities."""
     if base not in robot.link:
         suggestion = Suggestion(base, robot.frames)
-        yield Problem("nav2-base", f'there is no frame "{base}" on the robot', ("base_frame",), suggestion)
+        wrong.append(Problem("nav2-base", f'there is no frame "{base}" on the robot', ("base_frame",), suggestion))
     elif robot.moves_between(base, frames.moved):
         message = f'"{base}" moves against "{frames.moved}", which the odometry moves'
-        yield Problem("nav2-base", message, ("base_frame",), "name a frame that is fixed to it")
-    leads = [
-        (one, lead) for one in robot.publishers if kind_of(one) in (AMCL, SLAM) for lead in frames.transforms_of(one)
-    ]
-    wrong = [(one, lead) for one, lead in leads if (lead.parent, lead.child) != (frames.map, frames.odom)]
-    for publisher, lead in wrong:
+        wrong.append(Problem("nav2-base", message, ("base_frame",), "name a frame that is fixed to it"))
+    locating = [one for one in robot.publishers if kind_of(one) in (AMCL, SLAM)]
+    owned = [(one, lead) for one in locating for lead in frames.transforms_of(one)]
+    others = [(one, lead) for one, lead in owned if (lead.parent, lead.child) != (frames.map, frames.odom)]
+    for publisher, lead in others:
         step = f"{frames.map or 'map'} -> {frames.odom if frames.map else 'odom'}"
         message = f'"{publisher.name}" has to publish {lead}, but it publishes only {step}'
-        yield Problem("navigation-owner", message, lead.path, absolute=True)
-    if not frames.map and not wrong:
+        wrong.append(Problem("navigation-owner", message, lead.path, absolute=True))
+    if not frames.map and not others:
         message = f"no publisher is described for map -> {frames.odom}: what needs the frame of a map is left out"
-        yield Problem("navigation-no-map", message, severity=WARNING, key=True)
+        wrong.append(Problem("navigation-no-map", message, severity=WARNING, key=True))
     for driver in drivers(robot) if distro_of(output) == HUMBLE else ():
         if driver.stamped:
             message = f'controller "{driver.name}" takes TwistStamped, and Nav2 of {HUMBLE.capitalize()} sends Twist'
-            path = ("controllers", driver.name)
-            yield Problem("nav2-command", message, path, severity=WARNING, absolute=True, key=True)
+            place = ("controllers", driver.name)
+            wrong.append(Problem("nav2-command", message, place, severity=WARNING, absolute=True, key=True))
+    return _Basics(frames, base, poses.get(str(pose), {})), wrong
 
 
 def _sources(robot: Robot, output: Output) -> list[_Source]:
@@ -175,7 +164,7 @@ def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None,
     except ValueError as problem:
         return None, [report(rule, f"{problem}: {left}", help="correct the size of its shapes", severity=WARNING)]
     found = []
-    circle = options.get("outline") == _CIRCLE
+    circle = options.get("outline") == "circle"
     if outline.inscribed <= 0 and not circle:
         message = f'the base frame "{made.base}" is not within the footprint, as Nav2 requires'
         found.append(report(rule, message, help="name a frame in the middle: base_frame", severity=WARNING))
@@ -244,7 +233,8 @@ def view(robot: Robot, output: Output) -> Parameters:
 
 
 def _nodes(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> Iterator[Node]:
-    distribution, frames, facts_of = distribution_of_ports(distro_of(output)), made.frames, _facts()
+    distribution, frames = distribution_of_ports(distro_of(output)), made.frames
+    facts_of = facts("ros2_nodes")["navigation"]
     known = {"map": frames.map, "odom": frames.odom, "base": made.base}
     found: dict[str, dict[str, Any]] = {}
     for row in facts_of["frames"]:
@@ -264,7 +254,7 @@ def _nodes(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> I
                 for driver in driving
                 if any(edge.publisher.name == lead.publisher.name for edge in edges_of(robot, driver.one.controller))
             ]
-            topics[([_FILTERED] if kind_of(lead.publisher) == FILTER else of_drive or [""])[0]] = None
+            topics[(["odometry/filtered"] if kind_of(lead.publisher) == FILTER else of_drive or [""])[0]] = None
     odometry = next(iter(topics)) if len(topics) == 1 else ""
     for port in ports(distribution, role=ODOMETRY, direction=IN, group="nav2") if odometry else ():
         found.setdefault(port.node, {})[port.parameter] = odometry
@@ -291,10 +281,6 @@ def _nodes(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> I
         yield Node(SLAM, SLAM, seen_by_slam(robot, output, frames) | silent)
 
 
-def _facts() -> Any:
-    return facts("ros2_nodes")["navigation"]
-
-
 def _costmap(robot: Robot, output: Output, name: str, size: _Size | None) -> dict[str, Any]:
     """Return the footprint, the heights and the sources of obstacles of a costmap."""
     layer = (output.options.get("layers") or {}).get(name, _LAYERS[name])
@@ -306,7 +292,7 @@ def _costmap(robot: Robot, output: Output, name: str, size: _Size | None) -> dic
         own = f"{layer}.{source.name}"
         values |= {f"{own}.topic": source.topic, f"{own}.data_type": source.type}
         values[f"{own}.sensor_frame"] = source.sensor.optical_frame or source.sensor.frame
-        values |= {f"{own}.{key}": value for key, value in _facts()["source"].items()}
+        values |= {f"{own}.{key}": value for key, value in facts("ros2_nodes")["navigation"]["source"].items()}
         values |= size.band(own, source.clearance) if size is not None else {}
     return values
 

@@ -1,9 +1,8 @@
 """The footprint of a robot: a polygon in its base frame that contains every collision shape, seen from above.
 
-Each side of the polygon touches the robot, so that it contains every shape by construction. The directions of the sides
-are those of the convex hull around all boxes and meshes, and sixteen more if something is round. The side that adds the
-least area is removed first, until there are as few as requested. The corners are rounded at the end, and the sides
-moved outwards until nothing is lost by that.
+Each side touches the robot. Their directions are those of the convex hull around all boxes and meshes, and sixteen more
+if something is round. The side that adds the least area is removed first, until there are as few as requested. The
+corners are rounded at the end, and the sides moved outwards until nothing is lost by that.
 """
 
 from __future__ import annotations
@@ -45,10 +44,7 @@ class Solid(NamedTuple):
 
 
 class Footprint(NamedTuple):
-    """Counter-clockwise corners (m), the radii of the circles around the origin inside and outside, and the heights.
-
-    ``lowest`` and ``highest`` (m) are along z of the base frame.
-    """
+    """Counter-clockwise corners, the radii of the circles inside and outside, and the heights along z (all in m)."""
 
     corners: tuple[Point, ...]
     inscribed: float

@@ -1,7 +1,6 @@
-"""Bringing up: the launch files of a package that start controllers, MoveIt and navigation.
+"""The launch files of a package that start controllers, MoveIt and navigation, and the files that MoveIt needs.
 
-The parameters of the nodes are artifacts: controllers.yaml, the SRDF, those of Nav2 and of robot_localization. What
-MoveIt needs besides follows from the robot and is made here: solvers, limits, and which controllers move the joints.
+The parameters of the other nodes are artifacts: controllers.yaml, the SRDF, those of Nav2 and of robot_localization.
 """
 
 from __future__ import annotations
@@ -11,6 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile.formats.format import HUMBLE
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, phrase
 
@@ -21,7 +21,7 @@ from ..navigation import AMCL, SLAM, frames_of, kind_of, owners_of_odom
 from ..node_kinds import as_yaml, plugins
 from ..parameter_files import distro_of, nodes_of
 from ..ports import IMU, ODOMETRY, interfaces_of, short_type
-from ..srdf.planning import Planning, planning_of
+from ..srdf.planning import planning_of
 from .launch import PackageFile
 from .options import CONTROL, MOVEIT, NAV2, STARTS
 
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
     from rosorin_compile.formats.format import Artifact
 
 _URDF, _CONTROLLERS, _SRDF, _EKF = "urdf", "controllers", "srdf", "robot_localization"
-_HUMBLE = "humble"
 _ONE_AXIS = ("revolute", "continuous", "prismatic")  # MoveIt limits each axis of other joints by a name of its own
 _STAND_IN = 1.0  # rad/s^2 or m/s^2: the default of MoveIt's time parameterization until Iron (moveit2#1794)
 _FIRST = "joint_state_broadcaster/JointStateBroadcaster"
 _OF_GAZEBO = ("gz_ros2_control", "ign_ros2_control", "gazebo_ros2_control")
+_MOVEIT_PACKAGES = ("configs_utils", "kinematics", "planners_ompl", "ros_move_group", "simple_controller_manager")
 
 
 class _Start(NamedTuple):
@@ -56,10 +56,7 @@ _STARTS = {
         "moveit.launch.py",
         "MoveIt's move_group",
         "add `srdf: {}` under outputs",
-        (
-            *("moveit_configs_utils", "moveit_kinematics", "moveit_planners_ompl", "moveit_ros_move_group"),
-            "moveit_simple_controller_manager",
-        ),
+        tuple(f"moveit_{name}" for name in _MOVEIT_PACKAGES),
     ),
     NAV2: _Start(
         "navigation.launch.py",
@@ -184,7 +181,7 @@ class Bringup:
         return {
             "control_namespace": namespace_of(self._output(_CONTROLLERS)),
             "teleop": {"topic": f"/{topics[0].lstrip('/')}", "stamped": driving[0].stamped} if driving else None,
-            "humble": self._distribution == _HUMBLE,
+            "humble": self._distribution == HUMBLE,
             "drives": bool(driving),
             "spawned": [
                 {
@@ -199,10 +196,7 @@ class Bringup:
         }
 
     def _localisation(self) -> dict[str, Any]:
-        """Return whether slam_toolbox publishes map -> odom, and not AMCL, while no mode is on.
-
-        Its parameters are here where it is started by hand alone: the artifact has no section for it then.
-        """
+        """Return whether slam_toolbox publishes map -> odom by default, and its parameters if no artifact has them."""
         output = self._output(NAV2)
         frames, _ = frames_of(self.robot, output)
         if frames is None or not frames.map:
@@ -213,7 +207,7 @@ class Bringup:
         return {"slam": str(SLAM in owners and AMCL not in owners), "seen_by_slam": seen}
 
     def _moveit(self) -> dict[str, Any]:
-        planning, moved, solved = self._planning, list[tuple[Any, ...]](), list[str]()
+        planning, moved, solved = planning_of(self.robot), list[tuple[Any, ...]](), list[str]()
         if planning is None:  # then there is no SRDF either
             return {"solved": [], "limited": [], "moved": []}
         for one in self._controllers if _CONTROLLERS in self.outputs else ():
@@ -227,15 +221,11 @@ class Bringup:
             solved += [group.name] if names and {*names} <= {joint.name for joint in chain} else []
         return {"solved": solved, "limited": list(self._limits()), "moved": moved}
 
-    @property
-    def _planning(self) -> Planning | None:
-        return planning_of(self.robot) if MOVEIT in self.starts else None
-
     def _limits(self) -> Iterator[dict[str, Any]]:
-        planning = self._planning
-        if planning is None:
+        planning = planning_of(self.robot)
+        if planning is None or MOVEIT not in self.starts:
             return
-        acceleration = None if self._distribution == _HUMBLE else _STAND_IN
+        acceleration = None if self._distribution == HUMBLE else _STAND_IN
         names = {name for group in planning.groups.values() for name in planning.active(group)}
         for name, joint in planning.joints.items():
             if name in names and joint.type in _ONE_AXIS:

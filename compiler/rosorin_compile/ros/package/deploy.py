@@ -140,10 +140,7 @@ def _plan(
     places: Mapping[str, str],
     diagnostics: list[Diagnostic],
 ) -> list[Artifact]:
-    """Return each artifact for its place: by ``places`` (by output), else where a copy is, else by its kind.
-
-    Adds to the diagnostics; with an error among them nothing is returned.
-    """
+    """Return each artifact for its place: by ``places``, else where a copy is, else by its kind; none on an error."""
     chosen: dict[str, str] = {}
     for artifact in artifacts:
         format, help = FORMATS[artifact.backend], f"say --map {artifact.output}=PLACE ({NOWHERE} for nowhere)"

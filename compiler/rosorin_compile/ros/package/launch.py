@@ -43,26 +43,27 @@ if TYPE_CHECKING:
     from rosorin_compile.language.arguments import Argument
     from rosorin_compile.request import Request
 
-# Packages of the nodes that show a robot on a screen, or replace its driver; a robot does not need them.
-SCREEN = ("joint_state_publisher", "joint_state_publisher_gui", "rviz2")
 PREFIX = "$(var frame_prefix)"
 LAUNCH = "description.launch"
 # What the XML and the YAML form include; all forms include the second if the description is compiled at launch.
 PUBLISHER, STATICS = "robot_state_publisher.launch.py", "static_frames.launch.py"
 # The launch configuration with the path of the description and its arguments, as words of a command line.
 WORDS = "rosorin_compile_words"
-_STATICS_OUTPUT = "static_tf_json"
 _RULE = "package-not-carried"
-_CUT = "..."  # the end of a text that is shortened in lists
 
 
 class LaunchArgument(NamedTuple):
-    """A launch argument; ``default`` is None if it is required, ``choices`` are empty for any value."""
+    """A launch argument; ``default`` is None if it is required, ``choices`` are empty for any value.
+
+    ``passed_as`` is the argument of the description that gets its value, unless that is ``own``, the default there.
+    """
 
     name: str
     default: str | None
     help: str
     choices: tuple[str, ...] = ()
+    passed_as: str = ""
+    own: str | None = None
 
 
 class PackageFile(NamedTuple):
@@ -99,7 +100,7 @@ def launch_values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
     if carried is None:
         passed_on = [one for one in ARGUMENTS if one.name in (*COMMON, "use_sim_time")]
     else:
-        more += [one.argument for one in carried.passed]
+        more += carried.passed
         passed_on = [*(one for one in ARGUMENTS if one.name in COMMON), *more]
     joints = robot.published_by(ROBOT_STATE_PUBLISHER)
 
@@ -132,7 +133,7 @@ def launch_values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
         "plain": plain,
         "in_args": in_args,
         "prefix": PREFIX,
-        "screen": SCREEN,
+        "screen": ("joint_state_publisher", "joint_state_publisher_gui", "rviz2"),
         "carried": carried,
         "words": WORDS,
     }
@@ -152,18 +153,6 @@ def launch_files(carried: Carried | None) -> Iterator[PackageFile]:
 
 
 @dataclass(frozen=True)
-class PassedArgument:
-    """An argument of the description, and the launch argument for it.
-
-    ``own`` is the default in the description, or None: an argument with that value is not passed.
-    """
-
-    name: str
-    argument: LaunchArgument
-    own: str | None
-
-
-@dataclass(frozen=True)
 class Carried:
     """A description in a package: its main file, all its files by place, and its arguments.
 
@@ -172,7 +161,7 @@ class Carried:
 
     description: str
     files: Mapping[str, bytes]
-    passed: tuple[PassedArgument, ...]
+    passed: tuple[LaunchArgument, ...]
     urdf: str
     statics: str
     packages: tuple[str, ...]
@@ -180,7 +169,7 @@ class Carried:
     @property
     def required(self) -> bool:
         """Return True if a launch must set an argument."""
-        return any(one.argument.default is None for one in self.passed)
+        return any(one.default is None for one in self.passed)
 
 
 def carry(compiled: Compiled, request: Request, options: Options) -> tuple[Carried | None, list[Diagnostic]]:
@@ -220,7 +209,7 @@ def carry(compiled: Compiled, request: Request, options: Options) -> tuple[Carri
         files={place: read_bytes(file) for file, place in places.items()},
         passed=tuple(_passed(one, names[one.name], values) for one in arguments),
         urdf=main.output,
-        statics=next((one.output for one in compiled.artifacts if one.backend == _STATICS_OUTPUT), _STATICS_OUTPUT),
+        statics=next((one.output for one in compiled.artifacts if one.backend == "static_tf_json"), "static_tf_json"),
         packages=tuple(sorted(name for name in read if is_legal(name) and name != options.name)),
     ), []
 
@@ -257,7 +246,7 @@ def _mention(name: str, files: Iterable[Path]) -> Span | None:
     return None
 
 
-def _passed(one: Argument, launch_name: str, values: Mapping[str, Any]) -> PassedArgument:
+def _passed(one: Argument, launch_name: str, values: Mapping[str, Any]) -> LaunchArgument:
     own = default = None if one.required else _unquoted(one.default)
     if one.name in values and not one.required:
         value = values[one.name]
@@ -265,12 +254,12 @@ def _passed(one: Argument, launch_name: str, values: Mapping[str, Any]) -> Passe
     choices = [_unquoted(text) for text in one.allowed]
     if default is not None and choices and default not in choices:
         choices.append(default)
-    if any(text.endswith(_CUT) for text in choices):
+    if any(text.endswith("...") for text in choices):  # which are shortened
         choices = []
     help = one.help or f"the argument {one.name} of the description"
     if one.help and launch_name != one.name:
         help += f" ({one.name} of the description)"
-    return PassedArgument(one.name, LaunchArgument(launch_name, default, help, tuple(choices)), own)
+    return LaunchArgument(launch_name, default, help, tuple(choices), one.name, own)
 
 
 def _unquoted(written: str) -> str:

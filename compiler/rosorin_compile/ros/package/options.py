@@ -56,7 +56,6 @@ class Options:
     url: str = ""
     at_launch: bool = False
     starts: tuple[str, ...] = ()
-    description: str = ""
 
 
 def is_legal(name: str) -> bool:
@@ -83,10 +82,7 @@ def file_name(file: str, otherwise: str) -> str:
 
 
 def options_of(folder: Path, robot: str, requested: Mapping[str, Any], starts: Mapping[str, bool | None]) -> Options:
-    """Return the stored options of the package in a folder, changed by the ``requested`` ones that are not None.
-
-    ``starts`` turns launch files on and off. Raises RequestError.
-    """
+    """Return the stored options of a package, changed by those that are not None. Raises RequestError."""
     given = {key: value for key, value in requested.items() if value is not None}
     stored = stored_options(folder, Options(package_name(robot)))
     for key, (allowed, message) in _ALLOWED.items():

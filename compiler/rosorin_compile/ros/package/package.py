@@ -239,7 +239,6 @@ def _rendered(
     started: Bringup,
 ) -> dict[str, bytes]:
     """Return the files that are made from templates."""
-    options = options if options.description else replace(options, description=f"The robot {robot.name}.")
     rviz = "robot.rviz" if "/" in robot.name else file_name(f"{robot.name}.rviz", "robot.rviz")
     listed = [
         PackageFile(f"rviz/{rviz}", "rviz", "a view for RViz"),
@@ -256,7 +255,7 @@ def _rendered(
     has_license = options.license in LICENSES or is_file(target / LICENSE)
     values: dict[str, Any] = {
         "robot": robot,
-        "package": asdict(options),
+        "package": {**asdict(options), "description": f"The robot {robot.name}."},
         "depends": sorted({*_NODES, *_LAUNCH, *needs}),
         "folders": sorted(folders | ({Description.FOLDER} if carried else set())),
         "urdf": urdf.removeprefix("urdf/"),

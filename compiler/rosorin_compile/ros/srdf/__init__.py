@@ -1,7 +1,6 @@
 """The SRDF of a robot: what it is meant to contain, its text, and what such a text contains.
 
-It speaks of the links and joints of one URDF. Rules of the readers: ``ros-planning/srdfdom`` and
-``moveit/moveit2@{humble,jazzy}:moveit_core/robot_model``.
+Rules of the readers: ``ros-planning/srdfdom``, ``moveit/moveit2@{humble,jazzy}:moveit_core/robot_model``.
 """
 
 from __future__ import annotations
@@ -27,7 +26,6 @@ from .planning import Planning, planning_of, sort_pair, stale_text
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-    from rosorin_compile.source.tree import Map
     from rosorin_compile.source.xml.markup import Document
 
 Entries = Mapping[str, Mapping[str, Any]]
@@ -222,10 +220,6 @@ def _is_other(document: Document) -> bool:
     return document.root.tag == "robot" and bool(tags & _OWN) and not tags & {"link", "joint"}
 
 
-def _asked(tree: Map, _: str, name: str) -> Asked | None:
-    return Asked({"file": f"{name}.srdf"}) if "moveit" in tree else None
-
-
 _OWN = {"group", "group_state", "end_effector", "virtual_joint", "disable_collisions", "passive_joint"}
 
 _FINGERPRINT = Unsupported("tells whether the matrix is of this robot", quiet=True)
@@ -254,7 +248,7 @@ FORMAT = Format(
     read=read,
     join=reading.join,
     is_other=_is_other,
-    asked=_asked,
+    asked=lambda tree, _, name: Asked({"file": f"{name}.srdf"}) if "moveit" in tree else None,
     measures=True,
     syntax=xml_syntax,
     folder="srdf",

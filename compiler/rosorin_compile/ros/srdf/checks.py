@@ -1,8 +1,4 @@
-"""Mistakes in the section ``moveit``, for the URDF that its SRDF belongs to.
-
-MoveIt prints them among a hundred other lines, leaves out the group or the pair, and goes on. Unknown names are
-reported without an SRDF, too: by ``rules.joints`` and the rules of the section.
-"""
+"""Mistakes in the section ``moveit``, for the URDF that its SRDF belongs to; MoveIt prints them and goes on."""
 
 from __future__ import annotations
 

@@ -1,12 +1,10 @@
-"""What an SRDF speaks of: the links and joints of one URDF, the joints that a group has there, the root in the world.
+"""The links and joints of the URDF of an SRDF, the joints of each group there, and the root in the world.
 
 As MoveIt reads it (``moveit/moveit2@{humble,jazzy}:moveit_core/robot_model``): a chain goes from its tip up to its
-base, or over the link where the ways of both meet; a link stands for the joint that leads to it; a group has the joints
-of the groups in it.
+base, or over the link where the ways of both meet; a link stands for the joint that leads to it.
 
-Digests say whether the collision matrix was computed of this robot. Numbers go into them to nine decimals (1 nm, 1e-9
-of a turn), so that the last digit of a sine, which is not the same on every machine, does not make a matrix stale.
-Joints that carry no shape are not in them: a new frame of a sensor touches nothing.
+Digests say whether the collision matrix was computed of this robot. Numbers go into them to nine decimals, so that the
+last digit of a sine, which differs between machines, does not make a matrix stale. Joints without shapes do not count.
 """
 
 from __future__ import annotations
@@ -30,9 +28,7 @@ from rosorin_compile.source.diagnostics import count_of, first_of
 from rosorin_compile.source.files import read_bytes
 
 URDF = "urdf"
-ODOM, WORLD = "odom", "world"
 _DECIMALS = 9
-_SHOWN = 20  # pairs in a message
 _FORM = 1  # of the search: another one makes every matrix stale
 
 
@@ -217,7 +213,7 @@ class Planning:
         is_free = any(output.options.get("base") == "free" for output in self.robot.outputs)
         floats = is_free or edge is not None or any(pose.base is not None for pose in self.robot.poses)
         base = PLANAR if self.robot.drive is not None else FLOATING if floats else FIXED
-        parent = edge.parent if edge is not None else ODOM if base == PLANAR else WORLD
+        parent = edge.parent if edge is not None else "odom" if base == PLANAR else "world"
         return VirtualJoint(said.type or base, said.parent or parent, said.name)
 
     def joint_properties(self) -> dict[str, dict[str, str]]:
@@ -270,7 +266,7 @@ def sort_pair(pair: Pair) -> Pair:
 
 def stale_text(pairs: list[Pair]) -> str:
     """Return the pairs whose result may be wrong, in a sentence."""
-    names = first_of([f"{one} and {other}" for one, other in pairs], _SHOWN)
+    names = first_of([f"{one} and {other}" for one, other in pairs], 20)
     return f"{count_of(len(pairs), 'pair')} may collide now, though the SRDF still disables the check of {names}"
 
 

@@ -1,8 +1,7 @@
-"""An SRDF of others, read together with the robot that it belongs to: it becomes the section ``moveit``, and poses.
+"""An SRDF of others, read together with its robot: it becomes the section ``moveit``, and poses.
 
-MoveIt passes over what it does not know (``moveit/srdfdom@ros2:src/model.cpp``, ``moveit_core/robot_model``): a link
-that the URDF lacks, a group without a joint, a state of another group. This is left out here, too, and listed. Joints
-of a second chain of a group are named one by one.
+MoveIt passes over what it does not know (``moveit/srdfdom@ros2:src/model.cpp``, ``moveit_core/robot_model``). This is
+left out here, too, and listed. Joints of a second chain of a group are named one by one.
 """
 
 from __future__ import annotations

@@ -169,10 +169,7 @@ class Element:
 
 
 class Document:
-    """A text read as XML: its root, and the remarks around it.
-
-    ``origin`` returns places in files it was made of; ``whole`` is the place of everything in an artifact.
-    """
+    """A text read as XML: its root, and the remarks around it."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
@@ -180,8 +177,8 @@ class Document:
         self.before: list[Remark] = []
         self.after: list[Remark] = []
         self.root = Element(self, "", None, 0)
-        self.origin: Callable[[int, int], Span] | None = None
-        self.whole: Span | None = None
+        self.origin: Callable[[int, int], Span] | None = None  # returns places in files that the text was made of
+        self.whole: Span | None = None  # the place of everything in an artifact
 
     def span(self, start: int, length: int = 1) -> Span:
         """Return the place of the characters from an offset on; it ends with the line at the latest."""
@@ -320,9 +317,8 @@ class _Reader:
 
     def remark(self, kind: str, text: str, end: str) -> None:
         start = self.here()
-        made = Remark(
-            kind, text.strip() if kind == INSTRUCTION else text, start, self.text.index(end, start) + len(end)
-        )
+        text = text.strip() if kind == INSTRUCTION else text
+        made = Remark(kind, text, start, self.text.index(end, start) + len(end))
         outside = self.document.after if self.count else self.document.before
         (self.open.content if self.open else outside).append(made)
 

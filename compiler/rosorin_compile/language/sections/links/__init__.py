@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from pathlib import Path as FilePath
 from typing import Any
 
 from rosorin_compile.model import Inertial, Link, Transform
@@ -13,7 +15,9 @@ from rosorin_compile.model.link import Source, inertial_of, together
 from rosorin_compile.model.sections import Section
 from rosorin_compile.model.shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
 from rosorin_compile.model.simulation import Marked
-from rosorin_compile.source.tree import Path
+from rosorin_compile.source.files import is_file
+from rosorin_compile.source.packages import Packages
+from rosorin_compile.source.tree import Map, Path
 from rosorin_compile.source.wording import phrase
 
 from ...lower import Lowering, LoweringError, entries_of, record_of, vector_of
@@ -27,25 +31,23 @@ _MARKS = {"sites": "site", "cameras": "camera", "lights": "light"}
 
 
 def _links(tree: Mapping[str, Any], lowering: Lowering) -> None:
-    lowering.links += [_link(lowering, name, entry or {}) for name, entry in entries_of(tree, "links")]
-
-
-def _link(lowering: Lowering, name: str, entry: Mapping[str, Any]) -> Link:
-    path: Path = ("links", name)
-    lowering.place("link", name, path)
-    source = record_of(Source, entry.get("source"))
-    shapes: dict[str, tuple[Shape, ...]] = {}
-    for key in ("visual", "collision"):
-        make = partial(_shapes, lowering, entry, (*path, key), source)
-        shapes[key] = lowering.share((id(entry.get(key)), source), make)
-    inertial = None
-    if "inertial" in entry:
-        with lowering.reporting(f' (link "{name}" inertial)'):
-            made = partial(_inertial, lowering, entry["inertial"], (*path, "inertial"), shapes)
-            inertial = lowering.share((id(entry["inertial"]), *map(id, shapes.values())), made)
-    marks = [(tag, *mark) for key, tag in _MARKS.items() for mark in (entry.get(key) or {}).items()]
-    marked = tuple(record_of(Marked, mark, tag=tag, name=str(label)) for tag, label, mark in marks)
-    return record_of(Link, entry, name=name, inertial=inertial, **shapes, source=source, marked=marked)
+    for name, value in entries_of(tree, "links"):
+        path, entry = ("links", name), value or {}
+        lowering.place("link", name, path)
+        source = record_of(Source, entry.get("source"))
+        shapes: dict[str, tuple[Shape, ...]] = {}
+        for key in ("visual", "collision"):
+            make = partial(_shapes, lowering, entry, (*path, key), source)
+            shapes[key] = lowering.share((id(entry.get(key)), source), make)
+        inertial = None
+        if "inertial" in entry:
+            with lowering.reporting(f' (link "{name}" inertial)'):
+                made = partial(_inertial, lowering, entry["inertial"], (*path, "inertial"), shapes)
+                inertial = lowering.share((id(entry["inertial"]), *map(id, shapes.values())), made)
+        marks = [(tag, *mark) for key, tag in _MARKS.items() for mark in (entry.get(key) or {}).items()]
+        marked = tuple(record_of(Marked, mark, tag=tag, name=str(label)) for tag, label, mark in marks)
+        link = record_of(Link, entry, name=name, inertial=inertial, **shapes, source=source, marked=marked)
+        lowering.links.append(link)
 
 
 def _shapes(lowering: Lowering, link: Mapping[str, Any], path: Path, source: Source) -> tuple[Shape, ...]:
@@ -178,7 +180,14 @@ def _solid(lowering: Lowering, shape: Shape, path: Path) -> Inertial:
     mesh = shape.geometry
     if not isinstance(mesh, Mesh):
         return inertial_of([shape], density=1.0)
-    file = lowering.mesh_file(mesh.file, path[:2])
+    # Relative to the file of the link, to that of the robot, or in the folder of its source.
+    here, first = (FilePath(span.source.path) for span in (lowering.tree.locate(path[:2]).span, lowering.tree.span))
+    folders, source = [here.parent, first.parent], lowering.tree.get("source")
+    if isinstance(source, Map) and isinstance(source.get("folder"), str):
+        folders.append(first.parent / source["folder"])
+    packages = Packages({}, os.environ, here)
+    found = (packages.resolve(mesh.file, folder) for folder in folders)
+    file = next((file for file in found if file is not None and is_file(file)), None)
     help = "list primitive shapes of the same body: of: [box: {size: [...]}], or give the inertia"
     if file is None:
         message = f"the volume of the mesh {mesh.file} is unknown: no such file"

@@ -13,8 +13,7 @@ from rosorin_compile.source.diagnostics import NOTE, Diagnostic, first_of
 from rosorin_compile.source.rule_registry import Heading, rule
 from rosorin_compile.source.tree import Path
 
-from .hardware import SYSTEM, Block, Interface, sensor_words
-from .urdf import blocks, check_control
+from .hardware import SYSTEM, Block, Interface, blocks, check_control, sensor_words
 
 
 def control_of(tree: Mapping[str, Any], _: Problem) -> tuple[Block, ...]:

@@ -1,11 +1,28 @@
-"""Control: the hardware of ros2_control, as ``<ros2_control>`` of a URDF has it."""
+"""Hardware blocks of ros2_control, and ``<ros2_control>`` in a URDF as its parser reads it on Humble or Jazzy.
+
+Rules and words of both: ``ros-controls/ros2_control@{humble,jazzy}:hardware_interface/src/component_parser.cpp``,
+``resource_manager.cpp`` and ``mock_components/generic_system.cpp``.
+"""
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
 
+from rosorin_compile.formats.format import HUMBLE, described_by
+from rosorin_compile.formats.templating import Templates
+from rosorin_compile.formats.urdf.write import joints_of
+from rosorin_compile.model import Joint, Output, Robot
 from rosorin_compile.model.link import NO_SOURCE, Source
+from rosorin_compile.rules.case import Case, number
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Help, Suggestion, count_of, quote
+from rosorin_compile.source.numbers import NumberFormat
+from rosorin_compile.source.tree import Path, value_at
+from rosorin_compile.source.units import Quantity, describe, parse_unit
+from rosorin_compile.source.wording import suggest, swaps
 
 from ...ports import facts
 
@@ -16,6 +33,12 @@ POSITION, VELOCITY, EFFORT, ACCELERATION = "position", "velocity", "effort", "ac
 JOINT_WORDS = (POSITION, VELOCITY, ACCELERATION, EFFORT)
 
 Words = Mapping[str, str | float | bool]
+OPTION = "control"
+# What other tools and people write for the words of ros2_control.
+_WORDS = {"pos": POSITION, "vel": VELOCITY, "speed": VELOCITY, "torque": EFFORT, "force": EFFORT, "acc": ACCELERATION}
+_SIMILAR = 0.8
+_UNITS = {POSITION: ("rad", "m"), VELOCITY: ("rad/s", "m/s"), EFFORT: ("N*m", "N"), ACCELERATION: ("rad/s^2", "m/s^2")}
+_LATER = {"group": "group", "rate": "rate", "is_async": "async", "thread_priority": "thread_priority"}
 
 
 def sensor_words(kind: str) -> tuple[str, ...]:
@@ -108,3 +131,214 @@ class Block:
         """Yield the joints, sensors and gpio, each with its section."""
         for section, found in (("joints", self.joints), ("sensors", self.sensors), ("gpio", self.gpio)):
             yield from ((section, one) for one in found)
+
+
+def hardware_distro(output: Output) -> str:
+    """Return the distribution that an output has hardware blocks for, humble or jazzy; empty for none."""
+    said = output.options.get(OPTION)
+    return described_by(str(said)) if said else ""
+
+
+def blocks(robot: Robot, output: Output, number: NumberFormat) -> list[str]:
+    """Return the hardware blocks of an output as elements of a URDF."""
+    distribution = hardware_distro(output)
+    humble = distribution == HUMBLE
+
+    def word(value: object) -> str:
+        if isinstance(value, bool):
+            return "true" if value else "false"
+        return number(value) if isinstance(value, float) else str(value)
+
+    def given(values: Mapping[str, Any]) -> dict[str, Any]:
+        return {key: value for key, value in values.items() if value is not None}
+
+    texts = []
+    for block in robot.control if distribution else ():
+        mimics = {}
+        for one in block.joints:
+            joint = robot.joint[one.name]
+            mimics[one.name] = written = {"attributes": dict[str, Any](), "params": dict[str, Any]()}
+            if not humble and joint.mimic is not None:
+                written["attributes"] = {"mimic": follows(joint, one)}
+            elif humble and joint.mimic is not None and follows(joint, one):
+                written["params"] = {"mimic": joint.mimic.joint, "multiplier": joint.mimic.multiplier}
+        attributes = {"rw_rate": block.rate, "is_async": block.is_async, "thread_priority": block.thread_priority}
+        values = {
+            "word": word,
+            "given": given,
+            "humble": humble,
+            "block": block,
+            "mimics": mimics,
+            "joints": [_joint(robot, block, one) for one in block.joints],
+            "attributes": {} if humble else given(attributes),
+        }
+        texts.append(Templates.own("ros/ros2_control.xml.jinja", values).rstrip("\n"))
+    return texts
+
+
+def _joint(robot: Robot, block: Block, one: Component) -> Component:
+    """Return a joint with the limits of its commands and with the positions of the pose of its block."""
+    joint, command, state = robot.joint[one.name], [], []
+    for interface in one.command:
+        low, high = joint.limits_of(interface.name) if one.limits is True else (None, None)
+        low = interface.min if interface.min is not None else low
+        high = interface.max if interface.max is not None else high
+        command.append(replace(interface, min=low, max=high))
+    for interface in one.state:
+        starts = interface.name == POSITION and interface.initial is None and block.pose
+        initial = robot.position(joint, robot.positions(block.pose)) if starts else interface.initial
+        state.append(replace(interface, initial=initial))
+    return replace(one, command=tuple(command), state=tuple(state))
+
+
+def follows(joint: Joint | None, component: Component) -> bool:
+    """Return True if a joint of a block follows its leader in the hardware."""
+    return joint is not None and joint.mimic is not None and component.mimic is not False
+
+
+def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
+    """Find what is wrong with the hardware blocks of an output; what holds for all outputs is reported once."""
+    if not case.robot.control:
+        message = f'output "{output.name}" asks for hardware blocks, and the description has none'
+        help = "describe one: control: {NAME: {plugin: PLUGIN, joints: {JOINT: {command: position}}}}"
+        yield case.problem("control-ignored", message, ("outputs", output.name, OPTION), help)
+        return
+    first = next((one for one in case.robot.outputs if one.backend == output.backend and hardware_distro(one)), None)
+    if first is not None and first.name == output.name:
+        owners: dict[tuple[str, str, str], Block] = {}
+        for block in case.robot.control:
+            yield from _block(case, block, owners)
+    if not case.robot.is_tree:  # the cause of the rest, and no output knows its links
+        return
+    carried = {joint.name for joint in joints_of(case.robot, output)}
+    for block in case.robot.control:
+        for one in block.joints:
+            if one.name in case.robot.joint:  # else there is a rule of its own
+                yield from _check_joint(case, block, one, output, one.name in carried)
+        if hardware_distro(output) != HUMBLE:
+            continue
+        unread: list[Path] = [(key,) for field, key in _LATER.items() if getattr(block, field) not in (None, "")]
+        for section, one in block.components():
+            for key, _, interface in _interfaces(one) if section != "gpio" else ():
+                values = {"data_type": interface.data_type, "size": interface.size}
+                words = [word for word, value in values.items() if value not in (None, "")]
+                unread += [(section, one.name, key, interface.name, word) for word in words]
+        for path in unread:
+            message = f"Humble does not read {path[-1]}{' here' if path[1:] else ''}"
+            yield _problem(case, block, "control-ignored", message, path, key=True)
+
+
+def _problem(case: Case, block: Block, rule: str, message: str, path: Path, help: Help = "", **more: Any) -> Diagnostic:
+    """Return a diagnostic at a path in a hardware block."""
+    return case.problem(rule, f'hardware block "{block.name}": {message}', ("control", block.name, *path), help, **more)
+
+
+def _interfaces(one: Component) -> Iterator[tuple[str, int, Interface]]:
+    """Yield the interfaces of a component with the key and the place in the list."""
+    for key, interfaces in (("command", one.command), ("state", one.state)):
+        yield from ((key, index, interface) for index, interface in enumerate(interfaces))
+
+
+def _block(case: Case, block: Block, owners: dict[tuple[str, str, str], Block]) -> Iterator[Diagnostic]:
+    """Yield what is wrong with a block, whatever output has it; ``owners`` are the first blocks with an interface."""
+    problem = partial(_problem, case, block)
+    if block.type == ACTUATOR and len(block.joints) != 1:
+        message = f"an actuator has one joint, not {count_of(len(block.joints), 'joint')}"
+        yield problem("control-type", message, ("type",))
+    yield from _params(case, block, block.params, "the block", ())
+    for section, one in block.components():
+        path, of = (section, one.name), f'{section.removesuffix("s")} "{one.name}"'
+        if one.command and block.type == SENSOR:
+            message = f'"{one.name}" has commands, and a sensor takes none'
+            yield problem("control-type", message, (*path, "command"), key=True)
+        yield from _params(case, block, one.params, of, path)
+        for name in ("mimic", "multiplier") if section == "joints" else ():
+            if name in one.params:
+                message = f'{of} has a parameter "{name}", which comes from the mimic of the joint'
+                yield problem("control-param", message, (*path, "params", name), key=True)
+        yield from _words(case, block, section, one, of)
+        if section == "joints" and one.name not in case.robot.joint:
+            continue  # which has a rule of its own
+        is_sliding = section == "joints" and case.robot.joint[one.name].type == "prismatic"
+        for key, _, interface in _interfaces(one) if section == "joints" else ():
+            wanted, name = _UNITS.get(interface.name, ("", ""))[is_sliding], f'{interface.name} of joint "{one.name}"'
+            unit = parse_unit(wanted) if wanted else None
+            for word in ("min", "max", "initial"):
+                value = value_at(case.tree, ("control", block.name, *path, key, interface.name, word))
+                if unit is not None and isinstance(value, Quantity) and value.dimension != unit[1]:
+                    message = f"the {name} is {describe(unit[1])}, but {value.text or number(value)} is "
+                    place = (*path, key, interface.name, word)
+                    yield problem("wrong-unit", message + describe(value.dimension), place, f"write it in {wanted}")
+            low, high = interface.min, interface.max
+            if low is not None and high is not None and low > high:
+                message = f"the {name} goes from {number(low)} to {number(high)}"
+                yield problem("control-limit", message, (*path, key, interface.name, "min"))
+        for key, names in (("command", one.commands), ("state", one.states)):
+            firsts = {name: owners.setdefault((key, one.name, name), block) for name in names}
+            if taken := [name for name, first in firsts.items() if first is not block]:
+                first = firsts[taken[0]]
+                message = f'"{one.name}" has the {key} {quote(taken)}, which hardware block "{first.name}" has, too'
+                there = case.related("first defined here", ("control", first.name, section, one.name), key=True)
+                yield problem("control-interface", message, path, related=[there], key=True)
+
+
+def _params(case: Case, block: Block, params: Words, of: str, path: Path) -> Iterator[Diagnostic]:
+    for name, value in params.items():
+        if isinstance(value, str) and not value.strip():
+            message = f'the parameter "{name}" of {of} is empty: ros2_control does not read the URDF then'
+            yield _problem(case, block, "control-param", message, (*path, "params", name))
+
+
+def _words(case: Case, block: Block, section: str, one: Component, of: str) -> Iterator[Diagnostic]:
+    """Yield a component without interfaces, and interfaces that are nearly words of ros2_control."""
+    problem, path = partial(_problem, case, block, "control-interface"), (section, one.name)
+    types = {sensor.name: sensor.type for sensor in case.robot.sensors}
+    if not one.command and not one.state:
+        details = "list its interfaces: command, state"
+        help: Help = Suggestion(one.name, types, details=details) if section == "sensors" else details
+        severity = ERROR if section == "sensors" else WARNING
+        yield problem(f"{of} has no interface", path, help, severity=severity, key=True)
+    known = {"joints": JOINT_WORDS, "sensors": sensor_words(types.get(one.name, ""))}.get(section, ())
+    for key, index, interface in _interfaces(one):
+        entry = value_at(case.tree, ("control", block.name, *path, key))  # one word, a list, or a mapping
+        place: Path = (*path, key)
+        if isinstance(entry, (Mapping, list)):
+            place = (*place, interface.name if isinstance(entry, Mapping) else index)
+        word = interface.name
+        near = _WORDS.get(word.casefold(), "")
+        if near not in known:
+            near = next(iter(difflib.get_close_matches(word.casefold(), known, n=1, cutoff=_SIMILAR)), "")
+        if near and word not in known:  # hardware may have words of its own, but not with two letters swapped
+            severity = ERROR if near in swaps(word) else WARNING
+            message = f'{of} has the {key} "{word}", which no controller asks for'
+            yield problem(message, place, suggest(near), severity=severity, key=place[-1] == word)
+        yield from _params(case, block, interface.params, f'the {key} "{word}" of {of}', place)
+
+
+def _check_joint(case: Case, block: Block, one: Component, output: Output, is_carried: bool) -> Iterator[Diagnostic]:
+    """Yield what is wrong with a joint of a block in one URDF; ``is_carried`` says if the URDF has the joint."""
+    humble, joint, path = hardware_distro(output) == HUMBLE, case.robot.joint[one.name], ("joints", one.name)
+    problem = partial(_problem, case, block, related=[case.related("the joint", case.joint(joint), key=True)], key=True)
+    name = f'joint "{one.name}"'
+    if not joint.moves:
+        yield problem("control-joint", f"{name} is {joint.type}: it has no position to control", path)
+        return
+    if not is_carried:
+        why = "Humble ignores this, other readers refuse the URDF" if humble else "Jazzy refuses the URDF"
+        severity = WARNING if humble else ERROR
+        yield problem("control-joint", f"{name} is not in {output.file}: {why}", path, severity=severity)
+    if one.mimic and joint.mimic is None:
+        message = f"{name} is to follow a leader, and the joint has no mimic"
+        yield problem("control-mimic", message, (*path, "mimic"), "give the joint its mimic, or remove this", key=False)
+    if not follows(joint, one) or joint.mimic is None:
+        return
+    name = f'{name} follows "{joint.mimic.joint}"'
+    problem = partial(
+        problem, "control-mimic", related=[case.related("its mimic", case.joint(joint, "mimic"), key=True)]
+    )
+    if one.command and not humble:
+        yield problem(f"{name}: on Jazzy a follower has no command", (*path, "command"))
+    if joint.mimic.joint not in [other.name for other in block.joints]:
+        yield problem(f"{name}, which is not in the block", path)
+    if humble and joint.mimic.offset:
+        yield problem(f"{name} with an offset, which the mock hardware of Humble ignores", path, severity=WARNING)

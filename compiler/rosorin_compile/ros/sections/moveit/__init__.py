@@ -67,10 +67,7 @@ class Ball:
 
 @dataclass(frozen=True)
 class CollisionSearch:
-    """How a matrix is computed: how many states are tried, where they begin, and the share that counts as always.
-
-    ``clearance`` is how near (m) a pair may come that is called Never.
-    """
+    """How a matrix is computed: states, seed, the share that counts as always, and the least distance (m) for never."""
 
     trials: int = 10_000
     seed: int = 1

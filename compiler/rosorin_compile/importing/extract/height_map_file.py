@@ -1,4 +1,4 @@
-"""Replace the height map in a description file.
+"""Write a height map as YAML, or replace the one in a description file.
 
 The lines of a height map are edited in place; comments and everything else stay as they are. Afterwards the old and the
 new text are parsed and compared: they differ in this height map and nowhere else.
@@ -7,22 +7,57 @@ new text are parsed and compared: they differ in this height map and nowhere els
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from rosorin_compile.model import HeightMap
 from rosorin_compile.model.mesh_triangles import ExtractProblem
 from rosorin_compile.source.diagnostics import Source, Span
 from rosorin_compile.source.load import LoadError, parse_yaml, read_utf8
+from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.yaml_text import Scalar
 
-from .results import length, row, source_line
+from ..layout import escape
 from .sources import GridOptions
 
 _HELP = "write it in block style without anchors and aliases; or write a file with -o FILE, and paste it"
+
+
+def height_map_yaml(link: str, height_map: HeightMap, status: str, note: str) -> str:
+    """Return a section ``links`` with a height map as the collision of a link."""
+    cell = _length(height_map.cell)
+    lines = [
+        "links:",
+        f"  {Scalar(escape(link)).as_text(True)}:",
+        "    collision:",
+        "      - height_map:",
+        f"          origin: {_row(height_map.origin)}",
+        f"          cell: {cell}",
+        *([f"          step: {_length(height_map.step)}"] if height_map.step != height_map.cell else []),
+        f"          method: {Scalar(height_map.method).in_quotes()}",
+        f"          heights:           # one row per {cell} of x, one number per {cell} of y; 0 means no body",
+        *(f"            - {_row(heights)}" for heights in height_map.heights),
+    ]
+    if isinstance(height_map.bottom, float) and height_map.bottom:
+        lines.append(f"          bottom: {_length(height_map.bottom)}")
+    return "\n".join([*lines, f"        {_source_line(status, note)}"]) + "\n"
+
+
+def _row(values: Iterable[float]) -> str:
+    """Return numbers as a YAML list on one line."""
+    return f"[{', '.join(map(exact, values))}]"
+
+
+def _length(value: float) -> str:
+    """Return a length in millimetres where that is exact, else in metres: 10 mm."""
+    millimetres = float(f"{value * 1000:.12g}")
+    return f"{exact(millimetres)} mm" if millimetres / 1000 == value else exact(value)
+
+
+def _source_line(status: str, note: str) -> str:
+    return f"source: {{status: {status}, note: {Scalar(note).in_quotes()}}}"
 
 
 @dataclass(frozen=True)
@@ -33,11 +68,6 @@ class MapEntry:
     link: str
     index: int
     entry: Map
-
-    @property
-    def line(self) -> int:
-        """The line of the key ``height_map``."""
-        return self.entry.key_spans["height_map"].line
 
     @property
     def numbers(self) -> HeightMap | None:
@@ -54,14 +84,12 @@ class MapEntry:
     def complete(self, grid: GridOptions) -> GridOptions:
         """Return options with the grid and the step of this map as defaults. Raises ExtractProblem."""
         old = self.numbers
-        if old is not None:
-            size = grid.size or (len(old.heights) * old.cell, len(old.heights[0]) * old.cell)
-            cell, origin, step = grid.cell or old.cell, grid.origin or old.origin, grid.step or old.step
-            return replace(grid, cell=cell, origin=origin, size=None if grid.cells else size, step=step)
-        if None in (grid.cell, grid.origin) or (grid.cells is None and grid.size is None):
-            message = f"the grid of the height map of {self.link} is not written in numbers"
-            raise ExtractProblem.new("extract-into", message, "give --cell, --origin and --cells")
-        return grid
+        if old is None:
+            message = f"the height map of {self.link} is not written in numbers"
+            raise ExtractProblem.new("extract-into", message, _HELP)
+        size = grid.size or (len(old.heights) * old.cell, len(old.heights[0]) * old.cell)
+        cell, origin, step = grid.cell or old.cell, grid.origin or old.origin, grid.step or old.step
+        return replace(grid, cell=cell, origin=origin, size=None if grid.cells else size, step=step)
 
 
 def find_map(path: Path, link: str | None) -> MapEntry:
@@ -93,24 +121,25 @@ def replace_map(entry: MapEntry, new: HeightMap, status: str, note: str) -> str:
     texts = {
         key: text
         for key, value, text in (
-            ("origin", list(new.origin), row(new.origin)),
-            ("cell", new.cell, length(new.cell)),
-            ("step", new.step, length(new.step)),
+            ("origin", list(new.origin), _row(new.origin)),
+            ("cell", new.cell, _length(new.cell)),
+            ("step", new.step, _length(new.step)),
             ("method", new.method, Scalar(new.method).in_quotes()),
         )
         if old.get(key, new.cell if key == "step" else None) != value
     }
     lines = [line.rstrip("\r") for line in entry.source.text.split("\n")]
     indent = " " * (min(span.column for span in old.key_spans.values()) - 1)
-    heights = [f"{indent}  - {row(heights)}" for heights in new.heights]
+    heights = [f"{indent}  - {_row(heights)}" for heights in new.heights]
     edits = [_edit(lines, old.key_spans["heights"], "heights:", heights)]
     edits += [_edit(lines, old.key_spans[key], f"{key}: {text}") for key, text in texts.items() if key in old]
-    edits.append((entry.line, entry.line, [f"{indent}{key}: {text}" for key, text in texts.items() if key not in old]))
+    top = spans["height_map"].line
+    edits.append((top, top, [f"{indent}{key}: {text}" for key, text in texts.items() if key not in old]))
     if "source" in spans:
-        edits.append(_edit(lines, spans["source"], source_line(status, note)))
+        edits.append(_edit(lines, spans["source"], _source_line(status, note)))
     else:
         end = _block_end(lines, spans["height_map"])
-        edits.append((end, end, [" " * (spans["height_map"].column - 1) + source_line(status, note)]))
+        edits.append((end, end, [" " * (spans["height_map"].column - 1) + _source_line(status, note)]))
     for start, stop, new_lines in sorted(edits, key=lambda edit: edit[:2], reverse=True):
         lines[start:stop] = new_lines
     text = ("\r\n" if "\r\n" in entry.source.text else "\n").join(lines)
@@ -118,10 +147,10 @@ def replace_map(entry: MapEntry, new: HeightMap, status: str, note: str) -> str:
         before, after = parse_yaml(entry.source), parse_yaml(Source(entry.source.path, text))
         entries = [tree["links"][entry.link]["collision"][entry.index] for tree in (before, after)]
         written = MapEntry(entry.source, entry.link, entry.index, entries[1]).numbers
-        is_right = written == replace(new, method="", bottom=0.0) and entries[1].pop("source")["status"] == status
-        entries[0].pop("source", None)
-        for key in ("heights", "origin", "cell", "method", "step"):
-            for collision in entries:
+        is_right = written == replace(new, method="", bottom=0.0) and entries[1]["source"]["status"] == status
+        for collision in entries:
+            collision.pop("source", None)
+            for key in ("heights", "origin", "cell", "method", "step"):
                 collision["height_map"].pop(key, None)
     except (LoadError, KeyError, IndexError, TypeError):
         is_right = False
@@ -150,23 +179,3 @@ def _block_end(lines: list[str], key: Span) -> int:
                 break
             end = number + 1
     return end
-
-
-def changes(entry: MapEntry, new: HeightMap, status: str) -> list[str]:
-    """Describe what a new height map changes."""
-    old = entry.numbers
-    if old is None or _grid_text(old) != _grid_text(new):
-        lines = [f"grid {_grid_text(old) if old else 'written in expressions'} -> {_grid_text(new)}"]
-    else:
-        pairs = [pair for rows in zip(old.heights, new.heights, strict=True) for pair in zip(*rows, strict=True)]
-        differences = [abs(a - b) for a, b in pairs if a != b]
-        largest = max(differences, default=0.0) * 1000
-        lines = [f"cells changed: {len(differences)} of {len(pairs)}, by up to {largest:.1f} mm"]
-    source: Any = entry.entry.get("source")
-    before = source.get("status", "not given") if isinstance(source, Map) else "not given"
-    return [*lines, f"source: {before} -> {status}" if before != status else f"source: {status}"]
-
-
-def _grid_text(one: HeightMap) -> str:
-    size = f"{len(one.heights)} x {len(one.heights[0])} cells of {one.cell * 1000:g} mm"
-    return f"{size} from {one.origin[0]:g}, {one.origin[1]:g}"

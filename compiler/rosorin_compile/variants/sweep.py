@@ -1,32 +1,126 @@
-"""Compile the variants of a list, and write each into a folder of its own."""
+"""Compile the variants of a list: as values, or each written into a folder of its own."""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import closing, nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from rosorin_compile.formats.compilation import Variant
-from rosorin_compile.language.arguments import declared_arguments as declared_arguments
+from rosorin_compile.formats.compilation import Compiled, Variant
+from rosorin_compile.language.arguments import declared_arguments, from_python
 from rosorin_compile.output import OutputError
 from rosorin_compile.request import FilePath, Packages, Request, Values, Warn
-from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName, and_more, count_of
+from rosorin_compile.source.diagnostics import (
+    ERROR,
+    NOTE,
+    WARNING,
+    Diagnostic,
+    RequestError,
+    Source,
+    UnknownName,
+    and_more,
+    count_of,
+    error,
+)
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.tree import Map
 from rosorin_compile.source.version import __version__
 
-from .compiling import Job, Result, compile_variant, entry_of, from_json, input_digest, plain, state_digest
+from .compiling import (
+    Job,
+    Result,
+    compile_in_order,
+    compile_only,
+    compile_variant,
+    connect,
+    cores,
+    entry_of,
+    from_json,
+    input_digest,
+    plain,
+    state_digest,
+)
 from .folder import VariantsFolder
-from .pool import compile_in_order, connect, cores
-from .variants import Variants
+from .variants import NAME, Variants, wrong_name
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 MAX_FAILED = 20  # variants whose errors are reported
 _OF_VARIANT = ("output-not-ours", "output-in-the-way", "output-folder", "output-foreign", "output-name")
+
+
+def sweep(
+    robot: FilePath | Request,
+    variants: FilePath | Mapping[str, Any] | Iterable[Any],
+    arguments: Values = None,
+    packages: Packages = None,
+    client: Client | None = None,
+    *,
+    trust: bool = False,
+) -> Iterator[Compiled]:
+    """Compile a description with the arguments of each variant; nothing is written.
+
+    Args:
+        variants: A CSV or YAML file or a folder as in ``sweep --over``, arguments by name, or an iterable of pairs of a
+            name and arguments or of tables with ``name`` among the arguments.
+        arguments: Arguments of all variants, which those of a variant override.
+        client: A ``distributed.Client`` on whose cluster the variants are compiled.
+
+    Yields:
+        A ``Compiled`` for each variant, in order; errors in the list itself are one ``Compiled`` without a variant.
+
+    Raises:
+        OutputError: The cluster fails.
+
+    Example:
+        >>> import rosorin_compile
+        >>> variants = {"low": {"base": "fixed"}, "wrong": {"base": "tall"}}
+        >>> for compiled in rosorin_compile.sweep("examples/unitree_a1", variants):
+        ...     print(compiled.variant.name, compiled.robot)
+        low <Robot unitree_a1: 23 links, 22 joints (12 that move), 5 sensors>
+        wrong None
+    """
+    request = Request.of(robot, arguments, packages, trust=trust)
+    if request.problems:
+        yield request.compile()
+        return
+    values = request.values()
+    listed: Iterable[Variant] = ()
+    declared, wrong = declared_arguments(request.description.path, values, request.packages)
+    wrong = [problem for problem in wrong if problem.severity == ERROR]
+    if isinstance(variants, (str, os.PathLike)):
+        listed = file = Variants(Path(os.fsdecode(variants)), [argument.name for argument in declared])
+        wrong = wrong or file.check()
+    elif isinstance(variants, Iterable):
+        listed = map(_variant, variants.items() if isinstance(variants, Mapping) else variants)
+    else:
+        wrong = [error("variants-list", f"variants are a file, a mapping or a list, not {variants!r}", None)]
+    if wrong:
+        yield Compiled(None, (), wrong, ())
+        return
+    work = partial(compile_only, Job(replace(request, warn=None), values))
+    for variant, made in compile_in_order(listed, work, client=client):
+        yield Compiled(None, (), [made], (), variant=variant) if isinstance(made, Diagnostic) else made
+
+
+def _variant(entry: Any) -> Variant:
+    """Return the variant of a pair of a name and arguments, or of arguments with a name among them."""
+    if isinstance(entry, Mapping):
+        name, arguments = entry.get(NAME, ""), {key: value for key, value in entry.items() if key != NAME}
+    else:
+        name, arguments = entry if isinstance(entry, (tuple, list)) and len(entry) == 2 else ("", entry)
+    values, wrong = from_python({} if arguments is None else arguments)
+    tree = Map(Source("variants", "").span())
+    tree.update(values)
+    variant = Variant(name if isinstance(name, str) else "", tree)
+    return replace(variant, diagnostics=(*wrong, *wrong_name(variant)))
 
 
 @dataclass(frozen=True)
@@ -101,7 +195,7 @@ def write_sweep(
         shared = request.values()
         declared, wrong = declared_arguments(description.path, shared, request.packages)
         types = {argument.name: argument.type for argument in declared}
-        wrong = [problem for problem in wrong if problem.severity == "error"]
+        wrong = [problem for problem in wrong if problem.severity == ERROR]
         listed = Variants(over, list(types), whole, description.path.parent if types.get(whole) == "text" else None)
         if whole and not listed.is_folder:
             raise RequestError("--as goes with a folder of files, one per variant")
@@ -135,10 +229,20 @@ class _Writer:
 
     def run(self, jobs: int | None, dask: str) -> None:
         """Compile all variants and write ``sweep.json``. Raises OutputError, LoadError."""
+        path, shared = self.job.request.description.path, self.job.shared
+        head: dict[str, Any] = {"tool": __version__, "description": os.path.relpath(path, self.folder.path)}
+        head |= {"arguments": plain(shared)} if shared else {}
+        work, jobs = partial(compile_variant, self.job), min(jobs or cores(), len(self.variants))
         try:
             cluster = closing(connect(dask)) if dask else nullcontext()
-            with cluster as client, self.folder.hold():
-                self._compile(min(jobs or cores(), len(self.variants)), client)
+            with cluster as client, self.folder.hold(), self.folder.index(head) as add:
+                for variant, result in compile_in_order(self.variants, work, jobs, client, self._unchanged):
+                    entry = result if isinstance(result, dict) else self._write(variant, result)
+                    self.counts["unchanged" if result is entry else entry["status"]] += 1
+                    add(entry)
+                    self._report(entry)
+                    Progress.step("variants", sum(self.counts.values()), len(self.variants))
+                self._forget()
         except OSError as problem:
             raise OutputError.from_os_error(problem, self.folder.path, "write") from None
         except KeyboardInterrupt:
@@ -148,21 +252,7 @@ class _Writer:
             self.tell(from_json(json.loads(remark), f"{first}{and_more(count - 1)}"))
         if self.edited:
             message = f"{count_of(self.edited, 'variant')} had edited or missing artifacts, and were written again"
-            self.tell(Diagnostic("variant-outdated", "warning", message, help="edit a copy elsewhere"))
-
-    def _compile(self, jobs: int, client: Any) -> None:
-        path, shared = self.job.request.description.path, self.job.shared
-        head: dict[str, Any] = {"tool": __version__, "description": os.path.relpath(path, self.folder.path)}
-        head |= {"arguments": plain(shared)} if shared else {}
-        work = partial(compile_variant, self.job)
-        with self.folder.index(head) as add:
-            for variant, result in compile_in_order(self.variants, work, jobs, client, self._unchanged):
-                entry = result if isinstance(result, dict) else self._write(variant, result)
-                self.counts["unchanged" if result is entry else entry["status"]] += 1
-                add(entry)
-                self._report(entry)
-                Progress.step("variants", sum(self.counts.values()), len(self.variants))
-            self._forget()
+            self.tell(Diagnostic("variant-outdated", WARNING, message, help="edit a copy elsewhere"))
 
     def _unchanged(self, variant: Variant) -> dict[str, Any] | None:
         """Return the entry of a variant that need not be compiled, or None."""
@@ -177,12 +267,12 @@ class _Writer:
         """Write a variant that was compiled, and return its entry. Raises OutputError if nothing can be written."""
         if isinstance(result, Diagnostic):
             result = Result(entry_of(variant, [result], {}), {}, {})
-        if result.entry["status"] == "error":
-            self.folder.drop(variant.name)
-            return result.entry
-        record = {"key": self.job.key(variant), "inputs": result.inputs, "entry": result.entry}
         try:
-            self.folder.put(variant.name, result.files, record)
+            if result.entry["status"] == "error":
+                self.folder.drop(variant.name)
+            else:
+                record = {"key": self.job.key(variant), "inputs": result.inputs, "entry": result.entry}
+                self.folder.put(variant.name, result.files, record)
         except OutputError as problem:
             if problem.diagnostic.rule not in _OF_VARIANT:
                 raise
@@ -192,14 +282,13 @@ class _Writer:
     def _report(self, entry: Mapping[str, Any]) -> None:
         """Report the errors of a variant at once; keep warnings and notes, of which many variants have the same."""
         for found in entry["diagnostics"]:
-            if found["severity"] != "error":
+            if found["severity"] != ERROR:
                 first, count = self.remarks.get(json.dumps(found), (entry["name"], 0))
                 self.remarks[json.dumps(found)] = (first, count + 1)
             elif self.counts["error"] <= MAX_FAILED:
                 self.tell(from_json(found, entry["name"]))
 
     def _forget(self) -> None:
-        """Remove the variants that are not in the list any more, or report them."""
         names = [name for name in self.folder.names() if name not in self.variants]
         if self.prune:
             for name in names:
@@ -208,4 +297,4 @@ class _Writer:
         elif names:
             shown = ", ".join(names[:5]) + and_more(len(names[5:]))
             message = f"{count_of(len(names), 'variant')} of {self.folder.path} not in the list, and kept: {shown}"
-            self.tell(Diagnostic("variant-forgotten", "note", message, help="sweep --prune removes them"))
+            self.tell(Diagnostic("variant-forgotten", NOTE, message, help="sweep --prune removes them"))

@@ -15,7 +15,7 @@ from support.answers import held_envelope
 from support.commands import write_files
 from support.forks import preload
 from support.robots import copy_of_rosorin
-from support.tiers import hold_landings, is_property, tiers_of
+from support.tiers import is_property, tiers_of
 
 # A loaded machine is not a failure: no example has a deadline.
 settings.register_profile("no deadline", deadline=None)
@@ -106,7 +106,6 @@ def pytest_collection_finish() -> None:
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Mark as slow what tries many inputs; leave out what belongs to a tier, or all else where one is asked for."""
     asked = config.getoption("tier")
-    hold_landings(items)
     for item in filter(is_property, items):
         item.add_marker(pytest.mark.slow)
         if asked is None:

@@ -27,9 +27,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.formats.compilation import compile_robot
-from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.diagnostics import text as report
-from rosorin_compile.source.load import parse_yaml
 from support.generated import GENERATED, generate, language_pages
 from support.pages import ELLIPSIS, FENCED, README, blocks, play
 from support.paths import DOCS, ROOT, TESTS
@@ -90,13 +88,6 @@ def test_the_tutorial_shows_the_template() -> None:
     ]
     assert len(shown) > 3
     assert [line for block in shown for line in block.lines if line and line not in written] == []
-
-
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_every_yaml_block_is_yaml(page: Path) -> None:
-    for block in blocks(page.read_text("utf-8")):
-        if block.language == "yaml":
-            parse_yaml(Source(page.name, "\n".join(block.lines)))
 
 
 @pytest.mark.parametrize(

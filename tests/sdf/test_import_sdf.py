@@ -205,19 +205,6 @@ def test_any_edit_is_read_or_refused_in_words(tmp_path, seed, edits, lenient):
     sane(text, tmp_path, lenient)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("case", sorted(SDF.glob("*/*.sdf")), ids=lambda case: f"{case.parent.name}-{case.stem}")
-def test_files_broken_further(case, tmp_path):
-    chance = random.Random(case.name)  # noqa: S311 - nothing secret
-    text = re.sub(r"\A<!--.*?-->\n", "", case.read_text("utf-8"), flags=re.DOTALL)
-    words = re.findall(r"[\w.]+|[^\w.]", text)
-    for _ in range(12):
-        some = list(words)
-        at = chance.randrange(len(some))
-        some[at : at + chance.randrange(3)] = chance.choices(words, k=chance.randrange(3))
-        sane("".join(some), tmp_path, lenient=chance.random() < 0.5)
-
-
 def swapped(text: str, chance: random.Random) -> str:
     """Return an SDF whose names of frames are shuffled: what is relative and attached to what is another."""
     names = sorted(set(re.findall(r'<(?:link|frame) name="(\w+)"', text)))

@@ -17,10 +17,7 @@ from support.nav2_bringup import ON_TF, SENDERS, TAKES
 
 PYTHONS = {name: os.environ.get(name.upper(), "") for name in ("jazzy", "kilted")}
 CHILD = Path(__file__).with_name("ros2_child.py")
-BROADCASTERS = {
-    "joint_state_broadcaster": {"joint_states": "JointState"},
-    "imu_sensor_broadcaster": {"~/imu": "Imu"},
-}
+BROADCASTERS = {"joint_state_broadcaster": {"joint_states": "JointState"}, "imu_sensor_broadcaster": {"~/imu": "Imu"}}
 ROLES = dict.fromkeys(SENDERS, "sender") | {"amcl": "locator", "slam_toolbox": "locator", "bt_navigator": "listener"}
 ROLES |= {"ros2_control_node": "controller_manager", "ekf_node": "filter"}
 ROLES |= {name: name for name in ("velocity_smoother", "collision_monitor", "robot_state_publisher", "move_group")}

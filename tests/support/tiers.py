@@ -1,7 +1,5 @@
 """Which tests a landing runs, and which belong to a tier of ``.ci/full``: what their marks say."""
 
-from collections.abc import Iterable
-
 import pytest
 
 EXAMPLES = "fuzz"  # the tier that tries all examples of the properties
@@ -20,21 +18,6 @@ def tiers_of(item: pytest.Item) -> list[str | None]:
 def is_property(item: pytest.Item) -> bool:
     """Say whether hypothesis draws the examples of a test."""
     return getattr(getattr(item, "obj", None), "is_hypothesis_test", False)
-
-
-def hold_landings(items: Iterable[pytest.Item]) -> None:
-    """Each case that a test names for a landing is there, where more of the test than one is.
-
-    Raises pytest.UsageError.
-    """
-    tests: dict[str, list[pytest.Item]] = {}
-    for item in filter(_landings, items):
-        tests.setdefault(item.nodeid.partition("[")[0], []).append(item)
-    for test, cases in tests.items():
-        named = {case for _, *some in _landings(cases[0]) for case in some}
-        missing = named.difference(*map(_case, cases))
-        if missing and len(cases) > 1:
-            raise pytest.UsageError(f"{test} has no case {', '.join(sorted(missing))}, which a landing is to try")
 
 
 def _landings(item: pytest.Item) -> list[tuple[str, ...]]:

@@ -7,18 +7,13 @@ import numpy as np
 import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from rosorin_compile.cli.main import main
 from rosorin_compile.model import Pose
-from rosorin_compile.recordings.bags import Unreadable
 from rosorin_compile.recordings.results import summary
 from support import bags
 from support.bag_faults import stopping
 from support.bags import STORE, TYPES, Message, Scene, judged, ns, part, rules
-from support.paths import ROOT
 
 pytestmark = pytest.mark.slow
-
-ROBOT = str(ROOT / "descriptions" / "rosorin")
 
 
 @pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
@@ -51,40 +46,6 @@ def test_files_without_metadata_follow_each_other_in_time(tmp_path: Path) -> Non
     latched = ("/tf_static", "/robot_description")
     kept = [one for one in said if one.received >= first + 3 * bags.SECOND or one.topic in latched]
     assert judged(folder, since=3.0).messages == len(kept)
-
-
-def test_what_is_no_recording(clean: dict[str, Path], tmp_path: Path) -> None:
-    (tmp_path / "empty.mcap").write_bytes(b"")
-    (tmp_path / "text.db3").write_bytes(b"no database")
-    (tmp_path / "binary").write_bytes(bytes(range(256)))
-    shutil.copy(part(clean["mcap"]), tmp_path / "misnamed.db3")
-    (tmp_path / "folder").mkdir()
-    (tmp_path / "several").mkdir()
-    shutil.copytree(clean["mcap"], tmp_path / "several" / "one")
-    for name, message in {
-        "nowhere": "there is no {}/nowhere",
-        "empty.mcap": "{}/empty.mcap cannot be read: ",
-        "text.db3": "{}/text.db3 cannot be read: ",
-        "misnamed.db3": "{}/misnamed.db3 cannot be read: ",
-        "binary": "{}/binary is neither a rosbag2 recording nor a text",
-        "folder": "{}/folder is no recording: it has no metadata.yaml, no .mcap and no .db3",
-        "several": "{}/several holds several recordings: one",
-    }.items():
-        with pytest.raises(Unreadable) as problem:
-            judged(tmp_path / name)
-        assert str(problem.value).startswith(message.format(tmp_path))
-        assert problem.value.help or name == "nowhere"
-
-
-def test_the_command_refuses_what_the_robot_does_not_have(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    command = ["verify", ROBOT, str(tmp_path)]
-    assert main(command) == 1
-    said = capsys.readouterr().err
-    assert said.startswith(f"error[recording-unreadable]: {tmp_path} is no recording: it has no metadata.yaml")
-    options = ([ROBOT], ["--mode", "slam=maybe"], ["--mode", "slm=on"], ["--without", "ekff"], ["--pose", "tucked"])
-    for words in (*options, ["--since", "5", "--until", "4"], ["--stale", "nan"]):
-        assert main([*command, *words]) == 2, words
-    assert 'rosorin has no mode "slm"; did you mean "slam"?' in capsys.readouterr().err
 
 
 def test_empty_and_foreign_recordings(tmp_path: Path) -> None:

@@ -1,6 +1,5 @@
 """verify on files, folders and messages that are damaged or cut off: one clear error, never a traceback or a wait."""
 
-import os
 import random
 import shutil
 import sqlite3
@@ -84,34 +83,6 @@ def test_a_damaged_metadata_file(clean: dict[str, Path], tmp_path: Path, metadat
     with pytest.raises(Unreadable, match="cannot be read"):
         judged(folder)
     assert judged(part(folder)).findings == ()
-
-
-@pytest.mark.slow
-def test_what_is_no_regular_file(clean: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    os.mkfifo(tmp_path / "fifo.mcap")
-    (tmp_path / "loop").symlink_to(tmp_path / "loop")
-    (tmp_path / "only_fifos").mkdir()
-    for name in ("metadata.yaml", "a.mcap", "a.db3"):
-        os.mkfifo(tmp_path / "only_fifos" / name)
-    irregular = "is not a regular file"
-    for source, code, message in (
-        (tmp_path / "fifo.mcap", 1, irregular),
-        ("/dev/zero", 1, irregular),
-        ("/dev/null", 1, irregular),
-        (tmp_path / "only_fifos", 1, "is no recording: it has no metadata.yaml, no .mcap and no .db3"),
-        (tmp_path / "loop", 2, "there is no "),
-        (tmp_path / ("x" * 300), 1, "cannot be read: File name too long"),
-        ("a\0b", 2, "there is no "),
-    ):
-        assert main(["verify", ROBOT, str(source)]) == code, source
-        said = capsys.readouterr().err
-        assert message in said
-        assert "Traceback" not in said
-    for name in ("metadata.yaml", "a.mcap", "a.db3"):
-        (tmp_path / "only_fifos" / name).unlink()
-    shutil.copy(part(clean["mcap"]), tmp_path / "only_fifos")
-    os.mkfifo(tmp_path / "only_fifos" / "a.mcap")
-    assert judged(tmp_path / "only_fifos").findings == ()
 
 
 @pytest.mark.parametrize(

@@ -2,8 +2,6 @@
 
 import json
 import math
-import os
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -23,21 +21,12 @@ from rosorin_compile.recordings.verification import as_svg
 from rosorin_compile.source.diagnostics import text as report
 from support import bags
 from support.bags import START, TYPES, Message, judged
-from support.paths import DATA, IMPORTED, ROOT
+from support.paths import DATA, ROOT
 from support.schemas import schema
 
 pytestmark = pytest.mark.slow
 
 ROBOT = str(ROOT / "descriptions" / "rosorin")
-
-
-@pytest.mark.parametrize("option", ["--junit", "--picture"])
-def test_a_pipe_is_not_written_to(tmp_path: Path, option: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """Nobody reads it: opening it would wait for ever."""
-    bag = bags.bag(tmp_path / "bag", seconds=2.0)
-    os.mkfifo(tmp_path / "out.svg")
-    assert main(["verify", ROBOT, str(bag), option, str(tmp_path / "out.svg")]) == 2
-    assert "it is no regular file" in capsys.readouterr().err
 
 
 def test_json_junit_and_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -137,25 +126,3 @@ def test_what_is_not_installed_is_said(
     assert ran.returncode == code, ran.stderr
     assert message in ran.stderr
     assert "Traceback" not in ran.stderr
-
-
-def test_a_robot_in_the_place_of_the_recording(
-    clean: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    arm = str(IMPORTED / "little_arm" / "little_arm.urdf")
-    source = "SOURCE is a rosbag2 folder, a .mcap or .db3 file, a text file, or -"
-    monkeypatch.chdir(ROOT)
-    for robot in (arm, ROBOT, f"{ROBOT}/robot.yaml", "rosorin"):
-        assert main(["verify", robot]) == 2
-        said = capsys.readouterr().err
-        assert said == f"rosorin-compile: {robot} is a robot: write verify {robot} SOURCE; {source}\n"
-        assert main(["verify", robot, "rosorin"]) == 2
-        assert "rosorin is a robot: write verify " in capsys.readouterr().err
-    bag = tmp_path / "rosorin"
-    shutil.copytree(clean["mcap"], bag)
-    (bag / "robot.yaml").write_text("robot: rosorin\n", "utf-8")
-    pasted = tmp_path / "pasted.json"
-    pasted.write_text("{}", "utf-8")
-    for recording, code in ((bag, 0), (pasted, 1)):
-        assert main(["verify", ROBOT, str(recording)]) == code
-        assert "is a robot" not in capsys.readouterr().err

@@ -3,14 +3,10 @@
 import errno
 import json
 import re
-import subprocess
-import sys
-from pathlib import Path
 from unittest.mock import Mock
 
 import pytest
 
-from rosorin_compile import __version__
 from rosorin_compile.cli.main import commands, main
 from rosorin_compile.formats import schema_names as names
 from rosorin_compile.language.schema import own_schema
@@ -23,30 +19,6 @@ COMMANDS = commands()
 def help_of(capsys: Shown, *words: str) -> str:
     assert main([*words, "--help"]) == 0
     return capsys.readouterr().out
-
-
-IMPORTED_BY = """
-import sys
-from rosorin_compile.cli.main import main
-main({words})
-print(*sorted(sys.modules), file=sys.stderr)
-"""
-
-
-@pytest.mark.parametrize("words", [["--help"], ["--version"]])
-def test_help_and_version_import_nothing_heavy(words: list[str], home: Path) -> None:
-    code = [sys.executable, "-c", IMPORTED_BY.format(words=words)]
-    ran = subprocess.run(code, capture_output=True, text=True, check=True, cwd=home)
-    loaded = set(ran.stderr.splitlines()[-1].split())
-    assert "rosorin_compile.cli.main" in loaded
-    assert not loaded & {
-        "yaml",
-        "jsonschema",
-        "jinja2",
-        "numpy",
-        "rosorin_compile.cli.check",
-        "rosorin_compile.formats",
-    }
 
 
 WAYS = [["extract", way] for way in ("boxes", "heightmap", "factory")]
@@ -77,30 +49,6 @@ def test_every_schema_is_printed(capsys: Shown) -> None:
         assert "json-schema.org" in json.loads(shown)["$schema"]
     assert main(["schema"]) == 0
     assert capsys.readouterr().out == (SCHEMAS / "authoring.schema.json").read_text("utf-8")
-
-
-AS_INSTALLED = """
-import atexit, sys, threading, time
-{before}
-from rosorin_compile.__main__ import program
-sys.argv = ["rosorin-compile", *{words}]
-raise SystemExit(program())
-"""
-
-
-@pytest.mark.parametrize(
-    ("before", "words", "code", "out"),
-    [
-        ("atexit.register(print, 'bye')", ["nonsense"], 2, "bye\n"),
-        ("threading.Timer(0.2, print, ['late']).start()", ["nonsense"], 2, "late\n"),
-        ("import numpy", ["--version"], 0, f"rosorin-compile {__version__}\n"),
-    ],
-    ids=["at exit", "thread", "numpy"],
-)
-def test_the_installed_command_ends_with_all_said(before: str, words: list[str], code: int, out: str) -> None:
-    text = AS_INSTALLED.format(before=before, words=words)
-    ran = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=False)
-    assert (ran.returncode, ran.stdout) == (code, out)
 
 
 STOPPED = {

@@ -20,7 +20,6 @@ from rosorin_compile.source.version import HOME
 from support.paths import ROOT
 from support.snapshot import network, of_clone, snapshot
 
-CHANGELOG = ROOT / "CHANGELOG.md"
 VERSION = re.compile(r"^## \[(\d+\.\d+\.\d+)\] - \d{4}-\d\d-\d\d$", re.MULTILINE)
 # What builds make, and what sdist adds.
 MADE = re.compile(r"^(PKG-INFO|setup\.cfg|compiler/rosorin_compile\.egg-info/.*)$")
@@ -95,7 +94,6 @@ def test_the_page_of_an_index_names_no_file_of_the_repository(sdist: Path) -> No
 
 
 DOCKERFILE = (ROOT / "Dockerfile").read_text("utf-8")
-PYPROJECT = (ROOT / "pyproject.toml").read_text("utf-8")
 
 
 def copies() -> list[tuple[list[str], str]]:
@@ -110,15 +108,6 @@ def test_copied_files_exist_and_are_not_ignored() -> None:
     assert "*" in lines
     assert all((ROOT / name).exists() for name in included)
     assert included == {source for sources, _ in copies() for source in sources}
-
-
-def test_the_extras_and_the_python_are_supported() -> None:
-    (extras,) = re.findall("^ARG EXTRAS=(.+)$", DOCKERFILE, re.MULTILINE)
-    for extra in extras.split(","):
-        assert re.search(rf"^{extra} = \[", PYPROJECT, re.MULTILINE), extra
-    versions = set(re.findall(r"^FROM python:(\d\.\d+)-slim", DOCKERFILE, re.MULTILINE))
-    assert len(versions) == 1
-    assert f'"Programming Language :: Python :: {versions.pop()}"' in PYPROJECT
 
 
 @pytest.mark.tier("pythons")

@@ -161,9 +161,3 @@ def test_an_srdf_of_others(name: str, capsys: Shown) -> None:
     assert all(one in theirs and not ours[one] - theirs[one] for one in ours)
     told = [line for line in brought.said.splitlines() if "import-cannot-carry" in line and srdf.name in line]
     assert told or ours == theirs
-
-
-@pytest.mark.slow
-@pytest.mark.tier("robots")
-def test_what_is_refused_is_there() -> None:
-    assert REFUSED.keys() <= {name.rpartition("/")[2] for name in NAMES}

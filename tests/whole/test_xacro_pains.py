@@ -1,9 +1,8 @@
-"""What people complain of in xacro (survey, 2026-11) is no complaint here: speed, and that it needs ROS.
+"""Complaints about xacro (survey, 2026-11) that do not hold here: speed. Without ROS: commands/command-line.md.
 
 Places of errors, numbers and versions: commands/xacro-pains.md; eval: test_xacro_escapes.py.
 """
 
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -50,21 +49,3 @@ def _calls(folder: Path, text: str, count: int) -> int:
 
 
 # No ROS (ros/xacro#197, #328, #329, #340).
-
-
-EXTRAS = {"collada", "mujoco", "numpy", "pydrake", "rosbags", "scipy", "trimesh", "xacro"}
-EXTRAS |= {"dask", "distributed", "rclpy", "ament_index_python", "launch", "launch_ros", "rospkg"}
-EXTRAS |= {"backports", "compression", "lz4"}  # what rosbags decompresses with
-
-
-@pytest.mark.slow
-def test_a_compilation_imports_no_extra(tmp_path: Path) -> None:
-    (tmp_path / "robot.yaml").write_text("robot: r\nlinks: {base: }\noutputs: {urdf: {file: r.urdf}}\n", "utf-8")
-    program = """
-import sys
-from rosorin_compile.cli.main import main
-assert main(["all", "robot.yaml"]) == 0
-print(*sorted({name.partition(".")[0] for name in sys.modules}))
-"""
-    ran = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, check=True, capture_output=True, text=True)
-    assert not set(ran.stdout.splitlines()[-1].split()) & EXTRAS

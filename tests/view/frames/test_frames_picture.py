@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import re
 import unicodedata
 from collections.abc import Iterator
 from itertools import combinations, product
@@ -22,7 +21,7 @@ from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Limit
 from rosorin_compile.model.frame_tree import Row
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.viewer import frames_picture
-from rosorin_compile.viewer.frames_picture import TooMany, frame_trees
+from rosorin_compile.viewer.frames_picture import frame_trees
 from support.paths import ROOT, data_text
 from support.robots import compiled
 
@@ -190,21 +189,3 @@ def test_modes_whose_names_run_together_get_files_of_their_own() -> None:
     robot = Robot("r", (Link("base"),), (), edges=edges, modes=("a", "b", "a_on_b", "A"))
     shorts = [one.short for one in frame_trees(robot, {})]
     assert len({short.casefold() for short in shorts}) == len(shorts)
-
-
-def test_too_many_trees_are_refused() -> None:
-    def robot(modes: list[str]) -> Robot:
-        edges = tuple(Edge("base", f"f{mode}", Publisher(NODE, "n"), False, mode) for mode in modes)
-        return Robot("r", (Link("base"),), (), edges=edges, modes=tuple(modes))
-
-    six, many = robot(list("abcdef")), robot([f"m{at}" for at in range(12)])
-    message = "the tree of frames differs in 64 combinations of modes: too many to show"
-    with pytest.raises(TooMany, match=re.escape(message)):
-        frame_trees(six, {})
-    text, (problem,) = frames_picture.write(six, OUTPUT, Templates())
-    assert (text, problem.rule, problem.severity, problem.message) == ("", "too-many-pictures", "error", message)
-    assert len(frame_trees(six, {"a": True})) == 32
-    with pytest.raises(TooMany, match="the frames depend on 12 modes together"):
-        frame_trees(many, {})
-    (one,) = frame_trees(many, dict.fromkeys(many.modes, True))
-    assert one.label.startswith("m0 is on and m1 is on and ")

@@ -1,8 +1,6 @@
 """The pixels of pictures, compared with rays through the exact shapes."""
 
-import math
 import random
-import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -14,10 +12,9 @@ from rosorin_compile.model import Box as BoxShape
 from rosorin_compile.model import Robot, Shape, Transform
 from rosorin_compile.viewer.page.data import robot_data
 from rosorin_compile.viewer.picture.draw import VIEWS
-from rosorin_compile.viewer.picture.render import FIELD_OF_VIEW, MARGIN, THEMES, Camera, Scene, render
+from rosorin_compile.viewer.picture.render import THEMES, Camera, Scene, render
 from rosorin_compile.viewer.picture.triangles import pieces
 from support.drawings import HUES, first_hit, hue_name, rgba
-from support.paths import ROOT
 from support.robots import compiled, compiled_text
 
 SIZE = (320, 200)
@@ -135,15 +132,6 @@ def test_translucent_shapes_show_what_is_behind_them(tmp_path):
 
 
 # The page and the pictures show the same.
-
-
-def test_views_and_fit_are_those_of_the_page():
-    stage = (ROOT / "viewer" / "src" / "stage.js").read_text("utf-8")
-    views = stage.partition("export const VIEWS = {")[2].partition("};")[0]
-    found = {name: tuple(map(float, given.split(","))) for name, given in re.findall(r"(\w+): \[([^\]]+)\]", views)}
-    assert found == dict(VIEWS)
-    assert f"PerspectiveCamera({math.degrees(FIELD_OF_VIEW):.0f}," in stage
-    assert f"distance * {MARGIN}" in stage
 
 
 def test_colours_of_links_are_those_of_the_page():

@@ -1,6 +1,5 @@
 """A new robot: it compiles, it is written whole or not at all, and nothing is lost."""
 
-import io
 import json
 import re
 import shutil
@@ -22,12 +21,6 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(tmp_path / "cache"))
     return tmp_path
-
-
-def terminal(answer: str) -> io.StringIO:
-    typed = io.StringIO(answer)
-    typed.isatty = lambda: True  # type: ignore[method-assign]
-    return typed
 
 
 def files(folder: Path) -> list[str]:
@@ -80,30 +73,6 @@ def test_the_mobile_manipulator_is_the_example() -> None:
         for text in (texts["robot.yaml"], (example / "robot.yaml").read_text("utf-8"))
     )
     assert written.replace("simulation.yaml, ", "") == own
-
-
-@pytest.mark.parametrize(("answer", "what"), [("arm\n", "an arm of five joints"), ("x\n\n", "a small mobile base")])
-def test_a_terminal_is_asked(capsys, monkeypatch, answer: str, what: str) -> None:
-    monkeypatch.setattr("sys.stdin", terminal(answer))
-    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
-    assert main(["init", "bot"]) == 0
-    told = capsys.readouterr().out
-    assert all(name in told for name in TEMPLATES)
-    assert f"descriptions/bot/robot.yaml written: {what}" in told
-    assert main(["init", "other"]) == 130, "the end of the input"
-    assert not Path("descriptions/other").exists()
-
-
-def test_whoever_cannot_be_asked_gets_the_default_and_a_taken_name_is_told_before(capsys, monkeypatch) -> None:
-    monkeypatch.setattr("sys.stdin", io.StringIO("arm\n"))
-    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
-    assert main(["init", "bot"]) == 0
-    assert "a small mobile base" in capsys.readouterr().out
-    monkeypatch.setattr("sys.stdin", terminal("arm\n"))
-    assert main(["init", "bot"]) == 2
-    told = capsys.readouterr()
-    assert "is there already" in told.err
-    assert "which one" not in told.out
 
 
 def test_the_modeline_leads_to_the_schema_without_a_network() -> None:

@@ -66,7 +66,7 @@ def test_an_error_that_ends_a_run_is_one_sentence(
     name: str, form: str, monkeypatch: pytest.MonkeyPatch, capsys: Shown
 ) -> None:
     problem, code, said = STOPPED[name]
-    monkeypatch.setattr("rosorin_compile.cli.main._invoke", Mock(side_effect=problem))
+    monkeypatch.setattr("rosorin_compile.cli.main.program", Mock(side_effect=problem))
     assert main(["frames", "--format", form]) == code
     shown = capsys.readouterr()
     assert shown.err.startswith(f"rosorin-compile: {said}")
@@ -78,7 +78,7 @@ def test_an_error_that_ends_a_run_is_one_sentence(
 def test_an_interrupt_and_a_closed_pipe_are_silent(
     problem: BaseException, code: int, monkeypatch: pytest.MonkeyPatch, capfd: Shown
 ) -> None:
-    monkeypatch.setattr("rosorin_compile.cli.main._invoke", Mock(side_effect=problem))
+    monkeypatch.setattr("rosorin_compile.cli.main.program", Mock(side_effect=problem))
     with monkeypatch.context() as patched:
         patched.setattr("os.dup2", Mock())
         assert main(["frames"]) == code

@@ -6,7 +6,6 @@ Nothing that a description names is run: a xacro file offers only the names of i
 from __future__ import annotations
 
 import re
-import signal
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from typing import TYPE_CHECKING, NoReturn
@@ -19,7 +18,6 @@ from .table import names
 if TYPE_CHECKING:
     from rosorin_compile.source.project import Description
 
-SECONDS = 3.0  # how long a person waits for a description to be read
 _MAX_ROBOTS = 8
 _XACRO_ARGUMENT = re.compile(r"<xacro:arg\s[^>]*?name=[\"']([^\"']+)[\"']")
 # The kinds that depend on a robot, each with the kinds of symbols.
@@ -68,28 +66,21 @@ def _names(kind: str, ctx: click.Context) -> dict[str, str]:
 
 
 def _names_of_robot(kind: str, description: Description, ctx: click.Context) -> Iterable[str]:
-    """Return the names of one kind of a robot, which is read without running anything, within a time limit."""
+    """Return the names of one kind of a robot, which is read without running anything."""
     from rosorin_compile.language.arguments import declared_arguments
     from rosorin_compile.language.symbols import SymbolTable
     from rosorin_compile.request import Request, is_foreign
 
     def stop(*_: object) -> NoReturn:
-        raise TimeoutError
+        raise PermissionError
 
     path = description.path
     if kind == "argument" and is_foreign(path):
         return _XACRO_ARGUMENT.findall(path.read_text("utf-8", "replace"))
     arguments = ctx.params.get("arg") or {}
-    if hasattr(signal, "SIGALRM"):  # not on Windows
-        signal.signal(signal.SIGALRM, stop)
-        signal.setitimer(signal.ITIMER_REAL, SECONDS)
-    try:
-        if kind == "argument":
-            return [argument.name for argument in declared_arguments(path, {})[0]]
-        tree = Request(description, arguments, warn=stop).understand().expanded.tree  # a xacro file can run code
-    finally:
-        if hasattr(signal, "SIGALRM"):
-            signal.setitimer(signal.ITIMER_REAL, 0)
+    if kind == "argument":
+        return [argument.name for argument in declared_arguments(path, {})[0]]
+    tree = Request(description, arguments, warn=stop).understand().expanded.tree  # a xacro file can run code
     symbols = SymbolTable(tree).definitions(implied=True) if tree is not None else ()
     found = dict.fromkeys(symbol.name for symbol in symbols if symbol.kind in _OF_ROBOT[kind])
     return [f"{name}{state}" for name in found for state in ("", "=off")] if kind == "mode" else found

@@ -23,7 +23,7 @@ from rosorin_compile.source.diagnostics import text as report_text
 from rosorin_compile.source.messages import add_suggestions, gather
 from rosorin_compile.source.plugins import Plugin
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.wording import and_more, count_of, printable
+from rosorin_compile.source.wording import count_of, printable
 
 if TYPE_CHECKING:
     from rosorin_compile.output.golden_check import Comparison
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 
 
 FINE, PROBLEMS, USAGE = 0, 1, 2  # exit codes
-MAX_SHOWN = 200  # more than a person reads; a program gets all
 PROGRESS = "ROSORIN_COMPILE_PROGRESS"  # the variable; off: no progress is shown
 
 _STAND_IN = "stand-in"
@@ -193,9 +192,7 @@ class Console:
         diagnostics = gather(diagnostics, [WARNING, NOTE])
         # NO_COLOR and FORCE_COLOR come before a terminal.
         is_coloured = "NO_COLOR" not in os.environ and ("FORCE_COLOR" in os.environ or sys.stderr.isatty())
-        text = report_text(add_suggestions(diagnostics[:MAX_SHOWN]), is_coloured)
-        if len(diagnostics) > MAX_SHOWN:
-            text += f"...{and_more(len(diagnostics) - MAX_SHOWN)}; --format json lists them all\n"
+        text = report_text(add_suggestions(diagnostics), is_coloured)
         if is_coloured:
             paint(text, sys.stderr)
         else:

@@ -28,9 +28,9 @@ def run_explain(run: Run) -> int:
     if len(names) > 1:
         try:
             description, names = Description.find(names[:1])[0], names[1:]
-        except NoDescription as problem:
+        except NoDescription:
             if not all_here():
-                raise RequestError(str(problem)) from None
+                raise
     description = description or run.find_robot("", f"ROBOT {' '.join(names)}")
     try:
         found = api.explain(run.request(description), names, pose=run.pose)

@@ -1,6 +1,5 @@
 """rosorin-compile init: create a new description, which compiles as it is, with the schema for editors."""
 
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,24 +12,18 @@ from .command import argument, command, option
 from .console import PROBLEMS
 from .run import Run
 
-_TEMPLATE = f"one of {', '.join(TEMPLATES)}; default: prompt in a terminal, else {DEFAULT}"
+_TEMPLATE = f"one of {', '.join(TEMPLATES)}; default: {DEFAULT}"
 
 
 @command("init", exits="0 written, 1 the folder cannot be written")
 @argument("name", metavar="NAME", help="name of the robot: letters, digits and underscores")
-@argument("template", required=False, type=click.Choice([*TEMPLATES]), metavar="[TEMPLATE]", help=_TEMPLATE)
+@argument("template", default=DEFAULT, type=click.Choice([*TEMPLATES]), metavar="[TEMPLATE]", help=_TEMPLATE)
 @option("-o", "--output FOLDER", default=".", help="folder of the project")
 def run_init(run: Run) -> int:
     """Write a new description, and print the next step."""
     try:
         check_free(run.name, Path(run.output))
-        template = run.template or DEFAULT
-        is_terminal = sys.stdin is not None and sys.stdin.isatty() and sys.stdout.isatty()
-        if run.template is None and is_terminal and run.format == "text":
-            width = max(map(len, TEMPLATES))
-            print(*(f"  {name:{width}}  {one.what}" for name, one in TEMPLATES.items()), sep="\n")
-            template = click.prompt("which one?", DEFAULT, type=click.Choice([*TEMPLATES]), show_choices=False)
-        new = init(run.name, template, run.output)
+        new = init(run.name, run.template, run.output)
     except OSError as problem:
         message = f"cannot write in {run.output}: {problem.strerror or problem}"
         run.console.show([error("output-folder", message, None, "name another folder")])

@@ -20,12 +20,11 @@ from pathlib import Path
 import click
 from click.shell_completion import CompletionItem, shell_complete
 
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, DiagnosticError, RequestError, UnknownName, nearest
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, DiagnosticError, RequestError, UnknownName
 from rosorin_compile.source.plugins import PluginFailed, broken_plugin, clash, failed_plugin, installed_plugins, load
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.project import ROOT_FILE, Description, NoDescription
+from rosorin_compile.source.project import NoDescription
 from rosorin_compile.source.version import __version__
-from rosorin_compile.source.wording import suggest
 
 from .command import Command
 from .console import FINE, PROBLEMS, USAGE, Console, guard
@@ -35,9 +34,6 @@ PROGRAM = "rosorin-compile"
 COMPLETE = "_ROSORIN_COMPILE_COMPLETE"  # the variable with which the scripts of shells call the program
 INTERRUPTED = 130
 
-# Words that people type for a command, and the command that they look for.
-_INSTEAD = {"build": "all", "convert": "import", "create": "init", "generate": "all", "lint": "check", "new": "init"}
-_INSTEAD |= {"show": "view", "validate": "check"}
 _REQUIRED = {"jinja2": "jinja2", "jsonschema": "jsonschema", "yaml": "pyyaml"}  # modules, and their packages
 _STREAM_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF)
 
@@ -100,32 +96,14 @@ class Program(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return the called command or check and its arguments. Raises click.UsageError with a suggestion.
-
-        The name of a check comes before a robot of that name, which is reached by its path.
-        """
+        """Return the called command or check and its arguments; a check comes before a robot of its name."""
         name, *rest = args
         found = find_command(name)
         if found is None:
-            from rosorin_compile.formats import FORMATS
-
-            instead = _INSTEAD.get(name) or (f"print ROBOT {name}" if name in FORMATS else "")
-            known = () if instead else (*names("commands"), *ALIASES)
-            raise UnknownName("command", name, known, none=f'use "{instead}"')
-        if name != CHECK or not rest or rest[0].startswith("-"):
-            return name, found, rest
-        word, robot, inner = rest[0], None, find_command(rest[0], "checks")
-        with suppress(NoDescription):
-            robot = Description.find([word])[0].path
-        if inner is None:
-            if robot is None and (close := nearest(word, names("checks"))) is not None:
-                sys.stderr.write(f'{PROGRAM}: "{word}" is not a check; {suggest(close)}\n')
-            return CHECK, found, rest
-        if robot is not None:
-            path = robot.parent if robot.name == ROOT_FILE else robot
-            shown = f"./{path}" if path == Path(word) else path
-            sys.stderr.write(f'{PROGRAM}: "{word}" is a check; the robot of that name: {PROGRAM} {CHECK} {shown}\n')
-        return f"{CHECK} {word}", inner, rest[1:]
+            raise UnknownName("command", name, [*names("commands"), *ALIASES])
+        if name == CHECK and rest and (inner := find_command(rest[0], "checks")) is not None:
+            return f"{CHECK} {rest[0]}", inner, rest[1:]
+        return name, found, rest
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         entries = [entry for entry in commands().values() if not entry.hidden]
@@ -203,58 +181,44 @@ def main(argv: Sequence[str] | None = None) -> int:
             Progress.hide()
 
 
-def _invoke(words: list[str], console: Console) -> int:
-    """Parse a command line and run its command; return the exit code."""
-    top = program()
-    try:
-        with top.make_context(PROGRAM, words, obj=console) as context:
-            return int(top.invoke(context) or FINE)
-    except click.exceptions.Exit as ended:
-        console.form = "text"  # the help or the version was printed
-        return ended.exit_code
-
-
 def _run(words: list[str], console: Console) -> int:
     """Run a command line, and report an error that ends the run in one sentence; return the exit code."""
     try:
-        return _invoke(words, console)
+        with program().make_context(PROGRAM, words, obj=console) as context:
+            return int(context.command.invoke(context) or FINE)
+    except click.exceptions.Exit as ended:
+        console.form = "text"  # the help or the version was printed
+        return ended.exit_code
     except click.UsageError as problem:
         return console.fail(_usage_message(problem), USAGE)
-    except RequestError as problem:
+    except (NoDescription, RequestError) as problem:
         return console.fail(str(problem), USAGE)
     except DiagnosticError as problem:
         console.show([problem.diagnostic])
+        return PROBLEMS
     except (BrokenPipeError, KeyboardInterrupt, click.Abort):
         raise
     except (Exception, SystemExit) as problem:
         if isinstance(problem.__cause__, KeyboardInterrupt):  # Python 3.11 wraps what comes while a class is made
             raise KeyboardInterrupt from None
-        if console.plugin is None:
-            return console.fail(*_reason(problem))
-        console.show([failed_plugin(console.plugin, problem)])
-    return PROBLEMS
-
-
-def _reason(problem: BaseException) -> tuple[str, int]:
-    """Return why a run ended, and the exit code; raise the exception again if it is a fault of the program."""
-    if isinstance(problem, ModuleNotFoundError) and (package := _REQUIRED.get(problem.name or "")):
-        missing = f"the package {package} is not installed, and no robot is read without it"
-        return f"{missing}: pip install {package}", USAGE
-    if isinstance(problem, RecursionError):
-        return "the input is nested too deeply: includes, parts or expressions refer to each other", PROBLEMS
-    if type(problem) in (MemoryError, OverflowError):
-        reason = "not enough memory" if type(problem) is MemoryError else f"a number is too large: {problem}"
-        return reason, PROBLEMS
-    if not isinstance(problem, OSError) or (problem.filename is None and problem.errno in _STREAM_ERRORS):
-        raise problem
-    if problem.errno == errno.ENAMETOOLONG:
-        return f"no file can have so long a name: {str(problem.filename)[:60]}...", USAGE
-    try:
-        Path.cwd()
-    except OSError:
-        return "the current folder was removed; change to another one", USAGE
-    name = f"{problem.filename}: " if problem.filename is not None else ""
-    return f"{name}{problem.strerror or problem}", PROBLEMS
+        if console.plugin is not None:
+            console.show([failed_plugin(console.plugin, problem)])
+            return PROBLEMS
+        if isinstance(problem, ModuleNotFoundError) and (package := _REQUIRED.get(problem.name or "")):
+            missing = f"the package {package} is not installed, and no robot is read without it"
+            return console.fail(f"{missing}: pip install {package}", USAGE)
+        if isinstance(problem, RecursionError):
+            reason = "the input is nested too deeply: includes, parts or expressions refer to each other"
+        elif type(problem) is MemoryError:
+            reason = "not enough memory"
+        elif type(problem) is OverflowError:
+            reason = f"a number is too large: {problem}"
+        elif isinstance(problem, OSError) and (problem.filename is not None or problem.errno not in _STREAM_ERRORS):
+            name = f"{problem.filename}: " if problem.filename is not None else ""
+            reason = f"{name}{problem.strerror or problem}"
+        else:
+            raise
+        return console.fail(reason, PROBLEMS)
 
 
 def _usage_message(problem: click.UsageError) -> str:

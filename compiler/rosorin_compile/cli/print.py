@@ -17,7 +17,7 @@ from rosorin_compile.source.wording import count_of
 
 from .command import command, depfile_options, flag, option, robot_options, words_argument
 from .console import FINE, PROBLEMS, USAGE, give, table
-from .run import Run, is_robot, write_depfile
+from .run import Run, write_depfile
 
 _CALL = "rosorin-compile print"
 
@@ -83,8 +83,6 @@ def _requested(run: Run) -> tuple[Description, str]:
     if not 1 <= len(words) <= 2:
         raise RequestError(f"print takes one ROBOT and one OUTPUT, not {len(words)} words; see {_CALL} --list")
     *robot, output = words
-    if is_robot(output) and not (robot and is_robot(*robot)):
-        raise RequestError(f"{output} is a robot: write {_CALL} {output} OUTPUT; --list {output} shows its outputs")
     return run.find_robot("".join(robot), f"ROBOT {output}"), output
 
 

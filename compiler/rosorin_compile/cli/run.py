@@ -10,8 +10,8 @@ import os
 import re
 import sys
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence, Sized
-from contextlib import nullcontext, suppress
+from collections.abc import Callable, Collection, Mapping, Sequence, Sized
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -24,7 +24,7 @@ from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Reque
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import aside
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.project import Description, NoDescription
+from rosorin_compile.source.project import Description
 from rosorin_compile.source.wording import count_of, phrase
 
 from .console import FINE, PROBLEMS, Console
@@ -86,11 +86,11 @@ class Run(SimpleNamespace):
         return self.find_robot(*self.words)
 
     def find_robot(self, name: str = "", usage: str = "ROBOT") -> Description:
-        """Return the robot of a name, or the only one here; ``usage`` shows how to name one. Raises RequestError."""
-        try:
-            found = find_robots([name]) if name else project.here()
-        except NoDescription as problem:
-            raise RequestError(str(problem)) from None
+        """Return the robot of a name, or the only one here; ``usage`` shows how to name one.
+
+        Raises RequestError, NoDescription.
+        """
+        found = find_robots([name]) if name else project.here()
         if len(found) > 1:
             robots = ", ".join(description.name for description in found)
             how = f"rosorin-compile {self.called} {usage}"
@@ -182,7 +182,12 @@ def for_each(
     Without a name all robots are requested, or, if ``usage`` shows how to name one, the only one. Raises RequestError.
     """
     if (summary := getattr(run, "summary", None)) is not None:
-        _check_summary(Path(summary))
+        from .report_formats import HEAD, markdown
+
+        begins = files.read_bytes(summary, len(HEAD.encode())) if files.is_file(summary) else b""
+        job_summary = files.resolve(os.environ.get("GITHUB_STEP_SUMMARY", ""))
+        if begins.strip() and begins != HEAD.encode() and files.resolve(summary) != job_summary:
+            raise RequestError(f'"{summary}" exists and is not a summary: name another file')
     hook = getattr(run, "hook", False) and bool(run.changed or run.words)
     console, names = run.console, [*(run.words if robots is None else robots)]
     if hook:
@@ -213,8 +218,6 @@ def for_each(
         worst = max(worst, code)
     console.give({"robots": console.robots})
     if summary is not None:
-        from .report_formats import markdown
-
         try:
             with Path(summary).open("a", encoding="utf-8", errors="backslashreplace") as file:
                 file.write(markdown(console.sections))
@@ -224,25 +227,10 @@ def for_each(
     return worst
 
 
-def _check_summary(file: Path) -> None:
-    """Raise RequestError for a file that is not a summary of this tool and not that of a step of a GitHub job."""
-    from .report_formats import HEAD
-
-    of_job, begins = os.environ.get("GITHUB_STEP_SUMMARY", ""), ""
-    with suppress(OSError, ValueError):  # writing reports the reason
-        if files.is_file(file) and not (of_job and files.resolve(file) == files.resolve(of_job)):
-            begins = files.read_bytes(file, len(HEAD.encode())).decode("utf-8", "replace")
-    if begins.strip() and begins != HEAD:
-        raise RequestError(f'"{file}" exists and is not a summary: name another file')
-
-
 def find_robots(names: list[str], outputs: str | None = None) -> list[Description]:
-    """Return the robots of these names, by default all of the project. Raises RequestError."""
+    """Return the robots of these names, by default all of the project. Raises RequestError, NoDescription."""
     take_stdin(names)
-    try:
-        return Description.find(names, outputs)
-    except NoDescription as problem:
-        raise RequestError(str(problem)) from None
+    return Description.find(names, outputs)
 
 
 def with_folders(run: Run, names: list[str]) -> list[Description]:
@@ -255,13 +243,6 @@ def with_folders(run: Run, names: list[str]) -> list[Description]:
     if output is not None and len(found) == 1 and not getattr(run, "hook", False):
         return [replace(found[0], outputs=Path(output))]
     return found
-
-
-def is_robot(word: str) -> bool:
-    """Return True if a word is the name or the path of a robot, or the one on standard input."""
-    with suppress(NoDescription):
-        return word == Description.STDIN or bool(project.first_file(word))
-    return False
 
 
 def take_stdin(names: Sequence[str]) -> None:
@@ -318,39 +299,31 @@ def write_depfile(
 
     ``inputs`` are the files that the target is made of, ``made`` the artifacts, which must not be the depfile.
     """
+    def is_depfile(old: Path) -> bool:
+        data = old.read_bytes()
+        return not data.strip() or _DEPFILE.fullmatch(data) is not None
+
     path = Path(run.depfile)
-    sources = [*inputs, *_watched_folders(compiled, [*made, path])]
+    # For files that were not found, their folders: a build tool would try to make the files. Folders outside of the
+    # project, and those of the files of this run, change for other reasons.
+    projects = Description.from_path(compiled.inputs[0]).projects if compiled.missing else ()
+    written = {file.absolute().parent for file in (*made, path)}
+    sources = [*inputs]
+    for missing in compiled.missing:
+        folder = next(parent for parent in missing.absolute().parents if parent.is_dir())
+        if folder not in written and any(map(folder.resolve().is_relative_to, projects)):
+            sources.append(Path(files.label(folder)))
     names = [escape(name) for name in (target, *dict.fromkeys(map(str, sources)))]
     text = " \\\n  ".join([f"{names[0]}:", *names[1:]]) + "\n"
     if any(os.path.realpath(path) == os.path.realpath(file) for file in (*sources, *made)):
         message = f"{path} is an input or an artifact in the depfile"
         raise OutputError("output-is-input", message, "name another file")
-    write_file(path, os.fsencode(text), may_replace=_is_depfile)
+    write_file(path, os.fsencode(text), may_replace=is_depfile)
     for file in newer:
         try:
             os.utime(file)
         except OSError as problem:
             raise OutputError.from_os_error(problem, file, "write", "output file") from None
-
-
-def _watched_folders(compiled: Compiled, made: Sequence[Path]) -> Iterable[Path]:
-    """Return the folders in which files were not found, instead of the files: a build tool would try to make those.
-
-    Folders outside of the project, and folders of the files that this run has ``made``, change for other reasons.
-    """
-    projects = Description.from_path(compiled.inputs[0]).projects if compiled.missing else ()
-    written = {path.absolute().parent for path in made}
-    folders: dict[Path, None] = {}
-    for path in compiled.missing:
-        folder = next(parent for parent in path.absolute().parents if parent.is_dir())
-        if folder not in written and any(map(folder.resolve().is_relative_to, projects)):
-            folders[Path(files.label(folder))] = None
-    return folders
-
-
-def _is_depfile(path: Path) -> bool:
-    data = path.read_bytes()
-    return not data.strip() or _DEPFILE.fullmatch(data) is not None
 
 
 def escape(name: str) -> str:

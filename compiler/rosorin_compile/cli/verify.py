@@ -4,12 +4,11 @@ import errno
 import sys
 from pathlib import Path
 
-from rosorin_compile.formats import FORMATS
 from rosorin_compile.output import OutputError, write_file
 from rosorin_compile.recordings import verify
 from rosorin_compile.source.diagnostics import ERROR, WARNING, RequestError
-from rosorin_compile.source.files import exists, is_file, is_folder, read_bytes
-from rosorin_compile.source.project import Description, NoDescription
+from rosorin_compile.source.files import exists, is_file, read_bytes
+from rosorin_compile.source.project import Description
 
 from .command import command, flag, mode_option, option, repeatable, robot_options, words_argument
 from .console import FINE, PROBLEMS, Console
@@ -45,8 +44,6 @@ def run_verify(run: Run) -> int:
     console, source = run.console, run.words[-1]
     if run.words.count(Description.STDIN) > 1:
         raise RequestError("standard input is the recording or the robot, not both")
-    if _is_robot(source):
-        raise RequestError(f"{source} is a robot: write verify {run.words[0]} SOURCE; SOURCE is {_SOURCES}")
     try:
         if source != Description.STDIN:
             Path(source).stat()
@@ -84,18 +81,6 @@ def run_verify(run: Run) -> int:
         except ValueError as problem:
             raise RequestError(f"--picture: {problem}") from None
     return PROBLEMS if result.fails(run.strict) else FINE
-
-
-def _is_robot(source: str) -> bool:
-    """Return True for a description or a robot in another format; messages may be pasted as YAML of any name."""
-    try:
-        path = Path(source) if is_file(source) else Description.find([source])[0].path
-    except (NoDescription, OSError, ValueError):
-        return False
-    inner = [one.name for one in Path(source).iterdir()] if is_folder(source) else []
-    in_recording = "metadata.yaml" in inner or any(name.endswith((".mcap", ".db3")) for name in inner)
-    is_robot = path.name == Description.ROOT_FILE or path.suffix.lower() in FORMATS.endings(include=True)
-    return is_robot and not in_recording
 
 
 def _save(name: str, text: str, kind: bytes) -> None:

@@ -1,6 +1,5 @@
 """rosorin-compile view and picture: show a robot in the browser, or write it as one page or as a PNG file."""
 
-import errno
 import re
 from typing import Any
 
@@ -42,11 +41,7 @@ def run_view(run: Run) -> int:
     try:
         server = bound(robot.page, host, port)
     except (OSError, UnicodeError) as problem:
-        if getattr(problem, "errno", None) == errno.EADDRINUSE:
-            raise RequestError(f"port {port} is taken; without --port a free one is found") from None
-        reason = getattr(problem, "strerror", None)
-        where = f"{host} is not an address of this machine" if port is None else f"port {port} of {host} cannot be used"
-        raise RequestError(f"{where}{f' ({reason})' if reason else ''}") from None
+        raise RequestError(f"the page cannot be served at {host}, port {port or 'any'}: {problem}") from None
     robot.serve(server, open_browser=not run.no_open)
     return FINE
 

@@ -7,8 +7,7 @@ checks, ``check NAME``, are commands of their own.
 import os
 import subprocess
 import tempfile
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import islice
@@ -57,20 +56,19 @@ def run_check(run: Run) -> int:
     for name in ("html", "summary", "depfile"):
         if getattr(run, name) is not None:
             setattr(run, name, str(here / getattr(run, name)))
-    with _staged_files(here) as folder:
-        os.chdir(folder)  # so that messages have the paths of the repository
+    with tempfile.TemporaryDirectory(prefix="rosorin-compile-staged-") as temporary:
+        os.chdir(_check_out_index(here, Path(os.path.realpath(temporary))))  # so that messages have the usual paths
         try:
             return _check(run)
         finally:
             os.chdir(here)
 
 
-@contextmanager
-def _staged_files(here: Path) -> Iterator[Path]:
-    """Check out the index of the repository that a folder is in; yield the copy of the folder.
+def _check_out_index(here: Path, copy: Path) -> Path:
+    """Check out the index of the repository that a folder is in to the folder ``copy``; return the folder in it.
 
-    The copy is in a temporary folder, with links to the submodules. In a hook Git names the index of the commit at
-    hand, which this uses. Raises RequestError without Git or a repository, and for an index with conflicts.
+    The copy has links to the submodules. In a hook Git names the index of the commit at hand, which this uses. Raises
+    RequestError without Git or a repository, and for an index with conflicts.
     """
 
     def git(folder: Path, *arguments: str) -> str:
@@ -85,17 +83,15 @@ def _staged_files(here: Path) -> Iterator[Path]:
         return os.fsdecode(done.stdout)
 
     top = Path(git(here, "rev-parse", "--show-toplevel").removesuffix("\n"))
-    with tempfile.TemporaryDirectory(prefix="rosorin-compile-staged-") as temporary:
-        copy = Path(os.path.realpath(temporary))
-        git(top, "checkout-index", "--all", "--force", "--quiet", f"--prefix={copy}{os.sep}")
-        for entry in git(top, "ls-files", "--stage", "-z").split("\0")[:-1]:
-            facts, _, name = entry.partition("\t")
-            if facts.startswith(_SUBMODULE):
-                (copy / name).parent.mkdir(parents=True, exist_ok=True)
-                (copy / name).symlink_to(top / name, target_is_directory=True)
-        folder = copy / Path(os.path.realpath(here)).relative_to(os.path.realpath(top))
-        folder.mkdir(parents=True, exist_ok=True)
-        yield folder
+    git(top, "checkout-index", "--all", "--force", "--quiet", f"--prefix={copy}{os.sep}")
+    for entry in git(top, "ls-files", "--stage", "-z").split("\0")[:-1]:
+        facts, _, name = entry.partition("\t")
+        if facts.startswith(_SUBMODULE):
+            (copy / name).parent.mkdir(parents=True, exist_ok=True)
+            (copy / name).symlink_to(top / name, target_is_directory=True)
+    folder = copy / Path(os.path.realpath(here)).relative_to(os.path.realpath(top))
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
 
 
 def _check(run: Run) -> int:

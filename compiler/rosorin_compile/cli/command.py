@@ -1,15 +1,17 @@
-"""Commands and their options: click commands with grouped help and one way of running.
+"""Commands and their options: click commands, one way of running, and completion of names.
 
-``command`` and ``check`` turn a function that takes a ``Run`` and returns an exit code into a ``Command``.
+``command`` and ``check`` turn a function that takes a ``Run`` and returns an exit code into a ``Command``. Completion
+runs nothing that a description names: a xacro file offers only the names of its arguments.
 """
 
 from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from functools import partial, reduce
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 from click.shell_completion import CompletionItem
@@ -19,12 +21,14 @@ from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError
 from rosorin_compile.source.plugins import Plugin, PluginFailed, broken_plugin
 from rosorin_compile.source.system import take_missing
 
-from . import complete
 from .console import FINE, PROBLEMS, Console, show_progress
-from .table import BUILT_IN, CHECK
+from .table import BUILT_IN, CHECK, names
 
 if TYPE_CHECKING:
+    from rosorin_compile.source.project import Description
+
     from .run import Run
+
 
 PAGE_MEGABYTES = 40  # of the meshes of a page
 ROBOT_HELP = "name of a robot in descriptions/, or a folder or file"
@@ -37,9 +41,7 @@ Decorator = Callable[[Any], Any]
 
 
 class Option(click.Option):
-    """An option with the ``section`` of the help that lists it, and the names of options that it excludes or needs."""
-
-    section = ""
+    """An option with the names of options that it excludes or needs."""
 
     def __init__(self, *words: Any, excludes: str = "", needs: str = "", **settings: Any) -> None:
         self.excludes, self.needs = excludes.split(), needs
@@ -137,13 +139,11 @@ class Command(click.Command):
         return PROBLEMS if fail_on == "warning" and code == FINE and has_warnings else code
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the arguments, and the options by section."""
+        """Write the arguments, the options and the further sections."""
         headed: dict[str, list[tuple[str, str]]] = {"Arguments": [], "Options": []}
         for param in self.get_params(ctx):
-            record = param.get_help_record(ctx)
-            if record is not None:
-                head = "Arguments" if isinstance(param, Argument) else getattr(param, "section", "") or "Options"
-                headed.setdefault(head, []).append(record)
+            if (record := param.get_help_record(ctx)) is not None:
+                headed["Arguments" if isinstance(param, Argument) else "Options"].append(record)
         for head, rows in [*headed.items(), *self.sections().items()]:
             if rows:
                 with formatter.section(head):
@@ -170,16 +170,11 @@ def command(name: str, within: str = "", **settings: Any) -> Callable[[Work], Co
 check = partial(command, within=CHECK)
 
 
-class FileName(click.ParamType):  # type: ignore[type-arg] # not generic before click 8.4
+class FileName(click.Path):  # type: ignore[type-arg,unused-ignore] # generic in some versions
     """The name of a file or folder, which must not be empty."""
 
-    name = "path"
-
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        return value or self.fail("the name is empty", param, ctx)
-
-    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        return [CompletionItem(incomplete, type="dir" if "FOLDER" in str(param.metavar) else "file")]
+        return super().convert(value or self.fail("the name is empty", param, ctx), param, ctx)
 
 
 PATH = FileName()
@@ -205,6 +200,74 @@ def _modes(_: click.Context, __: click.Parameter, values: Sequence[str]) -> dict
     return modes
 
 
+_MAX_ROBOTS = 8
+_XACRO_ARGUMENT = re.compile(r"<xacro:arg\s[^>]*?name=[\"']([^\"']+)[\"']")
+# The kinds that depend on a robot, each with the kinds of symbols.
+_OF_ROBOT: dict[str, tuple[str, ...]] = {kind: (kind,) for kind in ("argument", "joint", "pose", "mode", "output")}
+_OF_ROBOT |= {"frame": ("link",), "thing": ("link", "joint", "sensor")}
+
+Complete = Callable[[click.Context, click.Parameter, str], "list[CompletionItem]"]
+
+
+def complete(*kinds: str) -> Complete:
+    """Return a completion with the names of these kinds; "joint=" offers joints, each with an equals sign."""
+
+    def offered(ctx: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        found: dict[str, str] = {}
+        for kind in reversed(kinds):
+            suffix = "=" if kind.endswith("=") else ":=" if kind == "argument" else ""
+            with suppress(Exception):
+                found |= {name + suffix: help for name, help in _names(kind.rstrip("="), ctx).items()}
+        shown = ((name, help) for name, help in found.items() if name.startswith(incomplete) and name.isprintable())
+        items = [CompletionItem(name, help=help or None) for name, help in shown]
+        return items or ([CompletionItem(incomplete, type="file")] if {"robot", "file"} & set(kinds) else [])
+
+    return offered
+
+
+def _names(kind: str, ctx: click.Context) -> dict[str, str]:
+    """Return the names of a kind, with their help if there is any."""
+    from rosorin_compile.formats import FORMATS, schema_names
+    from rosorin_compile.source.project import Description, all_here, here
+    from rosorin_compile.source.rule_registry import find
+
+    if kind in _OF_ROBOT:
+        robots: list[Description] = []
+        for word in ctx.params.get("words") or ():
+            with suppress(Exception):
+                robots.append(Description.find([word])[0])
+        robots = (robots or here())[:_MAX_ROBOTS]
+        return {name: robot.name for robot in reversed(robots) for name in _names_of_robot(kind, robot, ctx)}
+    if kind == "robot":
+        return {path.parent.name: "robot of this project" for path in all_here()}
+    if kind == "format":
+        return {format.name: format.about for format in FORMATS.values() if format.write is not None}
+    if kind == "rule":
+        return dict.fromkeys(sorted(find()), "")
+    return schema_names() if kind == "schema" else names(kind) if kind in ("commands", "checks") else {}
+
+
+def _names_of_robot(kind: str, description: Description, ctx: click.Context) -> Iterable[str]:
+    """Return the names of one kind of a robot, which is read without running anything."""
+    from rosorin_compile.language.arguments import declared_arguments
+    from rosorin_compile.language.symbols import SymbolTable
+    from rosorin_compile.request import Request, is_foreign
+
+    def stop(*_: object) -> NoReturn:
+        raise PermissionError
+
+    path = description.path
+    if kind == "argument" and is_foreign(path):
+        return _XACRO_ARGUMENT.findall(path.read_text("utf-8", "replace"))
+    arguments = ctx.params.get("arg") or {}
+    if kind == "argument":
+        return [argument.name for argument in declared_arguments(path, {})[0]]
+    tree = Request(description, arguments, warn=stop).understand().expanded.tree  # a xacro file can run code
+    symbols = SymbolTable(tree).definitions(implied=True) if tree is not None else ()
+    found = dict.fromkeys(symbol.name for symbol in symbols if symbol.kind in _OF_ROBOT[kind])
+    return [f"{name}{state}" for name in found for state in ("", "=off")] if kind == "mode" else found
+
+
 def option(*names: str, offers: str = "", **settings: Any) -> Decorator:
     """Return a decorator that adds an ``Option``; it can be used several times, also with click 8.0.
 
@@ -225,7 +288,7 @@ def option(*names: str, offers: str = "", **settings: Any) -> Decorator:
     if settings.get("default") and "default: " not in settings.get("help", ""):
         settings["help"] = f"{settings.get('help', '')}; default: {settings['default']}"
     if offers:
-        settings["shell_complete"] = complete.complete(offers)
+        settings["shell_complete"] = complete(offers)
     return lambda function: click.option(*(name for name, _, _ in pairs), cls=Option, **settings)(function)
 
 
@@ -236,7 +299,7 @@ repeatable = partial(option, multiple=True)
 def argument(*names: str, offers: Sequence[str] = (), **settings: Any) -> Decorator:
     """Return a decorator that adds an ``Argument``; ``offers`` are the kinds of names that a shell completes."""
     if offers:
-        settings["shell_complete"] = complete.complete(*offers)
+        settings["shell_complete"] = complete(*offers)
     return lambda function: click.argument(*names, cls=Argument, **settings)(function)
 
 
@@ -245,18 +308,9 @@ def words_argument(metavar: str, help: str = "", required: bool = False, offers:
     return argument("words", nargs=-1, required=required, metavar=metavar, help=help, offers=offers)
 
 
-def combine(*decorators: Decorator, section: str = "") -> Decorator:
-    """Return one decorator that adds the parameters of several, in their order, to a section of the help."""
-
-    def decorate(function: Any) -> Any:
-        count = len(getattr(function, "__click_params__", []))
-        for decorator in reversed(decorators):
-            function = decorator(function)
-        for param in function.__click_params__[count:]:
-            param.section = section or getattr(param, "section", "")
-        return function
-
-    return decorate
+def combine(*decorators: Decorator) -> Decorator:
+    """Return one decorator that adds the parameters of several, in their order."""
+    return lambda function: reduce(lambda decorated, add: add(decorated), reversed(decorators), function)
 
 
 output_options = combine(
@@ -264,16 +318,16 @@ output_options = combine(
     flag("-q", "--quiet", help="print only errors and the result", excludes="verbose"),
     flag("-v", "--verbose", help="print all notes, and the files that were read"),
 )
-_PACKAGE = "folder of a ROS package, for $(find NAME) and package://NAME; repeatable"
 robot_options = combine(
-    repeatable("--package NAME=PATH", "packages", help=_PACKAGE),
+    repeatable(
+        "--package NAME=PATH",
+        "packages",
+        help="folder of a ROS package, for $(find NAME) and package://NAME; repeatable",
+    ),
     flag("--trust", help="do not warn about code that a xacro file can run"),
     option("--xacro-seconds S", type=click.IntRange(1), help="time limit for a xacro file in seconds; default: 30"),
-    combine(
-        repeatable("-a", "--arg NAME=VALUE", help="set an argument; also NAME:=VALUE without -a", offers="argument="),
-        repeatable("--args FILE", "args_files", help="read arguments from a YAML file; -a overrides them"),
-        section="Arguments of the description or the xacro file",
-    ),
+    repeatable("-a", "--arg NAME=VALUE", help="set an argument; also NAME:=VALUE without -a", offers="argument="),
+    repeatable("--args FILE", "args_files", help="read arguments from a YAML file; -a overrides them"),
 )
 robot_argument = words_argument("[ROBOT]", f"{ROBOT_HELP}; required if there are several")
 _FOLDER = "folder of the artifacts, with a subfolder for each of several robots; default: outputs/ROBOT"
@@ -330,12 +384,11 @@ def mode_option(unnamed: str) -> Decorator:
 
 
 def position_options(*more: Decorator, overrides: str = "--pose") -> Decorator:
-    """Return the options that set the positions of joints, and further ones in the same section of the help."""
+    """Return the options that set the positions of joints, zero by default, and further ones."""
     position = f"position, such as 30deg, 5cm or 1,2,30deg; overrides {overrides}"
     return combine(
         option("--pose POSE", default="", help="named pose of the description", offers="pose"),
         repeatable("--pulse JOINT=PULSE", "pulses", help="pulse for the servo; overrides --pose", offers="joint="),
         repeatable("--joint JOINT=VALUE", "joints", help=position, offers="joint="),
         *more,
-        section="Joint positions (default: zero)",
     )

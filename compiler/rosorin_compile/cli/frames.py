@@ -1,19 +1,25 @@
-"""rosorin-compile frames and graph: the tree of frames, and the nodes with their topics, as text or as a drawing."""
+"""rosorin-compile frames, graph, explain and args: its frames, nodes, lines of YAML and arguments."""
 
 import os
 import shutil
 import sys
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
+from rosorin_compile import api
+from rosorin_compile.language.arguments import Argument
 from rosorin_compile.model import Robot
 from rosorin_compile.model.frame_tree import lines, publishers, rows, way
 from rosorin_compile.output import may_replace, write_file
+from rosorin_compile.source.diagnostics import ERROR, RequestError, UnknownName, has_errors
+from rosorin_compile.source.project import Description, NoDescription, all_here
 from rosorin_compile.viewer.frames import BOLD, Frames, Look, frames, table, tree
 
 from . import command as cli
 from .console import FINE, PROBLEMS, paint
-from .run import Run
+from .console import table as aligned
+from .run import Run, find_robots, take_stdin, warn_of_no_robots
 
 
 @cli.command("frames", exits="0 shown or written, 1 the robot has errors")
@@ -82,3 +88,65 @@ def run_graph(run: Run) -> int:
     write_file(Path(run.output), found.svg().encode(), (), None if run.force else may_replace)
     run.give(found, lambda: f"{found.robot}: {run.output}")
     return PROBLEMS if failed else FINE
+
+
+@cli.command("explain", exits="0 printed, 1 the description has errors")
+@cli.words_argument(
+    "[ROBOT] NAME ...",
+    "the robot, and names of frames, links, joints, sensors, parts, arguments, named values or numbers (z, mass)",
+    required=True,
+    offers=("robot", "thing"),
+)
+@cli.option("--pose POSE", default="", help="also print the frames in a named pose", offers="pose")
+@cli.robot_options
+def run_explain(run: Run) -> int:
+    """Explain frames of one robot; of several words the first is the robot if it can be."""
+    take_stdin(run.words)
+    description, names = None, run.words
+    if len(names) > 1:
+        try:
+            description, names = Description.find(names[:1])[0], names[1:]
+        except NoDescription:
+            if not all_here():
+                raise
+    description = description or run.find_robot("", f"ROBOT {' '.join(names)}")
+    try:
+        found = api.explain(run.request(description), names, pose=run.pose)
+    except UnknownName as problem:
+        raise RequestError(f"{description.name}: {problem}") from None
+    if has_errors(found.diagnostics):
+        run.console.show([one for one in found.diagnostics if one.severity == ERROR])
+        run.console.warn(f"{description.name}: a description with errors has no meaning to explain")
+        return PROBLEMS
+    return run.give(found.answers, lambda: str(found))
+
+
+@cli.command("args", exits="0 listed, 1 an invalid argument")
+@cli.robots_argument()
+def run_args(run: Run) -> int:
+    """List the arguments of each robot; those that are set are shown, and checked."""
+    results = [api.arguments(run.request(description)) for description in find_robots(run.words)]
+    for result in results:
+        run.console.show(result.diagnostics)
+    if not run.words:
+        warn_of_no_robots(run.console)
+    valid = [result for result in results if not result.diagnostics]
+    run.give(valid, lambda: "\n".join(line for one in valid for line in _argument_table(one.robot, one.arguments)))
+    return FINE if len(valid) == len(results) else PROBLEMS
+
+
+def _argument_table(name: str, arguments: Sequence[Argument]) -> list[str]:
+    if not arguments:
+        return [f"{name} has no arguments"]
+    rows = [("name", "type", "allowed", "default", "set to", "where")]
+    for one in arguments:
+        place = f"{one.span.source.path}:{one.span.line}:{one.span.column}"
+        default = "(required)" if one.required else one.default
+        rows.append((one.name, one.type, ", ".join(one.allowed), default, one.value, place))
+    used = [column for column in zip(*rows, strict=True) if any(column[1:])]
+    heads, *rest = aligned(list(zip(*used, strict=True)))
+    width = max(len(row[0]) for row in rows)
+    shown = [f"{name}:", f"  {heads}"]
+    for argument, line in zip(arguments, rest, strict=True):
+        shown += [f"  {line}", *([f"  {'':{width}}  {argument.help}"] if argument.help else [])]
+    return shown

@@ -299,6 +299,7 @@ def write_depfile(
 
     ``inputs`` are the files that the target is made of, ``made`` the artifacts, which must not be the depfile.
     """
+
     def is_depfile(old: Path) -> bool:
         data = old.read_bytes()
         return not data.strip() or _DEPFILE.fullmatch(data) is not None

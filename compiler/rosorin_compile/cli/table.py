@@ -57,14 +57,13 @@ _HIDDEN = ("pulses", "cmake-dir", "bazel-dir")
 # Modules of commands that are not named after the command.
 MODULES = {
     **dict.fromkeys(("bazel-dir", "cmake-dir", "completion", "help", "rule", "schema"), "tool"),
-    **dict.fromkeys(("deploy", "deployed"), "package"),
+    **dict.fromkeys(("deploy", "deployed", "parameters"), "package"),
     **dict.fromkeys(("collisions", "physics"), "simulate"),
-    "args": "explain",
-    "graph": "frames",
-    "import": "import_robot",
-    "parameters": "check_parameters",
+    **dict.fromkeys(("args", "explain", "graph"), "frames"),
+    **dict.fromkeys(("import", "init"), "import_robot"),
     "picture": "view",
     "pulses": "tf",
+    "sweep": "watch",
 }
 
 

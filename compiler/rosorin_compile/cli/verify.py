@@ -1,6 +1,5 @@
 """rosorin-compile verify: compare a recording of the running robot with its description."""
 
-import errno
 import sys
 from pathlib import Path
 
@@ -44,12 +43,8 @@ def run_verify(run: Run) -> int:
     console, source = run.console, run.words[-1]
     if run.words.count(Description.STDIN) > 1:
         raise RequestError("standard input is the recording or the robot, not both")
-    try:
-        if source != Description.STDIN:
-            Path(source).stat()
-    except (OSError, ValueError) as problem:  # ValueError: a NUL in the name; reading reports any other reason
-        if getattr(problem, "errno", errno.ENOENT) in (errno.ENOENT, errno.ENOTDIR, errno.ELOOP):
-            raise RequestError(f"there is no {source}; name {_SOURCES}") from None
+    if source != Description.STDIN and not Path(source).exists():
+        raise RequestError(f"there is no {source}; name {_SOURCES}")
     description, _ = run.robot_before(1, "ROBOT SOURCE")
     picked = run.pick("modes without pose frames since until stale namespace prefix")
     result = verify(run.request(description), source, **picked)
@@ -85,14 +80,9 @@ def run_verify(run: Run) -> int:
 
 def _save(name: str, text: str, kind: bytes) -> None:
     """Write a file; an existing one is replaced if it is of that kind. Raises RequestError."""
-
-    def is_ours(old: Path) -> bool:
-        start = read_bytes(old, 1000)
-        return not start or kind in start
-
     if exists(name) and not is_file(name):
         raise RequestError(f"{name} cannot be written: it is not a regular file")
     try:
-        write_file(Path(name), text.encode(), may_replace=is_ours)
+        write_file(Path(name), text.encode(), may_replace=lambda old: kind in (read_bytes(old, 1000) or kind))
     except OutputError as problem:
         raise RequestError(f"{problem.diagnostic.message}; {problem.diagnostic.help}") from None

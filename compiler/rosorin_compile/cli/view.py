@@ -58,17 +58,14 @@ def contacts(shown: Shown) -> Any:
 @cli.option("-o", "--output FILE", required=True, help="picture to write: FILE.png")
 @cli.force_option
 @cli.position_options()
-@cli.combine(
-    cli.option("--from VIEW", "view", default="iso", help="camera: iso, front, side, top or angles (30deg,20deg)"),
-    cli.option("--size WxH", default="1280x800", help="size in pixels"),
-    cli.flag("--collision", help="show collision shapes of all links; default: of links without visuals"),
-    cli.flag("--frames", "published_frames", help="show published frames with their names"),
-    cli.repeatable("--frame FRAME", "frames", help="show a frame; repeatable", offers="frame"),
-    cli.mode_option("on"),
-    cli.option("--theme light|dark", default="light", help="colours of background and floor"),
-    cli.flag("--transparent", help="draw only the robot and its shadow, on a transparent background"),
-    section="Appearance",
-)
+@cli.option("--from VIEW", "view", default="iso", help="camera: iso, front, side, top or angles (30deg,20deg)")
+@cli.option("--size WxH", default="1280x800", help="size in pixels")
+@cli.flag("--collision", help="show collision shapes of all links; default: of links without visuals")
+@cli.flag("--frames", "published_frames", help="show published frames with their names")
+@cli.repeatable("--frame FRAME", "frames", help="show a frame; repeatable", offers="frame")
+@cli.mode_option("on")
+@cli.option("--theme light|dark", default="light", help="colours of background and floor")
+@cli.flag("--transparent", help="draw only the robot and its shadow, on a transparent background")
 @cli.robot_options
 def run_picture(run: Run) -> int:
     """Write a picture of a robot."""

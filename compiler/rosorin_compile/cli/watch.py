@@ -1,4 +1,4 @@
-"""rosorin-compile watch: compile on every change, and print the changes of the robot."""
+"""rosorin-compile watch and sweep: compile on every change of a file, or many variants of one robot."""
 
 import gc
 import signal
@@ -13,9 +13,10 @@ from rosorin_compile.source.diagnostics import ERROR
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description, NoDescription
 from rosorin_compile.source.wording import and_more, count_of
+from rosorin_compile.variants.sweep import MAX_FAILED, write_sweep
 
-from .command import command, output_folder_option, robots_argument
-from .console import FINE
+from .command import PATH, command, flag, option, output_folder_option, robot_argument, robot_options, robots_argument
+from .console import FINE, PROBLEMS
 from .run import Run, count, refuse_stdin, with_folders
 
 MAX_SHOWN = 20  # changes of one run, one line each
@@ -101,3 +102,49 @@ class WatchedRobot:
         more = [f"  ...{and_more(len(lines) - MAX_SHOWN)}"] if len(lines) > MAX_SHOWN else []
         for line in lines[:MAX_SHOWN] + more:
             _say(line)
+
+
+_OVER = "variants: a CSV file with a row for each, a YAML list, or a folder with a file of arguments for each"
+_AS = "with a folder: argument to set to the content of each file, or to its path if it is a text"
+
+
+@command("sweep", exits="0 all variants written or unchanged, 1 a variant has errors or cannot be written")
+@robot_argument
+@option("--over LIST", type=PATH, required=True, help=_OVER)
+@option("-o", "--output FOLDER", required=True, help="a folder per variant")
+@option("-j", "--jobs NUMBER", type=int, help="number of processes; default: one per core")
+@option("--as ARGUMENT", "whole", default="", help=_AS)
+@option("--dask ADDRESS", default="", help="address of a Dask scheduler, such as tcp://HOST:8786")
+@flag("--prune", help="delete variants that are no longer in the list")
+@robot_options
+def run_sweep(run: Run) -> int:
+    """Compile the variants of a list; return the exit code."""
+    description = run.only_robot(stdin=False)
+    console, code = run.console, PROBLEMS
+    console.begin(description.name)
+    try:
+        result = write_sweep(
+            run.request(description),
+            run.over,
+            run.output,
+            **run.pick("jobs whole dask prune"),
+            report=lambda diagnostic: console.show([diagnostic]),
+        )
+    except KeyboardInterrupt as stop:
+        if stop.args:
+            console.warn(f"stopped: {stop.args[0]}; the same command continues from there")
+        raise
+    if result.complete:
+        if result.removed:
+            shown = ", ".join(result.removed[:5]) + and_more(len(result.removed[5:]))
+            console.say(f"{count_of(len(result.removed), 'variant')} removed: {shown}")
+        if result.error > MAX_FAILED:
+            console.warn(f"{result.error - MAX_FAILED} more variants with errors: see sweep.json")
+        for status, count in (("made", result.made), ("unchanged", result.unchanged), ("errors", result.error)):
+            console.say(f"{status:<9} {count:>10,}")
+        run.give(result)
+        code = PROBLEMS if result.error else FINE
+    elif not result.made + result.unchanged + result.error:
+        console.warn(f"{run.over}: {count_of(len(result.diagnostics), 'error')}, nothing written")
+    console.end(code != FINE)
+    return code

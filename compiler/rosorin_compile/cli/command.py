@@ -1,7 +1,7 @@
 """Commands and their options: click commands, one way of running, and completion of names.
 
 ``command`` and ``check`` turn a function that takes a ``Run`` and returns an exit code into a ``Command``. Completion
-runs nothing that a description names: a xacro file offers only the names of its arguments.
+runs nothing that a description names.
 """
 
 from __future__ import annotations
@@ -201,15 +201,12 @@ def _modes(_: click.Context, __: click.Parameter, values: Sequence[str]) -> dict
 
 
 _MAX_ROBOTS = 8
-_XACRO_ARGUMENT = re.compile(r"<xacro:arg\s[^>]*?name=[\"']([^\"']+)[\"']")
 # The kinds that depend on a robot, each with the kinds of symbols.
 _OF_ROBOT: dict[str, tuple[str, ...]] = {kind: (kind,) for kind in ("argument", "joint", "pose", "mode", "output")}
 _OF_ROBOT |= {"frame": ("link",), "thing": ("link", "joint", "sensor")}
 
-Complete = Callable[[click.Context, click.Parameter, str], "list[CompletionItem]"]
 
-
-def complete(*kinds: str) -> Complete:
+def complete(*kinds: str) -> Callable[[click.Context, click.Parameter, str], list[CompletionItem]]:
     """Return a completion with the names of these kinds; "joint=" offers joints, each with an equals sign."""
 
     def offered(ctx: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
@@ -251,14 +248,12 @@ def _names_of_robot(kind: str, description: Description, ctx: click.Context) -> 
     """Return the names of one kind of a robot, which is read without running anything."""
     from rosorin_compile.language.arguments import declared_arguments
     from rosorin_compile.language.symbols import SymbolTable
-    from rosorin_compile.request import Request, is_foreign
+    from rosorin_compile.request import Request
 
     def stop(*_: object) -> NoReturn:
         raise PermissionError
 
     path = description.path
-    if kind == "argument" and is_foreign(path):
-        return _XACRO_ARGUMENT.findall(path.read_text("utf-8", "replace"))
     arguments = ctx.params.get("arg") or {}
     if kind == "argument":
         return [argument.name for argument in declared_arguments(path, {})[0]]

@@ -207,7 +207,11 @@ def _run(words: list[str], console: Console) -> int:
         if isinstance(problem, ModuleNotFoundError) and (package := _REQUIRED.get(problem.name or "")):
             missing = f"the package {package} is not installed, and no robot is read without it"
             return console.fail(f"{missing}: pip install {package}", USAGE)
-        if isinstance(problem, RecursionError):
+        from rosorin_compile.model.servos import NoPulse
+
+        if isinstance(problem, NoPulse):
+            reason = str(problem)
+        elif isinstance(problem, RecursionError):
             reason = "the input is nested too deeply: includes, parts or expressions refer to each other"
         elif type(problem) is MemoryError:
             reason = "not enough memory"

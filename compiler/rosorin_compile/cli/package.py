@@ -48,8 +48,7 @@ def run_package(run: Run) -> int:
     run.console.print_read(result.inputs)
     failed = run.show(result)
     if not result.package:
-        run.nothing_written(description, result.diagnostics)
-        return PROBLEMS
+        return max(PROBLEMS, run.nothing_written(description, result.diagnostics))
     written = f"{len(result.written)} written" if result.written else "unchanged"
     run.console.say(f"{result.package}: {len(result.files)} files in {result.folder}, {written}")
     run.give(result)
@@ -72,8 +71,7 @@ def run_deploy(run: Run) -> int:
     console.print_read(result.inputs)
     failed = run.show(result)
     if not result.robot:
-        run.nothing_written(description, result.diagnostics)
-        return PROBLEMS
+        return max(PROBLEMS, run.nothing_written(description, result.diagnostics))
     if result.changes:
         changes = "\n".join(result.changes)
         print(changes) if console.for_people else console.show([Diagnostic("deploy-changes", NOTE, changes)])
@@ -107,8 +105,7 @@ def run_check_deployed(run: Run) -> int:
             run.console.differ("not as deployed", result.lines, found, compared, others)
         failed = run.show(result)
         if not result.robot:
-            run.nothing_written(description, result.diagnostics)
-            return PROBLEMS
+            return max(PROBLEMS, run.nothing_written(description, result.diagnostics))
         total = len(result.same) + len(result.differing)
         run.console.say(f"{description.name}: {len(result.same)} of {total} copies in {folder} as compiled")
         return PROBLEMS if result.differing or failed else FINE

@@ -8,11 +8,9 @@ from pathlib import Path
 
 from rosorin_compile import api
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.format import Artifact
 from rosorin_compile.language.arguments import UNKNOWN
 from rosorin_compile.output import encode, is_generated, is_remembered, may_replace, remember, write_file
 from rosorin_compile.source.diagnostics import ERROR, RequestError
-from rosorin_compile.source.project import Description
 from rosorin_compile.source.wording import count_of
 
 from .command import command, depfile_options, flag, option, robot_options, words_argument
@@ -44,7 +42,13 @@ def run_print(run: Run) -> int:
         raise RequestError("JSON goes with --list: an artifact is printed as it is")
     if run.depfile is not None and target is None:
         raise RequestError("a depfile needs a target: write -o FILE, or --depfile-target NAME")
-    description, output = _requested(run)
+    words = run.words
+    if "" in words:
+        raise RequestError("a name is empty: a variable of the shell that is not set?")
+    if not 1 <= len(words) <= 2:
+        raise RequestError(f"print takes one ROBOT and one OUTPUT, not {len(words)} words; see {_CALL} --list")
+    output = words[-1]
+    description = run.find_robot("".join(words[:-1]), f"ROBOT {output}")
     request = run.request(description)
     compiled = request.compile((output,), foreign=True, lenient=run.lenient)
     inputs = request.inputs(compiled)
@@ -59,31 +63,17 @@ def run_print(run: Run) -> int:
     (artifact,) = compiled.artifacts
     data = encode(artifact.file, artifact.text)
     if run.output is not None:
-        _write(Path(run.output), data, artifact, inputs)
+        # A file without the mark of this tool is replaced if this tool wrote it before.
+        path, robot_of = Path(run.output), FORMATS[artifact.backend].robot_of
+        known = is_remembered(path)
+        write_file(path, data, inputs, lambda old: known or may_replace(old) or bool(robot_of and robot_of(old)))
+        if not is_generated(data):
+            remember(path)
     if run.depfile is not None:
         write_depfile(run, target, compiled, inputs, [Path(run.output)] if run.output else [])
     if run.output is None:
         give(artifact.text)
     return FINE
-
-
-def _write(path: Path, data: bytes, artifact: Artifact, inputs: list[Path]) -> None:
-    """Write an artifact; a file without the mark of this tool is replaced if it was written before."""
-    is_known, robot_of = is_remembered(path), FORMATS[artifact.backend].robot_of
-    write_file(path, data, inputs, lambda old: is_known or may_replace(old) or bool(robot_of and robot_of(old)))
-    if not is_generated(data):
-        remember(path)
-
-
-def _requested(run: Run) -> tuple[Description, str]:
-    """Return the robot and the name of the output. Raises RequestError."""
-    words = run.words
-    if "" in words:
-        raise RequestError("a name is empty: a variable of the shell that is not set?")
-    if not 1 <= len(words) <= 2:
-        raise RequestError(f"print takes one ROBOT and one OUTPUT, not {len(words)} words; see {_CALL} --list")
-    *robot, output = words
-    return run.find_robot("".join(robot), f"ROBOT {output}"), output
 
 
 def _list(run: Run) -> int:

@@ -161,12 +161,10 @@ class Section:
 
     @property
     def failed(self) -> bool:
-        """Whether there is something to correct."""
         return bool(self.wrong or self.counts(ERROR))
 
     @property
     def quiet(self) -> bool:
-        """Whether there is nothing for a reviewer: such a robot is a line of a list."""
         return not (self.failed or self.changes or self.files or self.diffs or self.counts(WARNING))
 
 
@@ -178,19 +176,15 @@ def markdown(sections: Sequence[Section]) -> str:
     for details in _DETAILS:
         parts = ["\n\n".join(_section(section, *details)) for section in sections if not section.quiet]
         document = "\n\n".join(filter(None, [head, *parts, quiet])) + "\n"
-        if _size(document) <= MAX_BYTES:
+        if len(document.encode("utf-8", "replace")) <= MAX_BYTES:
             return document
     document = f"{head}\n\nToo much to show here: see the log of the run.\n\n"
     for number, section in enumerate(sorted(sections, key=lambda section: section.quiet)):
         line = f"{_line(section)}\n"
-        if _size(document + line) > MAX_BYTES - 100:
+        if len((document + line).encode("utf-8", "replace")) > MAX_BYTES - 100:
             return f"{document}- and {count_of(len(sections) - number, 'more robot')}\n"
         document += line
     return document
-
-
-def _size(document: str) -> int:
-    return len(document.encode("utf-8", "replace"))
 
 
 def _line(section: Section) -> str:
@@ -212,7 +206,8 @@ def _section(section: Section, rows: int, max_diffs: int, max_lines: int) -> lis
         parts.append(_messages(worse, rows))
     for diff in section.diffs[:max_diffs]:
         lines = shorten(diff.lines)[:max_lines]
-        lines += [f"... {count_of(len(diff.lines) - len(lines), 'more line')}"] if len(diff.lines) > len(lines) else []
+        if len(diff.lines) > len(lines):
+            lines.append(f"... {count_of(len(diff.lines) - len(lines), 'more line')}")
         title = f"{_html_code(diff.file)}: {_html_code(diff.remark) if diff.remark else 'different text'}"
         parts.append(_folded(title, _fenced("diff", lines)))
     if len(section.diffs) > max_diffs:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from rosorin_compile.joint_values import JointPulse, pulses
 from rosorin_compile.model import Robot
-from rosorin_compile.model.servos import NoPulse, pulses_within, travel
+from rosorin_compile.model.servos import pulses_within, travel
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.numbers import exact, to_fixed
 from rosorin_compile.transforms import FrameTransform, NotPublished, Transforms, transform
@@ -46,9 +46,8 @@ def run_tf(run: Run) -> int:
     description, (source, target) = run.robot_before(2, "ROBOT SOURCE TARGET")
     try:
         found = transform(run.request(description), source, target, **picked)
-    except (NoPulse, NotPublished) as problem:
-        run.console.warn(f"rosorin-compile: {problem}")
-        return PROBLEMS
+    except NotPublished as problem:
+        return run.console.fail(str(problem), PROBLEMS)
     run.console.show(found.diagnostics)
     if found.robot is None:
         return run.no_robot(description)
@@ -110,11 +109,7 @@ def run_pulses(run: Run) -> int:
     description = run.find_robot("".join(names), "ROBOT ...")
     values = dict(pair(word, "JOINT=VALUE") for word in run.words if "=" in word)
     unit = "deg" if run.degrees else "rad" if run.radians else ""
-    try:
-        found = pulses(run.request(description), values, **run.pick("pose strict"), unit=unit)
-    except NoPulse as problem:
-        run.console.warn(f"rosorin-compile: {problem}")
-        return PROBLEMS
+    found = pulses(run.request(description), values, **run.pick("pose strict"), unit=unit)
     if found.without_servo:
         without = ", ".join(found.without_servo)
         run.console.warn(f'without a servo, and not shown, of the pose "{run.pose}": {without}')

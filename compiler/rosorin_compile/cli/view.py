@@ -69,7 +69,6 @@ def contacts(shown: Shown) -> Any:
 @cli.robot_options
 def run_picture(run: Run) -> int:
     """Write a picture of a robot."""
-    from rosorin_compile.model.servos import NoPulse
     from rosorin_compile.viewer.picture.draw import picture
 
     size = re.fullmatch(r"([0-9]{1,5})[xX]([0-9]{1,5})", run.size)
@@ -78,11 +77,7 @@ def run_picture(run: Run) -> int:
     description = run.only_robot()
     picked = run.pick("pose joints pulses modes view collision published_frames frames theme transparent force")
     pixels = (int(size[1]), int(size[2]))
-    try:
-        result = picture(run.request(description), run.output, **picked, size=pixels)
-    except NoPulse as problem:
-        run.console.warn(f"rosorin-compile: {problem}")
-        return PROBLEMS
+    result = picture(run.request(description), run.output, **picked, size=pixels)
     run.console.show(result.diagnostics)
     if not result.drawn:
         run.console.warn(f"{description.name}: no picture was drawn")

@@ -45,7 +45,6 @@ LINES = [
         ("rule axis-ac", {"axis-across"}),
         ("completion z", {"zsh"}),
         ("help fra", {"frames"}),
-        ("import arm.xacro si", {"side:="}),
     ],
 )
 def test_names_are_offered(line: str, offered: set[str], capsys: Shown) -> None:

@@ -15,7 +15,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.cli.diff import as_json
+from rosorin_compile.cli.check import as_json
 from rosorin_compile.cli.main import main
 from rosorin_compile.cli.report_formats import Section, markdown
 from rosorin_compile.compare.diff import compare_robots

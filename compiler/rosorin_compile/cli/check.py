@@ -1,4 +1,4 @@
-"""rosorin-compile check: compile each robot and compare it with the committed artifacts.
+"""rosorin-compile check and diff: compare robots with their committed artifacts, and two robots with each other.
 
 With --every-argument a robot is compiled with every combination of the arguments that have a list of values. Further
 checks, ``check NAME``, are commands of their own.
@@ -13,9 +13,13 @@ from functools import partial
 from itertools import islice
 from math import prod
 from pathlib import Path
+from typing import Any
 
 from rosorin_compile import api
-from rosorin_compile.language.arguments import Choice, Combination, choices, combinations
+from rosorin_compile.compare.difference import Difference
+from rosorin_compile.compare.difference import lines as difference_lines
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.language.arguments import NO_ARGUMENTS, Choice, Combination, choices, combinations
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, error, has_errors
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.progress import Progress
@@ -26,7 +30,7 @@ from rosorin_compile.viewer.changed import Pictures
 from . import command as cli
 from .console import FINE, PROBLEMS
 from .main import commands
-from .run import Run, count, for_each, write_depfile
+from .run import Run, count, for_each, take_stdin, write_depfile
 
 MAX_COMBINATIONS = 256
 _SUBMODULE = "160000"  # the mode of an entry in the index of Git
@@ -191,3 +195,64 @@ def _with(varied: Sequence[Choice], tried: Sequence[Combination], where: Sequenc
         causes = [f"{name}={value}" for (name, _), value in zip(varied, where[0], strict=True)]
         causes.append(f"and in {count_of(len(where) - 1, 'other combination')}")
     return f" (with {', '.join(causes)})"
+
+
+_OPTIONAL = ("distance", "angle", "when", "at")
+
+
+@cli.command("diff", exits="0 equal, 1 differences or errors")
+@cli.words_argument(
+    "A B",
+    f"robots to compare: name, folder or file of a description, or a {', '.join(FORMATS.endings())} file",
+    required=True,
+    offers=("robot",),
+)
+@cli.repeatable("--a-arg NAME=VALUE", help="set an argument of A only")
+@cli.repeatable("--b-arg NAME=VALUE", help="set an argument of B only")
+@cli.option("--prefix TEXT", help="prefix of all names in B; default: detected")
+@cli.option(
+    "--tolerance NUMBER", default=1e-9, help="largest difference to ignore, in m, rad or relative to the number"
+)
+@cli.flag("--full", help="print all differences")
+@cli.page_options("write a page that shows both robots and their differences")
+@cli.robot_options
+def run_diff(run: Run) -> int:
+    """Compare two robots, and print the differences."""
+    if len(run.words) != 2:
+        raise RequestError(f"diff compares two robots, not {len(run.words)}: {', '.join(run.words) or 'none'}")
+    if not 0 <= run.tolerance < float("inf"):
+        raise RequestError(f'--tolerance: "{run.tolerance}" is not a number from zero upwards')
+    take_stdin(run.words)
+    requests = [replace(run.request(run.find_robot(word)), warn=None) for word in run.words]
+    values = requests[0].values()
+    settings = {"a_arguments": run.a_arg, "b_arguments": run.b_arg, "packages": run.packages}
+    settings |= {"trust": run.trust, "brief": run.format == "text" and not run.full}
+    first, second = run.words
+    found = api.diff(first, second, run.tolerance, run.prefix, arguments=values, **settings)
+    if refused := [one for one in found.diagnostics if one.help == NO_ARGUMENTS]:
+        raise RequestError(refused[0].message)
+    run.console.show(found.diagnostics)
+    if found.a is None or found.b is None:
+        run.console.warn(f"{' and '.join(run.words)}: cannot be compared")
+        return PROBLEMS
+    run.give(as_json(found), lambda: "\n".join(difference_lines(found, run.full)))
+    if run.html is not None:
+        page = Pictures(Path(run.html), not run.no_meshes, run.max_megabytes)
+        pairs = zip(requests, (run.a_arg, run.b_arg), strict=True)
+        page.take_sides([replace(one, arguments={**one.arguments, **own}) for one, own in pairs], found, run.prefix)
+        run.write_page(page)
+    return FINE if found.same else PROBLEMS
+
+
+def as_json(difference: Difference) -> dict[str, Any]:
+    """Return a comparison as a value of JSON, as the schema robot_diff describes."""
+    found: dict[str, Any] = {}
+    for letter, side in zip("ab", difference.sides, strict=True):
+        counts = {"links": len(side.robot.links), "joints": len(side.robot.joints)}
+        found[letter] = {"source": side.label, "format": side.format.name, "robot": side.robot.name, **counts}
+    found |= {name: getattr(difference, name) for name in ("same", "tolerance", "notes", "not_compared")}
+    items = [{"a": item.before, "b": item.after, **vars(item)} for item in difference.items]
+    for item in items:
+        for name in ("before", "after", *(name for name in _OPTIONAL if not item[name] and item[name] != 0)):
+            del item[name]
+    return {**found, "differences": items, "summary": difference.summary()}

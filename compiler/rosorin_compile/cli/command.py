@@ -180,9 +180,19 @@ class FileName(click.Path):  # type: ignore[type-arg,unused-ignore] # generic in
 PATH = FileName()
 
 
-def _pairs(_: click.Context, param: click.Parameter, values: Sequence[str]) -> dict[str, str]:
-    from .run import pair
+def pair(text: str, form: str) -> tuple[str, str]:
+    """Return the name and the value of a text such as NAME=VALUE or NAME:=VALUE. Raises RequestError.
 
+    ``form`` is what the error shows; only the value of an argument, NAME=VALUE, may be empty.
+    """
+    name, equals, value = text.partition("=")
+    name = name.strip().removesuffix(":")
+    if not equals or not name or not (value.strip() or form == "NAME=VALUE"):
+        raise RequestError(f'"{text}" is not {form}')
+    return name, value if form == "NAME=VALUE" else value.strip()
+
+
+def _pairs(_: click.Context, param: click.Parameter, values: Sequence[str]) -> dict[str, str]:
     return dict(pair(value, str(param.metavar)) for value in values)
 
 

@@ -7,7 +7,7 @@ import click
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.importing.import_robot import companions, import_robot
-from rosorin_compile.importing.new_robot import DEFAULT, TEMPLATES, NewRobot, check_free, init
+from rosorin_compile.importing.new_robot import DEFAULT, TEMPLATES, NewRobot, init
 from rosorin_compile.source.diagnostics import ERROR, RequestError, count_of, error
 from rosorin_compile.source.project import Description
 
@@ -73,7 +73,6 @@ _TEMPLATE = f"one of {', '.join(TEMPLATES)}; default: {DEFAULT}"
 def run_init(run: Run) -> int:
     """Write a new description, and print the next step."""
     try:
-        check_free(run.name, Path(run.output))
         new = init(run.name, run.template, run.output)
     except OSError as problem:
         message = f"cannot write in {run.output}: {problem.strerror or problem}"

@@ -1,7 +1,6 @@
 """rosorin-compile package, deploy, check deployed and check parameters: artifacts and parameter files of ROS 2."""
 
 import re
-from contextlib import suppress
 from pathlib import Path
 
 from rosorin_compile.formats.format import DISTRIBUTIONS
@@ -91,9 +90,8 @@ def run_check_deployed(run: Run) -> int:
     if not names:
         raise RequestError("there is no folder to look into: rosorin-compile check deployed ROBOT FOLDER")
     folder = names[-1]
-    with suppress(PermissionError):  # reported as an error of the robot
-        if not Path(folder).is_dir():
-            raise RequestError(f'there is no folder "{folder}"')
+    if not files.is_folder(folder):
+        raise RequestError(f'there is no folder "{folder}"')
 
     def check_robot(run: Run, description: Description) -> int:
         result = check_deployed(run.request(description), folder, full=run.full)

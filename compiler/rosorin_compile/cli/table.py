@@ -59,10 +59,10 @@ MODULES = {
     **dict.fromkeys(("bazel-dir", "cmake-dir", "completion", "help", "rule", "schema"), "tool"),
     **dict.fromkeys(("deploy", "deployed", "parameters"), "package"),
     **dict.fromkeys(("collisions", "physics"), "simulate"),
-    **dict.fromkeys(("args", "explain", "graph"), "frames"),
+    **dict.fromkeys(("args", "explain", "graph", "pulses", "tf"), "frames"),
     **dict.fromkeys(("import", "init"), "import_robot"),
+    "diff": "check",
     "picture": "view",
-    "pulses": "tf",
     "sweep": "watch",
 }
 

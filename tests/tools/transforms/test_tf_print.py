@@ -14,7 +14,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.cli.tf import _echo
+from rosorin_compile.cli.frames import _echo
 from rosorin_compile.model import Joint, Link, Pose, Robot
 from rosorin_compile.model.kinematics import Graph
 from rosorin_compile.transforms import lookup

@@ -1,8 +1,4 @@
-"""The output of one run: diagnostics and a result, as text at once or as one document for a program at the end.
-
-While ``guard`` is active, no text of a file, of a name or of another program controls the terminal; ``paint`` and
-``give`` bypass it, for our own colours and for artifacts on their way into a file or a pipe.
-"""
+"""The output of one run: diagnostics and a result, as text at once or as one document for a program at the end."""
 
 from __future__ import annotations
 
@@ -61,7 +57,7 @@ class _Guard:
 
 @contextmanager
 def guard() -> Iterator[None]:
-    """Make control characters visible in whatever is printed in the block."""
+    """Make control characters visible in whatever is printed in the block, but by ``paint`` and ``give``."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # the caller has closed it
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - as long as we run

@@ -105,8 +105,7 @@ def heightmap(run: Run) -> int:
     """Compute a height map. Raises RequestError."""
     refuse_stdin(run.words)
     if run.format != "text" and (run.into or run.bottom):
-        word, other = ("--into edits a file; it", "-o") if run.into else ("--bottom", "--into")
-        raise RequestError(f"{word} excludes {other} and JSON")
+        raise RequestError(f"{'--into' if run.into else '--bottom'} excludes --format {run.format}")
     picked = run.pick("link section scale frame xyz rpy bottom into status note output force")
     result = extract_height_map(run.words, **run.read_options(), **_grid(run), **picked)
     if not run.into:

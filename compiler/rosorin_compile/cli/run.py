@@ -1,8 +1,4 @@
-"""The input of a command: the arguments and packages of the command line, and the robots that it names.
-
-``for_each`` calls a function for each requested robot.
-``write_depfile`` writes from which files a target was made, in the syntax of Make and Ninja.
-"""
+"""The input of a command: the arguments and packages of the command line, and the robots that it names."""
 
 from __future__ import annotations
 
@@ -76,10 +72,7 @@ class Run(SimpleNamespace):
         return {name: getattr(self, name) for name in names.split()}
 
     def only_robot(self, stdin: bool = True) -> Description:
-        """Return the robot of a command about one: the one that is named, or the only one here. Raises RequestError.
-
-        A robot on standard input is refused without ``stdin``.
-        """
+        """Return the robot of a command about one, not on standard input without ``stdin``. Raises RequestError."""
         if not stdin:
             refuse_stdin(self.words)
         if len(self.words) > 1:
@@ -87,10 +80,7 @@ class Run(SimpleNamespace):
         return self.find_robot(*self.words)
 
     def find_robot(self, name: str = "", usage: str = "ROBOT") -> Description:
-        """Return the robot of a name, or the only one here; ``usage`` shows how to name one.
-
-        Raises RequestError, NoDescription.
-        """
+        """Return the robot of a name, or the only one here. Raises RequestError with ``usage``, or NoDescription."""
         found = find_robots([name]) if name else project.here()
         if len(found) > 1:
             robots = ", ".join(description.name for description in found)

@@ -107,7 +107,7 @@ def test_files_of_others_are_not_overwritten(here: Path, capsys: Said) -> None:
     capsys.readouterr()
     assert main(words) == 1
     assert capsys.readouterr().err.splitlines() == [
-        "error[extract-file]: boxes.yaml exists, and extract did not make it",
+        "error[extract-file]: this tool did not write boxes.yaml: it is not replaced",
         "    name another file, or add --force",
     ]
     assert (here / "boxes.yaml").read_text() == "robot: mine\n"

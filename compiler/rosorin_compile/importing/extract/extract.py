@@ -5,9 +5,7 @@ numpy, scipy and trimesh are imported after a check that they are installed.
 
 from __future__ import annotations
 
-import dataclasses
 import math
-import os
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -19,7 +17,7 @@ from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, Trian
 from rosorin_compile.output import OutputError, write_file, write_set
 from rosorin_compile.request import FilePath, Packages, Values, Warn, read_options
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import Diagnostic, RequestError
+from rosorin_compile.source.diagnostics import Diagnostic, RequestError, SourceError
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.packages import Packages as PackageFinder
 from rosorin_compile.source.progress import Progress
@@ -27,7 +25,7 @@ from rosorin_compile.source.wording import mask_controls
 
 from ..layout import layout, number
 from .height_map_file import find_map, height_map_yaml, replace_map
-from .sources import GridOptions, RobotSource, SourceProblem, are_meshes, check_digits, mesh_parts
+from .sources import MAX_DIGITS, GridOptions, RobotSource, SourceProblem, are_meshes, mesh_parts
 
 if TYPE_CHECKING:
     from .shapes import Fit
@@ -123,7 +121,8 @@ def extract_boxes(
     diagnostics: list[Diagnostic] = []
     if not 1 <= stack <= 100:
         raise RequestError("--stack takes 1 to 100 boxes")
-    check_digits(digits, "--digits")
+    if not 0 <= digits <= MAX_DIGITS:
+        raise RequestError(f"--digits takes 0 to {MAX_DIGITS} decimals")
     try:
         TriangleMesh.require_packages()
         from .shapes import fit_shapes
@@ -166,8 +165,8 @@ def extract_boxes(
                 rows.append((part.name, name, _volume(fit.volume), overhang, f"{overlap:g}%"))
         text = _first_line(sources, reading.arguments, "boxes") + layout({"links": entries})
         if output is not None:
-            save(Path(output), text, force)
-    except ExtractProblem as problem:
+            _save(Path(output), text, force)
+    except SourceError as problem:
         return ExtractedBoxes(diagnostics=(*diagnostics, *_diagnostics(problem)))
     width = max(len(name) for name, *_ in rows)
     table = (f"{row[0]:<{width}}  {row[1]:<12}  {row[2]:>10}  {row[3]:>16}  {row[4]:>7}" for row in rows)
@@ -303,14 +302,14 @@ def extract_height_map(
             place = f"{into_file}:{existing.entry.key_spans['height_map'].line}"
             report.append(f"{place}: height map of {frame} {'replaced' if is_new else 'unchanged'}")
             if is_new:
-                _replace(into_file, text)
+                _save(into_file, text, force=True)
         else:
             text = _first_line(sources, reading.arguments, "heightmap")
             text += height_map_yaml(frame, height_map, status, note)
             report = [summary(height_map)]
             if output is not None:
-                save(Path(output), text, force)
-    except ExtractProblem as problem:
+                _save(Path(output), text, force)
+    except SourceError as problem:
         return ExtractedHeightMap(diagnostics=(*diagnostics, *_diagnostics(problem)))
     return ExtractedHeightMap(frame, height_map, text, tuple(report), tuple(diagnostics))
 
@@ -364,7 +363,7 @@ def extract_factory(
         head = f"{MARK} factory: %s of the package {name}. Numbers only; metres, radians.\n"
         source = RobotSource.read(str(path), reading)
         taken = factory.take_numbers(source, name, height_map_link, frame, grid, section)
-    except ExtractProblem as problem:
+    except SourceError as problem:
         choice = [] if path is None else factory.choice_of(path)
         return ExtractedFactory(diagnostics=(*_diagnostics(problem), *choice))
     diagnostics = arrange(source.diagnostics)
@@ -388,25 +387,14 @@ def _first_line(sources: Sequence[str], arguments: Mapping[str, str], command: s
     return mask_controls(f"{MARK} {command} {shlex.join(words)}".replace("\n", " ")) + "\n"
 
 
-def save(path: Path, text: str, force: bool = False) -> None:
-    """Write a file; one that extract did not make is replaced only with ``force``. Raises ExtractProblem."""
-    if not force and os.path.lexists(path):
-        try:
-            is_ours = _is_made(files.read_bytes(path, len(MARK)))
-        except OSError:
-            is_ours = False
-        if not is_ours:
-            message = f"{path} exists, and extract did not make it"
-            raise ExtractProblem.new("extract-file", message, "name another file, or add --force")
-    _replace(path, text)
-
-
-def _replace(path: Path, text: str) -> None:
-    """Replace the text of a file atomically; a link stays a link. Raises ExtractProblem."""
+def _save(path: Path, text: str, force: bool) -> None:
+    """Write a file; one that extract did not make is replaced only with ``force``. Raises SourceError."""
     try:
-        write_file(path, text.encode(), may_replace=None)
+        write_file(path, text.encode(), may_replace=None if force else lambda old: _is_made(files.read_bytes(old)))
     except OutputError as problem:
-        raise ExtractProblem(dataclasses.replace(problem.diagnostic, rule="extract-file")) from None
+        help = "name another file, or add --force" if problem.diagnostic.rule == "output-not-ours" else None
+        diagnostic = replace(problem.diagnostic, rule="extract-file", help=help or problem.diagnostic.help)
+        raise SourceError(diagnostic) from None
 
 
 def _is_made(old: bytes) -> bool:
@@ -414,11 +402,8 @@ def _is_made(old: bytes) -> bool:
     return old.startswith(MARK.encode())
 
 
-def _diagnostics(problem: ExtractProblem) -> list[Diagnostic]:
-    """Return the diagnostics of a problem. Raises RequestError for the name of something that does not exist."""
-    if isinstance(problem, SourceProblem):
-        return arrange(problem.diagnostics)
+def _diagnostics(problem: SourceError) -> list[Diagnostic]:
+    """Return the diagnostics of a problem. Raises RequestError for a mesh file that does not exist."""
     if isinstance(problem, NotThere):
-        found = problem.diagnostic.with_help()
-        raise RequestError(f"{found.message}; {found.help}" if found.help else found.message) from None
-    return [problem.diagnostic]
+        raise RequestError(f"{problem.diagnostic.message}; {problem.diagnostic.help}") from None
+    return arrange(problem.diagnostics if isinstance(problem, SourceProblem) else [problem.diagnostic])

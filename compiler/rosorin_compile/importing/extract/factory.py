@@ -11,8 +11,8 @@ from pathlib import Path
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.model import Box
-from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Suggestion, phrase
+from rosorin_compile.model.mesh_triangles import ExtractProblem, TriangleMesh
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError, UnknownName, phrase
 from rosorin_compile.source.files import is_file, is_folder, read_bytes
 from rosorin_compile.source.progress import Progress
 
@@ -51,10 +51,10 @@ class FactoryNumbers:
 def find_robot_file(package: Path, requested: str | None) -> Path:
     """Return the requested file of a package, or the only one with a robot that no other file includes.
 
-    Raises NotThere if there is no such package or file, else ExtractProblem.
+    Raises RequestError if there is no such package or file, else ExtractProblem.
     """
     if not is_folder(package):
-        raise NotThere.new("factory-robot", f"{package} is not a folder", "name the folder of a description package")
+        raise RequestError(f"{package} is not a folder; name the folder of a description package")
     published = FORMATS.published_format()
     formats = [one for one in FORMATS.values() if published.name in (one.name, one.becomes)]
     endings = {ending for one in formats for ending in one.endings}
@@ -76,7 +76,7 @@ def find_robot_file(package: Path, requested: str | None) -> Path:
         for path in (package / requested, Path(requested)):
             if is_file(path):
                 return path
-        raise NotThere.new("factory-robot", f'{package} has no file "{requested}"', Suggestion(requested, names))
+        raise UnknownName("file", requested, names, str(package))
     if len(candidates) == 1:
         return candidates[0]
     if not candidates:

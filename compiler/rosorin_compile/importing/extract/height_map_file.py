@@ -93,12 +93,9 @@ class MapEntry:
 
 
 def find_map(path: Path, link: str | None) -> MapEntry:
-    """Return the height map of a link in a file, or the only one. Raises ExtractProblem."""
-    try:
-        source = read_utf8(path, str(path))
-        tree = parse_yaml(source)
-    except LoadError as problem:
-        raise ExtractProblem(problem.diagnostic) from None
+    """Return the height map of a link in a file, or the only one. Raises SourceError."""
+    source = read_utf8(path, str(path))
+    tree = parse_yaml(source)
     links = tree.get("links") if isinstance(tree, Map) else None
     maps = [
         MapEntry(source, name, index, collision)

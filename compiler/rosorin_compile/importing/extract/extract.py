@@ -10,7 +10,7 @@ import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Pose, Shape
 from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
@@ -26,9 +26,6 @@ from rosorin_compile.source.wording import mask_controls
 from ..layout import layout, number
 from .height_map_file import find_map, height_map_yaml, replace_map
 from .sources import MAX_DIGITS, GridOptions, RobotSource, SourceProblem, are_meshes, mesh_parts
-
-if TYPE_CHECKING:
-    from .shapes import Fit
 
 MARK = "# rosorin-compile extract"  # begins every file that extract writes
 
@@ -78,11 +75,6 @@ class ExtractedFactory:
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
 
-def _three(numbers: Sequence[float]) -> tuple[float, float, float]:
-    x, y, z = numbers
-    return x, y, z
-
-
 def extract_boxes(
     sources: Sequence[str],
     arguments: Values = None,
@@ -128,7 +120,7 @@ def extract_boxes(
         from .shapes import fit_shapes
 
         if are_meshes(sources, links):
-            parts = mesh_parts(sources, _three(scale), diagnostics)
+            parts = mesh_parts(sources, scale, diagnostics)
         else:
             robot = RobotSource.read(sources[0], reading)
             names = [robot.link(name) for name in links] or list(robot.robot.link)
@@ -154,7 +146,18 @@ def extract_boxes(
                 "triangles": len(part.triangles),
                 "closed": fit.overhang is not None,
                 "smallest": smallest,
-                "shapes": {kind: _fit_values(fit) for kind, fit in fits.items()},
+                "shapes": {
+                    kind: {
+                        "shapes": [
+                            {**_sizes(piece), "xyz": list(piece.pose.xyz), "rpy": list(piece.pose.rpy)}
+                            for piece in fit.pieces
+                        ],
+                        "volume": fit.volume,
+                        "overhang_volume": fit.overhang,
+                        "overlap": fit.overlap,
+                    }
+                    for kind, fit in fits.items()
+                },
             }
             for kind, fit in fits.items():
                 name = f"stack of {len(fit.pieces)}" if kind == "stack" else kind.replace("_", " ")
@@ -185,12 +188,6 @@ def _sizes(shape: Shape) -> dict[str, dict[str, Any]]:
     assert isinstance(geometry, Cylinder | Capsule)  # noqa: S101 - fits have no other shape
     kind = "cylinder" if isinstance(geometry, Cylinder) else "capsule"
     return {kind: {"radius": geometry.radius, "length": geometry.length}}
-
-
-def _fit_values(fit: Fit) -> dict[str, Any]:
-    """Return shapes and their fit: metres, cubic metres, radians."""
-    shapes = [{**_sizes(one), "xyz": list(one.pose.xyz), "rpy": list(one.pose.rpy)} for one in fit.pieces]
-    return {"shapes": shapes, "volume": fit.volume, "overhang_volume": fit.overhang, "overlap": fit.overlap}
 
 
 def shape_entry(shape: Shape) -> dict[str, Any]:
@@ -263,7 +260,10 @@ def extract_height_map(
     if wrong:
         return ExtractedHeightMap(diagnostics=tuple(wrong))
     grid = GridOptions(cell, origin, cells, size, below, map_digits, step, bottom)
-    transform, into_file = Pose(_three(xyz), _three(rpy)).transform(), Path(into) if into is not None else None
+    transform, into_file = (
+        Pose((xyz[0], xyz[1], xyz[2]), (rpy[0], rpy[1], rpy[2])).transform(),
+        None if into is None else Path(into),
+    )
     diagnostics: list[Diagnostic] = []
     if into_file is not None and output is not None:
         raise RequestError("--into edits a file; it excludes -o and JSON")
@@ -279,7 +279,7 @@ def extract_height_map(
         if existing is not None:
             grid, frame = existing.complete(grid), existing.link
         if are_meshes(sources, [link] if link is not None else []):
-            parts = mesh_parts(sources, _three(scale), diagnostics)
+            parts = mesh_parts(sources, scale, diagnostics)
             frame = frame or parts[0].name
         elif link is None:
             raise RequestError("name the link of the robot: --link LINK")
@@ -299,7 +299,7 @@ def extract_height_map(
         if existing is not None and into_file is not None:
             text, report = replace_map(existing, height_map, status, note), [summary(height_map)]
             is_new = text != existing.source.text
-            place = f"{into_file}:{existing.entry.key_spans['height_map'].line}"
+            place = f"{into_file}:{existing.collision.key_spans['height_map'].line}"
             report.append(f"{place}: height map of {frame} {'replaced' if is_new else 'unchanged'}")
             if is_new:
                 _save(into_file, text, force=True)
@@ -362,22 +362,23 @@ def extract_factory(
         reading = replace(reading, packages={name: folder, **reading.packages})
         head = f"{MARK} factory: %s of the package {name}. Numbers only; metres, radians.\n"
         source = RobotSource.read(str(path), reading)
-        taken = factory.take_numbers(source, name, height_map_link, frame, grid, section)
+        texts, boxes, line = factory.take_numbers(source, name, height_map_link, frame, grid, section)
     except SourceError as problem:
         choice = [] if path is None else factory.choice_of(path)
         return ExtractedFactory(diagnostics=(*_diagnostics(problem), *choice))
     diagnostics = arrange(source.diagnostics)
-    texts = {f"{title}.yaml": head % title + text for title, text in taken.texts.items()}
+    files_made = {f"{title}.yaml": head % title + text for title, text in texts.items()}
     try:
-        write_set(target, texts, judge=lambda _, old, __: "replace" if _is_made(old) else "refuse")
+        write_set(target, files_made, judge=lambda _, old, __: "replace" if _is_made(old) else "refuse")
     except OutputError as problem:
         return ExtractedFactory(diagnostics=(*diagnostics, problem.diagnostic))
-    written = tuple(str(target / file) for file in sorted(texts))
-    names = (("joints", taken.joints), ("boxes", taken.boxes))
-    report = [f"{what} ({len(found)}): {', '.join(found) or 'none'}" for what, found in names]
-    report += [taken.summary] if taken.summary else []
+    joints, written = tuple(source.robot.joint), tuple(str(target / file) for file in sorted(files_made))
+    report = [
+        f"{what} ({len(found)}): {', '.join(found) or 'none'}" for what, found in (("joints", joints), ("boxes", boxes))
+    ]
+    report += [line] if line else []
     report.append(f"written: {', '.join(written)}")
-    return ExtractedFactory(tuple(taken.joints), tuple(taken.boxes), written, tuple(report), tuple(diagnostics))
+    return ExtractedFactory(joints, tuple(boxes), written, tuple(report), tuple(diagnostics))
 
 
 def _first_line(sources: Sequence[str], arguments: Mapping[str, str], command: str) -> str:

@@ -6,7 +6,6 @@ Only numbers and names are taken; no mesh and no text of the package is copied.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from pathlib import Path
 
 from rosorin_compile.formats import FORMATS
@@ -23,8 +22,7 @@ from .height_map_file import height_map_yaml
 from .shapes import enclosing_box
 from .sources import GridOptions, RobotSource
 
-_PLACE = ("type", "parent", "child", "xyz", "rpy", "axis")
-_KEYS = (*_PLACE, "limit", "mimic", "dynamics", "calibration", "safety_controller")
+_KEYS = "type parent child xyz rpy axis limit mimic dynamics calibration safety_controller".split()
 _NOT_TAKEN = ("mass-", "inertia-", "shape-")  # rules about values that are not taken
 _DIGITS = 5
 _MAX_BYTES = 5_000_000  # of a robot file
@@ -34,18 +32,7 @@ _CONDITION = re.compile(
     r"<xacro:(if|unless)\b[^>]*?\svalue\s*=\s*(\"[^\"]*\"|'[^']*')[^>]*>(.*?)</xacro:\1>", re.DOTALL
 )
 _PROPERTY = re.compile(r"<xacro:property\b[^>]*?\sname\s*=\s*[\"'](\w+)[\"'][^>]*?\svalue\s*=\s*[\"']([^\"']*)[\"']")
-_SOURCE = re.compile(r"\$\((env|optenv|arg)\s+(\w+)")
-_COMPARISON = re.compile(r"""(\$\([^()]*\)|\b\w+\b)\s*['"]?\s*[!=]=\s*['"]([^'"]*)['"]""")
-
-
-@dataclass
-class FactoryNumbers:
-    """The results: YAML texts by title, the names of joints, the links with a box, and a line about the height map."""
-
-    texts: dict[str, str]
-    joints: list[str]
-    boxes: list[str]
-    summary: str = ""
+_VARIABLE = re.compile(r"""\$\((env|optenv|arg)\s+(\w+)[^()]*\)\s*['"]?\s*(?:[!=]=\s*['"]([^'"]*)['"])?""")
 
 
 def find_robot_file(package: Path, requested: str | None) -> Path:
@@ -94,17 +81,17 @@ def _choice(text: str) -> str:
     includes = _INCLUDES.findall(text)
     conditions = [value[1:-1] for _, value, content in _CONDITION.findall(text) if "<xacro:include" in content]
     conditions += [name for name in includes if "$" in name]
-    origins = {name: source for name, value in _PROPERTY.findall(text) if (source := _SOURCE.search(value))}
+    properties = {
+        name: f"$({variable[1]} {variable[2]})"
+        for name, value in _PROPERTY.findall(text)
+        if (variable := _VARIABLE.search(value))
+    }
     values: dict[str, dict[str, None]] = {}
-    for condition in conditions if includes else ():
-        found = [(source, "") for source in _SOURCE.finditer(condition)]
-        found += [(origins[word], "") for word in re.findall(r"\w+", condition) if word in origins]
-        for operand, value in _COMPARISON.findall(condition):
-            if source := _SOURCE.search(operand) or origins.get(operand):
-                found.append((source, value))
-        for source, value in found:
-            kind = "argument" if source[1] == "arg" else "environment variable"
-            values.setdefault(f"the {kind} {source[2]}", {}).update({value: None} if value else {})
+    for condition in conditions:
+        expanded = re.sub(r"\w+", lambda word: properties.get(word[0], word[0]), condition)
+        for source, name, value in _VARIABLE.findall(expanded):
+            kind = "argument" if source == "arg" else "environment variable"
+            values.setdefault(f"the {kind} {name}", {}).update({value: None} if value else {})
     chosen = [f"{name} ({', '.join(some)})" if some else name for name, some in values.items()]
     return f"chooses by {phrase(chosen)}" if chosen else ""
 
@@ -118,12 +105,13 @@ def choice_of(path: Path) -> list[Diagnostic]:
 
 def take_numbers(
     source: RobotSource, package: str, map_link: str | None, frame: str | None, grid: GridOptions, section: str
-) -> FactoryNumbers:
-    """Take the numbers of a robot, without a height map if ``map_link`` is None.
+) -> tuple[dict[str, str], list[str], str]:
+    """Return YAML texts by title, the links with a box, and a line about the height map, empty if there is none.
 
-    Raises NotThere for a link or frame that it does not have; other problems are diagnostics of the source.
+    There is no height map without ``map_link``. Raises UnknownName for a link or frame that the robot does not have;
+    other problems are diagnostics of the source.
     """
-    frame = frame or map_link
+    frame, texts, line = frame or map_link, dict[str, str](), ""
     for link in filter(None, (map_link, frame)):
         source.link(link)
     boxes: dict[str, Box] = {}
@@ -132,7 +120,6 @@ def take_numbers(
         part = None if link == map_link else source.part(link, section)
         if part is not None:
             boxes[link] = enclosing_box(part.triangles, _DIGITS)
-    taken = FactoryNumbers({}, list(source.robot.joint), list(boxes))
     if map_link is not None and frame is not None:
         part = source.part(map_link, section)
         try:
@@ -142,8 +129,8 @@ def take_numbers(
             triangles = TriangleMesh.place(part.triangles, transform.rows, transform.xyz)
             height_map, messages = make_height_map(triangles, grid, frame)
             note = f"top of {', '.join(part.meshes)}"
-            taken.texts["heightmap"] = height_map_yaml(frame, height_map, "calculated", note)
-            taken.summary = f"height map in {frame}: {summary(height_map)}"
+            texts["heightmap"] = height_map_yaml(frame, height_map, "calculated", note)
+            line = f"height map in {frame}: {summary(height_map)}"
             source.diagnostics += messages
         except ExtractProblem as problem:
             source.diagnostics.append(problem.diagnostic)
@@ -153,15 +140,13 @@ def take_numbers(
         for name, joint in (source.tree.get("joints") or {}).items()
     }
     accepted = [one for one in source.tree.get("accept") or () if not one["rule"].startswith(_NOT_TAKEN)]
-    origin = {"status": "factory", "note": f"description package {package}"}
-    taken.texts["joints"] = layout(
-        {"source": origin, "joints": joints, **({"accept": _written(accepted)} if accepted else {})}
-    )
+    document = {"source": {"status": "factory", "note": f"description package {package}"}, "joints": joints}
+    texts["joints"] = layout({**document, "accept": _written(accepted)} if accepted else document)
     links = {
         link: {"collision": [{"box": {"min": _written(box.lower), "max": _written(box.upper)}}]} if box else {}
         for link in source.robot.link
-        if (box := boxes.get(link)) or not (taken.summary and link == frame)
+        if (box := boxes.get(link)) or not (line and link == frame)
     }
     origin = {"status": "calculated", "note": f"boxes around the meshes of the package {package}"}
-    taken.texts["boxes"] = layout({"source": origin, "links": links})
-    return taken
+    texts["boxes"] = layout({"source": origin, "links": links})
+    return texts, list(boxes), line

@@ -77,7 +77,7 @@ def are_meshes(names: Sequence[str], links: Sequence[str]) -> bool:
     return kinds == {True}
 
 
-def mesh_parts(names: Sequence[str], scale: tuple[float, float, float], diagnostics: list[Diagnostic]) -> list[Part]:
+def mesh_parts(names: Sequence[str], scale: Sequence[float], diagnostics: list[Diagnostic]) -> list[Part]:
     """Return a part for each mesh file; ``scale`` has factors along x, y and z. Raises RequestError, ExtractProblem."""
     parts: dict[str, Part] = {}
     for name in names:

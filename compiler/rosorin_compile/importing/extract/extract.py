@@ -141,34 +141,29 @@ def extract_boxes(
                 "collision": [shape_entry(piece) for piece in fit.pieces],
                 "source": {"status": "calculated", "note": what},
             }
-            values[part.name] = {
-                "meshes": list(part.meshes),
-                "triangles": len(part.triangles),
-                "closed": fit.overhang is not None,
-                "smallest": smallest,
-                "shapes": {
-                    kind: {
-                        "shapes": [
-                            {**_sizes(piece), "xyz": list(piece.pose.xyz), "rpy": list(piece.pose.rpy)}
-                            for piece in fit.pieces
-                        ],
-                        "volume": fit.volume,
-                        "overhang_volume": fit.overhang,
-                        "overlap": fit.overlap,
-                    }
-                    for kind, fit in fits.items()
-                },
-            }
+            shapes = {}
             for kind, fit in fits.items():
-                name = f"stack of {len(fit.pieces)}" if kind == "stack" else kind.replace("_", " ")
+                pieces = [
+                    {**_sizes(piece), "xyz": list(piece.pose.xyz), "rpy": list(piece.pose.rpy)} for piece in fit.pieces
+                ]
+                measures = {"volume": fit.volume, "overhang_volume": fit.overhang, "overlap": fit.overlap}
+                shapes[kind] = {"shapes": pieces, **measures}
+                name = f"stack of {len(pieces)}" if kind == "stack" else kind.replace("_", " ")
                 overhang = "open mesh"
                 if fit.overhang is not None:
                     overhang = f"{_volume(fit.overhang)} ({100 * fit.overhang / fit.volume:.0f}%)"
                 overlap = math.floor(fit.overlap * 1000) / 10  # 100% means all of it, not nearly all
                 rows.append((part.name, name, _volume(fit.volume), overhang, f"{overlap:g}%"))
+            values[part.name] = {
+                "meshes": list(part.meshes),
+                "triangles": len(part.triangles),
+                "closed": fit.overhang is not None,
+                "smallest": smallest,
+                "shapes": shapes,
+            }
         text = _first_line(sources, reading.arguments, "boxes") + layout({"links": entries})
         if output is not None:
-            _save(Path(output), text, force)
+            _save(output, text, force)
     except SourceError as problem:
         return ExtractedBoxes(diagnostics=(*diagnostics, *_diagnostics(problem)))
     width = max(len(name) for name, *_ in rows)
@@ -260,14 +255,11 @@ def extract_height_map(
     if wrong:
         return ExtractedHeightMap(diagnostics=tuple(wrong))
     grid = GridOptions(cell, origin, cells, size, below, map_digits, step, bottom)
-    transform, into_file = (
-        Pose((xyz[0], xyz[1], xyz[2]), (rpy[0], rpy[1], rpy[2])).transform(),
-        None if into is None else Path(into),
-    )
+    transform = Pose((xyz[0], xyz[1], xyz[2]), (rpy[0], rpy[1], rpy[2])).transform()
     diagnostics: list[Diagnostic] = []
-    if into_file is not None and output is not None:
+    if into is not None and output is not None:
         raise RequestError("--into edits a file; it excludes -o and JSON")
-    if into_file is not None and grid.bottom:
+    if into is not None and bottom:
         raise RequestError("--bottom excludes --into and JSON; write a file with -o, and paste it")
     try:
         TriangleMesh.require_packages()
@@ -275,7 +267,7 @@ def extract_height_map(
 
         from .height_map import make_height_map, summary
 
-        existing = None if into_file is None else find_map(into_file, frame)
+        existing = None if into is None else find_map(Path(into), frame)
         if existing is not None:
             grid, frame = existing.complete(grid), existing.link
         if are_meshes(sources, [link] if link is not None else []):
@@ -296,19 +288,19 @@ def extract_height_map(
         height_map, messages = make_height_map(triangles, grid, frame)
         diagnostics += messages
         note = note or f"top of {', '.join(name for part in parts for name in part.meshes)}"
-        if existing is not None and into_file is not None:
-            text, report = replace_map(existing, height_map, status, note), [summary(height_map)]
+        report = [summary(height_map)]
+        if existing is not None:
+            text, path = replace_map(existing, height_map, status, note), existing.source.path
             is_new = text != existing.source.text
-            place = f"{into_file}:{existing.collision.key_spans['height_map'].line}"
+            place = f"{path}:{existing.collision.key_spans['height_map'].line}"
             report.append(f"{place}: height map of {frame} {'replaced' if is_new else 'unchanged'}")
             if is_new:
-                _save(into_file, text, force=True)
+                _save(path, text, force=True)
         else:
             text = _first_line(sources, reading.arguments, "heightmap")
             text += height_map_yaml(frame, height_map, status, note)
-            report = [summary(height_map)]
             if output is not None:
-                _save(Path(output), text, force)
+                _save(output, text, force)
     except SourceError as problem:
         return ExtractedHeightMap(diagnostics=(*diagnostics, *_diagnostics(problem)))
     return ExtractedHeightMap(frame, height_map, text, tuple(report), tuple(diagnostics))
@@ -373,9 +365,8 @@ def extract_factory(
     except OutputError as problem:
         return ExtractedFactory(diagnostics=(*diagnostics, problem.diagnostic))
     joints, written = tuple(source.robot.joint), tuple(str(target / file) for file in sorted(files_made))
-    report = [
-        f"{what} ({len(found)}): {', '.join(found) or 'none'}" for what, found in (("joints", joints), ("boxes", boxes))
-    ]
+    names = (("joints", joints), ("boxes", boxes))
+    report = [f"{what} ({len(found)}): {', '.join(found) or 'none'}" for what, found in names]
     report += [line] if line else []
     report.append(f"written: {', '.join(written)}")
     return ExtractedFactory(joints, tuple(boxes), written, tuple(report), tuple(diagnostics))
@@ -388,10 +379,12 @@ def _first_line(sources: Sequence[str], arguments: Mapping[str, str], command: s
     return mask_controls(f"{MARK} {command} {shlex.join(words)}".replace("\n", " ")) + "\n"
 
 
-def _save(path: Path, text: str, force: bool) -> None:
+def _save(path: FilePath, text: str, force: bool) -> None:
     """Write a file; one that extract did not make is replaced only with ``force``. Raises SourceError."""
     try:
-        write_file(path, text.encode(), may_replace=None if force else lambda old: _is_made(files.read_bytes(old)))
+        write_file(
+            Path(path), text.encode(), may_replace=None if force else lambda old: _is_made(files.read_bytes(old))
+        )
     except OutputError as problem:
         help = "name another file, or add --force" if problem.diagnostic.rule == "output-not-ours" else None
         diagnostic = replace(problem.diagnostic, rule="extract-file", help=help or problem.diagnostic.help)

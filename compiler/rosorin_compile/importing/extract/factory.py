@@ -22,7 +22,8 @@ from .height_map_file import height_map_yaml
 from .shapes import enclosing_box
 from .sources import GridOptions, RobotSource
 
-_KEYS = "type parent child xyz rpy axis limit mimic dynamics calibration safety_controller".split()
+_POSE = ("type", "parent", "child", "xyz", "rpy", "axis")
+_KEYS = (*_POSE, "limit", "mimic", "dynamics", "calibration", "safety_controller")
 _NOT_TAKEN = ("mass-", "inertia-", "shape-")  # rules about values that are not taken
 _DIGITS = 5
 _MAX_BYTES = 5_000_000  # of a robot file

@@ -17,15 +17,16 @@ from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, Trian
 from rosorin_compile.output import OutputError, write_file, write_set
 from rosorin_compile.request import FilePath, Packages, Values, Warn, read_options
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import Diagnostic, RequestError, SourceError
+from rosorin_compile.source.diagnostics import Diagnostic, DiagnosticError, RequestError
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.packages import Packages as PackageFinder
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.wording import mask_controls
 
+from ..description import _written
 from ..layout import layout, number
 from .height_map_file import find_map, height_map_yaml, replace_map
-from .sources import MAX_DIGITS, GridOptions, RobotSource, SourceProblem, are_meshes, mesh_parts
+from .sources import MAX_DIGITS, GridOptions, RobotSource, SourceProblem, read_parts
 
 MARK = "# rosorin-compile extract"  # begins every file that extract writes
 
@@ -119,16 +120,7 @@ def extract_boxes(
         TriangleMesh.require_packages()
         from .shapes import fit_shapes
 
-        if are_meshes(sources, links):
-            parts = mesh_parts(sources, scale, diagnostics)
-        else:
-            robot = RobotSource.read(sources[0], reading)
-            names = [robot.link(name) for name in links] or list(robot.robot.link)
-            parts = [part for name in names if (part := robot.part(name, section)) is not None]
-            diagnostics += robot.diagnostics
-            if not parts:
-                message = f"{sources[0]} has no link with a mesh that can be read"
-                raise ExtractProblem.new("mesh-empty", message, "see above, or --from")
+        parts, _ = read_parts(sources, links, section, scale, reading, diagnostics)
         values, entries, rows = {}, {}, [("part", "shape", "volume", "overhang", "overlap")]
         for index, part in enumerate(parts):
             Progress.step("fitting", index, len(parts))
@@ -164,11 +156,11 @@ def extract_boxes(
         text = _first_line(sources, reading.arguments, "boxes") + layout({"links": entries})
         if output is not None:
             _save(output, text, force)
-    except SourceError as problem:
+    except DiagnosticError as problem:
         return ExtractedBoxes(diagnostics=(*diagnostics, *_diagnostics(problem)))
     width = max(len(name) for name, *_ in rows)
     table = (f"{row[0]:<{width}}  {row[1]:<12}  {row[2]:>10}  {row[3]:>16}  {row[4]:>7}" for row in rows)
-    return ExtractedBoxes(values, text, tuple(table), tuple(arrange(diagnostics)))
+    return ExtractedBoxes(values, text, tuple(table), tuple(diagnostics))
 
 
 def _volume(value: float) -> str:
@@ -187,13 +179,12 @@ def _sizes(shape: Shape) -> dict[str, dict[str, Any]]:
 
 def shape_entry(shape: Shape) -> dict[str, Any]:
     """Return a shape as an entry of ``collision``, as ``layout`` takes it."""
-    (kind, sizes), geometry = next(iter(_sizes(shape).items())), shape.geometry
+    geometry, sizes = shape.geometry, _sizes(shape)
     if isinstance(geometry, Box) and geometry.centre == (0.0, 0.0, 0.0):
-        sizes = {"size": geometry.size}
-    written = {key: list(map(number, value)) if kind == "box" else number(value) for key, value in sizes.items()}
-    entry: dict[str, Any] = {kind: written}
+        sizes = {"box": {"size": geometry.size}}
+    entry: dict[str, Any] = _written(sizes)
     if shape.pose.xyz != (0, 0, 0):
-        entry["xyz"] = list(map(number, shape.pose.xyz))
+        entry["xyz"] = _written(shape.pose.xyz)
     if shape.pose.rpy != (0, 0, 0):
         entry["rpy"] = [number(angle, "deg") for angle in shape.pose.rpy]
     return entry
@@ -270,19 +261,14 @@ def extract_height_map(
         existing = None if into is None else find_map(Path(into), frame)
         if existing is not None:
             grid, frame = existing.complete(grid), existing.link
-        if are_meshes(sources, [link] if link is not None else []):
-            parts = mesh_parts(sources, scale, diagnostics)
-            frame = frame or parts[0].name
-        elif link is None:
-            raise RequestError("name the link of the robot: --link LINK")
-        else:
-            robot = RobotSource.read(sources[0], reading)
-            link, frame = robot.link(link), robot.link(frame or link)
-            part = robot.part(link, section)
-            diagnostics += arrange(robot.diagnostics)
-            if part is None:
-                raise ExtractProblem.new("mesh-empty", f"{link} has no mesh that can be read", "see above, or --from")
-            parts, transform = [part], transform.then(robot.robot.transform(frame, link, {}))
+        links = [link] if link is not None else []
+        parts, source = read_parts(sources, links, section, scale, reading, diagnostics)
+        if source is not None:
+            if link is None:
+                raise RequestError("name the link of the robot: --link LINK")
+            frame = source.link(frame or link)
+            transform = transform.then(source.robot.transform(frame, link, {}))
+        frame = frame or parts[0].name
         triangles = np.concatenate([part.triangles for part in parts])
         triangles = TriangleMesh.place(triangles, transform.rows, transform.xyz)
         height_map, messages = make_height_map(triangles, grid, frame)
@@ -301,7 +287,7 @@ def extract_height_map(
             text += height_map_yaml(frame, height_map, status, note)
             if output is not None:
                 _save(output, text, force)
-    except SourceError as problem:
+    except DiagnosticError as problem:
         return ExtractedHeightMap(diagnostics=(*diagnostics, *_diagnostics(problem)))
     return ExtractedHeightMap(frame, height_map, text, tuple(report), tuple(diagnostics))
 
@@ -344,7 +330,7 @@ def extract_factory(
     folder, target, grid = Path(package), Path(output), GridOptions(cell, origin, cells, size, below, map_digits, step)
     if frame and not height_map_link:
         raise RequestError("--frame is that of the height map; name its link: --heightmap-link LINK")
-    path = None
+    diagnostics: list[Diagnostic] = []
     try:
         TriangleMesh.require_packages()
         from . import factory
@@ -355,15 +341,12 @@ def extract_factory(
         head = f"{MARK} factory: %s of the package {name}. Numbers only; metres, radians.\n"
         source = RobotSource.read(str(path), reading)
         texts, boxes, line = factory.take_numbers(source, name, height_map_link, frame, grid, section)
-    except SourceError as problem:
-        choice = [] if path is None else factory.choice_of(path)
-        return ExtractedFactory(diagnostics=(*_diagnostics(problem), *choice))
-    diagnostics = arrange(source.diagnostics)
-    files_made = {f"{title}.yaml": head % title + text for title, text in texts.items()}
-    try:
+        diagnostics += arrange(source.diagnostics)
+        files_made = {f"{title}.yaml": head % title + text for title, text in texts.items()}
         write_set(target, files_made, judge=lambda _, old, __: "replace" if _is_made(old) else "refuse")
-    except OutputError as problem:
-        return ExtractedFactory(diagnostics=(*diagnostics, problem.diagnostic))
+    except DiagnosticError as problem:
+        choice = factory.choice_of(path) if isinstance(problem, SourceProblem) else []
+        return ExtractedFactory(diagnostics=(*diagnostics, *_diagnostics(problem), *choice))
     joints, written = tuple(source.robot.joint), tuple(str(target / file) for file in sorted(files_made))
     names = (("joints", joints), ("boxes", boxes))
     report = [f"{what} ({len(found)}): {', '.join(found) or 'none'}" for what, found in names]
@@ -380,15 +363,14 @@ def _first_line(sources: Sequence[str], arguments: Mapping[str, str], command: s
 
 
 def _save(path: FilePath, text: str, force: bool) -> None:
-    """Write a file; one that extract did not make is replaced only with ``force``. Raises SourceError."""
+    """Write a file; one that extract did not make is replaced only with ``force``. Raises ExtractProblem."""
+    may_replace = None if force else lambda old: _is_made(files.read_bytes(old))
     try:
-        write_file(
-            Path(path), text.encode(), may_replace=None if force else lambda old: _is_made(files.read_bytes(old))
-        )
+        write_file(Path(path), text.encode(), may_replace=may_replace)
     except OutputError as problem:
-        help = "name another file, or add --force" if problem.diagnostic.rule == "output-not-ours" else None
-        diagnostic = replace(problem.diagnostic, rule="extract-file", help=help or problem.diagnostic.help)
-        raise SourceError(diagnostic) from None
+        found = replace(problem.diagnostic, rule="extract-file")
+        is_other = problem.diagnostic.rule == "output-not-ours"
+        raise ExtractProblem(replace(found, help="name another file, or add --force") if is_other else found) from None
 
 
 def _is_made(old: bytes) -> bool:
@@ -396,7 +378,7 @@ def _is_made(old: bytes) -> bool:
     return old.startswith(MARK.encode())
 
 
-def _diagnostics(problem: SourceError) -> list[Diagnostic]:
+def _diagnostics(problem: DiagnosticError) -> list[Diagnostic]:
     """Return the diagnostics of a problem. Raises RequestError for a mesh file that does not exist."""
     if isinstance(problem, NotThere):
         raise RequestError(f"{problem.diagnostic.message}; {problem.diagnostic.help}") from None

@@ -81,11 +81,8 @@ class MapEntry:
         except (KeyError, IndexError, TypeError, ValueError):
             message = f"the height map of {self.link} is not written in numbers"
             raise ExtractProblem.new("extract-into", message, _HELP) from None
-        size = grid.size or size
-        origin = grid.origin or (x, y)
-        return replace(
-            grid, cell=grid.cell or cell, origin=origin, size=None if grid.cells else size, step=grid.step or step
-        )
+        cell, origin, step = grid.cell or cell, grid.origin or (x, y), grid.step or step
+        return replace(grid, cell=cell, origin=origin, size=None if grid.cells else grid.size or size, step=step)
 
 
 def find_map(path: Path, link: str | None) -> MapEntry:

@@ -14,6 +14,7 @@ from rosorin_compile.model.mesh_triangles import ExtractProblem, TriangleMesh, l
 from rosorin_compile.request import Request
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, RequestError, UnknownName
+from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import Description, NoDescription
 from rosorin_compile.source.tree import Map
@@ -63,34 +64,6 @@ class Part:
     name: str
     triangles: Floats
     meshes: tuple[str, ...]
-
-
-def are_meshes(names: Sequence[str], links: Sequence[str]) -> bool:
-    """Return True for mesh files, False for one robot. Raises RequestError for none and for a mixture."""
-    kinds = {Path(name).suffix.lower().removeprefix(".") in TriangleMesh.FORMATS for name in names}
-    if len(kinds) != 1:
-        raise RequestError("name mesh files, or one robot")
-    if kinds == {True} and links:
-        raise RequestError("--link selects a link of a robot; a mesh file has none")
-    if kinds == {False} and len(names) != 1:
-        raise RequestError(f"one robot at a time, not {len(names)}")
-    return kinds == {True}
-
-
-def mesh_parts(names: Sequence[str], scale: Sequence[float], diagnostics: list[Diagnostic]) -> list[Part]:
-    """Return a part for each mesh file; ``scale`` has factors along x, y and z. Raises RequestError, ExtractProblem."""
-    parts: dict[str, Part] = {}
-    for name in names:
-        mesh, stem = load_mesh(Path(name), scale), Path(name).stem
-        longest = float((mesh.triangles.max(axis=(0, 1)) - mesh.triangles.min(axis=(0, 1))).max())
-        if longest > _LONGEST_PART:
-            message = f"{mesh.name} is {longest:g} m long; that looks like millimetres"
-            help = "--scale 0.001 turns millimetres into metres"
-            diagnostics.append(Diagnostic("mesh-looks-like-millimetres", WARNING, message, None, (), help))
-        if stem in parts:
-            raise RequestError(f'two meshes are called "{stem}"; each part needs a name of its own')
-        parts[stem] = Part(stem, mesh.triangles, (mesh.name,))
-    return list(parts.values())
 
 
 class SourceProblem(ExtractProblem):
@@ -156,11 +129,10 @@ class RobotSource:
             address = shape.geometry.file
             path = self.packages.resolve(address, self.folder)
             try:
-                if path is None:
-                    help = f"name its folder: --package {address.split('://')[-1].split('/')[0]}=FOLDER"
-                    raise ExtractProblem.new("mesh-missing", f"{section} of {link}: cannot find {address}", help)
-                if not files.is_file(path):
-                    raise ExtractProblem.new("mesh-missing", f"{section} of {link}: there is no file {address}")
+                if path is None or not files.is_file(path):
+                    package = address.split("://")[-1].split("/")[0]
+                    help = f"name its folder: --package {package}=FOLDER" if path is None else ""
+                    raise ExtractProblem.new("mesh-missing", f"{section} of {link}: there is no file {address}", help)
                 mesh = load_mesh(Path(files.label(path)), shape.geometry.scale)
             except ExtractProblem as problem:
                 span = self.tree.locate(("links", link, section, number, "mesh", "file")).span
@@ -170,3 +142,43 @@ class RobotSource:
             pieces.append(TriangleMesh.place(mesh.triangles, transform.rows, transform.xyz))
             names.append(mesh.name)
         return Part(link, np.concatenate(pieces), tuple(dict.fromkeys(names))) if pieces else None
+
+
+def read_parts(
+    names: Sequence[str],
+    links: Sequence[str],
+    section: str,
+    scale: Sequence[float],
+    options: ReadOptions,
+    diagnostics: list[Diagnostic],
+) -> tuple[list[Part], RobotSource | None]:
+    """Return a part for each mesh file, or for each link with meshes of one robot, and that robot.
+
+    ``scale`` has factors of mesh files along x, y and z; ``links`` selects links. Warnings are added to
+    ``diagnostics``. Raises RequestError, ExtractProblem.
+    """
+    if names and all(Path(name).suffix.lower().removeprefix(".") in TriangleMesh.FORMATS for name in names):
+        if links:
+            raise RequestError("--link selects a link of a robot; a mesh file has none")
+        bodies: dict[str, Part] = {}
+        for name in names:
+            mesh, stem = load_mesh(Path(name), scale), Path(name).stem
+            longest = float((mesh.triangles.max(axis=(0, 1)) - mesh.triangles.min(axis=(0, 1))).max())
+            if longest > _LONGEST_PART:
+                message = f"{mesh.name} is {longest:g} m long; that looks like millimetres"
+                help = "--scale 0.001 turns millimetres into metres"
+                diagnostics.append(Diagnostic("mesh-looks-like-millimetres", WARNING, message, None, (), help))
+            if stem in bodies:
+                raise RequestError(f'two meshes are called "{stem}"; each part needs a different name')
+            bodies[stem] = Part(stem, mesh.triangles, (mesh.name,))
+        return list(bodies.values()), None
+    if len(names) != 1:
+        raise RequestError("name mesh files, or one robot")
+    source = RobotSource.read(names[0], options)
+    selected = [source.link(name) for name in links] or list(source.robot.link)
+    parts = [part for name in selected if (part := source.part(name, section)) is not None]
+    diagnostics += arrange(source.diagnostics)
+    if not parts:
+        message = f"{', '.join(links) or names[0]} has no mesh that can be read"
+        raise ExtractProblem.new("mesh-empty", message, "see above, or --from")
+    return parts, source

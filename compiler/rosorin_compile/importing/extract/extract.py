@@ -1,4 +1,4 @@
-"""Extract numbers from meshes: shapes around parts, height maps, and the numbers of a ROS description package.
+"""Extract shapes around parts and height maps from meshes.
 
 numpy, scipy and trimesh are imported after a check that they are installed.
 """
@@ -10,23 +10,22 @@ import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Pose, Shape
 from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
-from rosorin_compile.output import OutputError, write_file, write_set
+from rosorin_compile.output import OutputError, write_file
 from rosorin_compile.request import FilePath, Packages, Values, Warn, read_options
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, DiagnosticError, RequestError
 from rosorin_compile.source.messages import arrange
-from rosorin_compile.source.packages import Packages as PackageFinder
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.wording import mask_controls
 
 from ..description import _written
 from ..layout import layout, number
 from .height_map_file import find_map, height_map_yaml, replace_map
-from .sources import MAX_DIGITS, GridOptions, RobotSource, SourceProblem, read_parts
+from .sources import MAX_DIGITS, GridOptions, SourceProblem, read_parts
 
 MARK = "# rosorin-compile extract"  # begins every file that extract writes
 
@@ -63,17 +62,6 @@ class ExtractedHeightMap:
             "method": self.height_map.method,
             "z": [list(heights) for heights in self.height_map.heights],
         }
-
-
-@dataclass(frozen=True)
-class ExtractedFactory:
-    """The numbers of a ROS description package."""
-
-    joints: tuple[str, ...] = ()
-    boxes: Annotated[tuple[str, ...], "the links that have one"] = ()
-    written: Annotated[tuple[str, ...], "the files that were written"] = ()
-    report: Annotated[tuple[str, ...], "what was found, in sentences"] = ()
-    diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
 
 def extract_boxes(
@@ -157,7 +145,7 @@ def extract_boxes(
         if output is not None:
             _save(output, text, force)
     except DiagnosticError as problem:
-        return ExtractedBoxes(diagnostics=(*diagnostics, *_diagnostics(problem)))
+        return ExtractedBoxes(diagnostics=(*diagnostics, *all_diagnostics(problem)))
     width = max(len(name) for name, *_ in rows)
     table = (f"{row[0]:<{width}}  {row[1]:<12}  {row[2]:>10}  {row[3]:>16}  {row[4]:>7}" for row in rows)
     return ExtractedBoxes(values, text, tuple(table), tuple(diagnostics))
@@ -288,71 +276,8 @@ def extract_height_map(
             if output is not None:
                 _save(output, text, force)
     except DiagnosticError as problem:
-        return ExtractedHeightMap(diagnostics=(*diagnostics, *_diagnostics(problem)))
+        return ExtractedHeightMap(diagnostics=(*diagnostics, *all_diagnostics(problem)))
     return ExtractedHeightMap(frame, height_map, text, tuple(report), tuple(diagnostics))
-
-
-def extract_factory(
-    package: FilePath,
-    output: FilePath,
-    arguments: Values = None,
-    packages: Packages = None,
-    *,
-    robot: str | None = None,
-    height_map_link: str | None = None,
-    frame: str | None = None,
-    section: str = "auto",
-    cell: float | None = None,
-    origin: tuple[float, float] | None = None,
-    cells: tuple[int, int] | None = None,
-    size: tuple[float, float] | None = None,
-    below: float | None = None,
-    map_digits: int = 4,
-    step: float | None = None,
-    lenient: bool = False,
-    trust: bool = False,
-    warn: Warn = None,
-) -> ExtractedFactory:
-    """Write the joints, a box for each link and a height map of a ROS description package to a folder.
-
-    The options that are not listed here are those of ``extract_height_map``.
-
-    Args:
-        package: The folder of the package.
-        robot: The robot file in the package; by default the only one.
-        height_map_link: The link whose meshes are used for a height map. Default: no height map.
-        frame: The link whose frame the height map uses; by default ``height_map_link``.
-        lenient: Accept violations of the specification where possible.
-    """
-    reading, wrong = read_options(arguments, packages, trust, warn, lenient)
-    if wrong:
-        return ExtractedFactory(diagnostics=tuple(wrong))
-    folder, target, grid = Path(package), Path(output), GridOptions(cell, origin, cells, size, below, map_digits, step)
-    if frame and not height_map_link:
-        raise RequestError("--frame is that of the height map; name its link: --heightmap-link LINK")
-    diagnostics: list[Diagnostic] = []
-    try:
-        TriangleMesh.require_packages()
-        from . import factory
-
-        path = factory.find_robot_file(folder, robot)
-        name = PackageFinder.name_of(folder) or files.resolve(folder).name
-        reading = replace(reading, packages={name: folder, **reading.packages})
-        head = f"{MARK} factory: %s of the package {name}. Numbers only; metres, radians.\n"
-        source = RobotSource.read(str(path), reading)
-        texts, boxes, line = factory.take_numbers(source, name, height_map_link, frame, grid, section)
-        diagnostics += arrange(source.diagnostics)
-        files_made = {f"{title}.yaml": head % title + text for title, text in texts.items()}
-        write_set(target, files_made, judge=lambda _, old, __: "replace" if _is_made(old) else "refuse")
-    except DiagnosticError as problem:
-        choice = factory.choice_of(path) if isinstance(problem, SourceProblem) else []
-        return ExtractedFactory(diagnostics=(*diagnostics, *_diagnostics(problem), *choice))
-    joints, written = tuple(source.robot.joint), tuple(str(target / file) for file in sorted(files_made))
-    names = (("joints", joints), ("boxes", boxes))
-    report = [f"{what} ({len(found)}): {', '.join(found) or 'none'}" for what, found in names]
-    report += [line] if line else []
-    report.append(f"written: {', '.join(written)}")
-    return ExtractedFactory(joints, tuple(boxes), written, tuple(report), tuple(diagnostics))
 
 
 def _first_line(sources: Sequence[str], arguments: Mapping[str, str], command: str) -> str:
@@ -364,7 +289,7 @@ def _first_line(sources: Sequence[str], arguments: Mapping[str, str], command: s
 
 def _save(path: FilePath, text: str, force: bool) -> None:
     """Write a file; one that extract did not make is replaced only with ``force``. Raises ExtractProblem."""
-    may_replace = None if force else lambda old: _is_made(files.read_bytes(old))
+    may_replace = None if force else lambda old: is_made(files.read_bytes(old))
     try:
         write_file(Path(path), text.encode(), may_replace=may_replace)
     except OutputError as problem:
@@ -373,12 +298,12 @@ def _save(path: FilePath, text: str, force: bool) -> None:
         raise ExtractProblem(replace(found, help="name another file, or add --force") if is_other else found) from None
 
 
-def _is_made(old: bytes) -> bool:
+def is_made(old: bytes) -> bool:
     """Return True if extract made a file."""
     return old.startswith(MARK.encode())
 
 
-def _diagnostics(problem: DiagnosticError) -> list[Diagnostic]:
+def all_diagnostics(problem: DiagnosticError) -> list[Diagnostic]:
     """Return the diagnostics of a problem. Raises RequestError for a mesh file that does not exist."""
     if isinstance(problem, NotThere):
         raise RequestError(f"{problem.diagnostic.message}; {problem.diagnostic.help}") from None

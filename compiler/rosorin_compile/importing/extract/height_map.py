@@ -56,10 +56,10 @@ def make_height_map(triangles: Floats, request: GridOptions, frame: str) -> tupl
         if not len(triangles):
             message = f"nothing of the mesh is below {request.below:g} m in {frame}"
             raise ExtractProblem.new("height-map-empty", message, "correct --below, --xyz or --scale")
-    corners, cell = triangles.reshape(-1, 3), request.cell or DEFAULT_CELL
-    x, y = request.origin or (round_down(float(value), 5) for value in corners.min(axis=0)[:2])
-    reach = [float(high) - low for high, low in zip(corners.max(axis=0)[:2], (x, y), strict=True)]
-    nx, ny = (max(1, math.ceil(length / cell - 0.001)) for length in reach)
+    lower, upper = triangles.min(axis=(0, 1)).tolist(), triangles.max(axis=(0, 1)).tolist()
+    cell = request.cell or DEFAULT_CELL
+    x, y = request.origin or (round_down(lower[0], 5), round_down(lower[1], 5))
+    nx, ny = (max(1, math.ceil(length / cell - 0.001)) for length in (upper[0] - x, upper[1] - y))
     if request.size is not None:
         nx, ny = (math.ceil(length / cell - 1e-6) for length in request.size)
     nx, ny = request.cells or (nx, ny)
@@ -76,11 +76,10 @@ def make_height_map(triangles: Floats, request: GridOptions, frame: str) -> tupl
     scale = 10.0**request.digits
     rounded = np.ceil(heights * scale - min(1e-7 * scale, 0.05)).clip(1) / scale
     rows = tuple(map(tuple, np.where(heights > 0, rounded, 0.0).tolist()))
-    bottom = max(0.0, round_down(float(triangles[:, :, 2].min()), request.digits)) if request.bottom else 0.0
+    bottom = max(0.0, round_down(lower[2], request.digits)) if request.bottom else 0.0
     if bottom >= min(height for row in rows for height in row if height > 0):
         bottom = 0.0
     height_map = HeightMap(grid.origin, grid.cell, rows, request.step or grid.cell, method, bottom=bottom)
-    lower, upper = triangles.min(axis=(0, 1)).tolist(), triangles.max(axis=(0, 1)).tolist()
     messages, beyond = list[Diagnostic](), []
     for axis, letter in enumerate("xy"):
         end = grid.origin[axis] + grid.cells[axis] * grid.cell

@@ -25,7 +25,7 @@ from rosorin_compile.source.wording import mask_controls
 from ..description import _written
 from ..layout import layout, number
 from .height_map_file import find_map, height_map_yaml, replace_map
-from .sources import MAX_DIGITS, GridOptions, SourceProblem, read_parts
+from .sources import MAX_DIGITS, GridOptions, read_parts
 
 MARK = "# rosorin-compile extract"  # begins every file that extract writes
 
@@ -145,10 +145,10 @@ def extract_boxes(
         if output is not None:
             _save(output, text, force)
     except DiagnosticError as problem:
-        return ExtractedBoxes(diagnostics=(*diagnostics, *all_diagnostics(problem)))
+        return ExtractedBoxes(diagnostics=all_diagnostics(problem, diagnostics))
     width = max(len(name) for name, *_ in rows)
     table = (f"{row[0]:<{width}}  {row[1]:<12}  {row[2]:>10}  {row[3]:>16}  {row[4]:>7}" for row in rows)
-    return ExtractedBoxes(values, text, tuple(table), tuple(diagnostics))
+    return ExtractedBoxes(values, text, tuple(table), tuple(arrange(diagnostics)))
 
 
 def _volume(value: float) -> str:
@@ -276,8 +276,8 @@ def extract_height_map(
             if output is not None:
                 _save(output, text, force)
     except DiagnosticError as problem:
-        return ExtractedHeightMap(diagnostics=(*diagnostics, *all_diagnostics(problem)))
-    return ExtractedHeightMap(frame, height_map, text, tuple(report), tuple(diagnostics))
+        return ExtractedHeightMap(diagnostics=all_diagnostics(problem, diagnostics))
+    return ExtractedHeightMap(frame, height_map, text, tuple(report), tuple(arrange(diagnostics)))
 
 
 def _first_line(sources: Sequence[str], arguments: Mapping[str, str], command: str) -> str:
@@ -303,8 +303,8 @@ def is_made(old: bytes) -> bool:
     return old.startswith(MARK.encode())
 
 
-def all_diagnostics(problem: DiagnosticError) -> list[Diagnostic]:
+def all_diagnostics(problem: DiagnosticError, others: list[Diagnostic]) -> tuple[Diagnostic, ...]:
     """Return the diagnostics of a problem. Raises RequestError for a mesh file that does not exist."""
     if isinstance(problem, NotThere):
         raise RequestError(f"{problem.diagnostic.message}; {problem.diagnostic.help}") from None
-    return arrange(problem.diagnostics if isinstance(problem, SourceProblem) else [problem.diagnostic])
+    return tuple(arrange([*others, problem.diagnostic]))

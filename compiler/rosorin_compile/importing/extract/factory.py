@@ -25,7 +25,7 @@ from ..description import _written
 from ..layout import layout
 from .extract import MARK, all_diagnostics, is_made
 from .height_map_file import height_map_yaml
-from .sources import GridOptions, RobotSource, SourceProblem
+from .sources import GridOptions, RobotSource
 
 _POSE = ("type", "parent", "child", "xyz", "rpy", "axis")
 _KEYS = (*_POSE, "limit", "mimic", "dynamics", "calibration", "safety_controller")
@@ -91,7 +91,7 @@ def extract_factory(
     if frame and not height_map_link:
         raise RequestError("--frame is that of the height map; name its link: --heightmap-link LINK")
     frame, folder = frame or height_map_link, Path(package)
-    diagnostics: list[Diagnostic] = []
+    path, diagnostics = None, list[Diagnostic]()
     try:
         TriangleMesh.require_packages()
         from .height_map import make_height_map, summary
@@ -99,7 +99,7 @@ def extract_factory(
 
         path = _find_robot_file(folder, robot)
         name = PackageFinder.name_of(folder) or files.resolve(folder).name
-        source = RobotSource.read(str(path), replace(reading, packages={name: folder, **reading.packages}))
+        source = RobotSource.read(str(path), replace(reading, packages={name: folder, **reading.packages}), diagnostics)
         for link in filter(None, (height_map_link, frame)):
             source.link(link)
         boxes: dict[str, Box] = {}
@@ -121,9 +121,9 @@ def extract_factory(
                 note = f"top of {', '.join(part.meshes)}"
                 texts["heightmap"] = height_map_yaml(frame, height_map, "calculated", note)
                 lines.append(f"height map in {frame}: {summary(height_map)}")
-                source.diagnostics += messages
+                diagnostics += messages
             except ExtractProblem as problem:
-                source.diagnostics.append(problem.diagnostic)
+                diagnostics.append(problem.diagnostic)
         # Joints have all their numbers, with the accepted violations of rules about them.
         joints = {
             joint: {key: _written(value) for key, value in entry.items() if key in _KEYS}
@@ -139,20 +139,19 @@ def extract_factory(
         }
         made_of = {"status": "calculated", "note": f"boxes around the meshes of the package {name}"}
         texts["boxes"] = layout({"source": made_of, "links": links})
-        diagnostics += arrange(source.diagnostics)
         head = f"{MARK} factory: %s of the package {name}. Numbers only; metres, radians.\n"
         written = {f"{title}.yaml": head % title + text for title, text in sorted(texts.items())}
         write_set(Path(output), written, judge=lambda _, old, __: "replace" if is_made(old) else "refuse")
     except DiagnosticError as problem:
-        if isinstance(problem, SourceProblem) and (choice := _choice(_read(path))):
+        if path is not None and (choice := _choice(_read(path))):
             help = "set the environment variable, or give the argument as NAME:=VALUE"
             diagnostics.append(Diagnostic("factory-robot", NOTE, f"{path} {choice}", help=help))
-        return ExtractedFactory(diagnostics=(*all_diagnostics(problem), *diagnostics))
+        return ExtractedFactory(diagnostics=all_diagnostics(problem, diagnostics))
     places = tuple(str(Path(output) / file) for file in written)
     names = (("joints", tuple(source.robot.joint)), ("boxes", tuple(boxes)))
     report = [f"{what} ({len(found)}): {', '.join(found) or 'none'}" for what, found in names]
     report += [*lines, f"written: {', '.join(places)}"]
-    return ExtractedFactory(tuple(source.robot.joint), tuple(boxes), places, tuple(report), tuple(diagnostics))
+    return ExtractedFactory(tuple(source.robot.joint), tuple(boxes), places, tuple(report), tuple(arrange(diagnostics)))
 
 
 def _find_robot_file(package: Path, requested: str | None) -> Path:

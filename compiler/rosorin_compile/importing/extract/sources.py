@@ -14,7 +14,6 @@ from rosorin_compile.model.mesh_triangles import ExtractProblem, TriangleMesh, l
 from rosorin_compile.request import Request
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, RequestError, UnknownName
-from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import Description, NoDescription
 from rosorin_compile.source.tree import Map
@@ -66,14 +65,6 @@ class Part:
     meshes: tuple[str, ...]
 
 
-class SourceProblem(ExtractProblem):
-    """A robot that cannot be read, with all diagnostics about it."""
-
-    def __init__(self, diagnostics: list[Diagnostic]) -> None:
-        super().__init__(next(one for one in diagnostics if one.severity == ERROR))
-        self.diagnostics = diagnostics
-
-
 @dataclass
 class RobotSource:
     """A robot: its model, the tree that it was built from, and where its meshes are searched."""
@@ -85,10 +76,10 @@ class RobotSource:
     diagnostics: list[Diagnostic]
 
     @classmethod
-    def read(cls, name: str, options: ReadOptions) -> RobotSource:
-        """Read a robot in any format, by name, folder or file.
+    def read(cls, name: str, options: ReadOptions, diagnostics: list[Diagnostic]) -> RobotSource:
+        """Read a robot in any format, by name, folder or file; add the warnings about its file to ``diagnostics``.
 
-        Raises RequestError if there is none, SourceProblem for errors; ``diagnostics`` has warnings about its file.
+        Raises RequestError if there is none, ExtractProblem for its first error; ``diagnostics`` gets the others.
         """
         try:
             (description,) = Description.find([name])
@@ -97,12 +88,14 @@ class RobotSource:
         request = Request(description, options.arguments, (), options.packages, options.trust, options.tell)
         reading = request.read(options.lenient)
         if reading.robot is None or reading.tree is None:
-            raise SourceProblem(reading.diagnostics)
+            problem = next(one for one in reading.diagnostics if one.severity == ERROR)
+            diagnostics += [one for one in reading.diagnostics if one is not problem]
+            raise ExtractProblem(problem)
         # Elements that cannot be converted hold no joint and no mesh; `check` reports those of a description.
         found = reading.diagnostics if request.is_foreign else ()
-        messages = [one for one in found if one.severity != NOTE and one.rule != "import-cannot-carry"]
+        diagnostics += [one for one in found if one.severity != NOTE and one.rule != "import-cannot-carry"]
         path = description.path
-        return cls(reading.robot, reading.tree, path.parent, Packages(options.packages, os.environ, path), messages)
+        return cls(reading.robot, reading.tree, path.parent, Packages(options.packages, os.environ, path), diagnostics)
 
     def link(self, name: str) -> str:
         """Return the name of a link. Raises UnknownName if the robot has no link of this name."""
@@ -174,10 +167,9 @@ def read_parts(
         return list(bodies.values()), None
     if len(names) != 1:
         raise RequestError("name mesh files, or one robot")
-    source = RobotSource.read(names[0], options)
+    source = RobotSource.read(names[0], options, diagnostics)
     selected = [source.link(name) for name in links] or list(source.robot.link)
     parts = [part for name in selected if (part := source.part(name, section)) is not None]
-    diagnostics += arrange(source.diagnostics)
     if not parts:
         message = f"{', '.join(links) or names[0]} has no mesh that can be read"
         raise ExtractProblem.new("mesh-empty", message, "see above, or --from")

@@ -161,8 +161,7 @@ def _sizes(shape: Shape) -> dict[str, dict[str, Any]]:
     if isinstance(geometry, Box):
         return {"box": {"min": list(geometry.lower), "max": list(geometry.upper)}}
     assert isinstance(geometry, Cylinder | Capsule)  # noqa: S101 - fits have no other shape
-    kind = "cylinder" if isinstance(geometry, Cylinder) else "capsule"
-    return {kind: {"radius": geometry.radius, "length": geometry.length}}
+    return {type(geometry).__name__.lower(): {"radius": geometry.radius, "length": geometry.length}}
 
 
 def shape_entry(shape: Shape) -> dict[str, Any]:
@@ -249,8 +248,7 @@ def extract_height_map(
         existing = None if into is None else find_map(Path(into), frame)
         if existing is not None:
             grid, frame = existing.complete(grid), existing.link
-        links = [link] if link is not None else []
-        parts, source = read_parts(sources, links, section, scale, reading, diagnostics)
+        parts, source = read_parts(sources, [link] if link else [], section, scale, reading, diagnostics)
         if source is not None:
             if link is None:
                 raise RequestError("name the link of the robot: --link LINK")
@@ -289,13 +287,12 @@ def _first_line(sources: Sequence[str], arguments: Mapping[str, str], command: s
 
 def _save(path: FilePath, text: str, force: bool) -> None:
     """Write a file; one that extract did not make is replaced only with ``force``. Raises ExtractProblem."""
-    may_replace = None if force else lambda old: is_made(files.read_bytes(old))
     try:
-        write_file(Path(path), text.encode(), may_replace=may_replace)
+        write_file(Path(path), text.encode(), (), None if force else lambda old: is_made(files.read_bytes(old)))
     except OutputError as problem:
-        found = replace(problem.diagnostic, rule="extract-file")
         is_other = problem.diagnostic.rule == "output-not-ours"
-        raise ExtractProblem(replace(found, help="name another file, or add --force") if is_other else found) from None
+        help = "name another file, or add --force" if is_other else problem.diagnostic.help
+        raise ExtractProblem(replace(problem.diagnostic, rule="extract-file", help=help)) from None
 
 
 def is_made(old: bytes) -> bool:

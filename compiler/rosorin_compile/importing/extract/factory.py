@@ -30,7 +30,6 @@ from .sources import GridOptions, RobotSource
 _POSE = ("type", "parent", "child", "xyz", "rpy", "axis")
 _KEYS = (*_POSE, "limit", "mimic", "dynamics", "calibration", "safety_controller")
 _NOT_TAKEN = ("mass-", "inertia-", "shape-")  # rules about values that are not taken
-_DIGITS = 5
 _MAX_BYTES = 5_000_000  # of a robot file
 _ROBOT = re.compile(r"<robot\b[^>]*?\sname\s*=", re.DOTALL)
 _INCLUDES = re.compile(r"<xacro:include\b[^>]*?\sfilename\s*=\s*[\"']([^\"']+)[\"']", re.DOTALL)
@@ -107,7 +106,7 @@ def extract_factory(
             Progress.step("measuring", index, len(source.robot.link))
             part = None if link == height_map_link else source.part(link, section)
             if part is not None:
-                boxes[link] = enclosing_box(part.triangles, _DIGITS)
+                boxes[link] = enclosing_box(part.triangles, digits=5)
         texts, lines = dict[str, str](), list[str]()
         if height_map_link is not None and frame is not None:
             part = source.part(height_map_link, section)
@@ -137,8 +136,8 @@ def extract_factory(
             for link in source.robot.link
             if (box := boxes.get(link)) or not (lines and link == frame)
         }
-        made_of = {"status": "calculated", "note": f"boxes around the meshes of the package {name}"}
-        texts["boxes"] = layout({"source": made_of, "links": links})
+        note = f"boxes around the meshes of the package {name}"
+        texts["boxes"] = layout({"source": {"status": "calculated", "note": note}, "links": links})
         head = f"{MARK} factory: %s of the package {name}. Numbers only; metres, radians.\n"
         written = {f"{title}.yaml": head % title + text for title, text in sorted(texts.items())}
         write_set(Path(output), written, judge=lambda _, old, __: "replace" if is_made(old) else "refuse")

@@ -26,7 +26,6 @@ from .sources import GridOptions
 
 Floats = NDArray[np.float64]
 
-DEFAULT_CELL = 0.01  # m
 MAX_CELLS = 1_000_000
 CHUNK = 50_000  # triangles processed at once
 _MOST_PAIRS = 100_000  # pairs of a triangle and a cell processed at once
@@ -57,7 +56,7 @@ def make_height_map(triangles: Floats, request: GridOptions, frame: str) -> tupl
             message = f"nothing of the mesh is below {request.below:g} m in {frame}"
             raise ExtractProblem.new("height-map-empty", message, "correct --below, --xyz or --scale")
     lower, upper = triangles.min(axis=(0, 1)).tolist(), triangles.max(axis=(0, 1)).tolist()
-    cell = request.cell or DEFAULT_CELL
+    cell = request.cell or 0.01
     x, y = request.origin or (round_down(lower[0], 5), round_down(lower[1], 5))
     nx, ny = (max(1, math.ceil(length / cell - 0.001)) for length in (upper[0] - x, upper[1] - y))
     if request.size is not None:

@@ -47,7 +47,6 @@ def height_map_yaml(link: str, height_map: HeightMap, status: str, note: str) ->
 
 
 def _row(values: Iterable[float]) -> str:
-    """Return numbers as a YAML list on one line."""
     return f"[{', '.join(map(exact, values))}]"
 
 

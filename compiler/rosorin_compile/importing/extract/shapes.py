@@ -25,11 +25,8 @@ from rosorin_compile.model.shape import volume_and_moments
 
 Floats = NDArray[np.float64]
 Vector = tuple[float, float, float]
-Point = tuple[float, float]
 
-_WORTH = 0.99  # a rotated shape has to be smaller than this fraction of one that is rotated less
 _STL_NOISE = 1e-7  # m: STL corners have 24 bits
-_TOLERANCE = 2e-7  # m: a point this far outside a shape is on its surface
 _AXIS_ANGLES: dict[str, Vector] = {"x": (0, math.pi / 2, 0), "y": (math.pi / 2, 0, 0), "z": (0, 0, 0)}
 
 
@@ -53,13 +50,9 @@ class Fit:
 
 
 def fit_shapes(triangles: Floats, digits: int, stack: int, axis: str = "auto") -> dict[str, Fit]:
-    """Fit a shape of each kind around a mesh, and measure the fit.
+    """Fit a shape of each kind around triangles (n, 3, 3) in metres, and measure the fit.
 
-    Args:
-        triangles: Corners (n, 3, 3) in metres.
-        digits: Decimals of the lengths in metres.
-        stack: The number of boxes in the stack.
-        axis: The axis of the stack: x, y, z, or auto for the axis with the least volume.
+    Lengths have ``digits`` decimals. The stack has ``stack`` boxes along ``axis``: x, y, z, or auto (least volume).
     """
     corners = triangles.reshape(-1, 3)
     mesh = Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=True)
@@ -69,8 +62,7 @@ def fit_shapes(triangles: Floats, digits: int, stack: int, axis: str = "auto") -
     oriented = _oriented_box(hull, digits)
     angles = list(_AXIS_ANGLES.values())
     if oriented.pose.rpy != (0, 0, 0):
-        rows = oriented.pose.transform().rows
-        angles += [_angles_along((rows[0][i], rows[1][i], rows[2][i])) for i in range(3)]
+        angles += [_angles_along((x, y, z)) for x, y, z in zip(*oriented.pose.transform().rows, strict=True)]
     cylinders, capsules = zip(*(_round_shapes(hull, rpy, digits) for rpy in angles), strict=True)
     pieces = {
         "box": (Shape(enclosing_box(triangles, digits)),),
@@ -236,10 +228,10 @@ def _stack(triangles: Floats, count: int, axis: str, digits: int) -> tuple[Shape
 
 
 def _smallest(shapes: Sequence[Shape]) -> Shape:
-    """Return the shape with the least volume; a later one has to be worth it."""
+    """Return the shape with the least volume; a later one has to be more than one percent smaller."""
     best = shapes[0]
     for shape in shapes[1:]:
-        best = shape if _volume(shape) < _WORTH * _volume(best) else best
+        best = shape if _volume(shape) < 0.99 * _volume(best) else best
     return best
 
 
@@ -247,7 +239,7 @@ def _volume(shape: Shape) -> float:
     return volume_and_moments(shape.geometry)[0]
 
 
-def smallest_circle(points: Floats) -> tuple[Point, float]:
+def smallest_circle(points: Floats) -> tuple[tuple[float, float], float]:
     """Return centre and radius of the smallest circle around points (n, 2).
 
     If two points define it, they are the farthest pair; else its centre is a corner of the farthest-point Voronoi
@@ -274,5 +266,5 @@ def _contains(shape: Shape, points: Floats) -> NDArray[np.bool_]:
             beyond = np.maximum(radial - geometry.radius, axial)
         else:
             beyond = np.hypot(radial, axial.clip(0)) - geometry.radius
-    contained: NDArray[np.bool_] = beyond <= _TOLERANCE
+    contained: NDArray[np.bool_] = beyond <= 2e-7  # m: a point this far outside is on the surface
     return contained

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 MAX_DIGITS = 9
-_LONGEST_PART = 20.0  # m; a longer mesh was drawn in millimetres
 
 
 @dataclass(frozen=True)
@@ -88,9 +87,9 @@ class RobotSource:
         request = Request(description, options.arguments, (), options.packages, options.trust, options.tell)
         reading = request.read(options.lenient)
         if reading.robot is None or reading.tree is None:
-            problem = next(one for one in reading.diagnostics if one.severity == ERROR)
-            diagnostics += [one for one in reading.diagnostics if one is not problem]
-            raise ExtractProblem(problem)
+            first = next(one for one in reading.diagnostics if one.severity == ERROR)
+            diagnostics += [one for one in reading.diagnostics if one is not first]
+            raise ExtractProblem(first)
         # Elements that cannot be converted hold no joint and no mesh; `check` reports those of a description.
         found = reading.diagnostics if request.is_foreign else ()
         diagnostics += [one for one in found if one.severity != NOTE and one.rule != "import-cannot-carry"]
@@ -157,7 +156,7 @@ def read_parts(
         for name in names:
             mesh, stem = load_mesh(Path(name), scale), Path(name).stem
             longest = float((mesh.triangles.max(axis=(0, 1)) - mesh.triangles.min(axis=(0, 1))).max())
-            if longest > _LONGEST_PART:
+            if longest > 20:
                 message = f"{mesh.name} is {longest:g} m long; that looks like millimetres"
                 help = "--scale 0.001 turns millimetres into metres"
                 diagnostics.append(Diagnostic("mesh-looks-like-millimetres", WARNING, message, None, (), help))

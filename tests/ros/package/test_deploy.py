@@ -21,6 +21,12 @@ def base(tmp_path: Path) -> Path:
     return package_of_people(tmp_path)
 
 
+def test_places_that_an_older_version_stored_are_refused(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (base / ".rosorin-compile-deploy.yaml").write_text("robots: {}\n", "utf-8")
+    assert deploy(base) == 2
+    assert "is not read any more: pass its places with --map" in capsys.readouterr().err
+
+
 @pytest.mark.slow
 def test_the_artifacts_go_where_they_belong(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
     before = contents(base)

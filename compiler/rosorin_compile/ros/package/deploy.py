@@ -87,6 +87,8 @@ def deploy(
     request, folder = Request.of(robot, arguments, packages, trust=trust), Path(folder)
     if not folder.is_dir():
         raise RequestError(f'there is no folder "{folder}"; rosorin-compile package makes a new package')
+    if is_file(stored := folder / ".rosorin-compile-deploy.yaml"):  # of versions before 0.4
+        raise RequestError(f"{stored} is not read any more: pass its places with --map, and remove it")
     compiled = request.compile()
     made, diagnostics = compiled.robot, [*compiled.diagnostics]
     result = Deployed("", str(folder), inputs=tuple(map(str, request.inputs(compiled))))

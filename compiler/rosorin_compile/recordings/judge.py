@@ -25,7 +25,7 @@ _SHOWN, _FEW = 8, 3
 _STATES, _ROBOT = "/joint_states", "/robot_description"
 # AMCL dates map -> odom 1 s ahead (transform_tolerance), slam_toolbox 0.5 s; more than this (s) is reported.
 _FAR_AHEAD = 1.2
-# Clocks that differ by less (a share, or s) are the same.
+# Clocks that differ by less than this fraction, or by less than this many seconds, count as the same.
 _SIMILAR, _NEAR = 0.1, 0.1
 _FAILS = 0.05  # share of failed lookups from which on they are reported; a few messages are overtaken
 # Messages of these packages are about a place; the header of others may be only a stamp.

@@ -37,7 +37,7 @@ MESHES = "meshes"
 
 
 class Meshes(NamedTuple):
-    """A URDF in a package: its text, the files to copy by their names in the package, the packages it needs."""
+    """A URDF in a package: its text, the files to copy by their names in the package, and the packages it needs."""
 
     text: str
     files: dict[str, Path]
@@ -63,7 +63,7 @@ def place_meshes(
     """Return a URDF with its meshes in a package, or an SDF at a ``place``, which names them relative to itself.
 
     Files are ``known`` by name, or searched for in ``folders`` and in ``target``, the folder of the package. Missing
-    files are ``reported`` already, or get a warning.
+    files get a warning, unless they have already been ``reported``.
     """
     addresses: dict[str, str] = {}
     files: dict[str, Path] = {}

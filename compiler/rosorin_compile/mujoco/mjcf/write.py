@@ -151,8 +151,8 @@ def _keys(
 DEEPEST = 30
 # The settings of the simulation, where the description has no others.
 OPTION = {"integrator": "implicitfast"}
-# Those of a robot on wheels or feet, which creeps down a slope without them: four mecanum wheels 30 mm in 5 s at 10
-# degrees, 7 mm with them.
+# Settings for a robot on wheels or feet, which would creep down a slope without them: with four mecanum wheels by
+# 30 mm in 5 s at 10 degrees, and with these settings by 7 mm.
 STANDING = {"cone": "elliptic", "impratio": 100}
 # Of plain wheels the rims would hold a turn back, as no tyre does: 24 % of a TurtleBot3's, 3 % with this.
 PLAIN_WHEELS = {"cone": "elliptic"}

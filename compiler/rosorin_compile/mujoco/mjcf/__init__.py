@@ -1,7 +1,7 @@
 """MJCF: the robot for MuJoCo.
 
 Writing: ``write`` with ``write_elements``; ``servos`` are its actuators, ``bodies`` has names and groups, ``contacts``
-which links may touch, ``omissions`` what MuJoCo would refuse. ``read_back`` reads such a file for comparison.
+which links may touch, ``unsupported`` what MuJoCo would refuse. ``read_back`` reads such a file for comparison.
 
 Reading: MuJoCo reads foreign files in a child process (``process``, ``engine``), which also compares an import with its
 source (``compare_models``). ``source`` finds the places in the text, ``reading`` has the state, and ``robot`` fills the
@@ -214,7 +214,7 @@ FORMAT = Format(
     adds=_adds,
     why="a simulation has sites and cameras of its own for the sensors of a description",
     beside=lambda text: _FILE.findall(text),
-    opens=_lazy(".omissions", "file_path"),
+    opens=_lazy(".unsupported", "file_path"),
     copies=_lazy("..mesh_copies", "copy_meshes"),
     syntax=xml_syntax,
     refusal=_refusal,

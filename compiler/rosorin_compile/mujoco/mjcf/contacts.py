@@ -46,7 +46,7 @@ from .bodies import (
     numbered_solids,
     weld_groups,
 )
-from .omissions import is_written, position_range
+from .unsupported import is_written, position_range
 
 # Faces that lie on each other touch, whatever the rounding of their poses (m).
 NEAR = 1e-6

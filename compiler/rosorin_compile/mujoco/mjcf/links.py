@@ -31,8 +31,8 @@ from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.xml.markup import Element
 
 from . import convert
-from .omissions import LEAST, LEAST_EIGENVALUE
 from .reading import BALL, FREE, HINGE, SLIDE, Reading
+from .unsupported import LEAST, LEAST_EIGENVALUE
 
 GROUND = "ground"
 NO_MASS = 1e-12  # kg: less than a grain of dust; MuJoCo loads no moving body without any

@@ -15,8 +15,8 @@ from rosorin_compile.source.xml.elements import number_of, numbers_of, tree_of
 
 from .bodies import COLLISION, FLOATING, PLANAR, TOUCHES, VISUAL, WORLD, colliding, is_free
 from .engine import apply_classes
-from .omissions import LEAST, position_range
 from .servos import is_clamped
+from .unsupported import LEAST, position_range
 from .write import base_name
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Suggestion, count_of, first_of
 from rosorin_compile.source.xml.elements import found_in
 
-from .omissions import along_link_of, position_range
+from .unsupported import along_link_of, position_range
 
 _STIFF = 100.0
 _LEAST_FELT = 1e-6

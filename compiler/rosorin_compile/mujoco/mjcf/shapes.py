@@ -20,8 +20,8 @@ from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.markup import Element
 
 from . import convert
-from .omissions import texture_path
 from .reading import Reading
+from .unsupported import texture_path
 
 _PLANE, _HFIELD, _SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH, _SDF = range(9)
 _WORDS = ("plane", "height field", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf")

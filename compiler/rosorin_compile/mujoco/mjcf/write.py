@@ -37,7 +37,7 @@ from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
 from rosorin_compile.source.xml.elements import indent_lines
 
-from . import bodies, omissions
+from . import bodies, unsupported
 from .contacts import contacts
 from .servos import Drive, controls_of, is_clamped, kept_controls
 from .servos import drives as drives_of
@@ -72,7 +72,7 @@ def base_name(joint: model.Joint, robot: model.Robot) -> str:
 
 def _single(joint: model.Joint, printer: ElementPrinter) -> dict[str, str]:
     """Return the attributes of a joint of one position, but its name."""
-    values, ends = _motion(_TYPES[joint.type], joint.axis, printer.number), omissions.position_range(joint)
+    values, ends = _motion(_TYPES[joint.type], joint.axis, printer.number), unsupported.position_range(joint)
     return {**values, **({"range": numbers(ends, printer.number)} if ends else {}), **_inner(joint, printer)}
 
 
@@ -157,9 +157,11 @@ STANDING = {"cone": "elliptic", "impratio": 100}
 # Of plain wheels the rims would hold a turn back, as no tyre does: 24 % of a TurtleBot3's, 3 % with this.
 PLAIN_WHEELS = {"cone": "elliptic"}
 
-# What a body without mass has where MuJoCo asks for one (see ``omissions.weightless``).
+# What a body without mass has where MuJoCo asks for one (see ``unsupported.weightless``).
 _NO_SIZE = 1e-9  # m
-_LEAST_INERTIAL = model.Inertial(omissions.LEAST, model.Pose(), omissions.LEAST, omissions.LEAST, omissions.LEAST)
+_LEAST_INERTIAL = model.Inertial(
+    unsupported.LEAST, model.Pose(), unsupported.LEAST, unsupported.LEAST, unsupported.LEAST
+)
 # A geom that keeps fluids from such a body: MuJoCo takes it for a box of metres.
 _NO_DRAG = {"mass": "0", "contype": "0", "conaffinity": "0", "group": "5", "rgba": "0 0 0 0"}
 _NO_DRAG |= {"fluidshape": "ellipsoid", "fluidcoef": "0 0 0 0 0"}
@@ -202,7 +204,7 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
         name += "_"
     tag, kind = ("freejoint", {}) if set(in_world.values) <= {"group", "align"} else ("joint", {"type": "free"})
     free_joint = Markup("<{}{}/>").format(tag, printer.print_values({"name": name, **kind, **in_world.values}))
-    none = frozenset(omissions.weightless(robot, free))
+    none = frozenset(unsupported.weightless(robot, free))
     in_fluid = any(output.options.get("option", {}).get(word) for word in ("density", "viscosity"))
     printed = {joint.name: classes.print_classes(place) for place, joint in enumerate(moving)}
     framed = attributes(**{"class": classes.class_name(bodies.FRAME)})
@@ -222,7 +224,7 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
             [free_joint] if free and not elements else [],
             indent,
             names,
-            _inertial(inertial, number) if inertial and omissions.has_mass(inertial) else "",
+            _inertial(inertial, number) if inertial and unsupported.has_mass(inertial) else "",
             [] if joint is None else [printed[joint.name]] if joint.moves else _several(joint, printer),
             made,
             attributes(name=frame.name) + framed,
@@ -236,7 +238,7 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
         "robot": robot,
         "classes": classes.tree(geoms.used, bool(rolls), output.options.get("groups", {})),
         "materials": [printer.print_values(values) for values in printer.materials()],
-        "textures": [(name, omissions.texture_path(file)) for file, name in printer.textures.items()],
+        "textures": [(name, unsupported.texture_path(file)) for file, name in printer.textures.items()],
         "meshes": list(geoms.printed_meshes()),
         "fields": list(geoms.fields.items()),
         "bodies": elements,
@@ -256,8 +258,8 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
         "kept": [indent_lines(text, "  ") for text in measuring.kept],
     }
     text = templates.own("mujoco/robot.xml.jinja", values)
-    reports = (omissions.check_loadable(robot, free), omissions.report_omissions(robot, joints, touching.left))
-    return text, [*chain(*reports), *measuring.diagnostics, *omissions.check_names(text, geoms.left_out)]
+    reports = (unsupported.check_loadable(robot, free), unsupported.report_omissions(robot, joints, touching.left))
+    return text, [*chain(*reports), *measuring.diagnostics, *unsupported.check_names(text, geoms.left_out)]
 
 
 def _walk(robot: model.Robot) -> Iterator[Frame]:
@@ -282,10 +284,10 @@ def _walk(robot: model.Robot) -> Iterator[Frame]:
 
 
 def _inertial(inertial: model.Inertial, number: NumberFormat) -> Markup:
-    pos, mass, six = vector(inertial.pose.xyz, number), number(inertial.mass), omissions.along_link_of(inertial)
+    pos, mass, six = vector(inertial.pose.xyz, number), number(inertial.mass), unsupported.along_link_of(inertial)
     if not any(six[3:]):
         return attributes(pos=pos, mass=mass, diaginertia=" ".join(inertial.printed_inertia(number, six)[:3]))
-    if inertial.principal_moments[0] < omissions.LEAST_EIGENVALUE and not omissions.has_products(inertial):
+    if inertial.principal_moments[0] < unsupported.LEAST_EIGENVALUE and not unsupported.has_products(inertial):
         own, place = inertial.printed_inertia(number)[:3], place_of(inertial.pose.xyz, inertial.pose.rpy, number)
         return attributes(**{"pos": pos, **place, "mass": mass, "diaginertia": " ".join(own)})
     return attributes(pos=pos, mass=mass, fullinertia=" ".join(inertial.printed_inertia(number, six)))
@@ -323,7 +325,7 @@ class _Geoms:
             kind = (bodies.SHOWN_WHEEL if is_shown else bodies.WHEEL) if rolls else bodies.SHOWN
         for index, solid in bodies.numbered_solids(link, purpose, self.form):
             geometry, name = solid.geometry, self.names[link.name, purpose, index]
-            is_lost = isinstance(geometry, model.Mesh) and not omissions.is_written(self.robot, geometry)
+            is_lost = isinstance(geometry, model.Mesh) and not unsupported.is_written(self.robot, geometry)
             if is_lost or not bodies.has_volume(geometry):
                 self.left_out[name] = link.name
                 continue
@@ -355,7 +357,7 @@ class _Geoms:
     def printed_meshes(self) -> Iterator[Markup]:
         for (mesh, *_), name in self.meshes.items():
             scale = numbers(mesh.scale, self.printer.number)
-            values = {"name": name, "file": omissions.mesh_path(mesh.file), "scale": scale}
+            values = {"name": name, "file": unsupported.mesh_path(mesh.file), "scale": scale}
             values |= {"inertia": mesh.inertia} if mesh.inertia else {}
             yield attributes(**values, **self.printer.texts(mesh.mjcf))
 

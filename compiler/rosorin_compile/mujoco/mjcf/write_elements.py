@@ -27,8 +27,8 @@ from rosorin_compile.source.numbers import NumberFormat, numbers, vector
 from rosorin_compile.source.xml.elements import found_in
 
 from . import bodies
-from .omissions import is_textured
 from .servos import Drive, aims
+from .unsupported import is_textured
 
 # What each joint has for itself, and what many have in common that move otherwise.
 _OWN = ("name", "class", "type")

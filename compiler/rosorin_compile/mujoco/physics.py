@@ -26,15 +26,7 @@ from rosorin_compile.model.bounds import bounds_of
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import acceptable, apply_acceptances
-from rosorin_compile.source.diagnostics import (
-    NOTE,
-    WARNING,
-    Diagnostic,
-    MissingPackages,
-    first_of,
-    has_errors,
-    quote,
-)
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, MissingPackages, first_of, has_errors, quote
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.system import is_installed

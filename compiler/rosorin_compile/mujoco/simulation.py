@@ -31,21 +31,9 @@ from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.tree import exists
 from rosorin_compile.source.wording import count_of, first_of, phrase
 
-from .mjcf.engine import reason
+from .mjcf.engine import quiet, reason
 from .rest_pose import leader_of
-from .scenarios import (
-    FIXED,
-    FREE,
-    Driven,
-    PoseTrial,
-    Result,
-    Swept,
-    Swung,
-    World,
-    quiet,
-    run_scenarios,
-    undriven_joints,
-)
+from .scenarios import FIXED, FREE, Driven, PoseTrial, Result, Swept, Swung, World, run_scenarios
 
 _TIPPED = 0.2  # rad
 _SHOWN = 3  # names
@@ -174,8 +162,6 @@ def simulate(
         timestep,
         limits=used,
         units={joint.name: joint.unit for joint in world.joints},
-        own_servos=world.own,
-        undriven=undriven_joints(world),
         timing=Timing(speed, speed * timestep) if timing else None,
         inputs=understood.expanded.files,
         **scenarios,

@@ -53,9 +53,9 @@ def test_a_planted_difference_is_told(old: str, new: str, message: str) -> None:
 
 def test_what_is_added_is_told() -> None:
     found = told(TEXT, edited('<site name="pull"/>', '<site name="pull"/><geom name="more" size="0.01" mass="0"/>'))
-    assert "geom more is in ours alone" in found
+    assert "geom more is only in ours" in found
     heavy = '<site name="pull"/><body name="more"><inertial pos="0 0 0" mass="0.1" diaginertia="1 1 1"/></body>'
-    assert told(TEXT, edited('<site name="pull"/>', heavy)) == ["body more is in ours alone"]
+    assert told(TEXT, edited('<site name="pull"/>', heavy)) == ["body more is only in ours"]
 
 
 ARM = data_text("robots/compared_arm.mjcf.xml")

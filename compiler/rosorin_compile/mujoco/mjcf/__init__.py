@@ -4,7 +4,7 @@ Writing: ``write`` with ``write_elements``; ``servos`` are its actuators, ``bodi
 which links may touch, ``unsupported`` what MuJoCo would refuse. ``read_back`` reads such a file for comparison.
 
 Reading: MuJoCo reads foreign files in a child process (``process``, ``engine``), which also compares an import with its
-source (``compare_models``). ``source`` finds the places in the text, ``reading`` has the state, and ``robot`` fills the
+source (``compare_models``). ``reading`` has the state and the places in the text, and ``robot`` fills the
 tree with ``links``, ``shapes`` and ``entries``.
 """
 
@@ -92,8 +92,8 @@ def _one_of(words: Sequence[str], description: str) -> dict[str, Any]:
 
 _SOLVERS = {"": "the solver", "ls_": "a line search", "noslip_": "noslip", "ccd_": "ccd"}
 _NUMBER, _COUNT, _NUMBERS = {"type": "number"}, {"type": "integer"}, {"type": "array", "items": {"type": "number"}}
-_VECTOR = {**_NUMBERS, "minItems": 3, "maxItems": 3}
-_OVERRIDDEN = {"solref": (2, "Stiffness"), "solimp": (5, "Impedance"), "friction": (5, "Friction")}
+_VECTOR, _SOME = {**_NUMBERS, "minItems": 3, "maxItems": 3}, {**_NUMBERS, "minItems": 1}
+_SWITCH = {"enum": ["enable", "disable"]}
 _SETTINGS: Mapping[str, tuple[Mapping[str, Any], str]] = {
     "integrator": ({"enum": ["Euler", "RK4", "implicit", "implicitfast"]}, "How time goes on."),
     "cone": ({"enum": ["pyramidal", "elliptic"]}, "The form of friction cones."),
@@ -111,22 +111,16 @@ _SETTINGS: Mapping[str, tuple[Mapping[str, Any], str]] = {
     "wind": (_VECTOR, "Speed of the air in m/s."),
     "magnetic": (_VECTOR, "The magnetic field of the earth."),
     "sleep_tolerance": (_NUMBER, "Below which speed in m/s or rad/s what is at rest may sleep."),
-    **{
-        f"o_{word}": (
-            {**_NUMBERS, "minItems": 1, "maxItems": count},
-            f"{what} of all contacts, where contacts are overridden.",
-        )
-        for word, (count, what) in _OVERRIDDEN.items()
-    },
+    "o_solref": ({**_SOME, "maxItems": 2}, "Stiffness of all contacts, where contacts are overridden."),
+    "o_solimp": ({**_SOME, "maxItems": 5}, "Impedance of all contacts, where contacts are overridden."),
+    "o_friction": ({**_SOME, "maxItems": 5}, "Friction of all contacts, where contacts are overridden."),
     "actuatorgroupdisable": ({"type": "array", "items": _COUNT}, "The groups of actuators that are switched off."),
-    "flag": (
-        {"type": "object", "additionalProperties": {"enum": ["enable", "disable"]}},
-        "What is computed, and what not.",
-    ),
+    "flag": ({"type": "object", "additionalProperties": _SWITCH}, "What is computed, and what not."),
 }
 SETTINGS = {word: {**form, "description": what} for word, (form, what) in _SETTINGS.items()}
 """The settings of a simulation that a description has a word for: those of MuJoCo's <option>, in SI units."""
 
+_NAMES = {"type": "array", "items": {"type": "string"}}
 _GROUP = {"type": "integer", "minimum": 0, "maximum": 5}
 _VISUAL = {**_GROUP, "description": "That of visuals; default 2."}
 _COLLISION = {**_GROUP, "description": "That of what collides; default 3, of a robot without looks 0."}
@@ -165,14 +159,9 @@ _OPTIONS = {
         "properties": {"visual": _VISUAL, "collision": _COLLISION},
         "additionalProperties": False,
     },
-    "actuators": {
-        "type": "array",
-        "items": {"type": "string"},
-        "description": "The order of the actuators, by name; default: that of their joints.",
-    },
+    "actuators": {**_NAMES, "description": "The order of the actuators, by name; default: that of their joints."},
     "sensors": {
-        "type": "array",
-        "items": {"type": "string"},
+        **_NAMES,
         "description": "The order of the sensors, by name; default: those of `sensors`, then those of `mjcf`.",
     },
     "drives": _one_of(

@@ -303,9 +303,7 @@ class Comparison:
         if array in _REFERENCES:
             named = source.references(array, extent, one), ours.references(array, extent, other)
             mapped = [(of, self.maps[of].get(int(n), -2) if of and n >= 0 else n) for of, n in named[0]]
-            if len(mapped) != len(named[1]) or not all(
-                of == other_of and close(n, m) for (of, n), (other_of, m) in zip(mapped, named[1], strict=True)
-            ):
+            if mapped != named[1]:
                 texts = [
                     ", ".join("none" if n < 0 else model.name_of(of, int(n)) if of else f"{n:g}" for of, n in pairs)
                     for model, pairs in zip((source, ours), named, strict=True)

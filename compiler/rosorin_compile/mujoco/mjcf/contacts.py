@@ -26,7 +26,7 @@ from itertools import combinations, product
 from typing import NamedTuple
 
 from rosorin_compile.model import Joint, Mesh, Output, Robot
-from rosorin_compile.model.bounds import ball_of
+from rosorin_compile.model.bounds import Ball, ball_of
 from rosorin_compile.model.geometry import Transform, Vector, cross, dot, minus, norm, plane_axes, unit
 from rosorin_compile.model.joint import motion
 from rosorin_compile.model.shape import MERGED, Capsule, Cylinder, Ellipsoid, HeightMap, Shape, Sphere
@@ -62,16 +62,17 @@ Simplex = Sequence[Vector]
 
 
 class Solid:
-    """A shape with a ball around it (m); ``margin`` is the radius around a point or line, not in ``support``."""
+    """A shape in a small ball (m); ``margin`` is the radius around a point or line, not in ``support``."""
 
-    def __init__(self, shape: Shape, middle: Vector, radius: float) -> None:
-        self.shape, self.middle, self.radius, self.origin = shape, middle, radius, shape.origin().transform()
+    def __init__(self, shape: Shape, ball: Ball) -> None:
+        self.shape, self.middle, self.radius, self.origin = shape, ball.middle, ball.radius, shape.origin().transform()
         geometry, (x, y, z) = shape.geometry, (*map(abs, half_sizes(shape.geometry)), 0.0, 0.0, 0.0)[:3]
         self.margin = x if isinstance(geometry, (Sphere, Capsule)) else 0.0
         # Half the size along the axes of the shape, without the margin (m).
         self.half_extents: Vector = (x, y, z)
         if isinstance(geometry, (Sphere, Capsule, Cylinder)):
             self.half_extents = (x - self.margin, x - self.margin, y)
+            self.radius = math.hypot(x, y) if isinstance(geometry, Cylinder) else x + y
 
     @cached_property
     def pieces(self) -> Sequence[Solid]:
@@ -98,18 +99,9 @@ class Solid:
 
 
 def solid_of(shape: Shape) -> Solid | None:
-    """Return a shape with a small ball around it, or None for a mesh."""
-    ball, geometry = ball_of(shape), shape.geometry
-    if ball is None:
-        return None
-    radius = ball.radius
-    if isinstance(geometry, Sphere):
-        radius = abs(geometry.radius)
-    elif isinstance(geometry, Capsule):
-        radius = abs(geometry.radius) + abs(geometry.length) / 2
-    elif isinstance(geometry, Cylinder):
-        radius = math.hypot(geometry.radius, geometry.length / 2)
-    return Solid(shape, ball.middle, radius)
+    """Return the solid of a shape, or None for a mesh."""
+    ball = ball_of(shape)
+    return None if ball is None else Solid(shape, ball)
 
 
 def touch(fixed: Sequence[Solid], moved: Sequence[Solid], way: Transform) -> bool:

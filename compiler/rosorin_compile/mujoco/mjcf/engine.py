@@ -12,7 +12,8 @@ import json
 import os
 import re
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -53,17 +54,14 @@ _OPEN = ("user", "data", "qpos", "qvel", "act", "ctrl", "mpos", "mquat", "vertex
 def main(job: str, request_file: str, answer: str, cpu_seconds: int) -> None:
     """Do a job of the file ``request_file``, and write its answer to the file ``answer``, both as JSON."""
     _limit(cpu_seconds)
-    mujoco: Any = import_module("mujoco")
     request, here = json.loads(Path(request_file).read_text("utf-8")), Path(answer).parent
     if job == "load":
-        made: Any = load(mujoco, request["text"], request["folder"])
+        made: Any = load(request["text"], request["folder"])
     elif job == "prove":
-        mujoco.set_mju_user_warning(lambda _: None)  # which would go into a file in the working folder
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+        with quiet() as mujoco:
             made = _proof(mujoco, request, here)
     else:
-        made = read(mujoco, Path(request["path"]), here)
+        made = read(import_module("mujoco"), Path(request["path"]), here)
     Path(answer).write_text(json.dumps(made), encoding="utf-8")
 
 
@@ -83,11 +81,22 @@ def read(mujoco: Any, path: Path, here: Path) -> dict[str, Any]:
     return {**made, "warnings": [str(warning.message) for warning in caught]}
 
 
-def load(mujoco: Any, text: str, folder: str) -> tuple[str, bool]:
+@contextmanager
+def quiet() -> Iterator[Any]:
+    """Import MuJoCo and drop its warnings meanwhile, which it would also write to a file in the working folder."""
+    mujoco: Any = import_module("mujoco")
+    mujoco.set_mju_user_warning(lambda _: None)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield mujoco
+    finally:
+        mujoco.set_mju_user_warning(None)
+
+
+def load(text: str, folder: str) -> tuple[str, bool]:
     """Return why MuJoCo refuses an MJCF that is in a folder, or "", and whether it is too old for it."""
-    mujoco.set_mju_user_warning(lambda _: None)  # which would go into a file in the working folder
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    with quiet() as mujoco:
         try:
             spec = mujoco.MjSpec.from_string(text)
             spec.modelfiledir = folder
@@ -96,8 +105,6 @@ def load(mujoco: Any, text: str, folder: str) -> tuple[str, bool]:
         except Exception as problem:
             why, outdated = reason(mujoco, problem)
             return why or type(problem).__name__, outdated
-        finally:
-            mujoco.set_mju_user_warning(None)
 
 
 def reason(mujoco: Any, problem: Exception) -> tuple[str, bool]:

@@ -240,11 +240,9 @@ class _Reader:
             return model.Box((-x, -y, -z), (x, y, z))
         if kind == "ellipsoid":
             return model.Ellipsoid((x, y, z))
-        return (
-            {"cylinder": model.Cylinder, "capsule": model.Capsule}[kind](x, 2 * y)
-            if kind != "sphere"
-            else model.Sphere(x)
-        )
+        if kind == "sphere":
+            return model.Sphere(x)
+        return model.Cylinder(x, 2 * y) if kind == "cylinder" else model.Capsule(x, 2 * y)
 
     def _replace(self, name: str, **values: Any) -> None:
         joint = next((joint for joint in self.joints.values() if joint.name == name), None)

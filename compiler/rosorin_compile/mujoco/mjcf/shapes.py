@@ -271,18 +271,18 @@ def _add_unused(reading: Reading) -> None:
         if index not in left:
             _material(reading, index)
     for _ in left:
-        reading.skip_scene("material", markup.first("asset").span)
+        reading.scene.append(("material", markup.first("asset").span))
     convert.put_some(reading.tree, "materials", reading.materials)
     textures = {name for kind, name in reading.of_scene if kind == "texture"}
     for material in assets["material_assets"]:
         textures |= {one["attributes"].get("texture", "") for one in (material, *material["inner"])}
     for name in map(_asset_name, assets["texture_assets"]):
         if not name or name not in textures:
-            reading.skip_scene("texture", (markup.find("asset", name) or markup.first("asset")).span)
+            reading.scene.append(("texture", (markup.find("asset", name) or markup.first("asset")).span))
     shaped = {geom["dataid"] for geom in geoms if geom["type"] in (_MESH, _SDF)}
     for mesh in (mesh for index, mesh in enumerate(reading.facts["meshes"]) if index not in shaped):
         element = markup.find("asset", mesh["name"]) or markup.first("asset")
         keep_asset(reading, "mesh", mesh["name"], element.span)
     for index, geom in enumerate(geoms):
         if geom["bodyid"] not in reading.link_of or is_scene(geom):
-            reading.skip_scene("geom", reading.places.place_of("geoms", index).span)
+            reading.scene.append(("geom", reading.places.place_of("geoms", index).span))

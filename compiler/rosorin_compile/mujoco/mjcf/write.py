@@ -41,6 +41,7 @@ from . import bodies, unsupported
 from .contacts import contacts
 from .servos import Drive, controls_of, is_clamped, kept_controls
 from .servos import drives as drives_of
+from .unsupported import LEAST
 from .write_elements import Classes, ElementPrinter, Named, Part, place_of, sensor_elements
 
 _TYPES = {"revolute": "hinge", "continuous": "hinge", "prismatic": "slide"}
@@ -159,9 +160,7 @@ PLAIN_WHEELS = {"cone": "elliptic"}
 
 # What a body without mass has where MuJoCo asks for one (see ``unsupported.weightless``).
 _NO_SIZE = 1e-9  # m
-_LEAST_INERTIAL = model.Inertial(
-    unsupported.LEAST, model.Pose(), unsupported.LEAST, unsupported.LEAST, unsupported.LEAST
-)
+_LEAST_INERTIAL = model.Inertial(LEAST, model.Pose(), LEAST, LEAST, LEAST)
 # A geom that keeps fluids from such a body: MuJoCo takes it for a box of metres.
 _NO_DRAG = {"mass": "0", "contype": "0", "conaffinity": "0", "group": "5", "rgba": "0 0 0 0"}
 _NO_DRAG |= {"fluidshape": "ellipsoid", "fluidcoef": "0 0 0 0 0"}

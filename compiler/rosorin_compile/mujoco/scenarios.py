@@ -205,7 +205,6 @@ class World:
         return sorted(pairs), [name for name in self.robot.link if name in on_floor]
 
     def position(self, joint: str) -> float:
-        """Return the position of a joint (rad or m)."""
         return float(self.data.joint(joint).qpos[0])
 
     def place(self, link: str) -> tuple[Any, Any]:

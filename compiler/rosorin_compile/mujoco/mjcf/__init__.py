@@ -11,7 +11,7 @@ tree with ``links``, ``shapes`` and ``entries``.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -32,24 +32,13 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rosorin_compile.formats.format import Refusal
-    from rosorin_compile.model import Output, Robot
-    from rosorin_compile.rules.case import Case
-    from rosorin_compile.source.diagnostics import Diagnostic
+    from rosorin_compile.model import Robot
     from rosorin_compile.source.tree import Map
-
-__all__ = ["FORMAT"]
 
 
 def _lazy(module: str, name: str) -> Callable[..., Any]:
     """Return a function of a module that is imported only when it is called."""
     return lambda *arguments: getattr(import_module(module, __package__), name)(*arguments)
-
-
-def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    from . import contacts, servos
-
-    yield from servos.check(case, output)
-    yield from contacts.check(case, output)
 
 
 def _refusal(text: str, folder: Path) -> Refusal:
@@ -192,7 +181,7 @@ FORMAT = Format(
     file="{}.xml",
     endings=(".xml", ".mjcf"),
     roots=("mujoco",),
-    check=_check,
+    check=_lazy(".contacts", "check"),
     write=_lazy(".write", "write"),
     load=lambda opened: _lazy(".robot", "read_mjcf")(opened.path, opened.options),
     view=_lazy(".read_back", "view"),

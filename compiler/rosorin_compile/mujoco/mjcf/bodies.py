@@ -14,15 +14,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import product
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from rosorin_compile import model
 from rosorin_compile.model.shape import MERGED
 from rosorin_compile.source.cache import of_robot
-
-if TYPE_CHECKING:
-    from .contacts import Geom
-
 
 # The root body of MuJoCo.
 WORLD = "world"
@@ -129,9 +125,6 @@ class Masks:
 
     def meet(self, one: str, other: str) -> bool:
         return any(mask.meets(theirs) for mask in self._of_links[one] for theirs in self._of_links[other])
-
-    def pair(self, one: Geom, other: Geom) -> bool:
-        return self.mask_of(one.link, one.solid.shape).meets(self.mask_of(other.link, other.solid.shape))
 
 
 @of_robot

@@ -151,10 +151,6 @@ class Model:
         pos, turn = (getattr(self.data, name)[index] for name in _FRAMES[kind])
         return pos, turn.reshape(3, -1)
 
-    def place(self, kind: str, index: int) -> Any:
-        """Return position and sizes (m) of a geom, zeros for other kinds."""
-        return np.append(self.data.geom_xpos[index], self.mj.geom_size[index]) if kind == "geom" else np.zeros(6)
-
     def mesh_of(self, geom: int) -> int:
         return int(self.mj.geom_dataid[geom]) if self.mj.geom_type[geom] in (_MESH, _SDF) else -1
 
@@ -186,7 +182,6 @@ class Comparison:
             self._match(kind)
 
     def run(self) -> list[Difference]:
-        """Compare everything and return the differences."""
         theirs, own = self.source.mj, self.ours.mj
         for field in (name for name in dir(theirs.opt) if not name.startswith("_")):
             self.values("option", -1, field, getattr(theirs.opt, field), getattr(own.opt, field))
@@ -211,7 +206,6 @@ class Comparison:
         self.differences.append(Difference(kind, field, f"{name}{text}"))
 
     def values(self, kind: str, index: int, field: str, one: Any, other: Any) -> None:
-        """Report two values of a field that are not equal."""
         if not callable(one) and not close(one, other):
             self.report(kind, index, field, f"{field} {in_words(one, other)}")
 
@@ -247,8 +241,11 @@ class Comparison:
             waiting.setdefault(self._signature(ours, kind, index), []).append(index)
         for index in sorted(set(range(len(source.names[kind]))) - set(found)):
             if candidates := waiting.get(self._signature(source, kind, index)):
-                place = source.place(kind, index)
-                apart = [round(float(np.abs(place - ours.place(kind, at)).max()), 9) for at in candidates]
+                apart = [0.0]
+                if kind == "geom":
+                    pos, size = source.data.geom_xpos[index], source.mj.geom_size[index]
+                    gaps = ours.data.geom_xpos[candidates] - pos, ours.mj.geom_size[candidates] - size
+                    apart = np.abs(np.hstack(gaps)).max(axis=1).round(9).tolist()
                 found[index] = candidates.pop(apart.index(min(apart)))
         for one, other in found.items() if kind == "geom" else ():  # the import gives meshes other names
             is_mesh = source.mesh_of(one) >= 0

@@ -34,6 +34,7 @@ from rosorin_compile.rules.case import Case
 from rosorin_compile.source.cache import of_robot
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 
+from . import servos
 from .bodies import (
     COLLISION,
     HFIELD,
@@ -217,6 +218,9 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
         every = ((number, solid_of(shape)) for number, shape in shapes if has_volume(shape.geometry))
         return [Geom(name, number, solid) for number, solid in every if solid is not None]
 
+    def mask(geom: Geom) -> Mask:
+        return masks.mask_of(geom.link, geom.solid.shape)
+
     for link in robot.walk():
         above = robot.joint_to.get(link.name)
         is_welded = above is not None and above.is_fixed
@@ -248,7 +252,7 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
             elif len(meeting) > MOST:
                 left.append(links)
             elif frozenset(links) not in named:
-                pairs += [pair for pair in meeting if masks.pair(*pair)]
+                pairs += [(one, other) for one, other in meeting if mask(one).meets(mask(other))]
     for pair in robot.disabled_contacts:
         if masks.rolling.isdisjoint(pair):  # else the bits say it, of a hundred rollers at once
             excluded.setdefault(frozenset(pair), pair)
@@ -338,7 +342,8 @@ def _kind(robot: Robot, shape: Shape, form: str) -> str:
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Yield a note for each two kinds of shapes that may touch and that MJX does not collide: on the first of them."""
+    """Yield diagnostics about actuators, and a note for two kinds of shapes that may touch and MJX does not collide."""
+    yield from servos.check(case, output)
     if not case.robot.is_tree:  # reported by the rules about joints
         return
     for kinds, (link, number), (other, _) in refused_by_mjx(case.robot, output):

@@ -142,42 +142,39 @@ def _inertial(body: Mapping[str, Any], element: Element) -> Map:
 
 
 def add_marks(reading: Reading) -> None:
-    """Add the sites, cameras and lights of every link; those of the world are its scene, unless that is a link."""
-    for kind in _MARKS:
-        for index, thing in enumerate(reading.facts[kind]):
-            element = reading.places.place_of(kind, index)
-            if thing["bodyid"] in reading.link_of:
-                _add_mark(reading, kind, index, thing, element)
-            else:
-                reading.scene.append((kind[:-1], element.span))
+    """Add the sites, cameras and lights of every link; those of the world are its scene, unless that is a link.
 
-
-def _add_mark(reading: Reading, kind: str, index: int, thing: Mapping[str, Any], element: Element) -> None:
-    """Add a site, a camera or a light to its link; one that the language cannot express is kept as it is."""
-    (tag, form), link, node = _MARKS[kind], reading.link_of[thing["bodyid"]], thing["element"]
-    place, name = convert.transform(thing["pos"], thing.get("quat")), thing["name"]
-    more = {key: text for key, text in node["attributes"].items() if key not in _POSED}
-    is_at_origin = convert.tidy_vector(place.xyz) == _ORIGIN and convert.is_unturned(place)
-    if kind == "sites" and name == link and is_at_origin and more.keys() <= {"group"}:
-        return  # every link has a site of its name
-    clashes = tag == "site" and name in reading.taken["link"]  # each link has a site of its own
-    called = reading.name(tag, f"{name}_site" if clashes else name, f"{link}_{tag}", index)
-    if clashes:
-        reading.rename(tag, name, called)
-        reading.change(f'the site "{name}" is called "{called}": a link has the name', element.span)
-    name = called
-    if kind == "lights" and "dir" in more:
-        more["dir"] = " ".join(repr(convert.tidy(value)) for value in thing["dir"])
-    entry, kinds = Map(element.span), {"target": "body", "material": "material"}
-    convert.put_pose(entry, place, element)
-    named = {word: reading.name_of(kinds[word], text) if word in kinds else text for word, text in more.items()}
-    rest = convert.put_words(entry, named, form, element)
-    if rest or node["inner"]:
-        reading.keep({**node, "attributes": {"name": name, **more, **convert.placing(place)}}, tag, element.span, link)
-        return
-    marks = reading.links[link].get(kind) or Map(element.span)
-    marks.put(name, entry, element.span, element.span)
-    convert.put(reading.links[link], kind, marks)
+    One that the language cannot express is kept as it is.
+    """
+    marks = [(kind, index, thing) for kind in _MARKS for index, thing in enumerate(reading.facts[kind])]
+    for kind, index, thing in marks:
+        (tag, form), node, element = _MARKS[kind], thing["element"], reading.places.place_of(kind, index)
+        if thing["bodyid"] not in reading.link_of:
+            reading.scene.append((tag, element.span))
+            continue
+        link, name = reading.link_of[thing["bodyid"]], thing["name"]
+        place = convert.transform(thing["pos"], thing.get("quat"))
+        more = {key: text for key, text in node["attributes"].items() if key not in _POSED}
+        is_at_origin = convert.tidy_vector(place.xyz) == _ORIGIN and convert.is_unturned(place)
+        if kind == "sites" and name == link and is_at_origin and more.keys() <= {"group"}:
+            continue  # every link has a site of its name
+        clashes = tag == "site" and name in reading.taken["link"]  # each link has a site of its own
+        called = reading.name(tag, f"{name}_site" if clashes else name, f"{link}_{tag}", index)
+        if clashes:
+            reading.rename(tag, name, called)
+            reading.change(f'the site "{name}" is called "{called}": a link has the name', element.span)
+        if kind == "lights" and "dir" in more:
+            more["dir"] = " ".join(repr(convert.tidy(value)) for value in thing["dir"])
+        entry, kinds = Map(element.span), {"target": "body", "material": "material"}
+        convert.put_pose(entry, place, element)
+        named = {word: reading.name_of(kinds[word], text) if word in kinds else text for word, text in more.items()}
+        if convert.put_words(entry, named, form, element) or node["inner"]:
+            whole = {**node, "attributes": {"name": called, **more, **convert.placing(place)}}
+            reading.keep(whole, tag, element.span, link)
+            continue
+        section = reading.links[link].get(kind) or Map(element.span)
+        section.put(called, entry, element.span, element.span)
+        convert.put(reading.links[link], kind, section)
 
 
 def add_joints(reading: Reading) -> None:

@@ -43,10 +43,19 @@ Thing = Mapping[str, Any]
 
 def add_shapes(reading: Reading) -> None:
     """Add the shapes of all links, and the materials that they use."""
-    geoms, purposes = reading.facts["geoms"], _purposes(reading)
+    geoms = reading.facts["geoms"]
+    carried = {index: geom for index, geom in enumerate(geoms) if _is_carried(reading, geom)}
+    only_seen = [geom for geom in carried.values() if not _collides(geom)]
+    seen_groups, decorated = {geom["group"] for geom in only_seen}, {geom["bodyid"] for geom in only_seen}
+    solid_groups = {geom["group"] for geom in carried.values() if _collides(geom)}
+    are_apart = bool(seen_groups) and seen_groups.isdisjoint(solid_groups)
+    purposes = dict[int, list[str]]()  # what each geom is there for: to be seen, to collide, or both
+    for index, geom in carried.items():
+        is_visible = geom["group"] < _HIDDEN and geom["rgba"][3] > 0 and "collision" not in geom["class"].lower()
+        is_seen = not _collides(geom) or (is_visible and not (are_apart and geom["bodyid"] in decorated))
+        purposes[index] = ["visual"] * is_seen + ["collision"] * _collides(geom)
     for purpose in ("visual", "collision"):  # the groups that most geoms have
-        of_it = [geoms[index] for index, found in purposes.items() if found[0] == purpose]
-        counts = Counter(geom["group"] for geom in of_it)
+        counts = Counter(geoms[index]["group"] for index, found in purposes.items() if found[0] == purpose)
         if counts:
             reading.groups[purpose] = counts.most_common(1)[0][0]
     held: dict[tuple[str, str], Seq] = {}
@@ -69,25 +78,10 @@ def add_shapes(reading: Reading) -> None:
     for (link, purpose), shapes in held.items():
         convert.put(reading.links[link], purpose, shapes)
     for index, geom in enumerate(geoms):
-        if geom["bodyid"] in reading.link_of and not _is_carried(reading, geom) and not is_scene(geom):
+        if geom["bodyid"] in reading.link_of and index not in carried and not is_scene(geom):
             span, link = reading.places.place_of("geoms", index).span, reading.link_of[geom["bodyid"]]
             reading.keep(whole_geom(reading, geom), f"geom: {_WORDS[geom['type']]}", span, link)
     _add_unused(reading)
-
-
-def _purposes(reading: Reading) -> dict[int, list[str]]:
-    """Return what each geom that is carried is there for: to be seen, to collide, or both."""
-    carried = {index: geom for index, geom in enumerate(reading.facts["geoms"]) if _is_carried(reading, geom)}
-    only_seen = [geom for geom in carried.values() if not _collides(geom)]
-    seen_groups, decorated = {geom["group"] for geom in only_seen}, {geom["bodyid"] for geom in only_seen}
-    solid_groups = {geom["group"] for geom in carried.values() if _collides(geom)}
-    are_apart = bool(seen_groups) and seen_groups.isdisjoint(solid_groups)
-    purposes = {}
-    for index, geom in carried.items():
-        is_visible = geom["group"] < _HIDDEN and geom["rgba"][3] > 0 and "collision" not in geom["class"].lower()
-        is_seen = not _collides(geom) or (is_visible and not (are_apart and geom["bodyid"] in decorated))
-        purposes[index] = ["visual"] * is_seen + ["collision"] * _collides(geom)
-    return purposes
 
 
 def _put_more(reading: Reading, geom: Thing, shape: Map, element: Element, purposes: list[str], purpose: str) -> None:

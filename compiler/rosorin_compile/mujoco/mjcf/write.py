@@ -39,7 +39,7 @@ from rosorin_compile.source.xml.elements import indent_lines
 
 from . import bodies, unsupported
 from .contacts import contacts
-from .servos import Drive, controls_of, is_clamped, kept_controls
+from .servos import Drive, control_count, is_clamped, kept_controls
 from .servos import drives as drives_of
 from .unsupported import LEAST
 from .write_elements import Classes, ElementPrinter, Named, Part, place_of, sensor_elements
@@ -137,7 +137,8 @@ def _keys(
             control, moved, gear = 0.0, drive.joint, drive.actuator.gear
             if drive.actuator.type == POSITION and moved is not None and moved.moves:  # it is to hold the pose
                 control = at[moved.name][0] * (gear[0] if gear else 1.0)
-            ctrl += controls_of(drive, pose.controls.get(drive.name, control))
+            count = control_count(drive.actuator.type, drive.actuator.mjcf)
+            ctrl += [pose.controls.get(drive.name, control), *[0.0] * count][:count]
         place = base_pose(pose) if base_pose else None
         qpos = [*place.xyz, *place.transform().quaternion()] if place else []
         qpos += [number for joint in joints for number in at[joint.name]]

@@ -109,13 +109,13 @@ def _mjcf_of(robot: Robot, output: Output) -> tuple[Output, tuple[str, str, str]
 def _bounds(robot: Robot, of: Output) -> tuple[Bounds, bool]:
     """Return the box around the robot at home in the world, and whether the size of all its meshes is known."""
     from rosorin_compile.model.bounds import Bounds
-    from rosorin_compile.model.mesh_vertices import clouds_of
+    from rosorin_compile.model.mesh_vertices import clouds_of, no_clouds
     from rosorin_compile.mujoco.rest_pose import home_of, reach, stands_at
 
     home, clouds = home_of(robot), clouds_of(robot, as_opened=True)
     at = stands_at(robot, home, clouds) if robot.has_free_base(of) else robot.root_in_world.pose
     solid, unknown = reach(robot, home.positions, "collision", at, clouds)
-    seen, _ = reach(robot, home.positions, "visual", at)
+    seen, _ = reach(robot, home.positions, "visual", at, no_clouds)
     boxes = [box for box in (solid, seen) if box is not None]
     only_seen = [shape for link in robot.links if not link.collision for shape in link.visual]
     is_known = not unknown and not any(isinstance(shape.geometry, Mesh) for shape in only_seen)

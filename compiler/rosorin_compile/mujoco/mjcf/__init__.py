@@ -26,12 +26,8 @@ from rosorin_compile.formats.format import (
     Unsupported,
     xml_syntax,
 )
-from rosorin_compile.source.files import record, version
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
-    from rosorin_compile.formats.format import Refusal
     from rosorin_compile.model import Robot
     from rosorin_compile.source.tree import Map
 
@@ -39,18 +35,6 @@ if TYPE_CHECKING:
 def _lazy(module: str, name: str) -> Callable[..., Any]:
     """Return a function of a module that is imported only when it is called."""
     return lambda *arguments: getattr(import_module(module, __package__), name)(*arguments)
-
-
-def _refusal(text: str, folder: Path) -> Refusal:
-    from xml.sax.saxutils import unescape
-
-    from .process import refusal
-
-    names = _FILE.findall(text)
-    for name in names:
-        file = folder / unescape(name, {"&quot;": '"'})
-        record(file, version(file))
-    return refusal(text, folder, by_itself=not names)
 
 
 def _adds(robot: Robot, name: str, described: Robot) -> bool:
@@ -62,16 +46,13 @@ def _adds(robot: Robot, name: str, described: Robot) -> bool:
     return any(name in (one.name, one.site) or (one.replicas and name.startswith(f"{one.name}_")) for one in made)
 
 
-_FILE = re.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')
-
-
-# MuJoCo's own word where a file has none: what it does with a URDF too.
-_ITS_OWN = {"integrator": "Euler"}
+FILE = re.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')
 
 
 def _asked(tree: Map, version: str, name: str) -> Asked:  # noqa: ARG001
     options = (tree.get("outputs") or {}).get("mjcf") or {}  # of the source: how its base is placed
-    option = {} if "drives" in options else {"option": options.get("option", _ITS_OWN)}
+    usual = {"integrator": "Euler"}  # of MuJoCo where a file has none: what it does with a URDF too
+    option = {} if "drives" in options else {"option": options.get("option", usual)}
     return Asked({"file": "", **options, **option} | {"file": f"{name}.xml"})
 
 
@@ -191,11 +172,11 @@ FORMAT = Format(
     optional=True,
     adds=_adds,
     why="a simulation has sites and cameras of its own for the sensors of a description",
-    beside=lambda text: _FILE.findall(text),
+    beside=lambda text: FILE.findall(text),
     opens=_lazy(".unsupported", "file_path"),
     copies=_lazy("..mesh_copies", "copy_meshes"),
     syntax=xml_syntax,
-    refusal=_refusal,
+    refusal=_lazy(".process", "refusal"),
     prove=_lazy(".process", "prove"),
     engine_reads=True,
     folder="mjcf",

@@ -12,7 +12,7 @@ scaled between the lowest and the highest; the first row has the largest y. Belo
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 from itertools import product
 from typing import NamedTuple
 
@@ -51,7 +51,12 @@ def body_name(robot: model.Robot, link: str) -> str:
         return WORLD
     name = link if link != WORLD else f"{WORLD}_link"
     known = {*robot.link, *(edge.child for edge in robot.edges)} if link == WORLD else ()
-    while name in known:
+    return free_name(name, known)
+
+
+def free_name(name: str, taken: Container[str]) -> str:
+    """Return a name, with underscores after it while another object has it."""
+    while name in taken:
         name += "_"
     return name
 
@@ -165,11 +170,7 @@ def has_volume(geometry: model.Geometry) -> bool:
         return True
     if isinstance(geometry, model.Mesh):
         return all(geometry.scale)
-    if isinstance(geometry, model.Box):
-        return all(size > 0 for size in geometry.size)
-    if isinstance(geometry, model.Ellipsoid):
-        return all(radius > 0 for radius in geometry.radii)
-    return geometry.radius > 0 and (isinstance(geometry, model.Sphere) or geometry.length > 0)
+    return all(size > 0 for size in half_sizes(geometry))
 
 
 def half_sizes(geometry: model.Geometry) -> tuple[float, ...]:

@@ -98,13 +98,10 @@ class Model:
 
     def __init__(self, mujoco: Any, model: Any) -> None:
         self.mujoco, self.mj, self.data = mujoco, model, mujoco.MjData(model)
-        self.names = {
-            kind: [
-                mujoco.mj_id2name(model, getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), index) or ""
-                for index in range(getattr(model, f"n{prefix}"))
-            ]
-            for kind, prefix in KINDS.items()
-        }
+        self.names: dict[str, list[str]] = {}
+        for kind, prefix in KINDS.items():
+            of, count = getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), getattr(model, f"n{prefix}")
+            self.names[kind] = [mujoco.mj_id2name(model, of, index) or "" for index in range(count)]
 
     def value(self, field: str, extent: str, index: int) -> Any:
         """Return the row of an object in an array of mjModel, or its piece of a long array."""
@@ -194,10 +191,29 @@ class Comparison:
             elif kind and not _BY_METHODS.fullmatch(field):
                 for pair in self.maps[kind].items():
                     self._field(kind, field, extent, *pair)
-        self._bodies()
+        for one, other in self.maps["body"].items():
+            self.values("body", one, "mocapid", bool(theirs.body_mocapid[one] >= 0), bool(own.body_mocapid[other] >= 0))
+            masses = float(theirs.body_mass[one]), float(own.body_mass[other])
+            if not one or max(masses) <= _NO_MASS:
+                continue
+            self.values("body", one, "mass", *masses)
+            if not near(theirs.body_ipos[one], own.body_ipos[other]):
+                self.values("body", one, "ipos", theirs.body_ipos[one], own.body_ipos[other])
+            a, b = self.source.inertia(one), self.ours.inertia(other)
+            if np.abs(a - b).max() > max(np.trace(a) * 1e-8, 1e-14):
+                moments = in_words(np.diag(a), np.diag(b))
+                self.report("body", one, "inertia", f"inertia {moments}, along the axes of the body")
         self._frames()
         self._keys_and_order()
-        self._contacts()
+        geoms = list(self.maps["geom"])
+        touching, ours = may_touch(theirs, geoms), may_touch(own, list(self.maps["geom"].values()))
+        texts = set()
+        for a, b in zip(*np.nonzero(np.triu(touching != ours)), strict=True):
+            bodies = sorted(int(theirs.geom_bodyid[geoms[at]]) for at in (a, b))
+            names = " and ".join(self.source.name_of("body", body) for body in bodies)
+            texts.add(f"{names} may touch only in {'the source' if touching[a, b] else 'ours'}")
+        for text in sorted(texts):
+            self.report("contact", -1, "", text)
         return self.differences
 
     def report(self, kind: str, index: int, field: str, text: str) -> None:
@@ -330,21 +346,6 @@ class Comparison:
         if has_effect and not (extent == "nq" and _same_position(theirs, own)):
             self.values(kind, one, field, theirs, own)
 
-    def _bodies(self) -> None:
-        theirs, own = self.source.mj, self.ours.mj
-        for one, other in self.maps["body"].items():
-            self.values("body", one, "mocapid", bool(theirs.body_mocapid[one] >= 0), bool(own.body_mocapid[other] >= 0))
-            masses = float(theirs.body_mass[one]), float(own.body_mass[other])
-            if not one or max(masses) <= _NO_MASS:
-                continue
-            self.values("body", one, "mass", *masses)
-            if not near(theirs.body_ipos[one], own.body_ipos[other]):
-                self.values("body", one, "ipos", theirs.body_ipos[one], own.body_ipos[other])
-            a, b = self.source.inertia(one), self.ours.inertia(other)
-            if np.abs(a - b).max() > max(np.trace(a) * 1e-8, 1e-14):
-                moments = in_words(np.diag(a), np.diag(b))
-                self.report("body", one, "inertia", f"inertia {moments}, along the axes of the body")
-
     def _frames(self) -> None:
         """Compare frames in the first and a random pose; what moves with what is reported is not reported again."""
         moved, reported = set[int](), {("body", 0)}
@@ -406,17 +407,6 @@ class Comparison:
             places = [int(getattr(self.ours.mj, field)[other]) for _, other in sorted(self.maps[kind].items())]
             if places != sorted(places):
                 self.report("order", -1, kind, f"the {kind}s are in another order in ours")
-
-    def _contacts(self) -> None:
-        source, geoms = self.source, list(self.maps["geom"])
-        theirs, own = may_touch(source.mj, geoms), may_touch(self.ours.mj, list(self.maps["geom"].values()))
-        texts = set()
-        for a, b in zip(*np.nonzero(np.triu(theirs != own)), strict=True):
-            bodies = sorted(int(source.mj.geom_bodyid[geoms[at]]) for at in (a, b))
-            names = " and ".join(source.name_of("body", body) for body in bodies)
-            texts.add(f"{names} may touch only in {'the source' if theirs[a, b] else 'ours'}")
-        for text in sorted(texts):
-            self.report("contact", -1, "", text)
 
     def moves_alike(self) -> bool:
         """Return True if the models must move in the same way in spite of the differences."""

@@ -59,8 +59,6 @@ MOST = 300
 STEPS = 24
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
 
-Simplex = Sequence[Vector]
-
 
 class Solid:
     """A shape in a small ball (m); ``margin`` is the radius around a point or line, not in ``support``."""
@@ -137,7 +135,7 @@ def _are_close(fixed: Solid, moved: Solid, way: Transform) -> bool:
     return True
 
 
-def _closest(simplex: Simplex) -> tuple[Vector, list[Vector]]:
+def _closest(simplex: Sequence[Vector]) -> tuple[Vector, list[Vector]]:
     """Return the point of a simplex that is closest to the origin, and the corners that it lies between."""
     is_around = len(simplex) == 4
     for index, apex in enumerate(simplex if is_around else ()):  # a flat tetrahedron is around nothing
@@ -153,7 +151,7 @@ def _closest(simplex: Simplex) -> tuple[Vector, list[Vector]]:
     return min(((foot, face) for foot, face in feet if foot is not None), key=lambda pair: dot(pair[0], pair[0]))
 
 
-def _foot(face: Simplex) -> Vector | None:
+def _foot(face: Sequence[Vector]) -> Vector | None:
     """Return the foot of the origin on a point, line or triangle, or None if it is not between the corners."""
     if len(face) == 1:
         return face[0]

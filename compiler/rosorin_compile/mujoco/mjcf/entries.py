@@ -270,16 +270,16 @@ def add_kept(reading: Reading) -> None:
         reading.keep(node, node["tag"], reading.markup.first(node["tag"]).span)
     by_link: dict[str, list[convert.Node]] = {}
     by_tag: dict[str, list[Span]] = {}
-    for one in reading.elements:  # which grow: elements name others
-        _keep_named_by(reading, one.node, one.span)
-        nodes, node = by_link.setdefault(one.link, []), _renamed(reading, one.node)
+    for kept, tag, span, link in reading.elements:  # which grow: elements name others
+        _keep_named_by(reading, kept, span)
+        nodes, node = by_link.setdefault(link, []), _renamed(reading, kept)
         same = (each for each in nodes if each["tag"] == node["tag"] and not each["attributes"] | node["attributes"])
-        section = None if one.link else next(same, None)
+        section = None if link else next(same, None)
         if section is None:
             nodes.append(node)
         else:
             section["inner"].extend(node["inner"])
-        by_tag.setdefault(one.tag, []).append(one.span)
+        by_tag.setdefault(tag, []).append(span)
     for link, nodes in by_link.items():
         texts = convert.listing(map(convert.text_of, nodes), reading.markup.root)
         convert.put(reading.links[link] if link else reading.tree, "mjcf_elements" if link else "mjcf", texts)

@@ -23,6 +23,8 @@ from rosorin_compile.source import files, system
 from rosorin_compile.source.diagnostics import phrase
 from rosorin_compile.source.system import is_installed, pip_install
 
+from . import FILE
+
 SECONDS = 60  # of calculating, which the child counts itself
 _PATIENCE = 5  # so many times as long may one take that waits: for files, or for others on a busy machine
 
@@ -82,14 +84,19 @@ def ask(path: Path, seconds: int = SECONDS) -> Answer:
     return Answer(answer, warnings)
 
 
-def refusal(text: str, folder: Path, by_itself: bool, seconds: int = SECONDS) -> Refusal:
+def refusal(text: str, folder: Path, seconds: int = SECONDS) -> Refusal:
     """Return why MuJoCo does not load an MJCF that is in ``folder``, or that it is not installed.
 
-    A text of ours that is complete ``by_itself`` is loaded in this process; foreign meshes may crash it.
+    A text of ours that names no file is loaded in this process; foreign meshes may crash it.
     """
+    from xml.sax.saxutils import unescape
+
+    names = FILE.findall(text)
+    for file in (folder / unescape(name, {"&quot;": '"'}) for name in names):
+        files.record(file, files.version(file))
     if not is_installed("mujoco"):
         return Refusal(missing="MuJoCo")
-    if by_itself:
+    if not names:
         from . import engine
 
         answer: Any = engine.load(text, str(folder))

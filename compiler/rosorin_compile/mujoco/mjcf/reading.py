@@ -11,7 +11,7 @@ import posixpath
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from rosorin_compile.formats.format import cannot_carry
 from rosorin_compile.formats.imported_robot import ReadOptions
@@ -23,14 +23,14 @@ from rosorin_compile.source.xml.markup import Attribute, Document, Element, Mark
 
 from . import convert
 from .convert import Attributes, Node, Words
+from .engine import HELD
 from .process import Answer
 
 FREE, BALL, SLIDE, HINGE = range(4)
 MAX_DEPTH = 20  # of files that include files
 _GROUPING = ("frame", "replicate")
 _MAKERS = ("attach", "replicate", "flexcomp", "composite")
-_TAGS = {"joints": ("joint", "freejoint"), "geoms": ("geom",), "sites": ("site",), "cameras": ("camera",)}
-_TAGS |= {"lights": ("light",), "bodies": ("body",)}
+_TAGS = {**HELD, "bodies": ("body",)}
 _LINE = re.compile(r"\bline (\d+)")
 _TAG = re.compile(r"Element '([^']+)'")
 _QUOTED = re.compile(r"'([^']+)'")
@@ -246,15 +246,6 @@ def place(markup: Markup, message: str) -> Span:
     return likely
 
 
-class Kept(NamedTuple):
-    """An element that is kept as it is, what it is, its place, and the link that has it, if any."""
-
-    node: Node
-    tag: str
-    span: Span
-    link: str
-
-
 class Reading:
     """One MJCF on its way into a tree.
 
@@ -283,7 +274,8 @@ class Reading:
         self.taken: dict[str, set[str]] = {"link": set()}  # names, by kind
         self.renamed: dict[str, dict[str, str]] = {}
         self.given: dict[str, dict[int, str]] = {}
-        self.elements: list[Kept] = []
+        # Elements that are kept as they are: each with what it is, its place, and the link that has it, if any.
+        self.elements: list[tuple[Node, str, Span, str]] = []
         self.joints_in: dict[int, list[int]] = {}
         for index, joint in enumerate(facts["joints"]):
             self.joints_in.setdefault(joint["bodyid"], []).append(index)
@@ -319,7 +311,7 @@ class Reading:
 
     def keep(self, node: Node, tag: str, span: Span, link: str = "") -> None:
         """Keep an element as it is: in the body of a link, or at the top."""
-        self.elements.append(Kept(node, tag, span, link))
+        self.elements.append((node, tag, span, link))
 
     def keep_in_section(self, section: str, node: Node, tag: str, span: Span) -> None:
         self.keep({"tag": section, "attributes": {}, "inner": [node]}, tag, span)

@@ -189,10 +189,10 @@ def _add_poses(reading: Reading) -> None:
 
 def _is_beyond(reading: Reading, qpos: list[float], at: Mapping[str, float]) -> bool:
     """Return True if a keyframe has what a pose cannot have: a follower off its way, or a place of what floats."""
-    for joint in reading.facts["joints"]:
-        floats = joint["type"] == FREE and not reading.free_base
-        place = range(joint["qposadr"], joint["qposadr"] + _SIZES.get(joint["type"], 1))
-        if (floats or joint["type"] == BALL) and any(abs(qpos[i] - reading.facts["qpos0"][i]) > _NEAR for i in place):
+    zero, floating = reading.facts["qpos0"], (BALL,) if reading.free_base else (BALL, FREE)
+    for joint in (joint for joint in reading.facts["joints"] if joint["type"] in floating):
+        place = range(joint["qposadr"], joint["qposadr"] + _SIZES[joint["type"]])
+        if any(abs(qpos[i] - zero[i]) > _NEAR for i in place):
             return True
     for name, value in at.items():
         if mimic := reading.joints[name].get("mimic"):

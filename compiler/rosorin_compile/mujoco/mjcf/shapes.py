@@ -29,10 +29,8 @@ _CARRIED = (_SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH)
 _HIDDEN = 3  # the first group that viewers hide
 _NO_COLOUR = [0.5, 0.5, 0.5, 1.0]  # MuJoCo: a geom of this colour has that of its material
 # What the shape, its place and its looks express, or what has gone into the mass of the link.
-_READ = (
-    *("name", "type", "pos", "quat", "size", "fromto", "mesh", "hfield", "mass", "density", "shellinertia"),
-    *("fitscale", "contype", "conaffinity", "rgba", "material", "group"),
-)
+_READ = {"name", "type", "pos", "quat", "size", "fromto", "mesh", "hfield", "mass", "density", "shellinertia"}
+_READ |= {"fitscale", "contype", "conaffinity", "rgba", "material", "group"}
 _OF_CONTACT = ("friction", "condim", "priority", "solmix", "solref", "solimp", "margin", "gap")
 _LOOKS = ("castshadow",)
 _PLAIN_IMAGE = {"name", "type", "file", "colorspace", "content_type"}

@@ -191,17 +191,13 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
     shared = [Named("joint", joint.name, _single(joint, printer), joint.name) for joint in moving]
     shared += [printer.actuator(drive) for drive in drives]
     classes = Classes(robot.name, shared, [*robot.mjcf, *(text for _, text in measuring.sections)])
-    implied = output.options.get("contacts", "implied") == "implied"
-    rolls = bodies.rolling(robot) if implied else frozenset[str]()
-    geoms = _Geoms(robot, output, printer, classes, rolls, shown)
+    geoms = _Geoms(output, printer, classes, shown)
     stands_there = partial(stands_at, robot, clouds=clouds_of(robot, as_opened=True))
     is_placed = robot.root_in_world.placed or not free
     root = robot.root_in_world.pose if is_placed else stands_there(home_of(robot))
     top = 1 if robot.root_in_world.world else 0  # the depth of the frames that are bodies in the world
     in_world = robot.root_in_world
-    name = in_world.joint or f"{robot.root}_free"
-    while name in robot.joint and not in_world.joint:
-        name += "_"
+    name = in_world.joint or bodies.free_name(f"{robot.root}_free", robot.joint)
     tag, kind = ("freejoint", {}) if set(in_world.values) <= {"group", "align"} else ("joint", {"type": "free"})
     free_joint = Markup("<{}{}/>").format(tag, printer.print_values({"name": name, **kind, **in_world.values}))
     none = frozenset(unsupported.weightless(robot, free))
@@ -233,10 +229,10 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
             [_indent(depth - top) for depth in range(frame.depth, (after.depth if after else top) - 1, -1)],
         )
         elements.append(body)
-    touching, of_collision = contacts(robot, bodies.form_of(output), implied), bodies.COLLISION
+    touching, of_collision = contacts(robot, geoms.form, geoms.implied), bodies.COLLISION
     values = {
         "robot": robot,
-        "classes": classes.tree(geoms.used, bool(rolls), output.options.get("groups", {})),
+        "classes": classes.tree(geoms.used, bool(geoms.rolls), output.options.get("groups", {})),
         "materials": [printer.print_values(values) for values in printer.materials()],
         "textures": [(name, unsupported.texture_path(file)) for file, name in printer.textures.items()],
         "meshes": list(geoms.printed_meshes()),
@@ -301,15 +297,12 @@ class _Geoms:
     """
 
     def __init__(
-        self,
-        robot: model.Robot,
-        output: model.Output,
-        printer: ElementPrinter,
-        classes: Classes,
-        rolls: frozenset[str],
-        shown: Mapping[str, Material],
+        self, output: model.Output, printer: ElementPrinter, classes: Classes, shown: Mapping[str, Material]
     ) -> None:
-        self.robot, self.printer, self.classes, self.rolls, self.shown = robot, printer, classes, rolls, shown
+        self.printer, self.classes, self.shown = printer, classes, shown
+        self.robot = robot = printer.robot
+        self.implied = output.options.get("contacts", "implied") == "implied"
+        self.rolls = bodies.rolling(robot) if self.implied else frozenset[str]()
         self.form, self.mesh_inertia = bodies.form_of(output), output.options.get("mesh_inertia", "shell")
         self.names, printer.own_names = _geom_names(robot, self.form)
         self.meshes: dict[tuple[model.Mesh, str, tuple[tuple[str, Attribute], ...]], str] = {}
@@ -379,11 +372,9 @@ def _geom_names(robot: model.Robot, form: str) -> tuple[dict[tuple[str, str, int
     names = {at: name for at, name in own if counts[name] == 1 and first[name] == at[1]}
     taken, aliases = set(names.values()), {}
     for at in places:
-        plain = made = f"{at[0]}_{at[1]}_{at[2]}"
+        plain = f"{at[0]}_{at[1]}_{at[2]}"
         if at not in names:
-            while made in taken:
-                made += "_"
-            names[at] = made
+            names[at] = bodies.free_name(plain, taken)
         if names[at] != plain and plain not in taken:
             aliases[plain] = names[at]
     return names, aliases

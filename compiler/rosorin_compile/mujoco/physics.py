@@ -106,10 +106,9 @@ def check_physics(
 
 
 class OverlapFinder:
-    """Finds overlapping links for the viewer; the scene in MuJoCo is built at the first request."""
+    """Finds overlapping links for the viewer, with mesh files by name; the scene is built at the first request."""
 
     def __init__(self, case: Case, files: Mapping[str, Path]) -> None:
-        """``files`` are the mesh files of the robot by name."""
         self.case, self.files = case, files
         self.scene: Scene | None = None
         self.lacking = missing_packages

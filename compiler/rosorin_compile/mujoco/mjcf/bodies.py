@@ -20,8 +20,7 @@ from rosorin_compile import model
 from rosorin_compile.model.shape import MERGED
 from rosorin_compile.source.cache import of_robot
 
-# The root body of MuJoCo.
-WORLD = "world"
+WORLD = "world"  # the root body of MuJoCo
 # Attributes of a pair besides its geoms that mean no more than that they touch.
 TOUCHES: tuple[dict[str, str], ...] = ({}, {"condim": "1"})
 
@@ -33,13 +32,10 @@ FLOATING = ("_TX", "_TY", "_TZ", "_R")
 STIFF = {"solref": (0.005, 1.0), "solimp": (0.95, 0.99, 0.001)}
 # The ends of the names of default classes (``Classes``), and the groups by which viewers show and hide.
 VISUAL, COLLISION = "visual", "collision"
-# What of wheels collides: with the floor alone (``Masks``).
-WHEEL = "wheel_collision"
+WHEEL = "wheel_collision"  # what of wheels collides: with the floor alone (``Masks``)
 # Collision shapes that are seen, in the groups of visuals: those of links that have nothing else to be seen by.
 SHOWN, SHOWN_WHEEL = "shown_collision", "shown_wheel_collision"
-
-# The sites that mark frames: dots that a viewer shows with group 4.
-FRAME = "frame"
+FRAME = "frame"  # the sites that mark frames: dots that a viewer shows with group 4
 CLASSES = (VISUAL, COLLISION, WHEEL, SHOWN, SHOWN_WHEEL, FRAME)
 
 VISUAL_GROUP, COLLISION_GROUP, FRAME_GROUP = 2, 3, 4

@@ -34,29 +34,16 @@ from rosorin_compile.rules.case import Case
 from rosorin_compile.source.cache import of_robot
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 
-from . import servos
-from .bodies import (
-    COLLISION,
-    HFIELD,
-    Mask,
-    Masks,
-    body_name,
-    form_of,
-    half_sizes,
-    has_volume,
-    numbered_solids,
-    weld_groups,
-)
+from . import bodies, servos
+from .bodies import COLLISION, HFIELD, Masks, body_name, half_sizes, has_volume, numbered_solids, weld_groups
 from .unsupported import is_written, position_range
 
-# Faces that lie on each other touch, whatever the rounding of their poses (m).
-NEAR = 1e-6
+NEAR = 1e-6  # m: faces that lie on each other touch, whatever the rounding of their poses
 _STEPS = 100  # a longer search is one along round faces that are hardly apart
 _DONE = 1e-10  # relative improvement of the distance at which the search ends
 # Each pair is looked at in each step; of two links that are made of hundreds of shapes it would be all that is done.
 MOST = 300
-# Into so many steps the range of a joint is cut to see whether two links always touch.
-STEPS = 24
+STEPS = 24  # into which the range of a joint is cut to see whether two links always touch
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 
@@ -216,7 +203,7 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
         every = ((number, solid_of(shape)) for number, shape in shapes if has_volume(shape.geometry))
         return [Geom(name, number, solid) for number, solid in every if solid is not None]
 
-    def mask(geom: Geom) -> Mask:
+    def mask(geom: Geom) -> bodies.Mask:
         return masks.mask_of(geom.link, geom.solid.shape)
 
     for link in robot.walk():
@@ -254,8 +241,8 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
     for pair in robot.disabled_contacts:
         if masks.rolling.isdisjoint(pair):  # else the bits say it, of a hundred rollers at once
             excluded.setdefault(frozenset(pair), pair)
-    bodies = [(body_name(robot, one), body_name(robot, other)) for one, other in excluded.values()]
-    return Contacts(bodies, pairs, left)
+    apart = [(body_name(robot, one), body_name(robot, other)) for one, other in excluded.values()]
+    return Contacts(apart, pairs, left)
 
 
 def _constant(joint: Joint, place: Transform, geom: Geom) -> tuple[float, float]:
@@ -296,10 +283,10 @@ CANNOT = {*(frozenset((one, other)) for one in _ROUND for other in ("box", "mesh
 
 def refused_by_mjx(robot: Robot, output: Output) -> Iterator[tuple[tuple[str, str], tuple[str, int], tuple[str, int]]]:
     """Yield two kinds of shapes once that MJX does not collide and MuJoCo does, with link and number of the first."""
-    implied = output.options.get("contacts", "implied") == "implied"
-    masks, form, touching = Masks(robot, implied), form_of(output), contacts(robot, form_of(output), implied)
+    implied, form = output.options.get("contacts", "implied") == "implied", bodies.form_of(output)
+    masks, touching = Masks(robot, implied), contacts(robot, form, implied)
     # The first shape of each kind and mask of a link, with its number.
-    looks: dict[tuple[str, str, Mask], int] = {}
+    looks: dict[tuple[str, str, bodies.Mask], int] = {}
     for link in robot.links:
         for number, shape in enumerate(link.collision):
             kind = _kind(robot, shape, form)

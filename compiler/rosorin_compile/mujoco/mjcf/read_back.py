@@ -26,8 +26,7 @@ Entries = Mapping[str, Mapping[str, Any]]  # attributes of things, by name
 
 _FREE = 7
 _SIZES = {"ball": 4, "free": _FREE}
-# The parent of the root.
-TOP = "the world of MuJoCo"
+TOP = "the world of MuJoCo"  # the parent of the root
 # The attributes of a joint that follows another, in their order.
 _FOLLOWS = ("name", "joint1", "joint2", "polycoef", "solref", "solimp")
 # The elements of a body that are not parts of sensors.

@@ -151,8 +151,7 @@ def _keys(
 
 # A chain of thousands of links is not indented further: its text would grow with the square of its length.
 DEEPEST = 30
-# The settings of the simulation, where the description has no others.
-OPTION = {"integrator": "implicitfast"}
+OPTION = {"integrator": "implicitfast"}  # the settings of the simulation, where the description has no others
 # Those of a robot on wheels or feet, which creeps down a slope without them: four mecanum wheels 30 mm in 5 s at 10
 # degrees, 7 mm with them.
 STANDING = {"cone": "elliptic", "impratio": 100}

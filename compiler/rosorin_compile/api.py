@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, YAML, Difference, Side
+from rosorin_compile.compare.golden_check import Committed, compare_committed, load_all
 from rosorin_compile.compare.precision import printed_precision
 from rosorin_compile.compare.sentences import several
 from rosorin_compile.formats import FORMATS, plugged_diagnostics, schema_names, schema_text
@@ -32,7 +33,6 @@ from rosorin_compile.formats.mesh_files import opened_by
 from rosorin_compile.language.arguments import Argument, declared_arguments, takes_no_arguments
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.output import OutputError, read_set, write_artifacts
-from rosorin_compile.output.golden_check import Committed, compare_committed, load_all
 from rosorin_compile.request import EXECUTED, FilePath, Packages, Request, Values
 from rosorin_compile.rules.check import plugin_checks
 from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, RequestError, UnknownName, error, has_errors

@@ -94,7 +94,7 @@ class Request:
 
     @property
     def tell(self) -> Warn:
-        """The receiver of warnings before code is executed; it ignores them if the code is trusted."""
+        """The function to call with warnings before code is executed; it does nothing if the code is trusted."""
         return (lambda _warning: None) if self.trust else self.warn
 
     def values(self) -> dict[str, Any]:

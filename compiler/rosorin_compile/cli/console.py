@@ -26,7 +26,7 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.wording import and_more, count_of, printable
 
 if TYPE_CHECKING:
-    from rosorin_compile.output.golden_check import Comparison
+    from rosorin_compile.compare.golden_check import Comparison
 
     from .report_formats import Section
 

@@ -121,7 +121,7 @@ def _same_change(one: tuple[Pair, Difference], other: tuple[Pair, Difference]) -
 
 
 def _add_body(robot: Robot, changes: list[Change], pair: Pair, one: Difference) -> None:
-    """Add a difference in the shapes or the mass of a link, or the artifact to the changes that it follows from."""
+    """Add the artifact to the changes that explain a difference of a link, and the difference if none does."""
     _, link, quantity = one.address
     causes = [at for at, change in enumerate(changes) if _is_cause(robot, change, pair, one)]
     causes = [at for at in causes if pair.name in changes[at].artifacts] or causes

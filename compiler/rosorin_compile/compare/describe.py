@@ -183,7 +183,7 @@ def solids_left(
 def shapes_change(
     link: str, purpose: str, counts: tuple[int, int], removed: Sequence[Solid], added: Sequence[Solid]
 ) -> list[ShapeChange]:
-    """Return what became of the solids of a link: of a few each, of more how many; ``counts`` are before and after."""
+    """Return how the solids of a link changed: each if few, else how many; ``counts`` are those before and after."""
     start, (before, after) = f"{link} {purpose}", counts
     is_few = max(len(removed), len(added)) <= FEW
     became = pair_by_place(removed, added) if is_few else [(at, at) for at in range(min(len(removed), len(added)))]

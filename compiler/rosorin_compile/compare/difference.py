@@ -115,7 +115,7 @@ class Difference:
 
 
 _WORDS = {SHAPE: ("set of collision shapes", "sets of collision shapes"), OTHER: ("other thing", "other things")}
-# More than a person reads; a program gets all.
+# More than a person would read; a program gets all of them.
 _MOST = 200
 
 

@@ -73,7 +73,7 @@ def same_number(first: float, second: float, tolerance: float = NOISE) -> bool:
 
 
 class Placed(NamedTuple):
-    """Where something is, and how well that is known: lengths (m) and angles (rad)."""
+    """A transform and its uncertainty: a length (m) and an angle (rad)."""
 
     transform: Transform
     length: float = 0.0

@@ -150,7 +150,7 @@ class _Comparison:
                 kept[at][name] = some
         rows = self._cut(0, kept[0], ROWS), self._cut(1, kept[1], ROWS)
         for at in (0, 1):
-            # Height maps reach down to the ground if an output asks for it and more of the other side fit then.
+            # Extend height maps down to the ground if an output asks for it and more of the other side then matches.
             maps = [name for name, some in kept[at].items() if any(isinstance(s.geometry, HeightMap) for s in some)]
             if maps and any(one.options.get("height_maps") == GROUNDED for one in self.sides[at].robot.outputs):
                 low, other = self._cut(at, kept[at], GROUNDED), self._seen(1 - at, rows[1 - at], origin)

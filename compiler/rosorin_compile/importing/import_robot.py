@@ -327,7 +327,7 @@ def _check_folder(folder: Path, help: str) -> None:
 
 
 def _report(folder: Path, imported: Imported, trip: RoundTrip, files: Mapping[str, str]) -> list[str]:
-    """Return the sentences about a new description: its size, the proof, what is kept and what is left out."""
+    """Return the summary of a new description: its size, the comparison with the source, what was kept or left out."""
     tree = imported.whole
     links, joints = len(tree.get("links") or ()), len(tree.get("joints") or ())
     report = [

@@ -111,7 +111,7 @@ def texts(entry: Mapping[str, Any]) -> dict[str, str]:
 
 
 def annotated_sections(whole: Mapping[str, Any]) -> dict[str, Node]:
-    """Return the annotations of each section of a schema of descriptions that has any."""
+    """Return the annotations of a schema of descriptions by section, for the sections that have any."""
     definitions: dict[str, Node | None] = {}
 
     def node_of(fragment: Any) -> Node | None:

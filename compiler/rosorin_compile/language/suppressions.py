@@ -27,7 +27,7 @@ EVERYTHING = ""  # a diagnostic about the robot as a whole is ``of`` it
 
 
 class Settled(NamedTuple):
-    """The diagnostics that are left, and the entries of ``accept`` that took the others."""
+    """The diagnostics that remain, and the entries of ``accept`` that applied to the others."""
 
     diagnostics: list[Diagnostic]
     used: frozenset[Entry]

@@ -136,9 +136,9 @@ _TYPES |= {"object": "a mapping", "array": "a list"}
 _SIMPLE = {
     "minimum": ("wrong-value", "{where} is {value}, less than {wanted}"),
     "maximum": ("wrong-value", "{where} is {value}, more than {wanted}"),
-    "exclusiveMinimum": ("wrong-value", "{where} is {value}, and has to be more than {wanted}"),
-    "exclusiveMaximum": ("wrong-value", "{where} is {value}, and has to be less than {wanted}"),
-    "multipleOf": ("wrong-value", "{where} is {value}, no multiple of {wanted}"),
+    "exclusiveMinimum": ("wrong-value", "{where} is {value}, but has to be more than {wanted}"),
+    "exclusiveMaximum": ("wrong-value", "{where} is {value}, but has to be less than {wanted}"),
+    "multipleOf": ("wrong-value", "{where} is {value}, not a multiple of {wanted}"),
     "uniqueItems": ("wrong-value", "{where} has an item twice"),
     "minLength": ("wrong-value", "{where} is shorter than {wanted} letters"),
     "maxLength": ("wrong-value", "{where} is longer than {wanted} letters"),
@@ -243,7 +243,7 @@ class _Report:
         help: str | Callable[[], str] = partial(self._type_help, types, units)
         if fallen:
             help = f'"{self.path[-1]}" is a key of such an entry: indent it deeper than "{fallen[0]}"'
-        return self._make("wrong-type", f"{self.where} is {wanted}, not {_found(self.value)}", help)
+        return self._make("wrong-type", f"{self.where} has to be {wanted}, not {_found(self.value)}", help)
 
     def _type_help(self, types: list[str], units: list[str]) -> str:
         value, key = self.value, next((str(step) for step in reversed(self.path) if isinstance(step, str)), "")

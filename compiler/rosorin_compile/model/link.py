@@ -94,7 +94,7 @@ class Link:
     visual: tuple[Shape, ...] = ()
     collision: tuple[Shape, ...] = ()
     source: Source = NO_SOURCE
-    urdf_elements: tuple[str, ...] = ()  # of XML for the URDF alone, here and elsewhere
+    urdf_elements: tuple[str, ...] = ()  # XML only for the URDF, here and elsewhere
     gravity_compensation: float = only_in(0.0, mjcf="gravcomp")
     marked: tuple[Marked, ...] = ()  # sites, cameras and lights
     mjcf: Values = field(default_factory=dict, hash=False)  # attributes for the MJCF

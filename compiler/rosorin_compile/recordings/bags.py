@@ -100,7 +100,7 @@ class _Bag:
     def messages(
         self, topics: dict[int, Topic], start: int | None, stop: int | None
     ) -> Iterator[tuple[Topic, int, Any]]:
-        """Yield topic, time of arrival (ns) and content of messages; of sensors only the header. Raises Unreadable."""
+        """Yield each message: topic, time of arrival (ns), content (only the header for sensors). Raises Unreadable."""
         connections = [connection for connection in self.reader.connections if connection.id in topics]
         if not connections:  # rosbags would read all
             return

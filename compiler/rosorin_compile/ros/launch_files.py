@@ -17,6 +17,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from rosorin_compile.formats.ros_packages import is_launch_file
 from rosorin_compile.model import (
     ROBOT_STATE_PUBLISHER,
     STATIC_TRANSFORM_PUBLISHER,
@@ -26,7 +27,6 @@ from rosorin_compile.model import (
     Transform,
 )
 from rosorin_compile.output import is_generated
-from rosorin_compile.output.package_folder import is_launch_file
 from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source, Span
 from rosorin_compile.source.files import read_bytes

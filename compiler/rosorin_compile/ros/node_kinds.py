@@ -266,11 +266,11 @@ def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
     compare, words = _BOUNDS.get(name.removesuffix("_or_nan"), (None, ""))
     if compare is not None and "size" in name:
         if not any(compare(len(value), size) for size in arguments):
-            return f"has {len(value)} values, and needs {words}{' or '.join(map(str, arguments))}", ""
+            return f"has {len(value)} values, but needs {words}{' or '.join(map(str, arguments))}", ""
     elif compare is not None:
         is_free = name.endswith("_or_nan") and math.isnan(value)
         if not is_free and not compare(value, arguments[0]):
-            return f"is {as_yaml(value)}, and has to be {words} {arguments[0]:g}", ""
+            return f"is {as_yaml(value)}, but has to be {words} {arguments[0]:g}", ""
     elif name in ("one_of", "subset_of"):
         values = value if name == "subset_of" else [value]
         if others := [str(one) for one in values if one not in arguments[0]]:
@@ -280,7 +280,7 @@ def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
     elif name == "unique" and (repeated := [str(one) for one in dict.fromkeys(value) if value.count(one) > 1]):
         return f"has {quote(repeated)} twice", ""
     elif name == "set_of" and set(value) not in map(set, arguments):
-        return f"is {as_yaml(value)}, and has to be {' or '.join(map(as_yaml, arguments))}", ""
+        return f"is {as_yaml(value)}, but has to be {' or '.join(map(as_yaml, arguments))}", ""
     return "", ""
 
 
@@ -362,7 +362,7 @@ def _wrong_value(name: str, key: str, value: Any, known: Key) -> Iterator[Findin
         help = f"write {as_yaml(made) if fits(made, kind) else words}"
         if isinstance(value, str) and kind in ("bool", "int", "double"):
             help = f"write {words} without quotes"
-        message = f"{what} is {as_yaml(value)}, and has to be {words}: the node does not start"
+        message = f"{what} is {as_yaml(value)}, but has to be {words}: the node does not start"
         yield Finding("parameters-wrong-type", message, key, help)
     elif isinstance(value, str) and value in known.renamed:
         message = f'{what} is "{value}", which was renamed: the node does not start'

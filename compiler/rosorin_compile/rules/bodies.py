@@ -108,8 +108,8 @@ def _inertia(case: Case, link: Link, bounds: Bounds | None) -> Iterator[Diagnost
     moments = {"ixx": inertial.ixx, "iyy": inertial.iyy, "izz": inertial.izz}
     path = case.link(link.name, "inertial")
     place: Path = (*path, "inertia", max(moments, key=lambda key: moments[key]))
-    # No body of the same mass and inertia is less dense everywhere than the even ellipsoid: the closest packing for its
-    # second moments (m/5 (b^2 + c^2), ... give the squares of its semi-axes).
+    # The uniform ellipsoid has the lowest peak density of all bodies with this mass and inertia (m/5 (b^2 + c^2), ...
+    # give the squares of its semi-axes).
     squares = [5 / 2 * (low + middle + high - 2 * moment) / inertial.mass for moment in (low, middle, high)]
     volume = 4 / 3 * math.pi * math.sqrt(math.prod(max(square, FLATTEST * max(squares)) for square in squares))
     radius, density = math.sqrt(high / inertial.mass), inertial.mass / volume if volume > 0 else math.inf

@@ -94,8 +94,9 @@ def axes(case: Case) -> Iterator[Diagnostic]:
         elif rolls and y < 0:
             what, severity = "it turns backward where the base goes forward; controllers take +y", WARNING
         elif rolls and exists(case.tree, case.joint(joint, "axis")) and lies_across(case, joint):
-            message = f'the axis of joint "{joint.name}" is across "{joint.child}", the wheel that it turns'
-            help = "a cylinder is along z: give the shape rpy: [90 deg, 0, 0], or correct the axis"
+            message = f'the axis of joint "{joint.name}" is perpendicular to the axle of "{joint.child}", '
+            message += "the wheel that it turns"
+            help = "a cylinder lies along z: give the shape rpy: [90 deg, 0, 0], or correct the axis"
             yield case.problem("axis-across", message, case.joint(joint, "axis"), help)
         if what:
             direction = f"[{', '.join(number(round(c, 3) + 0.0) for c in axis)}]"

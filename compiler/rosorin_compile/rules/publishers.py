@@ -39,7 +39,11 @@ def legal(case: Case) -> Iterator[Diagnostic]:
             yield problem
         if edge.publisher.kind == UNPUBLISHED and not edge.joint:
             message = f"no node publishes the edge {edge.parent} -> {edge.child}"
-            help = f"add publisher: NAME, one of {names}" if names else "declare a node in publishers: publisher: NAME"
+            help = (
+                f"add publisher: NAME, where NAME is one of {names}"
+                if names
+                else "declare a node in publishers: publisher: NAME"
+            )
             yield case.problem("unpublished-edge", message, ("edges", index, "child"), help)
 
 
@@ -501,5 +505,6 @@ def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
             if absent:
                 reported.add(frame)
                 missing = {} if len(absent) == 2 ** len(modes) else absent[0]  # {} is always
-                message = f'tf2 does not know the frame "{frame}"{in_words(missing)}, which {owner} stamps its messages'
-                yield case.problem("unknown-frame-id", f"{message} with", path, severity=WARNING)
+                message = f'{owner} stamps its messages with the frame "{frame}", which tf2 does not know'
+                message += in_words(missing)
+                yield case.problem("unknown-frame-id", message, path, severity=WARNING)

@@ -282,7 +282,7 @@ def _materials(case: Case) -> Iterator[tuple[str, Path, Path, Material]]:
 
 @rule("material-twice", help="Give one of them another name; it has one meaning in the whole URDF.", topic=NUMBERS)
 def definitions(case: Case) -> Iterator[Diagnostic]:
-    """A material has two looks: in `materials` and in a visual, or in two visuals."""
+    """A material has two different appearances: in `materials` and in a visual, or in two visuals."""
     first: dict[str, tuple[Path, Material]] = {}
     for _, _, path, material in _materials(case):
         if material.name and (material.rgba is not None or material.texture):

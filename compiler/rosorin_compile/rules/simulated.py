@@ -241,7 +241,7 @@ def mjcf_elements(case: Case) -> Iterator[Diagnostic]:
                 continue
             seen.add((kind, name))
             word = GEOM if kind == GEOM else _WORDS.get(kind, kind)
-            message = f'there is no {word} "{name}" in the MJCF, {where}'
+            message = f'{where} names the {word} "{name}", which is not in the MJCF'
             help = case.suggest(path, name, names.by_kind.get(kind, ()), f"name a {word} of the robot")
             yield at_name(case.problem("unknown-in-mjcf", message, path, help), name, line)
 

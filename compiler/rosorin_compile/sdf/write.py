@@ -309,14 +309,14 @@ class _Writer:
         message = f"readers of SDF take a moving link without mass for 1 kg, so {LEAST.mass:g} kg is written"
         lost(message, content.weightless, "give it an inertial", "sdf-without-mass")
         planar = [joint.name for joint in robot.joints if joint.type == "planar"]
-        message = "SDF has no planar joint, so the child is free to move every way"
-        lost(message, planar, "or make it two prismatic joints and a continuous one")
+        message = "SDF has no planar joint, so the child is free to move in every direction"
+        lost(message, planar, "if it should not be, make it two prismatic joints and a continuous one")
         axleless = [joint for joint in robot.joints if not joint.moves and not joint.is_fixed]
         names = [joint.name for joint in axleless if joint.dynamics and any(astuple(joint.dynamics))]
         message = "SDF has no dynamics of joints that move in several directions"
         lost(message, names, "make each of them several joints, one for each axis")
         names = [name for name, written in self.joints.items() if written != name]
-        message = "a joint with the name of a link or frame gets the ending _joint in the SDF"
+        message = "a joint with the same name as a link or frame gets the suffix _joint in the SDF"
         lost(message, names, "give it another name in the description")
         followers = [joint.name for joint in robot.joints if joint.mimic and self.version in (OLDEST, "1.10")]
         message = f"SDF {self.version} has no mimic, so these joints move freely in Gazebo"

@@ -102,11 +102,8 @@ def numbers(values: Iterable[float], number: NumberFormat) -> str:
 
 def vector(values: Iterable[float], number: NumberFormat = short) -> str:
     """Return the entries of a vector separated by single spaces, the only separator that urdfdom takes inside one."""
-    return numbers(rounded_vector(values), exact) if number is short else numbers(values, number)
-
-
-def rounded_vector(values: Iterable[float]) -> list[float]:
-    """Return the entries of a vector, each as short as it may be."""
+    if number is not short:
+        return numbers(values, number)
     entries = list(values)
     largest = max(map(abs, entries), default=0.0)
-    return [round_to_shortest(value, largest) for value in entries]
+    return numbers((round_to_shortest(value, largest) for value in entries), exact)

@@ -23,8 +23,8 @@ from .showing import Shown, look, nameless, on_disk
 if TYPE_CHECKING:
     from rosorin_compile.compare.changes import Change
     from rosorin_compile.compare.difference import Difference
+    from rosorin_compile.compare.golden_check import Committed
     from rosorin_compile.formats.compilation import Compiled
-    from rosorin_compile.output.golden_check import Committed
     from rosorin_compile.request import Request
 
 COMMITTED = "what is committed"

@@ -98,7 +98,7 @@ def test_it_answers_to_the_names_of_this_machine_alone(server: Server) -> None:
                 continue  # that does not end
             status, content = asked(server.port, path, Host=host)
             assert (status, host) == (meant, host)
-            assert meant == 200 or content == b"this robot is shown to this machine alone\n"
+            assert meant == 200 or content == b"this robot is shown only to this machine\n"
 
 
 def test_it_answers_no_page_of_somebody_else(server: Server) -> None:
@@ -134,7 +134,7 @@ QUESTIONS += [b'{"j": ' + b"9" * digits + b"}" for digits in (400, 5_000)]
 @pytest.mark.parametrize("body", QUESTIONS, ids=lambda body: repr(body[:12]))
 def test_what_is_no_question_is_refused(server: Server, body: bytes) -> None:
     status, content = asked(server.port, "/touching", "POST", body, Content_Type="application/json")
-    assert (status, content) == (400, b"these are no positions of joints\n")
+    assert (status, content) == (400, b"these are not positions of joints\n")
 
 
 @pytest.mark.parametrize(

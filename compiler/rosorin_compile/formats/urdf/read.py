@@ -99,7 +99,7 @@ def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple
 def read(text: str) -> Robot:
     """Return the robot that a URDF of ours contains. Raises ValueError if it is damaged."""
     reader = _Reader(ReadOptions(), spelling=False)
-    # <gazebo> elements have the springs.
+    # The springs stay in the <gazebo> elements.
     tree = reader.robot(parse_artifact(text, "robot").root, Path("robot.urdf"), springs=False)
     return plain(lower_artifact(tree, reader.diagnostics))
 

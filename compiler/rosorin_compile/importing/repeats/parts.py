@@ -198,7 +198,7 @@ class _Body:
         return Part(name, made, entries, renames[0], all(parted.prefixes), cost)
 
     def _is_worth(self, nodes: list[Node], part: Part) -> bool:
-        """Return True if a part and its uses are shorter than the subtrees by enough, and the part is not trivial."""
+        """Return True if a part and its uses are clearly shorter than the subtrees, and the part is not trivial."""
         names = {name: name for node in nodes for name in node.names}
         once = lines_of(_sections(nodes, [{}] * len(nodes), names))
         new = lines_of({"parts": {part.name: part.entry}}) + lines_of({"use": part.uses})

@@ -339,7 +339,7 @@ def _combinations(choices: Mapping[str, Sequence[str]]) -> tuple[list[Combinatio
 
 
 def _error(diagnostics: Sequence[Diagnostic], stage: Path, row: Combination) -> _Fault:
-    """Return errors of the compiler as a fault of the translation: of the parts and named values that they are in."""
+    """Return the compiler's errors as a fault of the translation, with the parts and named values that they are in."""
     errors = [one for one in diagnostics if has_errors([one])]
     macros: list[list[str]] = []
     for one in errors:

@@ -52,7 +52,7 @@ _WORDS = (
 _FEW = 4
 _MJCF = "mjcf"
 _DEFAULT = ("integrator", "Euler")  # of an MJCF without an option
-# Elements of URDF whose name has to be unique, by the element around: they get the prefix whatever it is.
+# URDF elements whose names must be unique, as (enclosing element, element): these names always get the prefix.
 _UNIQUE = {("robot", "ros2_control"), ("robot", "transmission"), ("transmission", "actuator")}
 _UNIQUE |= {("ros2_control", "gpio"), ("ros2_control", "sensor")}
 # Elements whose name is a word of another program, and parts of the names of attributes that name no link or joint.

@@ -30,7 +30,7 @@ Rename = Callable[[str], str]
 
 
 AXES = {"x": 0, "y": 1, "z": 2}
-# What the sides of a base become that is mirrored across x, y or z.
+# How the sides of a base are renamed when it is mirrored across x, y or z.
 _SIDES: tuple[dict[str, str], ...] = ({"front": "rear", "rear": "front"}, {"left": "right", "right": "left"}, {})
 
 

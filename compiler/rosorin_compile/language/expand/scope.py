@@ -30,7 +30,7 @@ MAX_CALLED = 30  # nested calls of a named value that takes values
 # Steps of all expressions together (some ten seconds); one of them may take a seventh of it.
 MAX_WORK = 20_000_000
 _OF_XACRO = re.compile(r"\$\((find|arg|env|optenv|eval|dirname|anon)\b([^)]*)\)")
-# Rules about an entry and not about its name, although they are reported there.
+# Rules about a whole entry, although they are reported at its name.
 _OF_ENTRIES = ("missing-key", "unknown-key", "ignored-key", "part-cycle")
 
 
@@ -402,9 +402,13 @@ class Scope:
                 xacro = _OF_XACRO.search(piece.text)
                 if xacro and "<" not in text:  # elements of XML may be meant for another program
                     name = (xacro[2].split() or ["NAME"])[0]
-                    help = f"write package://{name}" if xacro[1] == "find" else f"write ${{{name}}}, an argument"
+                    help = (
+                        f"write package://{name}"
+                        if xacro[1] == "find"
+                        else f"declare {name} in args and write ${{{name}}}"
+                    )
                     where = _within(place, text, piece.offset + xacro.start())
-                    raise self.fail("expression", f'"{xacro[0]}" has a meaning in xacro, and none here', where, help)
+                    raise self.fail("expression", f'"{xacro[0]}" has a meaning in xacro, but none here', where, help)
                 parts.append(piece.text)
                 continue
             if piece.unclosed:
@@ -474,9 +478,9 @@ def _is_controlled(item: Any) -> bool:
 
 
 def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
-    """Yield a scope for each round of a ``for``; several names are nested loops, the last one fastest.
+    """Yield a scope for each round of a ``for``; several names are nested loops, the last one varying fastest.
 
-    Without a ``for`` that is the scope around it, once. Raises Failed after reporting.
+    Without a ``for``, yields the enclosing scope once. Raises Failed after reporting.
     """
     loops, scopes, via = item.get("for"), [outer], outer.via or item.via
     if loops is None:

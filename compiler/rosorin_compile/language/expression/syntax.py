@@ -98,7 +98,7 @@ _FOREIGN: tuple[tuple[str, str], ...] = (
     (r"[\u00b2\u00b3]", "write **2 or **3; in a unit ^2 or ^3"),
     (r"[\u2018\u2019\u201c\u201d]", "write straight quotes"),
     (r"(?<![=<>!])=(?!=)", 'compare with "=="; a value is given its name in let'),
-    (r"\d,\d", "a number has a point, not a comma"),
+    (r"\d,\d", "write a decimal point, not a comma"),
 )
 _NO_UNIT = r"(?<![\w.])([\d.]+) *([A-Za-z]+)\b"
 _WORDS = frozenset(("and", "or", "not", "if", "else", "for", "in", "is"))

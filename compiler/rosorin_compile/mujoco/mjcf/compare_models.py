@@ -80,7 +80,7 @@ _SHOWN = 20  # numbers in a message
 
 STATES = 20
 TOLERANCE = 1e-6  # m, an entry of a rotation, and a share of the largest acceleration
-# Differences that do not change a motion: kinds of objects, and fields. A missing scene touches nothing.
+# Differences that do not affect motion, as "KIND FIELD". Geoms and sites missing from ours have no effect either.
 _STILL = re.compile(r"(camera|numeric|text|tuple|sensor|key) .*|site (type|size)|\w+ (name|user|nuserdata)")
 _SCENE = ("geom", "mesh", "hfield", "site")
 

@@ -240,10 +240,10 @@ def add_contacts(reading: Reading) -> None:
 
 
 def _filtered(reading: Reading, excluded: set[frozenset[str]]) -> Iterator[tuple[list[str], Element, str]]:
-    """Yield the links that are neighbours in the file and not here, since several joints move one of them, and why.
+    """Yield the pairs of links that are neighbours in the file, but not here because several joints move one of them.
 
-    MuJoCo lets nothing that is welded to a body touch what is welded to the body that it moves in, unless that is the
-    world. Where several joints move a body it is attached here to links without mass, which are its neighbours instead.
+    MuJoCo lets nothing in a group of welded bodies touch its parent group, unless that is the world. A body that
+    several joints move is attached here to links without mass, which become its neighbours instead of the parent.
     """
     touching = {geom["bodyid"] for geom in reading.facts["geoms"] if geom["contype"] or geom["conaffinity"]}
     if not touching or reading.facts["elements"]["options"].get("flag filterparent") == "disable":

@@ -152,8 +152,8 @@ def _keys(
 # A chain of thousands of links is not indented further: its text would grow with the square of its length.
 DEEPEST = 30
 OPTION = {"integrator": "implicitfast"}  # the settings of the simulation, where the description has no others
-# Those of a robot on wheels or feet, which creeps down a slope without them: four mecanum wheels 30 mm in 5 s at 10
-# degrees, 7 mm with them.
+# Settings for a robot on wheels or feet, which would creep down a slope without them: with four mecanum wheels by
+# 30 mm in 5 s at 10 degrees, and with these settings by 7 mm.
 STANDING = {"cone": "elliptic", "impratio": 100}
 # Of plain wheels the rims would hold a turn back, as no tyre does: 24 % of a TurtleBot3's, 3 % with this.
 PLAIN_WHEELS = {"cone": "elliptic"}

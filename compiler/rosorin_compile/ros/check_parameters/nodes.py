@@ -41,7 +41,7 @@ class Setting(NamedTuple):
 
     @property
     def how(self) -> str:
-        """The end of a sentence about it: nothing, or that it is a default."""
+        """How a sentence about the setting ends: nothing if a file sets it, else that it is a default."""
         return "" if self.given else " by default"
 
 

@@ -245,7 +245,7 @@ def _named(node: Node) -> Iterator[tuple[Key, str, Setting]]:
 def _check_base(
     case: Case, node: Node, key: Key, name: str, value: str, setting: Setting, parts: Sequence[Collection[str]]
 ) -> Iterator[Diagnostic]:
-    """Yield a base frame that the odometry does not move: that which a node names, or any."""
+    """Yield an error if no odometry moves the base frame: that of the odom frame the node names, or else any."""
     links, edges = case.robot.link, case.robot.edges
     steps = [step for step in steps_in_modes(case)[0] if step.edge is not None and edges[step.edge].moving]
     leading = [step for step in steps if step.child in links and step.parent not in links]

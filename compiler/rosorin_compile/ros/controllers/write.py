@@ -95,7 +95,7 @@ def _of_drive(robot: Robot, controller: Controller, kind: str) -> RobotParameter
 def edges_of(robot: Robot, controller: Controller) -> list[Edge]:
     """Return the edges of the description that a controller of a drive publishes.
 
-    One that the description calls otherwise is known by its package, if it is the only one that drives.
+    An edge whose publisher has another name is recognized by its package if this is the only drive controller.
     """
     driving = [one for one in robot.controllers if "drive" in interfaces_of(full_type(one.type))]
     kind = node_kinds.controller(full_type(controller.type), "") if driving == [controller] else None
@@ -200,7 +200,7 @@ def _of_joints(robot: Robot, controller: Controller, about: Mapping[str, Any]) -
 
 
 class ControllerParameters(NamedTuple):
-    """A controller with its type in full, all its parameters as they are written, and those that the robot knows."""
+    """A controller: its full type, all its parameters as written, and those that are derived from the robot."""
 
     controller: Controller
     type: str

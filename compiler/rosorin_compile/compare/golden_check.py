@@ -14,15 +14,16 @@ from pathlib import Path, PurePosixPath
 from posixpath import commonprefix
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.compare.artifacts import Pair, pair_of, with_new_names
-from rosorin_compile.compare.changes import Change, find_changes
-from rosorin_compile.compare.precision import NOISE, POSE_NOISE, Precision, printed_precision
-from rosorin_compile.compare.walk import Address, Leaves, compare_leaves, leaves
 from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.model import Mesh, Robot
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, error
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.wording import count_of, phrase, printable
+
+from .artifacts import Pair, pair_of, with_new_names
+from .changes import Change, find_changes
+from .precision import NOISE, POSE_NOISE, Precision, printed_precision
+from .walk import Address, Leaves, compare_leaves, leaves
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.compilation import Compiled

@@ -22,7 +22,6 @@ from .bodies import WORLD, body_name, has_volume, is_free, weld_groups
 _GEOM = re.compile(r"""\b(?:geom[12]?|(?:obj|ref)type="geom" (?:obj|ref)name)="([^"]*)\"""")
 
 _MESH_FORMATS = (".stl", ".obj", ".msh")
-_IMAGE_FORMAT = ".png"
 # What is converted on the way, and what it becomes.
 _CONVERTED = (".dae", ".gltf", ".glb")
 CONVERTED_ENDING = ".obj"
@@ -42,7 +41,7 @@ def mesh_path(file: str) -> str:
 
 def texture_path(file: str) -> str:
     """Return the file of an image as MuJoCo opens it, by its name in the description; empty if it is not a PNG."""
-    return _path(file, "") if file and posixpath.splitext(file)[1].lower() == _IMAGE_FORMAT else ""
+    return _path(file, "") if file and posixpath.splitext(file)[1].lower() == ".png" else ""
 
 
 def file_path(file: str) -> str:

@@ -31,7 +31,7 @@ class Package(NamedTuple):
 
 
 class Written(NamedTuple):
-    """The files of a description that are new or changed, lines to add to other files, and lines about what is next."""
+    """The new and changed files of a description, lines to add to other files, and lines about the next steps."""
 
     files: tuple[str, ...]
     to_do: tuple[str, ...]

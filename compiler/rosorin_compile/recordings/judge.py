@@ -69,7 +69,7 @@ def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnosti
 
 
 def _nothing_compared(recording: Recording, has_tree: bool) -> Iterator[Diagnostic]:
-    """Yield the finding for a recording without transforms, or of which no edge is described."""
+    """Yield the finding for a recording without transforms, or without any described edge."""
     topics, subject = sorted(recording.topics), "the recording"
     if not has_tree and recording.messages == 0 and not topics:
         yield problem("recording-empty", subject, "the recording has no messages")
@@ -182,7 +182,7 @@ def answer_outcome(recording: Recording, answer: Answer) -> str:
 
 
 def _answer(recording: Recording, answer: Answer) -> Diagnostic | None:
-    """Return the finding about an answer of tf2_echo, of its first printed form that differs; None if none does."""
+    """Return the finding about an answer of tf2_echo, for its first printed form that differs, or None."""
     description, robot, name = recording.description, recording.description.robot, answer.name
     known = description.frames | set(robot.link)
     for frame in (answer.source, answer.target):
@@ -207,7 +207,7 @@ def _answer(recording: Recording, answer: Answer) -> Diagnostic | None:
         printed = Transform((reading.turn or expected).rows, reading.xyz or expected.xyz)
         moved = max(abs(a - b) for a, b in zip(expected.xyz, printed.xyz, strict=True)) > reading.metres
         turned = expected.angle_to(printed) > reading.radians
-        if not (moved or turned):  # the same, but for the printed digits
+        if not (moved or turned):  # equal within the printed digits
             continue
         recorded = Transform(printed.rows if turned else expected.rows, printed.xyz if moved else expected.xyz)
         place, turn = pose_text(printed).split(", ")

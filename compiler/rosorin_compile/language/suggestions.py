@@ -84,12 +84,12 @@ def _keys_within(fragment: Any) -> Iterator[tuple[str, Mapping[str, Any]]]:
 
 
 def _meaning(word: str, table: Mapping[str, str]) -> str:
-    """Return what a table has for a word, compared by small letters and digits alone."""
+    """Return the entry of a table for a word, ignoring case and everything but letters and digits."""
     return table.get(re.sub(r"[^a-z0-9]", "", word.casefold()), "")
 
 
 def way_out(word: str, table: Mapping[str, str]) -> str:
-    """Return the sentence that a table has for a word; "" if it has none, or another word alone."""
+    """Return the sentence that a table has for a word, or "" if its entry is missing or a single word."""
     meaning = _meaning(word, table)
     return meaning if " " in meaning else ""
 
@@ -382,7 +382,7 @@ def suggest_name(
     """
     span = tree.locate(path).span
     text = span.source.line(span.line)[span.column - 1 :][: span.length]
-    is_mount = text.strip("\"'") == MOUNT  # of the use, with names around the part
+    is_mount = text.strip("\"'") == MOUNT  # the mount is resolved by the use, in the scope around the part
     prefix = prefix_at(tree, path, outside=is_mount)
     own = [name.removeprefix(prefix) for name in known if prefix and name.startswith(prefix)]
     if not own:

@@ -28,7 +28,7 @@ MOST = 1e150  # beyond it, a volume or moment of inertia may be beyond all float
 
 
 def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = None) -> list[Diagnostic]:
-    """Return what is wrong with the shape of a tree, with the units of its quantities, and with its numbers.
+    """Validate the structure of a tree, the units of its quantities and its numbers, and return diagnostics.
 
     ``formats`` are those that outputs may name, ``scope`` defines the names in expressions, if known.
     """
@@ -160,7 +160,7 @@ class _Report:
         self.value = value_at(tree, tuple(self.path))
 
     def diagnostics(self) -> list[Diagnostic]:
-        """Return the diagnostics: none for what another misfit causes."""
+        """Return the diagnostics, or none if another misfit is the cause."""
         wanted, where, value, keyword = self.misfit.wanted, self.where, self.value, self.misfit.keyword
         meaning = _sentence(str(self.part.get("description", "")))
         if "propertyNames" in self.misfit.schema_path[-2:-1]:
@@ -215,9 +215,9 @@ class _Report:
         legal = self.part.get("properties", {})
         meant = [one for one in self.value if one not in legal and suggestions.is_meant(one, key, self.kind, legal)]
         if key == "inertia" and any("of" in swaps(other) for other in self.value):
-            return []  # which is in the place of it, and reported
+            return []  # an unknown key, which is reported, takes its place
         if meant and self.path[:1] != ["outputs"]:
-            return []  # it is there, under a name that is reported
+            return []  # it exists under a misspelt name, which is reported
         if meant and key in swaps(meant[0]):  # other keys of outputs are judged when their format is known
             message = f'{self.where} has no key "{meant[0]}"'
             return self._make("unknown-key", message, suggest(key), [*self.path, meant[0]], True)

@@ -1,8 +1,8 @@
 """Write files into a folder that has other files, too, such as a ROS package.
 
 Each file is written in one step, and the manifest last. It has the digest of each file that was written. While files
-are replaced, it has both digests of each of them, the old one, if there is one, and the new one: after a kill it says
-which files are of two runs.
+are replaced, it has both digests of each of them, the old one, if there is one, and the new one: after a kill it shows
+which files may be from either run.
 """
 
 from __future__ import annotations

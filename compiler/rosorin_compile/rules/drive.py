@@ -17,11 +17,11 @@ from .case import Case, number
 from .joints import lies_across
 from .shapes import holds
 
-PARALLEL = math.cos(math.radians(30))  # an axis this near to its direction is meant to be that
-RADIUS_APART = 0.05  # of a radius that is given: more is another number, such as the diameter
+PARALLEL = math.cos(math.radians(30))  # an axis this close to its expected direction is intended to have it
+RADIUS_APART = 0.05  # relative to the specified radius: a larger deviation is another quantity, such as the diameter
 UNEVEN = 0.001  # m
 LEAST = 1e-4  # m between wheels that are apart
-# Which wheels are farther along x or y than which others, by what their names say.
+# Which wheels must be farther along x or y than which others, according to their names.
 _FRONT, _LEFT = (0, "in front of"), (1, "to the left of")
 _PAIRS = {
     MECANUM: (

@@ -147,7 +147,7 @@ def all_steps(case: Case, legal: bool = True) -> list[Step]:
 
 
 def steps_in_modes(case: Case) -> tuple[list[Step], list[Step]]:
-    """Return the transforms that are published in some modes, and the turns of joints in which nobody does that."""
+    """Return the transforms that are published in some modes, and the turns of joints without a publisher."""
     steps = all_steps(case)
     silent = [step for step in steps if step.is_silent and step.edge is not None]
     return [step for step in steps if not step.is_silent], silent
@@ -159,10 +159,10 @@ def active_in(published: Iterable[Step], combination: Combination) -> list[Step]
 
 
 def _claims(case: Case) -> dict[str, list[Step]]:
-    """Return the transforms into each frame that an edge leads to, joints first.
+    """Return the transforms to each frame that is the child of an edge, joints first.
 
-    Into another frame only a joint leads, and nobody else can publish that. Of a link with two parents only the first
-    is taken: that is the cause. Edges with an invalid condition are left out.
+    Any other frame is the child of a joint only, and has no other publisher. For a link with two parents, only the
+    first counts: the second parent is reported by its own rule. Edges with an invalid condition are left out.
     """
     led_to = {edge.child for edge in case.robot.edges}
     steps = [step for step in all_steps(case) if step.child in led_to] if led_to else []

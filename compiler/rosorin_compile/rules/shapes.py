@@ -74,7 +74,7 @@ def proportions(case: Case) -> Iterator[Diagnostic]:
     if not robot.is_tree:
         return
     distant = [joint for joint in robot.joints if max(map(abs, joint.origin.xyz)) > LARGE]
-    # Several mistakes hide each other: then the rest is the robot without any of these distances.
+    # Several mistakes hide each other: then compare with the robot without any of these distances.
     without_all = diagonal(robot, tuple(joint.name for joint in distant)) if len(distant) > 1 else 0.0
     for joint in distant:
         if not _is_world(robot, joint.parent):

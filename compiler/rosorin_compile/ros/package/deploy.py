@@ -1,4 +1,4 @@
-"""Deploy: put the artifacts of a robot into a ROS 2 package that exists, and check the copies in a folder."""
+"""Deploy the artifacts of a robot into an existing ROS 2 package, and check the copies in a folder."""
 
 from __future__ import annotations
 
@@ -226,7 +226,7 @@ class CheckedCopies:
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
     def describe(self) -> tuple[Comparison, list[tuple[str, str]]]:
-        """Return how copies differ, and those that are other files; a change that several copies show is one."""
+        """Return the differences of the copies, with equal changes merged, and the copies that are other files."""
         changes: dict[tuple[str, ...], Change] = {}
         found = [(place, one) for place, one in self.unlike if one is not None]
         for place, one in found:
@@ -315,7 +315,7 @@ def _compare(
 def _written_by_package(
     compiled: Compiled, robot: Robot, request: Request, folder: Path, files: Sequence[str]
 ) -> dict[str, bytes]:
-    """Return what the launch files of packages of ours must contain, and the descriptions that they compile."""
+    """Return the expected launch files of packages that this tool wrote, and the descriptions that they compile."""
     found: dict[str, bytes] = {}
     made: dict[Path, dict[str, bytes]] = {}
     for name in files:

@@ -221,7 +221,7 @@ def make(
 
 
 def folder_of(artifact: Artifact) -> str:
-    """Return the folder of an artifact: that of its format, else by the ending of its name."""
+    """Return the folder of an artifact: that of its format, or else that of its file extension."""
     file = artifact.file
     formats = (one.folder for one in FORMATS.values() if one.load and one.folder and file.endswith(one.endings))
     others = (folder for ending, folder in _BY_ENDING.items() if file.endswith(ending))

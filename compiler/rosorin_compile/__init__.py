@@ -86,7 +86,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> object:
-    """Return a public name, imported at this moment."""
+    """Import and return a public name on first access."""
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}; plug-ins import {__name__}.extend")
     from importlib import import_module

@@ -42,7 +42,7 @@ VISUAL_GROUP, COLLISION_GROUP, FRAME_GROUP = 2, 3, 4
 
 
 def body_name(robot: model.Robot, link: str) -> str:
-    """Return the name of the body of a link: its own, but for that of the body that MuJoCo has already."""
+    """Return the name of the body of a link: its own, unless MuJoCo reserves that name."""
     if link == robot.root and robot.root_in_world.world:
         return WORLD
     name = link if link != WORLD else f"{WORLD}_link"
@@ -58,7 +58,7 @@ def free_name(name: str, taken: Container[str]) -> str:
 
 
 def reference(joint: model.Joint) -> float:
-    """Return the position (rad or m) of a joint at which MuJoCo begins, and has its body (``ref``)."""
+    """Return the position (rad or m) of a joint in the initial pose of MuJoCo (``ref``)."""
     value = joint.mjcf.get("ref", 0.0) if joint.moves else 0.0
     return value if isinstance(value, (int, float)) else 0.0
 
@@ -182,7 +182,7 @@ def half_sizes(geometry: model.Geometry) -> tuple[float, ...]:
 
 
 def form_of(output: model.Output) -> str:
-    """Return as what an output has height maps: in a form of boxes, or ``hfield``."""
+    """Return the form of height maps in an output: a form of boxes, or ``hfield``."""
     return str(output.options.get("height_maps", MERGED))
 
 

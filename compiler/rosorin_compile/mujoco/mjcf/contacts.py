@@ -183,7 +183,7 @@ class Contacts(NamedTuple):
 
 @of_robot
 def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts:
-    """Return who is not to collide, and who may all the same; ``form`` is that of the height maps.
+    """Return the pairs that must not collide, and those that may despite filters; ``form`` is that of the height maps.
 
     The links of each joint come first, then ``disabled_contacts`` of the robot; without ``implied`` these alone. Bodies
     are called as in the MJCF.

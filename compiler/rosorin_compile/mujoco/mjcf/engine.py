@@ -133,7 +133,7 @@ def _proof(mujoco: Any, request: dict[str, Any], here: Path) -> dict[str, Any]:
         for texture in ours.textures:
             texture.cubefiles = [request["files"].get(file, file) for file in texture.cubefiles]
         made = ours.compile()
-    except Exception as problem:  # whatever MuJoCo has against it
+    except Exception as problem:  # whatever MuJoCo rejects it for
         return {"refused": " ".join(str(problem).split())}
     comparison = Comparison(mujoco, source, made, given)
     differences: list[tuple[str, str, str]] = list(comparison.run())
@@ -147,7 +147,7 @@ def _proof(mujoco: Any, request: dict[str, Any], here: Path) -> dict[str, Any]:
 
 
 def _spec(mujoco: Any, path: Path, here: Path) -> Any:
-    """Return the MjSpec of a file, whatever the ending of its name; ``here`` is the working folder of this process."""
+    """Return the MjSpec of a file, whatever its extension; ``here`` is the working folder of this process."""
     if path.suffix == ".xml":
         spec = mujoco.MjSpec.from_file(str(path))
     else:
@@ -182,7 +182,7 @@ def _resolve_files(spec: Any) -> None:
 
 
 def _limit(cpu_seconds: int) -> None:
-    """Give this process an end, and no more memory than a robot can need; where the system knows such limits."""
+    """Limit the CPU time and the memory of this process, where the system supports such limits."""
     try:
         import resource
     except ImportError:
@@ -315,7 +315,7 @@ def _node(element: Any) -> dict[str, Any]:
 
 
 def _merged(usual: Mapping[str, str], own: Mapping[str, str]) -> dict[str, str]:
-    """Return the attributes of a class with those of an element over them: of a list as many numbers as it has."""
+    """Return the attributes of a class overridden by those of an element; a short list replaces only the first ones."""
     made = dict(usual)
     for key, value in own.items():
         words, before = value.split(), made.get(key, "").split()

@@ -7,7 +7,7 @@ that MJCF may not have, and what stands in for them is declared as a stand-in.
 - A joint whose ``pos`` is not the origin of its body gets a link at that anchor, and the body is fixed to it.
 - Several joints in one body are a chain of links without mass, in MuJoCo's order.
 - If a body is at another position than zero (``ref``), the origin of its joint is moved back by it.
-- A ball stays one; its range (a cone) is among MuJoCo's own words.
+- A ball joint stays one; its range (a cone) is kept as a MuJoCo attribute.
 - A free joint of the only top body is not a joint of the robot: the simulation places the robot (``base: free``).
   Of one among several top bodies it is a floating joint to the ground.
 
@@ -178,7 +178,7 @@ def add_marks(reading: Reading) -> None:
 
 
 def add_joints(reading: Reading) -> None:
-    """Add what joins every body to the one that it is in, and report stand-ins and bodies that are too light."""
+    """Add the joints between every body and its parent body, and report stand-ins and bodies that are too light."""
     light, drives = [], _drives_of(reading)
     for index, body in enumerate(reading.facts["bodies"]):
         if index == 0 or body["parentid"] not in reading.link_of:

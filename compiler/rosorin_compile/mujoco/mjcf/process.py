@@ -26,7 +26,7 @@ from rosorin_compile.source.system import is_installed, pip_install
 from . import FILE
 
 SECONDS = 60  # of calculating, which the child counts itself
-_PATIENCE = 5  # so many times as long may one take that waits: for files, or for others on a busy machine
+_PATIENCE = 5  # wall-clock time per second of that: a process may wait for files or for other processes
 
 _ABSENT = re.compile(r"ModuleNotFoundError: No module named '(\w+)")
 _TOP = str(files.resolve(__file__).parents[3])  # the folder in which the package is

@@ -285,7 +285,7 @@ class Reading:
         self.free_base = not self.ground and held == [FREE]
 
     def unique(self, kind: str, name: str) -> str:
-        """Return a name, or with a number behind it if another object of its kind has it."""
+        """Return a name, with a number appended if another object of its kind has it."""
         taken, word = self.taken.setdefault(kind, set()), convert.legal(name) or "unnamed"
         given, count = word, 1
         while given in taken:

@@ -1,4 +1,4 @@
-"""MJCF: MuJoCo itself reads the file; what it made of it becomes the plain tree of a description.
+"""MJCF: MuJoCo itself reads the file, and the compiled model becomes the plain tree of a description.
 
 So defaults, classes, includes, frames, replicas, units, euler sequences, ``fromto`` and inertias of geoms mean what
 MuJoCo means by them. The text is read as well, for positions, for what is left out, and for comments.
@@ -188,7 +188,7 @@ def _add_poses(reading: Reading) -> None:
 
 
 def _is_beyond(reading: Reading, qpos: list[float], at: Mapping[str, float]) -> bool:
-    """Return True if a keyframe has what a pose cannot have: a follower off its way, or a place of what floats."""
+    """Return True if a pose cannot express a keyframe: a mimic joint off its leader, or a moved free or ball joint."""
     zero, floating = reading.facts["qpos0"], (BALL,) if reading.free_base else (BALL, FREE)
     for joint in (joint for joint in reading.facts["joints"] if joint["type"] in floating):
         place = range(joint["qposadr"], joint["qposadr"] + _SIZES[joint["type"]])

@@ -78,7 +78,7 @@ def stand_ins(robot: Robot, joints: Sequence[Joint], output: Output | None) -> l
 
 
 def aims(drive: Drive) -> tuple[float, float] | None:
-    """Return the range of the control of an actuator: of a servo a position (rad or m) or speed; None is any."""
+    """Return the control range of an actuator (position in rad or m, or speed, for a servo); None is unlimited."""
     actuator, joint = drive.actuator, drive.joint
     if actuator.unlimited or "inheritrange" in actuator.mjcf:
         return None
@@ -95,7 +95,7 @@ def aims(drive: Drive) -> tuple[float, float] | None:
 
 
 def is_clamped(robot: Robot, joint: Joint, effort: float) -> bool:
-    """Return True if the actuators of a joint bring its effort and no more: then that is not a second clamp."""
+    """Return True if the actuators of a joint already clamp it to its effort, so that no second clamp is needed."""
     own = [joint.actuator] if joint.actuator else []
     others = robot.actuators if own and own[0].targets == {} else ()
     total = 0.0

@@ -1,4 +1,4 @@
-"""What MuJoCo does not load and what MJCF has no word for, reported before the artifact is written.
+"""What MuJoCo does not load and what MJCF cannot express, reported before the artifact is written.
 
 Masses and inertias are in the terms of MuJoCo.
 """
@@ -50,7 +50,7 @@ def file_path(file: str) -> str:
 
 
 def _path(file: str, more: str) -> str:
-    """Return how a file is called as seen from the MJCF, where its name gets ``more`` at its end if it is converted."""
+    """Return the path of a file relative to the MJCF, with ``more`` appended if it is converted."""
     scheme, mark, rest = file.partition("://")
     if mark and scheme in ("package", "model"):
         rest = rest.lstrip("/")  # as package:///NAME/FILE is read, too
@@ -167,7 +167,7 @@ def along_link_of(inertial: Inertial) -> Inertia:
 
 
 def _moves(robot: Robot, names: Sequence[str]) -> bool:
-    """Return True if one of some links has the mass and moments that MuJoCo needs of a moving body."""
+    """Return True if one of the links has the mass and moments that MuJoCo needs of a moving body."""
     inertials = (robot.link[name].inertial for name in names)
     return any(one and one.mass >= LEAST and one.principal_moments[0] >= LEAST for one in inertials)
 

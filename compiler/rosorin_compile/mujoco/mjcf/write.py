@@ -72,7 +72,7 @@ def base_name(joint: model.Joint, robot: model.Robot) -> str:
 
 
 def _single(joint: model.Joint, printer: ElementPrinter) -> dict[str, str]:
-    """Return the attributes of a joint of one position, but its name."""
+    """Return the attributes of a joint of one position, except its name."""
     values, ends = _motion(_TYPES[joint.type], joint.axis, printer.number), unsupported.position_range(joint)
     return {**values, **({"range": numbers(ends, printer.number)} if ends else {}), **_inner(joint, printer)}
 

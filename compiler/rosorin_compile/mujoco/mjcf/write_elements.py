@@ -218,7 +218,7 @@ _NAMING = frozenset({*_BODIES, *_GEOMS, "material"})
 
 @lru_cache(maxsize=20_000)
 def place_of(xyz: Vector, rpy: Vector, number: NumberFormat) -> Mapping[str, str]:
-    """Return a position (m) and a unit quaternion (w x y z): each where it is not that of what it is in."""
+    """Return a position (m) and a unit quaternion (w x y z), each omitted if it has no effect."""
     quaternion = Pose(xyz, rpy).transform().quaternion()
     made = {"pos": vector(xyz, number)} if any(xyz) else {}
     return made if quaternion == (1, 0, 0, 0) else {**made, "quat": vector(quaternion, number)}

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from rosorin_compile.compare.difference import Difference
     from rosorin_compile.formats.compilation import Compiled, Reading, Variant
     from rosorin_compile.formats.format import Artifact
-    from rosorin_compile.importing.extract.extract import extract_boxes, extract_factory, extract_height_map
+    from rosorin_compile.importing.extract.extract import extract_boxes, extract_height_map
+    from rosorin_compile.importing.extract.factory import extract_factory
     from rosorin_compile.importing.import_robot import import_robot
     from rosorin_compile.importing.new_robot import NewRobot, init
     from rosorin_compile.joint_values import Pulses, pulses
@@ -47,7 +48,8 @@ _MODULES = {
     "compare.difference": "Difference",
     "formats.compilation": "Compiled Reading Variant",
     "formats.format": "Artifact",
-    "importing.extract.extract": "extract_boxes extract_factory extract_height_map",
+    "importing.extract.extract": "extract_boxes extract_height_map",
+    "importing.extract.factory": "extract_factory",
     "importing.import_robot": "import_robot",
     "importing.new_robot": "NewRobot init",
     "joint_values": "Pulses pulses",
@@ -84,7 +86,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> object:
-    """Return a public name, imported at this moment."""
+    """Import and return a public name on first access."""
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}; plug-ins import {__name__}.extend")
     from importlib import import_module

@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, YAML, Difference, Side
+from rosorin_compile.compare.golden_check import Committed, compare_committed, load_all
 from rosorin_compile.compare.precision import printed_precision
 from rosorin_compile.compare.sentences import several
 from rosorin_compile.formats import FORMATS, plugged_diagnostics, schema_names, schema_text
@@ -32,7 +33,6 @@ from rosorin_compile.formats.mesh_files import opened_by
 from rosorin_compile.language.arguments import Argument, declared_arguments, takes_no_arguments
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.output import OutputError, read_set, write_artifacts
-from rosorin_compile.output.golden_check import Committed, compare_committed, load_all
 from rosorin_compile.request import EXECUTED, FilePath, Packages, Request, Values
 from rosorin_compile.rules.check import plugin_checks
 from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, RequestError, UnknownName, error, has_errors
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 class Checked:
     """The comparison of the committed artifacts of a robot with its description.
 
-    ``differing`` are the files that are missing, changed or no artifacts any more; ``lines`` describe the differences
+    ``differing`` are the files that are missing, changed or no longer artifacts; ``lines`` describe the differences
     as ``rosorin-compile check`` prints them. Both are empty if ``compiled`` has errors.
     """
 
@@ -75,8 +75,8 @@ class Checked:
 class Written:
     """The files in ``folder`` after the artifacts of a robot were written, by name.
 
-    ``kept`` are not artifacts and were left alone; ``removed`` were deleted by ``prune``. With errors in
-    ``diagnostics`` nothing was written.
+    ``kept`` are files that are not artifacts and were left alone; ``removed`` were deleted by ``prune``. If
+    ``diagnostics`` has errors, nothing was written.
     """
 
     compiled: Compiled
@@ -90,7 +90,7 @@ class Written:
 
 @dataclass(frozen=True)
 class Explained:
-    """The poses of things of a robot, and the position in YAML of each of their numbers; empty with errors."""
+    """The poses of frames, links, etc., and the YAML position of each of their numbers; empty if there are errors."""
 
     answers: tuple[Explanation | Answer | NamedValue, ...] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
@@ -113,7 +113,7 @@ class Arguments:
 
 @dataclass(frozen=True)
 class Outputs:
-    """The outputs that a robot lists; None with errors."""
+    """The outputs that a robot lists, or None if there are errors."""
 
     robot: str
     outputs: tuple[Output, ...] | None = None
@@ -139,7 +139,7 @@ def compile(  # noqa: A001 - re.compile has this name, too
 ) -> Compiled:
     """Compile a description to its artifacts; nothing is written.
 
-    Without ``robot`` in the result there are errors in ``diagnostics``.
+    If the result has no ``robot``, its ``diagnostics`` have errors.
 
     Args:
         outputs: The names of the only outputs to generate.
@@ -271,8 +271,8 @@ def diff(
     """Compare two robots by meaning: descriptions, files in any supported format, or ``Robot`` objects.
 
     A ``Robot`` counts as a description, which can express every value: pass the path of a file in another format.
-    Without ``a`` and ``b`` in the result there are errors in ``diagnostics``. ``str`` of it is the text of
-    ``rosorin-compile diff``.
+    If the result has no ``a`` and ``b``, its ``diagnostics`` have errors. ``str(result)`` is the text that
+    ``rosorin-compile diff`` prints.
 
     Args:
         tolerance: The largest difference to ignore, in metres, radians or relative to the number.
@@ -317,7 +317,7 @@ def diff(
 def _load_side(
     robot: FilePath | Robot | Request, shared: Values, own: Values, packages: Packages, trust: bool
 ) -> tuple[Side | None, Imported | None, list[Diagnostic]]:
-    """Return one side of a comparison unless it has errors, and its file if it is in another format than ours."""
+    """Return one side of a comparison, or None if it has errors; its file if not a description; and diagnostics."""
     if isinstance(robot, Robot):
         return Side(robot.name, YAML, robot), None, []
     requests = [Request.of(robot, values, packages, trust=trust) for values in (shared, own)]
@@ -345,7 +345,7 @@ def explain(
     """Return the poses of frames, links, joints, sensors or parts, and the line of YAML behind each number.
 
     Args:
-        names: Names of things, and of the only numbers of them to explain, such as ``z`` or ``mass``.
+        names: Names of frames, links, etc.; names of numbers, such as ``z`` or ``mass``, select the numbers to explain.
         pose: The named pose in which frames are shown, too.
 
     Example:
@@ -399,7 +399,7 @@ def outputs(robot: FilePath | Request, arguments: Values = None, packages: Packa
 
 
 def explain_rules(ids: Sequence[str] = ()) -> Rules:
-    """Return the meaning of rule ids, of plug-ins, too; without ``ids`` of all rules, sorted by id.
+    """Return the meaning of rule ids, including those of plug-ins; without ``ids``, of all rules, sorted by id.
 
     Example:
         >>> import rosorin_compile

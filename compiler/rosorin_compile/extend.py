@@ -1,4 +1,4 @@
-"""The names of which plug-ins are made (docs/extend.md): records of formats, rules, sections, commands and checks.
+"""The names that plug-ins are built from (docs/extend.md): records of formats, rules, sections, commands and checks.
 
 They are public beside those of ``rosorin_compile`` and ``rosorin_compile.model``.
 """

@@ -135,7 +135,7 @@ def _whole(text: str) -> int:
 
 
 def beyond_limits(case: Case, states: Iterable[Positions], severity: str) -> list[Diagnostic]:
-    """Return a diagnostic for each joint and end of its limits that states exceed, also where it follows another."""
+    """Return a diagnostic for each lower or upper joint limit that a state exceeds, including those of followers."""
     found: dict[tuple[str, str], Diagnostic] = {}
     help = "the joint does not get there; with --strict this is an error"
     for state, joint in product(states, case.robot.joints):

@@ -52,7 +52,7 @@ class Request:
     ``arguments`` are texts, as in ``-a NAME=TEXT``, or values of Python; they override those in ``argument_files``.
     ``packages`` maps names of ROS packages to folders. ``trust`` permits a xacro to run Python code without a warning.
     ``warn`` receives the warnings that have to be printed before code is executed; without it they are among the
-    diagnostics. With ``problems`` there is no such robot: loading or compiling it returns them.
+    diagnostics. If there are ``problems``, loading or compiling the robot only returns them.
     """
 
     description: Description
@@ -89,12 +89,12 @@ class Request:
 
     @property
     def is_foreign(self) -> bool:
-        """Whether the robot is in another format than ours: URDF, xacro, SDF, MJCF or a driver's JSON."""
+        """Whether the robot is not a description but in another format: URDF, xacro, SDF, MJCF or a driver's JSON."""
         return is_foreign(self.description.path)
 
     @property
     def tell(self) -> Warn:
-        """The receiver of warnings before code is executed; it ignores them if the code is trusted."""
+        """The function to call with warnings before code is executed; it does nothing if the code is trusted."""
         return (lambda _warning: None) if self.trust else self.warn
 
     def values(self) -> dict[str, Any]:
@@ -147,7 +147,7 @@ class Request:
         return Understood(Expanded(None, [], (path,)), None, problems)
 
     def load_case(self) -> tuple[Case | None, tuple[Diagnostic, ...]]:
-        """Return the robot with its positions in files, or None with its errors; the warnings about executed code."""
+        """Return the robot with its positions in files and warnings about executed code, or None and its errors."""
         found = self.understand()
         if found.case is None:
             return None, tuple(one for one in found.diagnostics if one.severity == ERROR)
@@ -180,7 +180,7 @@ class Request:
 def read_options(
     arguments: Values, packages: Packages, trust: bool, warn: Warn, lenient: bool = False
 ) -> tuple[ReadOptions, list[Diagnostic]]:
-    """Return how a robot in another format is read, and the errors in the arguments and packages."""
+    """Return the options for reading a robot in another format, and the errors in the arguments and packages."""
     found = of_api("", arguments, packages)
     texts, wrong = as_texts(found.arguments)
     return ReadOptions(texts, found.packages, lenient, tell=warn, trust=trust), [*found.diagnostics, *wrong]
@@ -195,7 +195,7 @@ def prove(compiled: Compiled) -> Compiled:
 
 
 def is_foreign(path: Path) -> bool:
-    """Return True if a file is a robot in another format than ours, by its name; on standard input by its text."""
+    """Return True if a robot is not a description, judged by its file name, or by its text on standard input."""
     text = stdin_of(path)
     if text is not None:
         return text[:1_000].removeprefix(codecs.BOM_UTF8).lstrip().startswith(b"<")

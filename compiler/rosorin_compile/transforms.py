@@ -50,8 +50,8 @@ class FrameTransform:
 class Transforms:
     """The pose of a frame in another, for each state of the joints.
 
-    ``swept`` has the unit of each joint with a sweep. ``transforms`` is empty with errors in ``diagnostics``, and
-    without ``robot`` the errors are in its files.
+    ``swept`` has the unit of each joint with a sweep. ``transforms`` is empty if ``diagnostics`` has errors;
+    ``robot`` is None if these are in its files.
     """
 
     transforms: tuple[FrameTransform, ...] = ()
@@ -87,7 +87,7 @@ def transform(
         pose: A named pose of the description; joints that nothing sets are at zero.
         joints: Positions by joint: numbers in rad or m, or texts such as ``"30deg"``. They override all others.
         pulses: Pulses of servos by joint; they override ``pose``.
-        sweeps: Positions to use in turn by joint, ``"FROM:TO:COUNT"``; of several, all combinations.
+        sweeps: Ranges of positions by joint, ``"FROM:TO:COUNT"``; several ranges yield all combinations.
         modes: Modes of the robot that are on or off; if any is set, all others are off.
         strict: Treat positions beyond a limit as errors.
 

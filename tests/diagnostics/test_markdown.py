@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from rosorin_compile.cli.console import Console
 from rosorin_compile.cli.report_formats import MAX_BYTES, Section, code, from_workspace, github, markdown
-from rosorin_compile.output.golden_check import CHANGED, TextDifference
+from rosorin_compile.compare.golden_check import CHANGED, TextDifference
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Related, Source, Span, error
 from rosorin_compile.source.wording import printable
 

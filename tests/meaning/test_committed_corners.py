@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import yaml
 
-from rosorin_compile.output.golden_check import compare
+from rosorin_compile.compare.golden_check import compare
 from support.paths import data_text
 from support.robots import compiled_text, sound
 

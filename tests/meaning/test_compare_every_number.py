@@ -17,8 +17,8 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rosorin_compile.compare.golden_check import compare
 from rosorin_compile.model import HeightMap
-from rosorin_compile.output.golden_check import compare
 from support.paths import ROSORIN
 from support.robots import MOVING, compiled, copy_of_rosorin
 

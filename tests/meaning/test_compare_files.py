@@ -12,7 +12,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.output.golden_check import Comparison, lines
+from rosorin_compile.compare.golden_check import Comparison, lines
 from support.comparing import BASE, COMMITTED, against, edited, meaning
 from support.paths import data_text
 from support.robots import compiled, copy_of_rosorin

@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 import yaml
 
+from rosorin_compile.compare.golden_check import compare
 from rosorin_compile.formats.compilation import Compiled
 from rosorin_compile.model import Robot
-from rosorin_compile.output.golden_check import compare
 from rosorin_compile.viewer.overlay import moves
 from rosorin_compile.viewer.overlay import robot_before as undo_all
 from support.moving import random_state

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
+from rosorin_compile.formats.ros_packages import files_below
 from rosorin_compile.output import MANIFEST, OutputError, digest, open_package_folder, read_manifest
-from rosorin_compile.output.package_folder import files_below
 from rosorin_compile.ros.package.deploy import unfinished_runs
 from support.kills import ended_at
 

@@ -10,6 +10,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from rosorin_compile.cli.main import main
+from rosorin_compile.compare.golden_check import Comparison, compare, lines
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compilation import Compiled
 from rosorin_compile.formats.format import lacks
@@ -19,7 +20,6 @@ from rosorin_compile.model import Ellipsoid, Robot, Shape
 from rosorin_compile.model.joint import ROBOT_STATE_PUBLISHER, Dynamics, Publisher
 from rosorin_compile.model.link import Link
 from rosorin_compile.model.shape import plain
-from rosorin_compile.output.golden_check import Comparison, compare, lines
 from support.paths import DATA
 from support.robots import compiled, copy_of_rosorin
 

@@ -22,8 +22,8 @@ from rosorin_compile.formats.urdf import write as urdf
 from rosorin_compile.importing.description import write
 from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.mujoco.mjcf.omissions import position_range
 from rosorin_compile.mujoco.mjcf.robot import read_mjcf
+from rosorin_compile.mujoco.mjcf.unsupported import position_range
 from rosorin_compile.source.diagnostics import has_errors
 from rosorin_compile.source.project import ROOT_FILE
 

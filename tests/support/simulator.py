@@ -13,7 +13,7 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot, Transform
 from rosorin_compile.model.simulation import Root
 from rosorin_compile.mujoco.mjcf import write as mjcf
-from rosorin_compile.mujoco.mjcf.omissions import position_range
+from rosorin_compile.mujoco.mjcf.unsupported import position_range
 from support.robots import compiled
 
 BASES = ("fixed", "free")

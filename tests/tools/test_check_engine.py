@@ -80,7 +80,7 @@ def test_an_engine_that_is_too_old_is_a_warning(home: Path, capsys: Shown, monke
     robot = ROBOT.replace("      - mesh: {file: cover.obj}\n", "")
     write_files(home, {"descriptions/cart/robot.yaml": robot})
     assert main(["all"]) == 0
-    monkeypatch.setattr(process, "import_module", lambda name: OldMuJoCo(name))
+    monkeypatch.setattr("rosorin_compile.mujoco.mjcf.engine.import_module", OldMuJoCo)
     (line,) = said(capsys, 0)
     assert line.startswith("warning[engine-refuses]: MuJoCo cannot load cart.xml: MuJoCo 3.3.0 is")
     assert "MuJoCo 4 may know it: XML Error: Schema violation: unrecognized attribute: 'output' Element" in line

@@ -22,7 +22,7 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.wording import count_of, printable
 
 if TYPE_CHECKING:
-    from rosorin_compile.output.golden_check import Comparison
+    from rosorin_compile.compare.golden_check import Comparison
 
     from .report_formats import Section
 

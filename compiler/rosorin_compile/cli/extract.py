@@ -7,7 +7,8 @@ from typing import Any
 
 import click
 
-from rosorin_compile.importing.extract.extract import extract_boxes, extract_factory, extract_height_map
+from rosorin_compile.importing.extract.extract import extract_boxes, extract_height_map
+from rosorin_compile.importing.extract.factory import extract_factory
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.units import ANGLE, LENGTH, NUMBER, Dimension, describe, dimension_of
 from rosorin_compile.source.yaml_text import Scalar

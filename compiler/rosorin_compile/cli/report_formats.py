@@ -14,7 +14,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from rosorin_compile.compare.changes import Change
-from rosorin_compile.output.golden_check import CHANGED, MAX_LINES, TextDifference, shorten
+from rosorin_compile.compare.golden_check import CHANGED, MAX_LINES, TextDifference, shorten
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Span, text
 from rosorin_compile.source.messages import add_suggestions, gather

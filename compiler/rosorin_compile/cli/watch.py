@@ -6,8 +6,8 @@ import time
 from contextlib import suppress
 from functools import partial
 
+from rosorin_compile.compare.golden_check import compare
 from rosorin_compile.output import OutputError, read_set, write_artifacts
-from rosorin_compile.output.golden_check import compare
 from rosorin_compile.output.watched_files import INTERVAL, WatchedFiles
 from rosorin_compile.source.diagnostics import ERROR
 from rosorin_compile.source.progress import Progress

@@ -1,1 +1,1 @@
-"""Two robots, or one artifact before and after, compared leaf by leaf (``walk``), and what differs in words."""
+"""Compare two robots, or two versions of an artifact, leaf by leaf (``walk``), and describe the differences."""

@@ -1,7 +1,7 @@
-"""Artifacts as they were, as they are, and as they are meant to be: leaves under the names of the robot.
+"""Artifacts as committed, as compiled, and as expected: leaves under the names of the robot.
 
-What an artifact is meant to contain is compared with what is read back from its text: its proof. A new name of a link
-or a joint hides nothing else that changed: old leaves get the new names.
+As a proof, the expected contents of an artifact are compared with what is read back from its text. A renamed link or
+joint hides no other change, because the old leaves get the new names.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Pair(NamedTuple):
     old: Leaves  # under the new names
     new: Leaves
     precisions: tuple[Precision, Precision]
-    renamed: Mapping[str, Names] = {}  # the new names by those of before, by kind ("link", "joint")
+    renamed: Mapping[str, Names] = {}  # new names by old names, by kind ("link", "joint")
 
     @property
     def name(self) -> str:
@@ -46,7 +46,7 @@ def output_of(robot: Robot, artifact: Artifact) -> Output:
 
 
 def pair_of(robot: Robot, artifact: Artifact, committed: str) -> Pair | None:
-    """Return an artifact as it was and as it is; None if its format reads none. Raises ValueError if it is damaged."""
+    """Return old and new leaves of an artifact, or None if its format has no reader. Raises ValueError if damaged."""
     format, output = FORMATS[artifact.backend], output_of(robot, artifact)
     if format.read is None:
         return None
@@ -65,13 +65,13 @@ def pair_of(robot: Robot, artifact: Artifact, committed: str) -> Pair | None:
 
 
 def under_names(format: Format, output: Output, found: Leaves) -> Leaves:
-    """Return leaves under the names that the robot has for links, where an artifact has others."""
+    """Return leaves under the link names of the robot, where an artifact uses different names."""
     names = format.names(output) if format.names is not None else {}
     return with_names(found, names, "link", {})
 
 
 def with_new_names(pairs: Sequence[Pair]) -> list[Pair]:
-    """Return artifacts with the new names of links and joints in what was."""
+    """Return the pairs with the new names of links and joints in their old leaves."""
     links: dict[str, str] = {}
     for pair in pairs:
         links |= new_link_names(pair.old, pair.new)
@@ -127,7 +127,7 @@ def disagreements(robot: Robot, artifact: Artifact) -> Iterator[str]:
 
 
 def _part(found: Mapping[str, Any], meant: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the leaves of a thing that a partial view has, too; shapes without names and looks."""
+    """Return the leaves that a partial view has, too; shapes without names and colours."""
     part = {quantity: value for quantity, value in found.items() if quantity in meant}
     for quantity, value in part.items():
         if isinstance(value, Shapes):

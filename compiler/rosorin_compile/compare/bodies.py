@@ -73,7 +73,7 @@ class Bodies:
         return found[::-1]
 
     def relative(self, source: str, target: str) -> Placed:
-        """Return the pose of a link in another one of the same body, or of one above; all joints at zero."""
+        """Return the pose of a link in another link of the same body, or of a body above it; all joints at zero."""
         here, found = source, HERE
         for joint in self.joints_between(self.top[source], self.top[target]) or []:
             found = found.then(self._within(here, joint.parent))
@@ -82,7 +82,7 @@ class Bodies:
         return found.then(self._within(here, target))
 
     def _within(self, source: str, target: str) -> Placed:
-        """Return the pose of a link in one of the same body, by way of the last link that both are attached to."""
+        """Return the pose of a link in another link of the same body, through their lowest common ancestor."""
         if (source, target) not in self._places:
             up, down = ways = list[Joint](), list[Joint]()
             for link, way in zip((source, target), ways, strict=True):
@@ -109,7 +109,7 @@ class Bodies:
 
 
 class Gap(NamedTuple):
-    """How far two places are apart (m, rad), and how far they may be as well as they are known."""
+    """The distance between two places (m, rad), and the distance that their precision allows."""
 
     distance: float
     angle: float
@@ -123,7 +123,7 @@ class Gap(NamedTuple):
 
 
 def gap(one: Placed, other: Placed, tolerance: float) -> Gap:
-    """Return how far two places are apart; ``tolerance`` (m, rad) is not a distance."""
+    """Return the distance between two places; up to ``tolerance`` (m, rad) they are the same."""
     return Gap(
         math.dist(one.transform.xyz, other.transform.xyz),
         one.transform.angle_to(other.transform),
@@ -138,13 +138,13 @@ def has_axis(joint: Joint) -> bool:
 
 
 def axis_turn(old: Line, new: Line, tolerance: float) -> float:
-    """Return by how much an axis turned (rad); 0 if by no more than the axes are known."""
+    """Return by how much an axis turned (rad), or 0 if that is within the precision of the axes."""
     angle = angle_between(old.direction, new.direction)
     return angle if angle > tolerance + join_errors(old.angle, new.angle) else 0.0
 
 
 def axis_shift(old: Line, new: Line, tolerance: float) -> float:
-    """Return how far an axis moved sideways (m); 0 if by no more than the axes are known."""
+    """Return how far an axis moved sideways (m), or 0 if that is within the precision of the axes."""
     way = minus(new.point, old.point)
     along = dot(way, old.direction)
     x, y, z = old.direction
@@ -153,7 +153,7 @@ def axis_shift(old: Line, new: Line, tolerance: float) -> float:
 
 
 def motion_of(joint: Joint) -> str:
-    """Return how a joint moves; a joint that turns does so with limits and without."""
+    """Return how a joint moves; revolute and continuous joints move in the same way."""
     return "turns" if joint.type in ("revolute", "continuous") else joint.type
 
 
@@ -162,8 +162,8 @@ def same_motion(
 ) -> bool:
     """Return True if a link has the same place in another one above it in two robots, wherever the joints are.
 
-    A product of exponentials (R. Brockett): the place with all joints at zero and the axes of the joints between, seen
-    from the link, say all. ``flipped`` are joints that count the other way round.
+    A product of exponentials (R. Brockett): the place with all joints at zero and the axes of the joints in between,
+    seen from the link, determine the motion. ``flipped`` are joints with the opposite sign.
     """
     ways = [side.joints_between(side.top[source], side.top[target]) for side in (a, b)]
     if ways[0] is None or ways[1] is None or list(map(motion_of, ways[0])) != list(map(motion_of, ways[1])):
@@ -186,7 +186,7 @@ _TURN, _SLIDE = math.pi, 0.5  # how far joints without limits are moved (rad, m)
 
 
 def positions_of(*joints: Joint) -> list[float]:
-    """Return positions (rad or m) of a joint, zero first, then from one limit to the other; of the first with some."""
+    """Return positions (rad or m): zero, then steps between the limits of the first joint that has any."""
     reach = _SLIDE if joints[0].type == "prismatic" else _TURN
     lower, upper = -reach, reach
     for joint in reversed(joints):
@@ -202,10 +202,10 @@ class Pairing(NamedTuple):
 
     a: Bodies
     b: Bodies
-    bodies: Mapping[str, str]  # of A by their topmost link, with those of B
-    links: Names  # the names in A of what B calls otherwise, by B's name without its prefix
+    bodies: Mapping[str, str]  # from bodies of A to those of B, both by their topmost link
+    links: Names  # the names in A of links that B names differently, by B's name without its prefix
     joints: Names  # as ``links``
-    prefix: str  # what all names of ``prefixed`` begin with
+    prefix: str  # the prefix of all names of ``prefixed``
     prefixed: str  # "A", "B" or ""
     tolerance: float
     steps: tuple[list[tuple[Names, Names]], list[tuple[Names, Names]]]  # all new names of links and joints, of A and B
@@ -227,7 +227,7 @@ class Pairing(NamedTuple):
 
 
 def pair(a: Side, b: Side, tolerance: float, prefix: str | None = None) -> Pairing:
-    """Pair two robots, link by link. ``prefix`` is what all names of B begin with; None: find it out."""
+    """Pair two robots, link by link. ``prefix`` is that of all names of B; None detects it."""
     robots, at = [a.robot, b.robot], 1
     steps: tuple[list[tuple[Names, Names]], list[tuple[Names, Names]]] = ([], [])
     if prefix is None:
@@ -291,7 +291,7 @@ def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bo
             how = [f"{joint.type} on {joint.parent}", joint.name] if joint is not None else ["the root"]
             values = (head, None) if word == REMOVED else (None, head)
             yield Item(NAME, head, "existence", existence(word, what, head, how, names[1:]), *values)
-    for top in pairing.bodies:  # one has no joint now that had one
+    for top in pairing.bodies:  # a body may have lost its joint, or have a new one
         mine, theirs = pairing.pair_of_joints(top)
         joint, word = (mine, REMOVED) if mine is not None else (theirs, NEW)
         if joint is not None and (mine is None or theirs is None):

@@ -39,7 +39,7 @@ class Change(NamedTuple):
     kind: str
     name: str
     quantity: str  # empty where the thing itself is new or gone
-    text: str  # it in words
+    text: str  # the change in words
     artifacts: tuple[str, ...] = ()
     therefore: tuple[str, ...] = ()  # links whose shapes and masses differ for no other reason
     differences: tuple[Difference, ...] = ()  # the leaves that it reports
@@ -121,7 +121,7 @@ def _same_change(one: tuple[Pair, Difference], other: tuple[Pair, Difference]) -
 
 
 def _add_body(robot: Robot, changes: list[Change], pair: Pair, one: Difference) -> None:
-    """Add a difference in the shapes or the mass of a link, or the artifact to the changes that it follows from."""
+    """Add the artifact to the changes that explain a difference of a link, and the difference if none does."""
     _, link, quantity = one.address
     causes = [at for at, change in enumerate(changes) if _is_cause(robot, change, pair, one)]
     causes = [at for at in causes if pair.name in changes[at].artifacts] or causes
@@ -145,7 +145,7 @@ def _add_body(robot: Robot, changes: list[Change], pair: Pair, one: Difference) 
 
 
 def _unexplained(causes: set[str], one: Difference) -> list[Difference]:
-    """Return the difference without what kinds of changes explain of it: looks, boxes of a height map, or all."""
+    """Return the part of a difference that ``causes`` do not explain: looks, boxes of a height map, or everything."""
     if not causes:
         return [one]
     if causes - {"height map", "material"}:
@@ -199,7 +199,7 @@ def _is_cause(robot: Robot, change: Change, pair: Pair, one: Difference) -> bool
 
 
 def _same_solids(change: Change, pair: Pair, one: Difference) -> bool:
-    """Return True if the same solids moved in another artifact, which may have a word for capsules."""
+    """Return True if the same solids moved in another artifact, which may support capsules."""
     sides: list[list[list[Solid]]] = []
     for difference in (change.differences[0], one):
         moved = [one for one in shapes_change("", "", *solids_left(difference, pair.precisions)) if not one.looks]

@@ -156,13 +156,13 @@ def joint_of(leaves: Leaves, child: str) -> str:
     return next((name for (kind, name), of in leaves.items() if kind == "joint" and of.get("child") == child), "")
 
 
-# So many solids of a link are described one by one.
+# Up to this number, the solids of a link are described one by one.
 FEW = 5
 NO_WORD = "nothing"
 
 
 class ShapeChange(NamedTuple):
-    """What became of solids, in words, and these solids before and after; ``looks`` if they fill the same space."""
+    """A change of solids in words, with the solids before and after; ``looks`` if they fill the same space."""
 
     text: str
     old: Sequence[Solid]
@@ -173,7 +173,7 @@ class ShapeChange(NamedTuple):
 def solids_left(
     one: Difference, precisions: tuple[Precision, Precision]
 ) -> tuple[tuple[int, int], list[Solid], list[Solid]]:
-    """Return how many solids there were and are in a difference of shapes, and those that are in one side alone."""
+    """Return the numbers of solids before and after in a difference of shapes, and those that only one side has."""
     sides = zip(one[1:], precisions, strict=True)
     old, new = (side.solids(known) if isinstance(side, Shapes) else [] for side, known in sides)
     rest = match(old, new)
@@ -183,7 +183,7 @@ def solids_left(
 def shapes_change(
     link: str, purpose: str, counts: tuple[int, int], removed: Sequence[Solid], added: Sequence[Solid]
 ) -> list[ShapeChange]:
-    """Return what became of the solids of a link: of a few each, of more how many; ``counts`` are before and after."""
+    """Describe how the solids of a link changed, one by one if few; ``counts`` are their numbers before and after."""
     start, (before, after) = f"{link} {purpose}", counts
     is_few = max(len(removed), len(added)) <= FEW
     became = pair_by_place(removed, added) if is_few else [(at, at) for at in range(min(len(removed), len(added)))]
@@ -207,7 +207,7 @@ def shapes_change(
 
 
 def pair_by_place(old: Sequence[Solid], new: Sequence[Solid]) -> list[tuple[int, int]]:
-    """Return which of a few solids became which, by their places: in their order, unless others are more similar."""
+    """Match a few old and new solids by their places: in their order, unless others are more similar."""
     rated = sorted((_unlike(one, other), i, j) for i, one in enumerate(old) for j, other in enumerate(new))
     found: dict[int, int] = {}
     for _, i, j in rated:
@@ -239,7 +239,7 @@ def _words(start: str, one: Solid, other: Solid) -> Iterator[str]:
 
 
 def _numbers(start: str, one: Solid, other: Solid) -> str:
-    """Return what became of the kind, size and place of a solid; empty if words alone changed."""
+    """Describe how the kind, size and place of a solid changed; empty if only its words changed."""
     known = join_errors(one.tolerance, other.tolerance), join_errors(one.turn_tolerance, other.turn_tolerance)
     parts = _parts(one, other, (NOISE + known[0], NOISE + known[1]))
     if not parts and (one.words, one.rgba) == (other.words, other.rgba):
@@ -249,7 +249,7 @@ def _numbers(start: str, one: Solid, other: Solid) -> str:
 
 
 def _parts(one: Solid, other: Solid, least: sentences.Apart) -> list[str]:
-    """Return what became of the kind, the size and the place of a solid; ``least`` and below is not a difference."""
+    """Describe how the kind, size and place of a solid changed; differences up to ``least`` do not count."""
     parts = []
     boxes = [solid.box for solid in (one, other)]
     if one.kind != other.kind:
@@ -266,7 +266,7 @@ def _parts(one: Solid, other: Solid, least: sentences.Apart) -> list[str]:
         texts = [f"{name} {' -> '.join(sentences.number_pair(a, b))} m" for name, a, b in steps]
         by = sentences.step(steps[0][2] - steps[0][1], steps[0][1], "m") if len(steps) == 1 else ""
         parts += [sentences.with_remark(", ".join(texts), by)] if texts else []
-    # The corners of a box along the axes say where it is.
+    # The corners of an axis-aligned box give its position.
     return parts if boxes[0] and boxes[1] else parts + _place(one, other, least)
 
 

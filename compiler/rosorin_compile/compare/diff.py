@@ -1,4 +1,4 @@
-"""Compare two robots by meaning, whatever they were written in, for a person who asks what differs.
+"""Compare two robots by meaning, whatever format they were written in, and report the differences.
 
 B is put under the names of A first (``bodies``); then frames, masses, shapes and the rest are compared, each seen from
 the nearest thing that both have. What a format cannot contain is reported as not compared, never as a difference.
@@ -31,8 +31,8 @@ from .walk import compare_leaves, inertial_leaves
 def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefix: str | None = None) -> Difference:
     """Return how two robots differ by meaning.
 
-    ``tolerance`` is not a difference (m, rad, parts of other numbers), besides what the digits of a source leave open.
-    ``prefix`` is what the names of B begin with, None: find out, empty: nothing.
+    Differences up to ``tolerance`` (m, rad, relative for other numbers) plus printed rounding are ignored.
+    ``prefix`` is that of all names of B; None detects it, and an empty text is no prefix.
     """
     if all(side.format is YAML and side.robot.as_said().is_tree for side in (a, b)):
         # Each difference is reported where it is written, not in what a section adds to.
@@ -67,7 +67,7 @@ def pair_sides(a: Side, b: Side, tolerance: float, prefix: str | None) -> Pairin
     a, b = _without_made_visuals(a, b), _without_made_visuals(b, a)
     for at, side, other in ((1, a, b), (0, b, a)):
         output = other.format.output(side.robot)
-        if other.format.names is not None and output is not None:  # a description says how an artifact calls its links
+        if other.format.names is not None and output is not None:  # a description defines the link names of an artifact
             names = other.format.names(output)
             free = {new: old for new, old in names.items() if old not in other.robot.link}
             sides = [a, b]
@@ -90,9 +90,9 @@ def _without_made_visuals(side: Side, other: Side) -> Side:
 
 
 def _carrying(side: Side, other: Side) -> Side:
-    """Return a description with the masses where the other file has them: with what carries links that it leaves out.
+    """Return a description with the masses of links that the other file leaves out added to the links that carry them.
 
-    What is fixed together is compared as a whole in any case; this is for what a joint moves.
+    Links that are fixed together are compared as a whole in any case; this is for links that a joint moves.
     """
     robot, leaves_out = side.robot, other.format.leaves_out
     carried = {name for name in robot.link if name in other.robot.link}
@@ -111,14 +111,14 @@ def _carrying(side: Side, other: Side) -> Side:
 
 
 def not_carried(pairing: Pairing, a: Side, b: Side) -> tuple[frozenset[str], list[str]]:
-    """Return the links of one robot that the other one's file leaves out by its nature, and sentences on them."""
+    """Return the links of one robot that the other robot's file leaves out by design, and notes about them."""
     names: set[str] = set()
     lines: list[str] = []
     for robot, other, side, its in ((pairing.a.robot, pairing.b.robot, a, b), (pairing.b.robot, pairing.a.robot, b, a)):
         format, left = its.format, [link.name for link in robot.walk() if link.name not in other.link]
         name = ""
         if side.format is YAML and format.links is not None and len(its.robot.links) != len(robot.links):
-            # An output of a description may have the very links of the other file.
+            # An output of a description may have exactly the links of the other file.
             outputs = [one for one in robot.outputs if one.backend == format.name and format.is_withheld(one)]
             name = next((one.name for one in outputs if set(format.links(robot, one)) == set(its.robot.link)), "")
         if not name and format is YAML:
@@ -134,7 +134,7 @@ def not_carried(pairing: Pairing, a: Side, b: Side) -> tuple[frozenset[str], lis
 
 
 def _compare_masses(pairing: Pairing, origins: Mapping[str, str], report: Report) -> None:
-    """Report what differs in the masses of links, or of bodies, at ``origins``, where links share them."""
+    """Report differences in the masses of links, or of bodies at ``origins`` where links share a mass."""
     precisions = pairing.a.precision, pairing.b.precision
 
     def differences(name: str, *sides: tuple[Inertial | None, Precision]) -> Sequence[Leaf]:

@@ -1,6 +1,6 @@
-"""Difference: the answer of a comparison of two robots: the sides, what differs, and what cannot be compared.
+"""The result of comparing two robots: the sides, the differences, and what cannot be compared.
 
-It is lines for people, and JSON for programs (``schemas/robot_diff.schema.json``).
+It is printed as lines for people, and as JSON for programs (``schemas/robot_diff.schema.json``).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from rosorin_compile.source.wording import count_of, plural, printable
 
 from .precision import POSE_NOISE, Precision, exact
 
-# A description has a word for everything, and is not an artifact.
+# A description can express everything, and is not an artifact.
 YAML = Format(name="yaml", word="description", article="a", endings=ENDINGS, takes_arguments=True)
 DEFAULT_TOLERANCE = POSE_NOISE
 
@@ -95,7 +95,7 @@ class Difference:
         return not self.items and self.a is not None and self.b is not None
 
     def summary(self) -> str:
-        """Return how much differs, in one line: how many differences of each kind."""
+        """Return the number of differences of each kind, in one line."""
         if self.a is None or self.b is None:
             return "not compared"
         if self.same:
@@ -106,16 +106,16 @@ class Difference:
         return f"different: {', '.join(found)}"
 
     def __str__(self) -> str:
-        """Return the lines that the command line prints; what keeps from comparing, if anything does."""
+        """Return the lines that the command line prints, or the errors that prevent a comparison."""
         return "\n".join(lines(self, full=True))
 
     def __repr__(self) -> str:
-        """Return the answer alone."""
+        """Return the summary without the details."""
         return f"<Difference: {self.summary()}>"
 
 
 _WORDS = {SHAPE: ("set of collision shapes", "sets of collision shapes"), OTHER: ("other thing", "other things")}
-# More than a person reads; a program gets all.
+# More than a person would read; a program gets all of them.
 _MOST = 200
 
 

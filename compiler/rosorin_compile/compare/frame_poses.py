@@ -1,7 +1,7 @@
-"""Compare where the frames of two robots are and how they move; what moved together is one difference.
+"""Compare where the frames of two robots are and how they move; frames that moved together are one difference.
 
-Frames of one body that have the same places in each other are a cluster. A cluster is in its place if it is so seen
-from some cluster of a body above, wherever the joints between are.
+Frames of one body whose relative poses are the same in both robots are a cluster. A cluster is in its place if its
+pose in some cluster of a body above is the same, wherever the joints in between are.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Frames(NamedTuple):
     """What the comparison of other things builds on."""
 
     origins: Mapping[str, str]  # frames of bodies of A in which shapes and masses are compared
-    flipped: Mapping[str, bool]  # joints that count the other way round: whether their limits do, too
+    flipped: Mapping[str, bool]  # joints with the opposite sign: whether their limits have it, too
 
 
 def compare_frames(pairing: Pairing, report: Report) -> Frames:
@@ -84,7 +84,7 @@ class _Frames:
         found: list[list[str]] = []
         for name in names:
             joint = self.a.robot.joint_to.get(name)
-            # Seen from its parent a frame is known best: rounding further off does not make up for a difference.
+            # A pose in the parent is known best: the rounding of poses further away must not hide a difference.
             near = next((cluster for cluster in found if joint is not None and joint.parent in cluster), [])
             if near and joint is not None and self._gap(joint.parent, name).closed:
                 near.append(name)
@@ -118,7 +118,7 @@ class _Frames:
         return []
 
     def _flip(self, joint: Joint, twin: Joint, clusters: list[list[str]], top: str) -> None:
-        """Note that a joint of B counts the other way round, if it moves the same way otherwise."""
+        """Note that a joint of B has the opposite sign, if it otherwise moves in the same way."""
         known = {*self.flipped, joint.name}
         if not joint.moves or self._in_place(clusters, top, self.flipped) or not self._in_place(clusters, top, known):
             return
@@ -131,7 +131,7 @@ class _Frames:
         self.items.append(Item(JOINT, joint.name, "coordinate", text, row(joint.axis), row(twin.axis), when="always"))
 
     def _moved_joint(self, joint: Joint, twin: Joint, target: str, same_kind: bool) -> None:
-        """Add what became of a joint whose body is nowhere in its place: its parent, its place and its axis."""
+        """Report how a joint changed whose body is not in its place: its parent, its place and its axis."""
         is_elsewhere = self.pairing.bodies.get(self.a.top[joint.parent]) != self.b.top[twin.parent]
         source = "" if is_elsewhere and same_kind else self._above_in_both(joint, target)
         if is_elsewhere and same_kind:
@@ -168,7 +168,7 @@ class _Frames:
         return ""
 
     def _with_effect(self, item: Item, joint: Joint, twin: Joint, source: str) -> Item:
-        """Return a change of an axis with how far it moves what is below the joint, and where that is largest."""
+        """Add to a change of an axis how far it moves the links below the joint, and where that is largest."""
         below = [
             name
             for name in self.pairing.shared
@@ -203,7 +203,7 @@ class _Frames:
         places: tuple[Placed, Placed],
         others: Sequence[str] = (),
     ) -> None:
-        """Add that a frame has another place, if it has; ``others`` are frames that went with it."""
+        """Report that a frame has moved, if it has; ``others`` are frames that moved with it."""
         apart = gap(*places, self.pairing.tolerance)
         if apart.closed:
             return

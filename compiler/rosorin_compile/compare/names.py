@@ -1,7 +1,7 @@
-"""Names: which links and joints are the same under another name, before and after, or in two robots.
+"""Find links and joints that are the same under another name, before and after a change, or in two robots.
 
-Of the links that only one side has, those are the same that the joint of one name places, that the same frame is
-attached to, or that are in the same place. A joint has a new name where it places the same link.
+Of the links that only one side has, two are the same if a joint of the same name places them, if the same frame is
+attached to them, or if they are in the same place. A joint is renamed if it places the same link.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from .walk import Leaves
 
 Names = Mapping[str, str]
 _LINKS = ("frame", "link", "height map")
-_DIGITS = 9  # of metres and radians, behind the point
-# A prefix is one if so many of the names that could have it do.
+_DIGITS = 9  # decimal places of metres and radians
+# The share of names that must begin with a prefix.
 _MOST = 0.6
 
 
@@ -28,7 +28,7 @@ def links_of(found: Leaves) -> set[str]:
 
 
 def new_link_names(old: Leaves, new: Leaves) -> dict[str, str]:
-    """Return the links with new names, by those of before, from the root on."""
+    """Return the new names of links by their old names, from the root down."""
     before, after = links_of(old), links_of(new)
     gone, fresh = before - after, after - before
     found: dict[str, str] = {}
@@ -69,7 +69,7 @@ def _signs(side: Leaves, links: Collection[str], sign: str, renamed: Names) -> d
 
 
 def new_joint_names(old: Leaves, new: Leaves) -> dict[str, str]:
-    """Return the joints with new names, by those of before: what places a link that has one name in both."""
+    """Return the new names of joints by their old names: joints that place the same link."""
     before, after = (
         {of["child"]: name for (kind, name), of in side.items() if kind == "joint" and "child" in of}
         for side in (old, new)
@@ -140,7 +140,7 @@ def renamed_robot(robot: Robot, links: Names, joints: Names) -> Robot:
 
 
 def prefix_of(a: Robot, b: Robot) -> str:
-    """Return what the names of most links of ``b`` begin with that those of ``a`` do not have; empty for nothing."""
+    """Return the prefix that most link names of ``b`` have and those of ``a`` do not, or an empty text."""
     mine, theirs = [link.name for link in a.links], [link.name for link in b.links]
     ends = [other[: -len(name)] for name in mine for other in theirs if other.endswith(name) and other != name]
     best = max(sorted(set(ends)), key=ends.count, default="")

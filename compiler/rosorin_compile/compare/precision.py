@@ -1,4 +1,4 @@
-"""How precisely numbers are known: of a description exactly, of a file as its digits say; and through calculations."""
+"""The precision of numbers: exact in a description, by the printed digits in a file, and after calculations."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rosorin_compile.model import Transform
 from rosorin_compile.model.geometry import norm
 from rosorin_compile.source.numbers import off_by_short, off_by_six, six
 
-# How far the values of a key ("xyz", "rpy", "ixx") may be from what was meant: the worst of them.
+# How far the values of a key ("xyz", "rpy", "ixx") may be from the true ones, at most.
 Precision = Callable[..., float]
 
 # Rounding between numbers that arithmetic alone has moved: relative to the larger one, and to 1 m or 1 rad.
@@ -20,9 +20,9 @@ NOISE = 1e-12
 POSE_NOISE = 1e-9
 # Three coordinates may be off at once; three angles may all turn about one line.
 ROOT_THREE, TURNS = 3**0.5, 3.0
-# Fewer digits than these are taken for a choice, not for rounding: 0.1 is 0.1.
+# A number with fewer digits than these counts as exact, not as rounded: 0.1 is 0.1.
 _FEWEST = 6
-# By how much less a number is known that was calculated from printed ones.
+# The factor by which a number that was calculated from printed ones is less precise.
 _CALCULATED = 4.0
 # No angle or entry of a quaternion is larger.
 _LARGEST_ANGLE = 4.0
@@ -73,7 +73,7 @@ def same_number(first: float, second: float, tolerance: float = NOISE) -> bool:
 
 
 class Placed(NamedTuple):
-    """Where something is, and how well that is known: lengths (m) and angles (rad)."""
+    """A transform and its uncertainty: a length (m) and an angle (rad)."""
 
     transform: Transform
     length: float = 0.0

@@ -1,4 +1,4 @@
-"""Compare values of joints and every section of two robots; what a format has no word for is not compared."""
+"""Compare values of joints and every section of two robots; what a format cannot express is not compared."""
 
 from __future__ import annotations
 
@@ -48,16 +48,16 @@ _TOPICS: Mapping[str, tuple[str, ...]] = {
     "fixed joint name": ("sensors.joint", "names of fixed joints", "", ""),
     "urdf_elements": ("urdf_elements", "elements for URDF alone", "", ""),
 }
-# What every format has of some kinds of things.
+# The quantities of some kinds of things that every format has.
 _ALWAYS = {
     "joint": ("", "type", "child", "axis", "limit lower", "limit upper"),
     "link": ("",),
     "frame": ("", "parent", "origin"),
     "robot": ("",),
 }
-# What a writer leaves out as a whole, by an option or by its nature, rather than here and there.
+# Topics that a writer leaves out entirely, by an option or by design.
 _WHOLE = ("mass", "collision", "visual", "effort", "velocity", "dynamics", "armature", "actuator", "pose", "servo")
-_OF_DESCRIPTIONS = ("", "planning", "mode")  # topics that are compared between robots of one format alone
+_OF_DESCRIPTIONS = ("", "planning", "mode")  # topics that are only compared between robots of the same format
 _ELSEWHERE = ("mass", "collision", "visual", "urdf_elements")  # topics that other functions compare
 # What is zero where it is not given.
 _ZERO = ("damping", "friction", "armature", "stiffness", "spring reference", "kv")
@@ -98,7 +98,7 @@ def compare_sections(
 
 def _leaves(robot: Robot, lacking: frozenset[str], sides: tuple[Side, Side]) -> Leaves:
     """Return the leaves of a robot in a form that does not depend on the formats of the two sides."""
-    if "simulation" in lacking and "actuator" not in lacking:  # an MJCF has one damping of joint and drive
+    if "simulation" in lacking and "actuator" not in lacking:  # an MJCF has a single damping for joint and drive
         joints = []
         for joint in robot.joints:
             actuator = joint.actuator and type(joint.actuator)(kp=joint.actuator.kp, kv=joint.actuator.kv)
@@ -194,7 +194,7 @@ def _not_compared(
                 report.not_compared.append(f"{phrase(words)}: {side.label} is {side.format.named}, which {why}")
         topics |= {*lost, *empty, *lacking}
     if not equal_formats and "contact" not in topics:
-        # What a simulation excludes besides are the contacts of neighbours.
+        # The other contacts that a simulation excludes are those of neighbours.
         topics.add("contact")
         if "contact" in has[0] | has[1]:
             report.not_compared.append("disabled contacts: a simulation adds those of neighbours")
@@ -252,7 +252,7 @@ def _reduce(
 
 
 def _without_equals(old: Leaves, new: Leaves) -> None:
-    """Take out the entries of lists without names that both robots have, and number the others again."""
+    """Remove the entries of nameless lists that both robots have, and renumber the others."""
     unnamed = [[thing for thing in side if thing[1].isdecimal()] for side in (old, new)]
     for kind in {kind for things in unnamed for kind, _ in things}:
         first, second = (
@@ -290,7 +290,7 @@ def _scalar(value: Any) -> float | str | None:
 
 
 def _add_elements(old: Leaves, new: Leaves, robots: tuple[Robot, Robot]) -> None:
-    """Add the elements for URDF that one of two robots has, without those that outputs make of other words."""
+    """Add the elements for URDF that one of two robots has, without those that outputs make from other keys."""
     a, b = robots
     followers = followers_of(a, a.asks_for_humble or b.asks_for_humble)
     made: list[list[frozenset[Key]]] = []
@@ -306,7 +306,7 @@ def _add_elements(old: Leaves, new: Leaves, robots: tuple[Robot, Robot]) -> None
         for at, side in enumerate((old, new)):
             alone = has[at] - has[1 - at]
             if name == "the robot":
-                # What every output makes has to be in a file, too.
+                # Elements that every output makes have to be in a file, too.
                 every = frozenset() if robots[1 - at].outputs or not made[at] else frozenset.intersection(*made[at])
                 alone = alone.difference(*made[1 - at]) | (every - has[1 - at])
             side[f"URDF elements of {name}", name] = {"": frozenset(map(spelt, alone))}

@@ -20,21 +20,21 @@ NEW, REMOVED = "new", "removed"
 _MAX_TEXT = 60
 _MAX_PAIRS = 3
 _MOST = 3
-# No length (m) and no angle (rad): a step that rounding made.
+# Steps up to this length (m) or angle (rad) are due to rounding.
 _LEAST = 1e-12
-# A step of one coordinate is printed if it is at least this part of the whole way.
+# A step of one coordinate is printed if it is at least this part of the distance.
 _SHARE = 1e-9
 # How far a frame moved (m) and turned (rad), or how well both are known.
 Apart = tuple[float, float]
 
 
 def number(value: float, other: float | None = None) -> str:
-    """Return a number in print, with the digits that tell it from another one."""
+    """Format a number with the digits that distinguish it from another one."""
     return exact(float(f"{value:.6g}")) if other is None or other == value else number_pair(value, other)[0]
 
 
 def number_pair(old: float, new: float) -> tuple[str, str]:
-    """Return two different numbers with as few digits, six at least, as show their difference.
+    """Format two different numbers with the fewest digits, at least six, that show their difference.
 
     >>> number_pair(0.0136322197327749, 0.015), number_pair(0.1, 0.1000000001)
     (('0.0136322', '0.015'), ('0.1', '0.1000000001'))
@@ -66,7 +66,7 @@ def step(difference: float, old: float, unit: str) -> str:
 
 
 def far(distance: float, angle: float, verbs: bool = False) -> str:
-    """Return a length (m) and an angle (rad), each only if it is not zero.
+    """Format a length (m) and an angle (rad), each only if it is not zero.
 
     >>> far(0.002, 0.0), far(0.0, 0.01), far(0.002, 0.01, verbs=True)
     ('2.0 mm', '0.57 deg', 'moved 2.0 mm and turned 0.57 deg')
@@ -84,7 +84,7 @@ def with_remark(text: str, remark: str) -> str:
 
 
 def value_change(about: str, old: Any, new: Any, unit: str = "") -> str:
-    """Return what became of a value: a number in a unit, or anything else; None where it is not given."""
+    """Describe how a value changed: a number in a unit, or anything else; None if it is not set."""
     if old is None or new is None:
         what, value = (NEW, text_of(new)) if old is None else (f"{REMOVED}, was", text_of(old))
         return f"{about}: {what}{',' if what == NEW else ''} {value} {unit}".rstrip()
@@ -100,7 +100,7 @@ def is_number(value: Any) -> bool:
 
 
 def text_of(value: Any, other: Any = None) -> str:
-    """Return a value in print, with the digits that tell it from another one; "nothing" for None."""
+    """Format a value with the digits that distinguish it from another one; "nothing" for None."""
     if value is None:
         return "nothing"
     if isinstance(value, bool):
@@ -121,7 +121,7 @@ def text_of(value: Any, other: Any = None) -> str:
 
 
 def _text_pair(old: Any, new: Any) -> tuple[str, str]:
-    """Return two different values in print, long texts from shortly before the place where they begin to differ."""
+    """Format two different values; long texts begin shortly before their first difference."""
     if not isinstance(old, str) or not isinstance(new, str):
         before, after = text_of(old, new), text_of(new, old)
         if max(len(before), len(after)) <= _MAX_TEXT:
@@ -139,7 +139,7 @@ def _quoted(text: str, first: int) -> str:
 
 
 def coordinates(old: Pose, new: Pose, apart: Apart, least: Apart = (_LEAST, _LEAST)) -> str:
-    """Return the coordinates that changed, each before and after; steps of ``least`` (m, rad) and below are none."""
+    """Return the coordinates that changed, each before and after, ignoring steps up to ``least`` (m, rad)."""
     parts = []
     for names, numbers, unit, whole, smallest in (
         (AXES, (old.xyz, new.xyz), "m", apart[0], least[0]),
@@ -163,10 +163,10 @@ def describe_move(
     others: Sequence[str] = (),
     least: Apart = (_LEAST, _LEAST),
 ) -> str:
-    """Return what became of the place of a frame, before and after.
+    """Describe how the place of a frame changed.
 
-    ``apart`` is how far it moved and turned, ``others`` are frames that went with it. In another parent the numbers
-    alone are given: what happened is reported of the parent. Steps of ``least`` and below are none.
+    ``apart`` is how far it moved and turned, ``others`` are frames that went with it. With another parent,
+    only the numbers are given: the change of the parent is reported instead. Steps up to ``least`` are ignored.
     """
     with_it = f", and with it {several(others)}" if others else ""
     steps = coordinates(*poses, apart, least)
@@ -176,7 +176,7 @@ def describe_move(
 
 
 def near_angles(old: Vector, new: Vector) -> Vector:
-    """Return angles (rad) that mean the same rotation as the old ones, as near to the new ones as they can be."""
+    """Return angles (rad) that mean the same rotation as the old ones, as close to the new ones as possible."""
     roll, pitch, yaw = old
     half = math.pi + 2e-6  # half a turn itself is plus, in print as well
     forms = [(roll, pitch, yaw), (roll + math.pi, math.pi - pitch, yaw + math.pi)]
@@ -187,7 +187,7 @@ def near_angles(old: Vector, new: Vector) -> Vector:
 
 
 def axis_change(joint: str, old: Vector, new: Vector, angle: float | None = None) -> str:
-    """Return what became of the axis of a joint; ``angle`` (rad) is by how much it turned, if the axes do not say."""
+    """Describe how the axis of a joint changed; ``angle`` (rad) is how far it turned, if the axes do not show it."""
     if angle is None:
         angle = angle_between(old, new) if norm(old) and norm(new) else 0.0
     if angle > math.pi - _LEAST:
@@ -197,14 +197,14 @@ def axis_change(joint: str, old: Vector, new: Vector, angle: float | None = None
 
 
 def centre_change(link: str, old: Vector, new: Vector, least: float = 0.0) -> str:
-    """Return what became of a centre of mass (m) in the frame of its link; ``least`` as in ``coordinates``."""
+    """Describe how a centre of mass changed (m) in the frame of its link; ``least`` as in ``coordinates``."""
     distance = math.dist(old, new)
     steps = coordinates(Pose(old), Pose(new), (distance, 0.0), (least, 0.0)).removeprefix("origin ")
     return f"{link} centre of mass moved {amount(distance, 'm')}: {steps}"
 
 
 def inertia_change(link: str, old: Sequence[float], new: Sequence[float], least: float = 0.0) -> str:
-    """Return what became of an inertia (kg*m^2; xx yy zz xy xz yz); entries that changed by ``least`` did not."""
+    """Describe how an inertia changed (kg*m^2; xx yy zz xy xz yz), ignoring changes of entries up to ``least``."""
     entries = [(name, a, b) for name, a, b in zip(INERTIA, old, new, strict=True) if abs(b - a) > least]
     parts = [f"i{name} {' -> '.join(number_pair(a, b))}" for name, a, b in entries]
     share = max(abs(b - a) for a, b in zip(old, new, strict=True)) / max(map(abs, (*old, *new)))
@@ -230,7 +230,7 @@ def set_change(title: str, old: Iterable[str], new: Iterable[str]) -> str:
 
 
 def colour_change(about: str, old: Sequence[float] | None, new: Sequence[float] | None) -> str:
-    """Return what became of a colour."""
+    """Describe how a colour changed."""
     return f"{about} colour {text_of(old, new) if old else 'none'} -> {text_of(new, old) if new else 'none'}"
 
 
@@ -240,7 +240,7 @@ def size_of(grid: Sequence[Sequence[float]]) -> str:
 
 
 def cells_change(link: str, old: Sequence[Sequence[float]], new: Sequence[Sequence[float]], least: float) -> str:
-    """Return what became of the heights (m) of a height map; steps of ``least`` and below are none."""
+    """Describe how the heights (m) of a height map changed, ignoring steps up to ``least``."""
     sizes = size_of(old), size_of(new)
     steps = [
         abs(b - a) for lines in zip(old, new, strict=False) for a, b in zip(*lines, strict=False) if abs(b - a) > least

@@ -21,7 +21,7 @@ from .precision import Precision, join_errors
 from .sentences import colour_change, row, several
 from .solids import Solid, largest_step, match, same_colour, same_space, solid_of
 
-ONE_BOX = "several shapes"  # the topic of what a format lacks that has one box a link
+ONE_BOX = "several shapes"  # the topic that a format with one box per link lacks
 
 
 class Piece(NamedTuple):
@@ -150,7 +150,7 @@ class _Comparison:
                 kept[at][name] = some
         rows = self._cut(0, kept[0], ROWS), self._cut(1, kept[1], ROWS)
         for at in (0, 1):
-            # Height maps reach down to the ground if an output asks for it and more of the other side fit then.
+            # Extend height maps down to the ground if an output asks for it and more of the other side then matches.
             maps = [name for name, some in kept[at].items() if any(isinstance(s.geometry, HeightMap) for s in some)]
             if maps and any(one.options.get("height_maps") == GROUNDED for one in self.sides[at].robot.outputs):
                 low, other = self._cut(at, kept[at], GROUNDED), self._seen(1 - at, rows[1 - at], origin)
@@ -168,7 +168,7 @@ class _Comparison:
         return made
 
     def _seen(self, at: int, pieces: Iterable[Piece], frame: str) -> list[Solid]:
-        """Return solids in a frame of their body; empty: each in that of its link."""
+        """Return solids in a frame of their body, or each in the frame of its link if ``frame`` is empty."""
         side = self.bodies[at]
         return [one.solid.seen_from(side.relative(frame, one.link)) if frame else one.solid for one in pieces]
 

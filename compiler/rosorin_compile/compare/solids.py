@@ -186,7 +186,7 @@ def _points(solid: Solid) -> list[Vector]:
 
 
 def turned_by(one: Solid, other: Solid) -> float:
-    """Return how far a solid is turned from another one (rad); what is round about its axis has no angle there."""
+    """Return how far a solid is turned from another one (rad); a round solid has no angle about its axis."""
     if one.kind == other.kind == "sphere":
         return 0.0
     if one.kind == other.kind and one.kind in ROUND:
@@ -216,7 +216,7 @@ def same_space(one: Sequence[Solid], other: Sequence[Solid], noise: float = POSE
 
 
 def largest_step(pairs: Iterable[tuple[Solid, Solid]]) -> float | None:
-    """Return by how much (m) solids changed at most: faces, middles, sizes; None for another kind or a mere turn."""
+    """Return the largest change (m) of faces, middles and sizes; None for another kind or a mere rotation."""
     largest = 0.0
     for one, other in pairs:
         if one.kind != other.kind:

@@ -95,7 +95,7 @@ def compare_leaves(
 
 
 class _Comparison(NamedTuple):
-    """The comparison of two leaves, within how well both are known."""
+    """The comparison of two leaves within the precision of both."""
 
     precisions: tuple[Precision, Precision]
     tolerance: float
@@ -146,7 +146,7 @@ def same_turn(old: Vector, new: Vector, precisions: tuple[Precision, Precision],
 def known_inertia(
     old: Sequence[float], new: Sequence[float], precisions: tuple[Precision, Precision], tolerance: float
 ) -> float:
-    """Return how far entries of two inertias (kg*m^2) may be apart that mean the same, turned axes included."""
+    """Return how far apart the entries of two equal inertias (kg*m^2) may be, including the effect of rotated axes."""
     largest = max(map(abs, (*old, *new)), default=0.0)
     one, other = precisions
     numbers = join_errors(one("ixx", *old), other("ixx", *new))

@@ -73,7 +73,7 @@ class Formats(Mapping[str, Format]):
         return self[artifact.backend].meshes or any(by_name)
 
     def endings(self, *, include: bool = False) -> tuple[str, ...]:
-        """Return the endings of files that hold a robot; with ``include``, of those that a description may include."""
+        """Return the extensions of robot files; with ``include``, of those that a description may include."""
         readable = [one for one in self.values() if one.load is not None and (one.include or not include)]
         return tuple(dict.fromkeys(ending for one in readable for ending in one.endings))
 

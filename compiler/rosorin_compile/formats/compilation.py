@@ -194,7 +194,7 @@ def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
 
 
 def understand_foreign(path: Path, options: ReadOptions) -> Understood:
-    """Load a robot in another format, with its published output only; no rule is checked."""
+    """Load a robot in another format with only its published output, without checking any rules."""
     imported = read_robot(path, options)
     expanded = _with_outputs(imported, [FORMATS.published_format().name])
     lowered = None if expanded.tree is None or has_errors(imported.diagnostics) else lower(expanded.tree)

@@ -1,7 +1,7 @@
 """The record of a format: everything that any other part of the program asks about it.
 
-A format is a module of this folder (or a folder) that exports ``FORMAT``; its name is that of the module. A format of
-another package comes by an entry point (``docs/extend.md``). Nothing else in the program names a format.
+A format is a module of this folder (or a folder) that exports ``FORMAT``; its name is that of the module. Another
+package adds a format by an entry point (``docs/extend.md``). Nothing else in the program names a format.
 
 A format carries the keys of the language that it ``covers``, without those that are ``unsupported`` and those that name
 another format (``mjcf``, ``gazebo``). A key includes all keys below it; "*" is any name of an entry.
@@ -234,7 +234,7 @@ class Format:
     # ROS.
     feeds: tuple[str, ...] = ()  # the kinds of publishers that read it
     withheld: Callable[[Output], bool] | None = None  # whether they must not read an output
-    folder: str = ""  # its folder in a package; empty: by the ending of its name
+    folder: str = ""  # its folder in a package; empty: chosen by its file extension
     deploys: bool = False  # ``deploy`` copies it there even if there is no copy yet
     robot_of: Callable[[Path], str] | None = None  # the robot that a file was generated for, if no comment names it
 
@@ -267,7 +267,7 @@ class Format:
 
 # Keys that name the formats that they are for: a reader of another one does not expect them.
 ADDRESSED = {"mjcf": ("mjcf",), "mjcf_elements": ("mjcf",), "gazebo": ("sdf", "urdf"), "urdf_elements": ("urdf",)}
-# What says how the description is read and checked, and keys of any entry that say where its values come from.
+# Keys that control how the description is read and checked, and keys that state the source of an entry's values.
 _TECHNICAL = ("args", "let", "include", "accept", "outputs", "rosorin_compile", "modes", "links.inertial.of.name")
 REMARKS = frozenset({"source", "stand_ins", "method", "reason", "about", "stamps"})
 
@@ -331,7 +331,7 @@ def is_within(key: str, prefixes: Iterable[str]) -> bool:
 
 
 def reason(format: Format, output: Output, key: str, one_way: bool = False) -> Unsupported | None:
-    """Return why an output, or (``one_way``) the robot read from it, has nothing at a key; None if it has to."""
+    """Return why an output, or (``one_way``) the robot read from it, has no value at a key; None if it must have it."""
     steps = key.split(".")
     if is_within(key, _TECHNICAL) or not REMARKS.isdisjoint(steps):
         return Unsupported("it is about the description", quiet=True)

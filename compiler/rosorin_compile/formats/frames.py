@@ -1,4 +1,4 @@
-"""frames: every transform of the robot in one table that people read, in Markdown and just as well as plain text."""
+"""frames: every transform of the robot in one table, in Markdown that is also readable as plain text."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ def _table(columns: Mapping[str, int], rows: list[list[str]]) -> str:
 
 
 def view(robot: Robot, output: Output) -> FrameTable:  # noqa: ARG001
-    """Return what the tables of a robot are meant to contain."""
+    """Return the expected contents of the tables of a robot."""
     edges = (_edge(frame.parent, frame.child, *_publishing(frame), frame.pose) for frame in _frames(robot))
     return FrameTable(tuple(edges), tuple(JointPose(one.name, one.positions) for one in robot.poses if one.positions))
 

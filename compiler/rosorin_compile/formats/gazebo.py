@@ -278,7 +278,7 @@ class _Mounting:
         while any(piece in masses and masses[piece].mass > 0 for piece in self._pieces(link)):
             if link not in self.above:
                 return ""
-            link = self.above[link].parent  # also one that is merged: what moves on it is dropped if it has no mass
+            link = self.above[link].parent  # even if it is merged: its moving children are dropped if it has no mass
         return link
 
     def _collisions(self, link: str) -> list[str]:
@@ -287,7 +287,7 @@ class _Mounting:
         shapes = [(piece, shape) for piece in self._pieces(top) for shape in self.content.collisions(piece)]
         found = []
         for index, (piece, base) in enumerate((piece, shape.name or piece) for piece, shape in shapes):
-            # It takes every name that begins like the link for one of the link's own.
+            # It takes every name that starts with the link's name for a name of that link.
             name = base if base.startswith(top) else f"{top}_fixed_joint_lump__{base}"
             found += [f"{name}_collision{f'_{index}' if index else ''}"] if piece == link else []
         return found
@@ -438,18 +438,18 @@ def followers_of(robot: Robot, humble: bool) -> frozenset[str]:
 
 
 def element_differences(one: Iterable[str], other: Iterable[str], followers: Set[str] = frozenset()) -> list[str]:
-    """Return what only one of two lists of elements of a URDF says, in words."""
+    """Describe the differences between two lists of URDF elements."""
     first, second = meanings(one, followers), meanings(other, followers)
     return [f"{words(key)} is lost" for key in (first - second)] + [f"{words(key)} is new" for key in (second - first)]
 
 
 def spelt(key: Key) -> str:
-    """Return something that elements say as an element."""
+    """Return a key of ``meanings`` as an element."""
     return f'<gazebo reference="{key[1]}">{key[-1]}' if key[0] == "gazebo" and len(key) > 3 and key[1] else key[-1]
 
 
 def words(key: Key) -> str:
-    """Return what something that elements say is called in a message."""
+    """Return the text for a key of ``meanings`` in a message."""
     if key[0] == "gazebo" and len(key) > 3:
         return f'<{key[3]}> of <gazebo reference="{key[1]}">' if key[1] else f"<{key[3]}> of <gazebo>"
     return f'<{key[0]} name="{key[1]}">' if len(key) > 2 else key[1][:80]

@@ -169,11 +169,11 @@ def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
 
 
 class Proof(NamedTuple):
-    """How what was made of a source differs from it, in texts by feature."""
+    """The differences between a source and its conversion, as texts by feature."""
 
     wrong: Mapping[str, Sequence[str]] = {}  # was not reported before
     known: Mapping[str, Sequence[str]] = {}  # was reported before
-    said: str = ""  # the sentence about what the engine has shown
+    said: str = ""  # a sentence about the result from the engine
     unknown: str = ""  # why the engine did not answer
 
     @property

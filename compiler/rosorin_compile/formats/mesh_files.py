@@ -317,7 +317,7 @@ class _Search:
             what, severity = f"not there, as seen from {self.places.description.name}", WARNING
             if self.has_outputs:
                 what = "not there, neither as seen from the artifacts nor next to the description"
-            # Without a texture it is the robot all the same; that import found a mesh nowhere was reported by import.
+            # The robot is complete without a texture; a mesh that import could not find was reported by import.
             if one.kind == TEXTURE or any(self._source(folder)[0] for folder in folders):
                 what += self.left_out
             elif self.opening:

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from .templating import Templates
 
 
-# What a mode may be set to. A condition of launch reads 1 and no on; its and, or, not read on and no 1.
+# The values of a mode. A condition of launch accepts 1 but not "on"; its and, or and not accept "on" but not 1.
 STATES = ("true", "false", "True", "False")
 
 MODE, NOT, AND, OR, _IF = "mode", "not", "and", "or", "if"
@@ -197,7 +197,7 @@ def read_arguments(name: object, arguments: object) -> Edge:
 
 
 def check_numbers(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Yield an error if arguments of a program would be printed as six digits, which may have an exponent."""
+    """Yield an error if arguments of a program would be printed with six digits, possibly with an exponent."""
     if output.options.get("number_format", "exact") != "exact":
         message = f'the backend "{output.backend}" does not print numbers as {output.options["number_format"]}'
         help = "write exact, or leave it out: 7 decimals of metres, 8 of radians"

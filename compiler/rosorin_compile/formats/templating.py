@@ -1,4 +1,4 @@
-"""Templates: Jinja, where an undefined name is an error and XML is escaped; and the format ``template`` of own ones.
+"""Jinja templates, where an undefined name is an error and XML is escaped, and the format ``template`` for users' own.
 
 The templates of the program and of plug-ins are rendered in this process. The templates of a description come from
 strangers: they are rendered in a child process with limits, in the sandbox of Jinja, where they reach plain values.
@@ -257,7 +257,7 @@ def render_request() -> None:
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return what the template of an output makes of a robot. Raises TemplateProblem."""
+    """Render the template of an output for a robot. Raises TemplateProblem."""
     name = output.options.get("template")
     if not name:
         help = "add template: FILE, a Jinja template"

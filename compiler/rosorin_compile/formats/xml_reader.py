@@ -75,7 +75,7 @@ class XmlReader:
         return self.options.lenient
 
     def spoilt(self, element: Element, what: str, before: int) -> bool:
-        """Return True if there are errors from ``before`` on, which a warning replaces with --lenient."""
+        """Return True if there are errors from index ``before`` on; with --lenient, a warning replaces them."""
         reported = [one.with_help() for one in self.diagnostics[before:]]
         wrong = [one for one in reported if one.severity == ERROR]
         if wrong and self.options.lenient:

@@ -1,4 +1,4 @@
-"""Import the robots of others as descriptions that read as if a person had written them.
+"""Import existing robots as descriptions that read as if a person had written them.
 
 ``import_robot`` is the entry. ``description`` decides which file holds what, ``repeats`` writes repeated structures
 once, ``elements`` converts Gazebo and ros2_control elements, ``layout`` writes YAML, ``round_trip`` compares the

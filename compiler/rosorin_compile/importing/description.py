@@ -1,7 +1,7 @@
 """Write the plain tree of a robot as the files of a description: its sections and keys in the order of the schema.
 
-``x-first`` of the schema names the keys that come first where the others stay as in the source; ``x-file`` is the file
-of a section in a description of several.
+In the schema, ``x-first`` names the keys that come first (the others keep the order of the source), and ``x-file`` is
+the file that a section is written to if the description is split into several files.
 """
 
 from __future__ import annotations
@@ -24,23 +24,23 @@ from .layout import Expression, Verbatim, angle_of, escape, layout, number, plac
 # The files of a long description besides the first one, in their order; others follow.
 _FILES = ("parts", "links", "joints", "simulation", "sensors", "control", "extensions", "moveit")
 _BEHIND = {"let": "parts", "joints": "use"}  # they hang on links, as joints do
-_LAST = 1_000  # the place of keys that the schema does not have
+_LAST = 1_000  # the sort position of keys that are not in the schema
 MAX_LINES = 150  # a longer description is split into files
 
 V = TypeVar("V")
 
 
 def tree_of(imported: Imported) -> Map:
-    """Return the tree of a source. Raises ValueError for a broken one, which has none."""
+    """Return the tree of a source. Raises ValueError if the source is broken and has no tree."""
     return imported.whole
 
 
 def write(imported: Imported, wanted: Outputs, schema: str = "", split: bool | None = None) -> dict[str, str]:
     """Return the files of a description, text by name; the first is ``robot.yaml``.
 
-    The tree has to be there. ``schema`` is where editors find the schema, from the folder of the files. ``split`` says
-    whether it is several files; without it a long one is. The result is the same for the same tree, whatever the
-    machine.
+    The robot must have a tree. ``schema`` is the path of the schema for editors, relative to the folder of the files.
+    ``split`` determines whether several files are written; by default, a long description is split. The result for a
+    tree is the same on every machine.
     """
     made, root = _Document(imported.whole, imported.packages), Description.ROOT_FILE
     body = {key: made.value(value, (key,)) for key, value in imported.whole.items() if value}
@@ -84,7 +84,7 @@ class _Document:
         self.tree, self.packages = tree, packages
 
     def value(self, value: Any, path: Path, _: object = None) -> Any:
-        """Return one value as ``layout`` takes it, without defaults, with the keys of mappings in their order."""
+        """Return a value as ``layout`` expects it, without defaults and with keys in the order of the schema."""
         if isinstance(value, (list, tuple)):
             return [self.value(item, (*path, index)) for index, item in enumerate(value)]
         if isinstance(value, str):
@@ -122,7 +122,7 @@ def _written(value: Any) -> Any:
 
 
 def sorted_sections(document: Mapping[str, V]) -> dict[str, V]:
-    """Return the sections of a file in their order."""
+    """Return the sections of a file in the order of the schema."""
     return _sorted(document, [one for key in fragment_at(())["properties"] for one in (key, _BEHIND.get(key, key))])
 
 
@@ -149,7 +149,7 @@ def _order(fragment: Mapping[str, Any]) -> Sequence[str]:
 
 @cache
 def _words() -> tuple[str, ...]:
-    """Return the keys of links and joints, and of what they contain, in one order for all."""
+    """Return the keys of links and joints, and of the elements in them, in one common order."""
     before: dict[str, list[str]] = {}
     for fragment in (*_fragments(("links", "*")), *_fragments(("joints", "*"))):
         for first, second in pairwise(_order(fragment)):

@@ -146,7 +146,7 @@ class _Import:
     diagnostics: list[Diagnostic] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        """Find the package that gets the description, and raise RequestError for options that cannot be."""
+        """Find the package that gets the description. Raises RequestError for invalid combinations of options."""
         if self.source is not Description.ON_STDIN:
             _check_file(self.source)
         if self.into is not None:
@@ -165,7 +165,7 @@ class _Import:
             raise RequestError(f'--meshes "{meshes}" is neither a folder nor package://NAME')
 
     def _command_line(self) -> list[str]:
-        """Return the words of the command line that determine what is written; the next import needs the same."""
+        """Return the command-line arguments that determine the result; a later import needs the same ones."""
         words = [self.package.source if self.package else self.source.name]
         words += [f"{name}:={value}" for name, value in self.reading.arguments.items()]
         values = {"--name": self.name, "--meshes": self.meshes, "--drives": self.drives}
@@ -246,7 +246,7 @@ class _Import:
         return imported if imported.tree is None else imported._replace(tree=self._with_drives(imported.tree))
 
     def _with_drives(self, tree: Map) -> Map:
-        """Let servos stand in for the actuators of a source that has none. Raises RequestError for an MJCF."""
+        """Add servos as stand-ins if the source has no actuators. Raises RequestError for an MJCF."""
         outputs, joints = tree.get("outputs") or Map(tree.span), list((tree.get("joints") or {}).values())
         if _MJCF in outputs:
             if self.drives not in (None, "none"):
@@ -327,7 +327,7 @@ def _check_folder(folder: Path, help: str) -> None:
 
 
 def _report(folder: Path, imported: Imported, trip: RoundTrip, files: Mapping[str, str]) -> list[str]:
-    """Return the sentences about a new description: its size, the proof, what is kept and what is left out."""
+    """Return the summary of a new description: its size, the comparison with the source, what was kept or left out."""
     tree = imported.whole
     links, joints = len(tree.get("links") or ()), len(tree.get("joints") or ())
     report = [

@@ -44,7 +44,7 @@ class Expression(str):
 
 
 def escape(text: str) -> str:
-    """Escape a text, in which ``${`` would begin an expression, and ``$(`` is refused outside of elements of XML.
+    """Escape a text: ``${`` would begin an expression, and ``$(`` is refused outside XML elements.
 
     >>> escape("${HOME}/meshes"), escape("$(arg folder)/meshes")
     ('$${HOME}/meshes', "${'$'}(arg folder)/meshes")
@@ -92,7 +92,7 @@ def _key(name: str, in_flow: bool) -> str:
 
 
 def within_part(path: Path) -> Path:
-    """Return a path relative to the part that it leads into, such as ("links", "wheel")."""
+    """Return the path relative to the part that contains it, such as ("links", "wheel")."""
     return path[2:] if path[:1] == ("parts",) and len(path) > 2 else path
 
 
@@ -188,7 +188,7 @@ _OF_SENSOR: tuple[Path, ...] = (("with", "fov"), ("with", "vertical_fov"), ("wit
 
 
 def number(value: float, angle: str = "") -> Verbatim:
-    """Return a number as it is written; ``angle`` is the unit in degrees that it may have (deg, deg/s).
+    """Format a number; ``angle`` is the unit in degrees that it may be written in (deg, deg/s).
 
     >>> number(-1.5707963267948966, "deg"), number(1.5708, "deg"), number(-0.0)
     ('-90 deg', '1.5708', '0')
@@ -230,8 +230,8 @@ def angle_of(tree: Mapping[str, Any], path: Path) -> str:
 def place_comments(comments: Iterable[Comment], document: Mapping[str, Any], root: bool) -> dict[Path, list[str]]:
     """Return the comments of one file by the path of their entries.
 
-    A comment belongs to the file that has its section. What belongs to no section, or to the name of the robot, begins
-    the ``root`` file.
+    A comment belongs to the file that has its section. A comment that belongs to no section, or to the name of the
+    robot, is at the top of the ``root`` file.
     """
     found: dict[Path, list[str]] = {}
     for comment in comments:

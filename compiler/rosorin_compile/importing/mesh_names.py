@@ -1,8 +1,8 @@
 """Rename the meshes of an imported robot so that its description finds the files that the source finds.
 
-The ``source`` of a description has the ``folder`` in which relative names are looked for, and the ``packages`` that are
-found from the source, but not from the description. A relative name that leads out of the folder of the source becomes
-one from a folder above it, so that artifacts have their files next to them wherever they are.
+In a description, ``source`` has the ``folder`` in which relative names are looked up, and the ``packages`` that can be
+found from the source, but not from the description. If a relative name leads out of the folder of the source, names
+become relative to a folder above it, so that artifacts can be moved together with their files.
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ def rename_files(
         folder: The folder of the description.
         meshes: The prefix of relative names from ``--meshes``.
         packages: The folders of packages from the command line.
-        keeps: Macros make the names, so they stay. If they are outside of the folder of the source, their prefix is the
-            path from the artifacts to the source.
+        keeps: Keep the names because macros generate them. If files are outside the folder of the source, the prefix is
+            the path from the artifacts to the source.
 
     """
     place = tree.value_spans.get("robot", tree.span)
@@ -93,7 +93,7 @@ def _is_of_package(name: str) -> bool:
 
 
 def _names(base: Path, relative: Sequence[str], files: Mapping[str, Path]) -> tuple[Path, dict[str, str]]:
-    """Return the common folder of the files of a source, and their new names relative to it, by their names.
+    """Return the common folder of the files of a source, and their new names relative to it, by old name.
 
     ``base`` is the folder of the source. A path of this machine that leads into another ROS package becomes an address
     in that package.
@@ -130,7 +130,7 @@ def _packages(files: Mapping[str, Path], here: Path) -> dict[str, str]:
 
 
 def seen_from(imported: Imported, folder: Path) -> Imported:
-    """Return a robot whose source has absolute paths of its meshes, relative to ``folder`` before."""
+    """Return a robot in which the paths of its source are absolute instead of relative to ``folder``."""
     source = imported.tree.get("source") if imported.tree is not None else None
     if imported.tree is None or not (isinstance(source, Map) and {"folder", "packages"} & source.keys()):
         return imported
@@ -141,7 +141,7 @@ def seen_from(imported: Imported, folder: Path) -> Imported:
 
 
 def _with_places(tree: Map, folder: str, packages: Mapping[str, str]) -> Map:
-    """Return the tree of a robot whose source says where its meshes are."""
+    """Return the tree of a robot with the folders of its meshes and packages in its source."""
     if not (folder or packages):
         return tree
     places = {key: value for key, value in (("folder", folder), ("packages", dict(packages))) if value}

@@ -2,7 +2,7 @@
 
 An import keeps a record of the files that it wrote: ``robot.yaml.imported`` next to ``robot.yaml``, and so on. The
 first line of the record of ``robot.yaml`` has the command line of the import. The record belongs to the description and
-goes with it into version control. It is the common base when ``git merge-file`` merges edited files with new ones.
+is committed with it. It is the common base when ``git merge-file`` merges edited files with new ones.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Merged(NamedTuple):
     """The result of importing again.
 
     ``files`` are to be written, with their records; ``before`` are the files of the description as they were read.
-    ``removed`` are files and records that the source no longer produces. ``refused``: nothing is written.
+    ``removed`` are files and records that the source no longer produces. If ``refused`` is set, nothing is written.
     """
 
     files: Mapping[str, str] = {}
@@ -115,7 +115,7 @@ def _source(words: Sequence[str]) -> str:
 def import_again(
     folder: Path, record: Record, theirs: Mapping[str, str], words: Sequence[str], keep_ours: bool = False
 ) -> Merged:
-    """Merge the files that the importer now makes of a source with those of a description. Nothing is written here.
+    """Merge the newly imported files of a source with those of a description, without writing anything.
 
     ``words`` is the command line of the import; ``keep_ours`` resolves conflicts in favour of the edits. Raises
     RequestError for a file that cannot be read.

@@ -8,8 +8,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from rosorin_compile.formats.ros_packages import package_of
 from rosorin_compile.output import open_package_folder
-from rosorin_compile.output.package_folder import package_of
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.files import is_file, is_folder, read_bytes, read_text, resolve
 from rosorin_compile.source.project import Description
@@ -31,7 +31,7 @@ class Package(NamedTuple):
 
 
 class Written(NamedTuple):
-    """The files of a description that are new or changed, lines to add to other files, and lines about what is next."""
+    """The new and changed files of a description, lines to add to other files, and lines about the next steps."""
 
     files: tuple[str, ...]
     to_do: tuple[str, ...]

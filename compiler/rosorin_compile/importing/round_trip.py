@@ -47,10 +47,10 @@ _MAX_DIFFERENCES = 20
 class RoundTrip(NamedTuple):
     """The files of a description (text by name), and how they compare with the source.
 
-    ``outputs`` are the artifacts that it requests, ``shown`` the robot as it is written. ``diagnostics`` are errors:
-    what prevents the comparison, or differs. ``proof`` is the comparison by the engine of the source's format, and
-    ``untold`` the errors about differences that no other message names. ``reordered``: the order of the moving joints
-    differs from the source.
+    ``outputs`` are the requested artifacts, and ``shown`` is the robot as written. ``diagnostics`` are the errors that
+    prevent the comparison and the differences that it found. ``proof`` is the comparison by the engine of the source's
+    format, and ``untold`` has the errors about differences that no other message reports. ``reordered`` is true if the
+    order of the moving joints differs from the source.
     """
 
     files: dict[str, str]
@@ -69,10 +69,10 @@ def check_round_trip(
     plain: Map | None = None,
     packages: Mapping[str, Path] = MappingProxyType({}),
 ) -> RoundTrip:
-    """Write the description of a robot, which has a tree, to a temporary folder, compile it, and compare.
+    """Write the description of a robot to a temporary folder, compile it, and compare it with the source.
 
-    ``folder`` is where it is going to be: meshes are found relative to it, and in ``packages``. ``plain`` is its tree
-    before elements of it became sections. With ``parts``, repeated structures are written as parts, unless the result
+    ``folder`` is its destination: meshes are found relative to it, and in ``packages``. ``plain`` is the tree of the
+    robot before elements became sections. With ``parts``, repeated structures are written as parts, unless the result
     differs.
     """
     shown = with_parts(imported) if parts else imported
@@ -131,7 +131,7 @@ def _round_trip(
 
 
 def schema_beside(folder: Path) -> str:
-    """Return where editors find the schema of a description in a folder, or nothing."""
+    """Return the path of the schema for editors relative to a folder, or an empty string if there is none."""
     schema = Description.SCHEMA
     return (Path("..") / schema).as_posix() if files.is_file(folder.parent / schema) else ""
 

@@ -1,5 +1,5 @@
-"""The language: from YAML to a robot. No rule of meaning, no format, no file is written here.
+"""The language: from YAML to a robot. This package defines no semantic rules and no formats, and writes no files.
 
-In the order of the data: ``expand`` (includes, arguments, parts, loops, and the ``expression`` in them), ``validate``
+The stages in order: ``expand`` (includes, arguments, parts, loops, and the ``expression`` in them), ``validate``
 (the tree against the ``schema``), ``lower`` (the model), ``suppressions`` (problems that a description accepts).
 """

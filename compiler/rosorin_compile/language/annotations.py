@@ -37,12 +37,12 @@ def describe_path(path: Steps, whole: Mapping[str, Any]) -> str:
     return words
 
 
-# What else has a name where one of a kind is asked for: a frame is a site of the MJCF too, an actuator is called as its
-# joint and a camera as its sensor where they have no name of their own, and shapes are LINK_collision_1.
+# Kinds whose names are also valid where a name of another kind is required: every frame is also a site in the MJCF,
+# unnamed actuators and cameras get the name of their joint or sensor, and shapes are named LINK_collision_1.
 ALSO: dict[str, tuple[str, ...]] = {"site": ("link",), "actuator": ("joint",), "camera": ("sensor",)}
 ALSO |= {"shape": ("link",), "sensor": ("hardware sensor",), "link or joint": ("link", "joint")}
-# The ways to mirror a mapping (x-mirror), each with the keys that it changes, of which a schema has one at least; the
-# sides of wheels are keys themselves.
+# The ways to mirror a mapping (x-mirror), each with the keys that it changes; a schema must have at least one of them.
+# The sides of wheels are keys themselves.
 MIRRORED_KEYS: dict[str, tuple[str, ...]] = {"pose": ("xyz", "rpy"), "grid": ("origin", "heights", "bottom")}
 MIRRORED_KEYS |= {"inertia": ("ixy", "ixz", "iyz"), "bounds": ("min", "max")}
 MIRRORED_KEYS |= {key: (key,) for key in ("axis", "direction", "dir", "at", "scale", "gear")}
@@ -53,7 +53,7 @@ ENTRIES, ITEMS, WITHIN = "entries", "items", "within"
 
 
 class Node(NamedTuple):
-    """What the schema says of the values at a place."""
+    """The annotations in the schema for the values at one location."""
 
     names: str = ""
     gives: str = ""
@@ -83,35 +83,35 @@ class Node(NamedTuple):
     of: frozenset[str] = frozenset()
 
     def value_of(self, key: str) -> Node | None:
-        """Return what the schema says of the value of a key of a mapping; ``None`` if it says nothing."""
+        """Return the annotations for the value of a key of a mapping, or ``None`` if there are none."""
         return self.properties.get(key, self.others)
 
     def step_to(self, step: str | int) -> Node | None:
-        """Return what the schema says of what is at a step of a path: a key of a mapping, an index of a list."""
+        """Return the annotations for one step of a path: a key of a mapping or an index of a list."""
         return self.items if isinstance(step, int) else self.value_of(step)
 
     def left_out(self, entry: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
-        """Yield the keys that are left out and whose name follows from others, each with its kind and that name."""
+        """Yield each omitted key whose name is derived from other keys, with its kind and the derived name."""
         for key, below in self.properties.items():
             if below is not None and below.otherwise and key not in entry:
-                with suppress(KeyError):  # what it follows from is missing, too
+                with suppress(KeyError):  # a key that it is derived from is missing too
                     yield key, below.gives, below.otherwise.format_map(texts(entry))
 
 
-# The field of a node that has an annotation, by the annotation.
+# Maps each annotation to the field of ``Node`` that holds it.
 _FIELDS = Node._fields[: Node._fields.index("keys")]
 WORDS = {INSIDE if field == "inside" else f"x-{field.replace('_', '-')}": field for field in _FIELDS}
-# Beside them what ``synonyms``, lowering and an import read: all that validators and editors have no use for.
+# Also includes the keywords that ``synonyms``, lowering and import read. Validators and editors need none of these.
 ANNOTATIONS = frozenset((*WORDS, "x-unmirrored", "x-also", "x-instead", "x-file", "x-first", "x-ordered"))
 
 
 def texts(entry: Mapping[str, Any]) -> dict[str, str]:
-    """Return those keys of an entry whose values are texts, each with its text."""
+    """Return the keys of an entry whose values are strings, with these strings."""
     return {key: value for key, value in entry.items() if isinstance(value, str)}
 
 
 def annotated_sections(whole: Mapping[str, Any]) -> dict[str, Node]:
-    """Return the annotations of each section of a schema of descriptions that has any."""
+    """Return the annotations of a schema of descriptions by section, for the sections that have any."""
     definitions: dict[str, Node | None] = {}
 
     def node_of(fragment: Any) -> Node | None:

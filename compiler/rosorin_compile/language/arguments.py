@@ -1,4 +1,4 @@
-"""What a run is given: arguments that a description declares, by files and Python programs; and names of outputs."""
+"""Arguments of a run: values for declared arguments, from files or Python programs, and names of outputs."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ _OF_ARGUMENTS = ("unknown-argument", "bad-argument")
 
 
 class Argument(NamedTuple):
-    """A declared argument; texts are as written, "" if they are not.
+    """A declared argument; strings are as written in the file, or "" if absent.
 
-    ``value`` is what it is set to, "" for its default; ``set_at`` is the place of that, None for the command line.
+    ``value`` is its assigned value, "" for the default; ``set_at`` is where it is set, None for the command line.
     """
 
     name: str
@@ -88,7 +88,7 @@ def declared_arguments(
 
 
 def choices(arguments: Sequence[Argument], values: Mapping[str, Any]) -> list[Choice]:
-    """Return the arguments with a list of values, those of one_of or true and false, that ``values`` does not set."""
+    """Return the arguments not set in ``values`` that have a list of values: those of one_of, or true and false."""
     found = []
     for argument in arguments:
         allowed = argument.allowed or (("true", "false") if argument.type == "boolean" else ())

@@ -25,7 +25,7 @@ REFERRING = (
 # Attributes that name a link or a joint, whatever the element.
 _ATTRIBUTES = dict.fromkeys(("link", "link1", "link2", "base_link", "tip_link", "parent_link", "child_link"), LINK)
 _ATTRIBUTES |= dict.fromkeys(("joint", "joint1", "joint2"), JOINT)
-# The text of an element of a plug-in that says so is a name, if it is nearly one of the robot.
+# Tags of plug-in elements whose text is taken for a name if it resembles a name in the robot.
 _TEXTS = (
     (r"(.*_)?joint|joint_?[nN]ame|.+Joint", JOINT),
     (r"(.*_)?link|(link|body)_?[nN]ame|.+Link", LINK),
@@ -36,7 +36,7 @@ _TEXTS = (
 class Reference(NamedTuple):
     """A name in the value of an attribute, or in the text of an element if ``attribute`` is empty.
 
-    ``where`` is the place in words. Without ``sure`` the text may be something else than a name.
+    ``where`` is the place in words. If ``sure`` is false, the text may be something other than a name.
     """
 
     name: str
@@ -72,7 +72,7 @@ Finder = Callable[[tuple[str, ...], Mapping[str, str], str], Iterator[Reference]
 
 
 def named_in(text: str) -> Iterator[Reference]:
-    """Yield the names in some elements; none of what is not XML."""
+    """Yield the names in some elements; yield nothing if the text is not XML."""
     for element in found_in(text):
         yield from references(element.tags, element.attributes, element.text)
 
@@ -134,11 +134,11 @@ _OF_MJCF: Mapping[str, str] = {
     **dict.fromkeys(("class", "childclass"), CLASS),
     **{kind: kind for kind in (CAMERA, ACTUATOR, MATERIAL, TEXTURE, MESH, HEIGHTS, "flex", "instance")},
 }
-# Sections of numbers, some of which are called as what elsewhere names something: <scale camera="0.1">.
+# Sections of numbers; some of their attributes are references in other elements: <scale camera="0.1">.
 _OF_SETTINGS = ("option", "size", "statistic", "visual")
-_OF_MANY = ("flex", "flexcomp")  # elements whose attributes name several things, space between
+_OF_MANY = ("flex", "flexcomp")  # elements whose attributes contain several names, separated by spaces
 _KINDS = {"xbody": BODY, "mesh": MESH, "hfield": HEIGHTS, "numeric": "numeric", "text": "text", "tuple": "tuple"}
-# What the elements of a section are, where it is not said by their tag.
+# The kind of the elements of a section, where their tag does not determine it.
 _OF_SECTION = {"actuator": ACTUATOR, "sensor": SENSOR, "equality": EQUALITY, "tendon": TENDON}
 
 
@@ -157,7 +157,7 @@ def kind_of(found: Found, top: bool) -> str:
 
 
 def defined_names(found: Found, top: bool) -> Iterator[Reference]:
-    """Yield the name that an element defines; with a file and no name it is that of the file, as in MuJoCo."""
+    """Yield the name that an element defines; without a name, it is the name of its file, as in MuJoCo."""
     kind = kind_of(found, top)
     attribute = "class" if kind == CLASS else "name"
     name = found.attributes.get(attribute, "").strip()

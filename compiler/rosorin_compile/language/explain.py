@@ -72,7 +72,7 @@ class Edge(NamedTuple):
 
 
 class Placed(NamedTuple):
-    """The pose of a frame in its root, with the joints in a named pose; "" has all of them at zero."""
+    """The pose of a frame relative to its root, in a named pose of the joints; "" is all joints at zero."""
 
     pose: str
     root: str
@@ -201,7 +201,7 @@ class _Frames:
         return ["_".join(names[: count + 1]) for count in range(len(names))]
 
     def meant_by(self, name: str) -> list[str]:
-        """Return the frames that a name means: its own, that of a sensor or a joint, or those of a use of a part."""
+        """Return the frames that a name refers to: a frame, that of a sensor or joint, or those of a use of a part."""
         found = [name] if name in self.names else []
         found += [sensor.frame for sensor in self.robot.sensors if sensor.name == name]
         found += [joint.child for joint in self.robot.joints if joint.name == name]
@@ -376,7 +376,7 @@ def _name_of(steps: Path) -> str:
 
 
 def _inner(numbers: Iterable[Number]) -> Iterator[Number]:
-    """Yield numbers named without the entry that they are in: "inertial mass" becomes "mass"."""
+    """Yield numbers with names that omit the enclosing entry: "inertial mass" becomes "mass"."""
     return (number._replace(name=number.name.partition(" ")[2]) for number in numbers)
 
 

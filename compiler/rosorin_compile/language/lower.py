@@ -53,7 +53,7 @@ class Lowering:
     def __init__(self, tree: Map, scope: Scope | None) -> None:
         self.tree, self.scope = tree, scope
         self.places: dict[tuple[str, str], Path] = {}
-        self.frames: dict[str, tuple[str, Path]] = {}  # of each joint: its child, and where that is written
+        self.frames: dict[str, tuple[str, Path]] = {}  # by joint name: its child, and where that is written
         self.diagnostics: list[Diagnostic] = []
         self.nodes: dict[str, Publisher] = {}
         self.edges: list[Edge] = []

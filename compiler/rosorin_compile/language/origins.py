@@ -222,7 +222,7 @@ class Origins:
         if piece is None:
             return ()
         scope = scope_of(self.root, holder)
-        if scope is self.root:  # a named value of a file of parts is evaluated among those of that file
+        if scope is self.root:  # a named value of a file of parts is evaluated in the scope of that file
             home = scope_of(self.root, via)
             while home.parent is not None:
                 home = home.parent

@@ -1,7 +1,7 @@
 """The JSON Schemas of the tool with the sections of plug-ins, and queries for sections, paths and units.
 
-Sections of plug-ins are entry points of ``rosorin_compile.sections``. They become part of the schema, and with it of
-everything that walks a description by the schema.
+Sections of plug-ins are entry points of ``rosorin_compile.sections``. They become part of the schema, and
+are thus handled by all code that walks a description by the schema.
 """
 
 from __future__ import annotations
@@ -151,7 +151,7 @@ def sections() -> Mapping[str, Node]:
 
 @cache
 def merged_sections(*how: str, in_parts: bool = False) -> tuple[str, ...]:
-    """Return the sections that are joined in one of some ways; with ``in_parts`` those that may stand in a part."""
+    """Return the sections that are joined in one of some ways; with ``in_parts`` only those allowed in a part."""
     return tuple(key for key, node in sections().items() if node.merge in how and (node.in_parts or not in_parts))
 
 
@@ -169,13 +169,13 @@ def of_topic(topic: str) -> tuple[str, ...]:
 
 @cache
 def of_parts() -> tuple[str, ...]:
-    """Return the sections that may stand in a part."""
+    """Return the sections that are allowed in a part."""
     return tuple(key for key, node in sections().items() if node.in_parts)
 
 
 @cache
 def of_types() -> tuple[str, ...]:
-    """Return the keys of a sensor that a type of sensors may say, in the order of the schema."""
+    """Return the keys of a sensor that a sensor type may set, in the order of the schema."""
     entries = [node.others for node in sections().values() if node.others is not None]
     return tuple(
         key for entry in entries for key, node in entry.properties.items() if node is not None and node.in_types
@@ -189,12 +189,12 @@ def is_one_entry(section: str) -> bool:
 
 
 def holds_many(section: str) -> bool:
-    """Return True if a section is one entry with entries by name in it, which several parts and files may add to."""
+    """Return True if a section is one entry with named entries in it, to which several parts and files may add."""
     return section in merged_sections(WITHIN)
 
 
 def with_outputs(outputs: Any, formats: Mapping[str, Format]) -> dict[str, Any]:
-    """Return the schema of descriptions with the options of the outputs of one; each entry by its format."""
+    """Return the schema of descriptions with the options of the formats of the given ``outputs``."""
     root = schema()
     output, section = root["$defs"]["output"], root["properties"]["outputs"]
     entries: dict[str, Any] = {}
@@ -208,7 +208,7 @@ def with_outputs(outputs: Any, formats: Mapping[str, Format]) -> dict[str, Any]:
 
 
 def backend_of(name: str, entry: Mapping[str, Any]) -> str:
-    """Return the backend of an entry of outputs that does not say it: its name, unless it names a template."""
+    """Return the default backend of an entry of outputs: its name, or the template backend if it names a template."""
     return TEMPLATE if TEMPLATE in entry else name
 
 
@@ -220,7 +220,7 @@ def subject(path: Steps) -> str:
 def part_at(path: Steps, whole: Mapping[str, Any]) -> tuple[Any, str]:
     """Return the part of a schema that a validator came to on a path, and the last definition on the way ("": none).
 
-    What ``then`` says is found with or without ``if`` before it: jsonschema 3.2 names it.
+    The path may omit the ``if`` before a ``then``, or contain it as with jsonschema 3.2.
     """
     node, name = whole, ""
     for number, step in enumerate(path):
@@ -234,7 +234,7 @@ def part_at(path: Steps, whole: Mapping[str, Any]) -> tuple[Any, str]:
 
 
 def unit_at(path: Sequence[str | int]) -> str | list[str] | None:
-    """Return the unit (or units) that the schema asks for at a path of a description; "" for a plain number."""
+    """Return the unit (or units) that the schema requires at a path of a description; "" for a plain number."""
     node = fragment_at(path)
     if node.get("type") not in ("number", "integer") and "x-unit" not in node:  # a number, or a list of them
         return None
@@ -257,8 +257,8 @@ def joint_unit(path: Sequence[str | int], slides: bool, leader_slides: bool | No
 
 
 def fragment_at(path: Sequence[str | int]) -> Mapping[str, Any]:
-    """Return what the schema says of the value at a path of a description; nothing where it says nothing."""
-    # The names of entries and the indices of items make no difference: what is asked for is found once for all.
+    """Return the fragment of the schema for the value at a path of a description; empty if there is none."""
+    # The names of entries and the indices of items make no difference, so all of them share one cached result.
     steps = [0 if isinstance(step, int) else step for step in path]
     if len(steps) > 1 and has_entries(str(steps[0])):
         steps[1] = "*"
@@ -356,7 +356,7 @@ def _types(types: list[str], fragment: Schema) -> Schema:
     made: Schema = {"type": types[0] if types == ["string"] else list(dict.fromkeys([*types, "string"]))}
     if "string" in types:
         if "pattern" in fragment:
-            made["pattern"] = f"({fragment['pattern']})|{_SOME}".replace('\\"', '"')  # editors allow no idle escape
+            made["pattern"] = f"({fragment['pattern']})|{_SOME}".replace('\\"', '"')  # editors reject needless escapes
         return made
     units = fragment.get("x-unit", [])
     units = [units] if isinstance(units, str) else units

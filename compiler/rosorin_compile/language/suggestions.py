@@ -84,12 +84,12 @@ def _keys_within(fragment: Any) -> Iterator[tuple[str, Mapping[str, Any]]]:
 
 
 def _meaning(word: str, table: Mapping[str, str]) -> str:
-    """Return what a table has for a word, compared by small letters and digits alone."""
+    """Return the entry of a table for a word, ignoring case and everything but letters and digits."""
     return table.get(re.sub(r"[^a-z0-9]", "", word.casefold()), "")
 
 
 def way_out(word: str, table: Mapping[str, str]) -> str:
-    """Return the sentence that a table has for a word; "" if it has none, or another word alone."""
+    """Return the sentence that a table has for a word, or "" if its entry is missing or a single word."""
     meaning = _meaning(word, table)
     return meaning if " " in meaning else ""
 
@@ -138,7 +138,7 @@ def number_meant(text: str, wanted: Sequence[str], key: str = "") -> str:
     if tidy != number and _is_number(tidy):
         return f"write {tidy}"
     if comma := re.fullmatch(r"([-+]?\d+),(\d+(?:\s*\D.*)?)", number):
-        return f"a number has a point, not a comma: {comma[1]}.{comma[2]}"
+        return f"write a decimal point, not a comma: {comma[1]}.{comma[2]}"
     if found := re.fullmatch(rf"[~\u2248<>=]*\s*({_NUMBER})\s*(?!\d|[-+*/(]\s*\d)(\S.*)", tidy, re.DOTALL):
         if key and not wanted:
             return "write a plain number, without a unit"
@@ -239,7 +239,7 @@ def items_meant(value: Seq, fragment: Mapping[str, Any]) -> str:
         return f'separate its items by ",": [{", ".join(listed)}]'
     if is_of_numbers and all(type(item) is int for item in value) and len(value) == 2 * fragment.get("maxItems", 0):
         pairs = (f"{first}.{second}" for first, second in zip(value[::2], value[1::2], strict=True))
-        return f"a number has a point, not a comma: [{', '.join(pairs)}]"
+        return f"write a decimal point, not a comma: [{', '.join(pairs)}]"
     return ""
 
 
@@ -297,7 +297,7 @@ def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str, path: S
     if help := text_meant_by(key, entry) or way_out(word, table):
         return help
     if before and type(entry[before]) is int and inner is None and re.match(r"\d+\s*\D*$", key):
-        return f"a number has a point, not a comma: {before}: {entry[before]}.{key}"
+        return f"write a decimal point, not a comma: {before}: {entry[before]}.{key}"
     if before and entry[before] is None and key in resolve(known.get(before) or {}).get("properties", {}):
         return f'"{key}" is a key of {before}: indent it deeper than "{before}"'
     close = _meaning(word, table)
@@ -339,7 +339,7 @@ def _texts_with_commas(entry: Map) -> list[list[str]]:
 
 
 def text_meant_by(key: str, entry: Map) -> str:
-    """Return the help for a key that is the rest of a text after a comma, or an empty string."""
+    """Return the help for a key that was split off an unquoted text at a comma, or an empty string."""
     for first, *rest in _texts_with_commas(entry):
         if key in rest:
             text = ", ".join([entry[first], *rest])
@@ -348,7 +348,7 @@ def text_meant_by(key: str, entry: Map) -> str:
 
 
 def text_tails(entry: Map, unknown: Collection[str]) -> set[str]:
-    """Return the unknown keys that are the rest of a text after a comma, and whose beginning is an unknown key."""
+    """Return the keys that were split off a text at a comma, if the key before them is unknown."""
     return {key for run in _texts_with_commas(entry) for before, key in pairwise(run) if before in unknown}
 
 
@@ -378,11 +378,11 @@ def suggest_name(
 ) -> Suggestion:
     """Return the help for an unknown name at a path.
 
-    In a part its own names are first, without the prefix; ``more`` are further names of its own.
+    In a part, the names of that part come first, without its prefix; ``more`` are further names in the part.
     """
     span = tree.locate(path).span
     text = span.source.line(span.line)[span.column - 1 :][: span.length]
-    is_mount = text.strip("\"'") == MOUNT  # of the use, with names around the part
+    is_mount = text.strip("\"'") == MOUNT  # the mount is resolved by the use, in the scope around the part
     prefix = prefix_at(tree, path, outside=is_mount)
     own = [name.removeprefix(prefix) for name in known if prefix and name.startswith(prefix)]
     if not own:

@@ -23,11 +23,11 @@ STAYS = {"stand-in": "a stand-in is reported until its value is measured", "acce
 # An entry of ``accept``: its index, and a name in it, or EVERYTHING; and all entries by rule and name.
 Entry = tuple[int, str]
 _Entries = dict[tuple[str, str], list[Entry]]
-EVERYTHING = ""  # a diagnostic about the robot as a whole is ``of`` it
+EVERYTHING = ""  # the ``of`` of diagnostics about the entire robot
 
 
 class Settled(NamedTuple):
-    """The diagnostics that are left, and the entries of ``accept`` that took the others."""
+    """The diagnostics that remain, and the entries of ``accept`` that applied to the others."""
 
     diagnostics: list[Diagnostic]
     used: frozenset[Entry]
@@ -81,7 +81,7 @@ def unknown_rules(tree: Map, acceptable: Mapping[str, Rule]) -> list[Diagnostic]
 
 
 def apply(tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Mapping[str, Rule]) -> Settled:
-    """Remove accepted warnings and notes, and merge accepted errors to one note a rule."""
+    """Remove accepted warnings and notes, and merge accepted errors into one note per rule."""
     entries = _entries(tree)
     left: list[Diagnostic] = []
     groups: dict[str, list[Diagnostic]] = {}

@@ -34,7 +34,7 @@ THINGS = (
 _ELEMENT = "element"  # any named element of MJCF, in addition to its kind
 IN_MJCF = (*THINGS, "material", _ELEMENT)
 KINDS = {BODY: "link", GEOM: "shape", EQUALITY: "constraint"}  # MuJoCo's words for kinds
-# Names that the MJCF derives from that of a link, and suffixes of those that it derives from that of a joint.
+# Names that the MJCF derives from the name of a link, and suffixes of those derived from the name of a joint.
 _DERIVED = re.compile(r"(.+)_(?:collision|visual)_\d+")
 ENDS = {"planar": ("_TX", "_TY", "_RZ"), "floating": ("_TX", "_TY", "_TZ", "_R")}
 # What defines names of its own that the files refer to by it, and the names that it always has.
@@ -110,7 +110,7 @@ class SymbolTable:
         self.of_files, self.is_constant = is_constant is not None, is_constant or (lambda _: True)
 
     def _fragments(self) -> Iterator[tuple[Path, Map]]:
-        """Yield the tree, and of files their parts and the contents of uses: all that has sections, with its path."""
+        """Yield everything that has sections, with its path: the tree, and in files parts and contents of uses."""
         waiting: list[tuple[Path, Map]] = [((), self.tree)]
         waiting += [(("parts", name), body) for name, body in _entries(self.tree, "parts")]
         for path, fragment in waiting:
@@ -148,7 +148,7 @@ class SymbolTable:
     def references(self, kinds: Collection[str] = (), section: str = "") -> Iterator[Symbol]:
         """Yield the uses of names of some kinds, or of all, in the order of the schema and of the description.
 
-        Of files, arguments, values and parameters are of the kind "value", and a name with a "$" is any name: it is not
+        In files, arguments, values and parameters have the kind "value", and a name with a "$" may be any: it is not
         evaluated yet. References to modes are yielded on request.
         """
         wanted = {*kinds, INSIDE} if "mode" in kinds else kinds

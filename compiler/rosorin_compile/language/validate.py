@@ -28,7 +28,7 @@ MOST = 1e150  # beyond it, a volume or moment of inertia may be beyond all float
 
 
 def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = None) -> list[Diagnostic]:
-    """Return what is wrong with the shape of a tree, with the units of its quantities, and with its numbers.
+    """Validate the structure of a tree, the units of its quantities and its numbers, and return diagnostics.
 
     ``formats`` are those that outputs may name, ``scope`` defines the names in expressions, if known.
     """
@@ -136,9 +136,9 @@ _TYPES |= {"object": "a mapping", "array": "a list"}
 _SIMPLE = {
     "minimum": ("wrong-value", "{where} is {value}, less than {wanted}"),
     "maximum": ("wrong-value", "{where} is {value}, more than {wanted}"),
-    "exclusiveMinimum": ("wrong-value", "{where} is {value}, and has to be more than {wanted}"),
-    "exclusiveMaximum": ("wrong-value", "{where} is {value}, and has to be less than {wanted}"),
-    "multipleOf": ("wrong-value", "{where} is {value}, no multiple of {wanted}"),
+    "exclusiveMinimum": ("wrong-value", "{where} is {value}, but has to be more than {wanted}"),
+    "exclusiveMaximum": ("wrong-value", "{where} is {value}, but has to be less than {wanted}"),
+    "multipleOf": ("wrong-value", "{where} is {value}, not a multiple of {wanted}"),
     "uniqueItems": ("wrong-value", "{where} has an item twice"),
     "minLength": ("wrong-value", "{where} is shorter than {wanted} letters"),
     "maxLength": ("wrong-value", "{where} is longer than {wanted} letters"),
@@ -160,7 +160,7 @@ class _Report:
         self.value = value_at(tree, tuple(self.path))
 
     def diagnostics(self) -> list[Diagnostic]:
-        """Return the diagnostics: none for what another misfit causes."""
+        """Return the diagnostics, or none if another misfit is the cause."""
         wanted, where, value, keyword = self.misfit.wanted, self.where, self.value, self.misfit.keyword
         meaning = _sentence(str(self.part.get("description", "")))
         if "propertyNames" in self.misfit.schema_path[-2:-1]:
@@ -215,9 +215,9 @@ class _Report:
         legal = self.part.get("properties", {})
         meant = [one for one in self.value if one not in legal and suggestions.is_meant(one, key, self.kind, legal)]
         if key == "inertia" and any("of" in swaps(other) for other in self.value):
-            return []  # which is in the place of it, and reported
+            return []  # an unknown key, which is reported, takes its place
         if meant and self.path[:1] != ["outputs"]:
-            return []  # it is there, under a name that is reported
+            return []  # it exists under a misspelt name, which is reported
         if meant and key in swaps(meant[0]):  # other keys of outputs are judged when their format is known
             message = f'{self.where} has no key "{meant[0]}"'
             return self._make("unknown-key", message, suggest(key), [*self.path, meant[0]], True)
@@ -243,7 +243,7 @@ class _Report:
         help: str | Callable[[], str] = partial(self._type_help, types, units)
         if fallen:
             help = f'"{self.path[-1]}" is a key of such an entry: indent it deeper than "{fallen[0]}"'
-        return self._make("wrong-type", f"{self.where} is {wanted}, not {_found(self.value)}", help)
+        return self._make("wrong-type", f"{self.where} has to be {wanted}, not {_found(self.value)}", help)
 
     def _type_help(self, types: list[str], units: list[str]) -> str:
         value, key = self.value, next((str(step) for step in reversed(self.path) if isinstance(step, str)), "")

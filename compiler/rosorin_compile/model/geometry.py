@@ -38,7 +38,7 @@ def norm(a: Vector) -> float:
 
 
 def minus(one: Vector, other: Vector) -> Vector:
-    """Return the way from the other point to the first one."""
+    """Return the vector from the other point to the first one."""
     return (one[0] - other[0], one[1] - other[1], one[2] - other[2])
 
 
@@ -48,7 +48,7 @@ def plus(one: Vector, other: Vector) -> Vector:
 
 
 def unit(vector: Vector) -> Vector:
-    """Return a vector at length 1; a zero vector as it is."""
+    """Return a vector scaled to length 1; a zero vector is returned unchanged."""
     length = norm(vector) or 1.0
     return (vector[0] / length, vector[1] / length, vector[2] / length)
 
@@ -235,7 +235,7 @@ class Transform:
 
 @dataclass(frozen=True)
 class Pose:
-    """Where a frame sits in its parent, as it was written: ``xyz`` in metres, fixed-axis ``rpy`` in radians."""
+    """The pose of a frame in its parent, as it was written: ``xyz`` in metres, fixed-axis ``rpy`` in radians."""
 
     xyz: Vector = _ORIGIN
     rpy: Vector = _ORIGIN

@@ -179,7 +179,7 @@ class Joint:
 
     @property
     def moves_on_tf(self) -> bool:
-        """Whether those who listen see the child move: robot_state_publisher takes a planar joint for fixed."""
+        """Whether tf listeners see the child move: robot_state_publisher treats a planar joint as fixed."""
         return not self.is_fixed and not (self.type == "planar" and self.publisher.kind == ROBOT_STATE_PUBLISHER)
 
     @property
@@ -189,7 +189,7 @@ class Joint:
         return own + (self.actuator.damping if self.actuator else 0.0)
 
     def limits_of(self, interface: str) -> tuple[float | None, float | None]:
-        """Return the limits for an interface of ros2_control: position, velocity or effort; a stand-in is none."""
+        """Return the limits for an interface of ros2_control: position, velocity or effort; stand-ins do not count."""
         limit = self.limit
         if limit is not None and interface == "position" and self.type != "continuous":
             return limit.known_value("lower"), limit.known_value("upper")

@@ -107,7 +107,7 @@ class Graph:
         return tuple(self.moves)
 
     def way(self, source: str, target: str) -> tuple[Move, ...]:
-        """Return the moves from a frame to another, the shortest way whose numbers are known.
+        """Return the moves from one frame to another, along the shortest way on which all numbers are known.
 
         A frame has one parent on the running robot, but the description may have two (a joint that nobody publishes,
         and the transform of a filter), so this is a search. Raises NoWay, and KeyError for an unknown frame.

@@ -69,7 +69,7 @@ class Inertial:
     def printed_inertia(self, number: NumberFormat, along: Sequence[float] | None = None) -> list[str]:
         """Return the inertia in print, as xx yy zz xy xz yz; ``along`` is the same inertia along other axes.
 
-        Moments are numbers, products entries of the tensor. All digits are kept where others would be another body.
+        Moments are numbers, products entries of the tensor. All digits are kept if rounding would make it another body.
         """
         six = along or (self.ixx, self.iyy, self.izz, self.ixy, self.ixz, self.iyz)
         if number is not short:

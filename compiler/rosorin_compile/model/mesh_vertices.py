@@ -85,7 +85,7 @@ def _read_cloud(robot: Robot, name: str, as_opened: bool) -> tuple[Vector, ...]:
 def read_vertices(data: bytes, ending: str) -> array[float]:
     """Return x, y and z of every vertex of a mesh file, in the order and the unit of the file.
 
-    ``ending`` is that of the file name, such as ".stl". An STL has three vertices for each triangle; vertices of an OBJ
+    ``ending`` is the file extension, such as ".stl". An STL has three vertices for each triangle; vertices of an OBJ
     without a face count, because MuJoCo takes them into the hull. Raises UnreadableMesh.
     """
     check_content(data)

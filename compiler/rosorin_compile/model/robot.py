@@ -244,7 +244,7 @@ class Robot:
     def is_tree(self) -> bool:
         if not (self.joint_to.keys() | self.joints_from.keys()) <= self.link.keys():
             return False
-        # Each link but one has one joint above it; what cannot be reached from there is a circle.
+        # Each link but one has one joint above it; what cannot be reached from there is a cycle.
         return len(self.joint_to) == len(self.joints) == len(self.link) - 1 and len(self._down) == len(self.links)
 
     @cached_property

@@ -120,7 +120,7 @@ class SdfElement:
     elements: tuple[SdfElement, ...] = ()
 
     def words(self) -> Any:
-        """Return it like a description has it: a value, or a mapping of attributes and elements."""
+        """Return the element as in a description: a value, or a mapping of attributes and elements."""
         if self.value is not None:
             return self.value
         attributes = {"attributes": dict(self.attributes)} if self.attributes else {}

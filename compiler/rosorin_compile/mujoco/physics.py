@@ -26,15 +26,7 @@ from rosorin_compile.model.bounds import bounds_of
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import acceptable, apply_acceptances
-from rosorin_compile.source.diagnostics import (
-    NOTE,
-    WARNING,
-    Diagnostic,
-    MissingPackages,
-    first_of,
-    has_errors,
-    quote,
-)
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, MissingPackages, first_of, has_errors, quote
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.system import is_installed
@@ -114,10 +106,9 @@ def check_physics(
 
 
 class OverlapFinder:
-    """Finds overlapping links for the viewer; the scene in MuJoCo is built at the first request."""
+    """Finds overlapping links for the viewer, with mesh files by name; the scene is built at the first request."""
 
     def __init__(self, case: Case, files: Mapping[str, Path]) -> None:
-        """``files`` are the mesh files of the robot by name."""
         self.case, self.files = case, files
         self.scene: Scene | None = None
         self.lacking = missing_packages

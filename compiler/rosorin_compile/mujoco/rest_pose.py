@@ -57,18 +57,14 @@ def stands_at(robot: Robot, pose: JointPose, clouds: Clouds = no_clouds) -> Pose
         return pose.base
     if robot.root_in_world.placed:
         return robot.root_in_world.pose
-    bounds, meshes = reach(robot, pose.positions, clouds=clouds)
+    bounds, meshes = reach(robot, pose.positions, "collision", IDENTITY, clouds)
     if bounds is None or meshes:
         return IDENTITY
     return Pose((0.0, 0.0, 0.0 - round(bounds.lower[2], _DIGITS)))
 
 
 def reach(
-    robot: Robot,
-    positions: Mapping[str, float],
-    purpose: str = "collision",
-    at: Pose = IDENTITY,
-    clouds: Clouds = no_clouds,
+    robot: Robot, positions: Mapping[str, float], purpose: str, at: Pose, clouds: Clouds
 ) -> tuple[Bounds | None, int]:
     """Return the box (m) around the shapes of a robot at joint positions (rad or m), with its root ``at`` a pose.
 

@@ -10,10 +10,8 @@ import copy
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -60,17 +58,6 @@ class Actuator:
     def control(self, target: float) -> float:
         """Return the control that makes a length (rad or m) or speed the target of the servo."""
         return -(self.offset + self.stiffness * target) / self.gain
-
-
-@contextmanager
-def quiet() -> Iterator[Any]:
-    """Import MuJoCo and drop its warnings meanwhile, which it would also write to a file in the working folder."""
-    mujoco: Any = import_module("mujoco")
-    mujoco.set_mju_user_warning(lambda _: None)
-    try:
-        yield mujoco
-    finally:
-        mujoco.set_mju_user_warning(None)
 
 
 class World:
@@ -218,7 +205,6 @@ class World:
         return sorted(pairs), [name for name in self.robot.link if name in on_floor]
 
     def position(self, joint: str) -> float:
-        """Return the position of a joint (rad or m)."""
         return float(self.data.joint(joint).qpos[0])
 
     def place(self, link: str) -> tuple[Any, Any]:
@@ -288,7 +274,7 @@ class Swung(Result):
 
 
 def run_scenarios(world: World, seconds: float) -> dict[str, Any]:
-    """Run all scenarios and return the results by kind; each pose is held for ``seconds``."""
+    """Run all scenarios and return the fields of ``Simulated``; each pose is held for ``seconds``."""
     robot, poses, commands = world.robot, poses_of(world.robot), list[tuple[str, Twist]]()
     if robot.drive is not None and world.base == FREE:
         commands = [("forward", Twist(vx=0.3)), ("sideways", Twist(vy=0.3)), ("turn", Twist(wz=1.0))]
@@ -306,7 +292,8 @@ def run_scenarios(world: World, seconds: float) -> dict[str, Any]:
         Progress.step("simulating", number, len(runs))
         results[kind].append(run())
     (energy,) = results.pop("energy") or [None]
-    return {"energy": energy, **{kind: tuple(several) for kind, several in results.items()}}
+    idle = {"own_servos": world.own, "undriven": undriven_joints(world)}
+    return {"energy": energy, **idle, **{kind: tuple(several) for kind, several in results.items()}}
 
 
 def poses_of(robot: Robot) -> list[tuple[str, Mapping[str, float]]]:

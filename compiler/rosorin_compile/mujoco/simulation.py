@@ -31,21 +31,9 @@ from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.tree import exists
 from rosorin_compile.source.wording import count_of, first_of, phrase
 
-from .mjcf.engine import reason
+from .mjcf.engine import quiet, reason
 from .rest_pose import leader_of
-from .scenarios import (
-    FIXED,
-    FREE,
-    Driven,
-    PoseTrial,
-    Result,
-    Swept,
-    Swung,
-    World,
-    quiet,
-    run_scenarios,
-    undriven_joints,
-)
+from .scenarios import FIXED, FREE, Driven, PoseTrial, Result, Swept, Swung, World, run_scenarios
 
 _TIPPED = 0.2  # rad
 _SHOWN = 3  # names
@@ -174,8 +162,6 @@ def simulate(
         timestep,
         limits=used,
         units={joint.name: joint.unit for joint in world.joints},
-        own_servos=world.own,
-        undriven=undriven_joints(world),
         timing=Timing(speed, speed * timestep) if timing else None,
         inputs=understood.expanded.files,
         **scenarios,
@@ -224,10 +210,8 @@ def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
         yield replace(case.problem("drive-without-actuator", message, ("drive",), key=True), of=result.own_servos)
     if idle := result.undriven:
         message = f"no actuator drives {first_of(idle, _SHOWN)}: nothing moves it here"
-        found = case.problem(
-            "joint-without-actuator", message, case.joint(robot.joint[idle[0]]), severity=NOTE, key=True
-        )
-        yield replace(found, of=idle)
+        path = case.joint(robot.joint[idle[0]])
+        yield replace(case.problem("joint-without-actuator", message, path, severity=NOTE, key=True), of=idle)
     for driven in result.drive:
         if driven.broken:
             yield broken(f"driving {driven.command}", driven, ("drive",))
@@ -286,9 +270,8 @@ def tables(result: Simulated) -> str:
     def row(name: str, trial: Result, *cells: str) -> Sequence[str]:
         return (name, f"broke {trial.broken.partition(':')[0]}") if trial.broken else (name, *cells)
 
-    poses: list[Sequence[str]] = [
-        ("pose", "largest error", "touches", *(("drift", "stands on") if result.base == FREE else ()))
-    ]
+    on_floor = ("drift", "stands on") if result.base == FREE else ()
+    poses: list[Sequence[str]] = [("pose", "largest error", "touches", *on_floor)]
     for held in result.poses:
         joint, error = max(held.errors.items(), key=lambda item: item[1], default=("", 0.0))
         touches = phrase([" - ".join(pair) for pair in held.touches], 2)

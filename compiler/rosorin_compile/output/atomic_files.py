@@ -1,4 +1,4 @@
-"""Replace files and folders in one step: the new one is prepared in a hidden folder, and then takes the place.
+"""Replace files and folders in one step: the new one is prepared in a hidden folder and then moved into place.
 
 A process that has a hidden folder holds the lock on its parent. Without that it is killed, and the folder is removed.
 """

@@ -12,7 +12,7 @@ from rosorin_compile.source.files import Version, recording, version
 INTERVAL = 0.3  # seconds between two looks
 SETTLE = 0.05  # seconds without a change after which an editor is taken to have saved everything
 _CLOCK_STEP = 20_000_000  # ns: the times of files may be that much behind the clock
-_PATIENCE = 20  # looks at files that keep changing, until they are read as they are
+_PATIENCE = 20  # looks at files that keep changing before they are read anyway
 
 
 class WatchedFiles:

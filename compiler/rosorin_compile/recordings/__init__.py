@@ -35,7 +35,7 @@ def verify(
     prefix: str = "",
     trust: bool = False,
 ) -> Verified:
-    """Compare a recording of the running robot with its description; ``findings`` are what is not as described.
+    """Compare a recording of the running robot with its description; ``findings`` are the differences.
 
     Args:
         source: A rosbag2 folder, a .mcap or .db3 file, a file with the output of ``tf2_echo`` or ``view_frames``, or

@@ -100,7 +100,7 @@ class _Bag:
     def messages(
         self, topics: dict[int, Topic], start: int | None, stop: int | None
     ) -> Iterator[tuple[Topic, int, Any]]:
-        """Yield topic, time of arrival (ns) and content of messages; of sensors only the header. Raises Unreadable."""
+        """Yield each message: topic, time of arrival (ns), content (only the header for sensors). Raises Unreadable."""
         connections = [connection for connection in self.reader.connections if connection.id in topics]
         if not connections:  # rosbags would read all
             return
@@ -214,8 +214,8 @@ class _Reader:
     def _other_clock(self) -> Times | None:
         """Return times of arrival and the clock of the stamps then (2, n), or None if the recorder had the same clock.
 
-        Each topic has to be far off, for a single one is a fault of its node; of a simulation, whose clock was
-        recorded, most topics, for a node without use_sim_time is a fault of its own.
+        All topics have to be far off: a single one indicates a fault of its node. If the clock of a simulation was
+        recorded, most topics are enough: a node without use_sim_time is a separate fault.
         """
         recording, parts = self.recording, dict[str, list[Times]]()
         streams = [("/tf", rows) for key, rows in recording.edges.items() if not key.static]

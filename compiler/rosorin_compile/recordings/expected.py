@@ -58,7 +58,7 @@ class Expected:
 
     @property
     def value(self) -> tuple[str, bool, Transform | None]:
-        """All that is compared."""
+        """Everything that is compared."""
         return self.parent, self.moving, self.transform
 
     @property

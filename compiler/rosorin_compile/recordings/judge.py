@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+from rosorin_compile.compare.golden_check import compare
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Sensor, Transform
 from rosorin_compile.model.kinematics import NoWay
-from rosorin_compile.output.golden_check import compare
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Help, Suggestion
 from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.progress import Progress
@@ -25,7 +25,7 @@ _SHOWN, _FEW = 8, 3
 _STATES, _ROBOT = "/joint_states", "/robot_description"
 # AMCL dates map -> odom 1 s ahead (transform_tolerance), slam_toolbox 0.5 s; more than this (s) is reported.
 _FAR_AHEAD = 1.2
-# Clocks that differ by less (a share, or s) are the same.
+# Clocks that differ by less than this fraction, or by less than this many seconds, count as the same.
 _SIMILAR, _NEAR = 0.1, 0.1
 _FAILS = 0.05  # share of failed lookups from which on they are reported; a few messages are overtaken
 # Messages of these packages are about a place; the header of others may be only a stamp.
@@ -69,7 +69,7 @@ def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnosti
 
 
 def _nothing_compared(recording: Recording, has_tree: bool) -> Iterator[Diagnostic]:
-    """Yield the finding for a recording without transforms, or of which no edge is described."""
+    """Yield the finding for a recording without transforms, or without any described edge."""
     topics, subject = sorted(recording.topics), "the recording"
     if not has_tree and recording.messages == 0 and not topics:
         yield problem("recording-empty", subject, "the recording has no messages")
@@ -182,7 +182,7 @@ def answer_outcome(recording: Recording, answer: Answer) -> str:
 
 
 def _answer(recording: Recording, answer: Answer) -> Diagnostic | None:
-    """Return the finding about an answer of tf2_echo, of its first printed form that differs; None if none does."""
+    """Return the finding about an answer of tf2_echo, for its first printed form that differs, or None."""
     description, robot, name = recording.description, recording.description.robot, answer.name
     known = description.frames | set(robot.link)
     for frame in (answer.source, answer.target):
@@ -207,7 +207,7 @@ def _answer(recording: Recording, answer: Answer) -> Diagnostic | None:
         printed = Transform((reading.turn or expected).rows, reading.xyz or expected.xyz)
         moved = max(abs(a - b) for a, b in zip(expected.xyz, printed.xyz, strict=True)) > reading.metres
         turned = expected.angle_to(printed) > reading.radians
-        if not (moved or turned):  # the same, but for the printed digits
+        if not (moved or turned):  # equal within the printed digits
             continue
         recorded = Transform(printed.rows if turned else expected.rows, printed.xyz if moved else expected.xyz)
         place, turn = pose_text(printed).split(", ")
@@ -293,7 +293,7 @@ def _sensors(recording: Recording) -> Iterator[Diagnostic]:
     failing: dict[str, list[tuple[FrameUse, Lookup]]] = {}
     late: dict[str, list[FrameUse]] = {}
     for use in recording.uses:
-        if finding := _unknown(recording, use) or _slashed(recording, use):
+        if finding := _unknown(recording, use) or (_slashed(recording, use) if use.slashed else None):
             yield finding
             continue
         if use.early and use.ready is not None:
@@ -350,9 +350,7 @@ def _unknown(recording: Recording, use: FrameUse) -> Diagnostic | None:
     return problem("frame-unknown", use.topic, message, help, severity=_severity(use))
 
 
-def _slashed(recording: Recording, use: FrameUse) -> Diagnostic | None:
-    if not use.slashed:
-        return None
+def _slashed(recording: Recording, use: FrameUse) -> Diagnostic:
     name = recording.description.options.prefix + use.frame
     many = share(use.slashed, use.pace.count) if use.slashed < use.pace.count else f"{use.slashed:,}"
     message = f'{use.topic} is stamped "/{name}" ({many} messages): tf2 refuses to look up a frame that begins with "/"'
@@ -363,30 +361,28 @@ def _slashed(recording: Recording, use: FrameUse) -> Diagnostic | None:
 def _not_as_declared(recording: Recording) -> Iterator[Diagnostic]:
     """Yield the sensors whose frame no message has while all messages of their types have another one."""
     suspects: dict[tuple[str, ...], list[Sensor]] = {}
-    for sensor in recording.description.robot.sensors:
+    sensors = recording.description.robot.sensors
+    for sensor in sensors:
         types = _MESSAGES.get(sensor.type, ())
         used = {use.frame for use in recording.uses if use.type in types or use.type not in _OF_SENSORS}
         if sensor.stamps and not used & set(sensor.stamps):
-            explained = {use.topic for use in recording.uses if _is_explained(recording, use, sensor)}
+            explained = set()  # a frame of another node or sensor, with a finding, or below the frame of the sensor
+            for use in recording.uses:
+                stamps = [one.stamps for one in recording.description.robot.publishers]
+                stamps += [one.stamps for one in sensors if use.type in _MESSAGES.get(one.type, (use.type,))]
+                is_below = any(recording.chain(use.frame, frame) for frame in sensor.stamps)
+                if is_below or any(use.frame in some for some in stamps) or _unknown(recording, use) is not None:
+                    explained.add(use.topic)
             fitting = [use.topic for use in recording.uses if use.type in types and use.topic not in explained]
             if fitting:
                 suspects.setdefault(tuple(dict.fromkeys(fitting)), []).append(sensor)
-    for topics, sensors in suspects.items():
+    for topics, suspected in suspects.items():
         uses = [use for use in recording.uses if use.topic in topics]
         frames = list(dict.fromkeys(use.frame for use in uses))
-        declared = phrase((f"{quote(one.stamps)} ({one.name})" for one in sensors), most=4)
+        declared = phrase((f"{quote(one.stamps)} ({one.name})" for one in suspected), most=4)
         many = count_of(sum(use.pace.count for use in uses), "message")
         message = f"{phrase(topics, most=4)} {'is' if len(topics) == 1 else 'are'} stamped {quote(frames)} ({many}), "
         message += f"and no message with what is declared: {declared}"
         help = f"set frame_id in the driver, or declare what it stamps: stamps: [{', '.join(frames)}]"
         severity = ERROR if recording.description.frames >= set(frames) else WARNING
         yield problem("frame-not-as-declared", topics[0], message, help, severity=severity)
-
-
-def _is_explained(recording: Recording, use: FrameUse, sensor: Sensor) -> bool:
-    """Return True if a frame is that of another node or sensor, has a finding, or is below the frame of the sensor."""
-    robot = recording.description.robot
-    declared = [one.stamps for one in robot.publishers]
-    declared += [one.stamps for one in robot.sensors if use.type in _MESSAGES.get(one.type, (use.type,))]
-    is_below = any(recording.chain(use.frame, frame) for frame in sensor.stamps)
-    return is_below or any(use.frame in stamps for stamps in declared) or _unknown(recording, use) is not None

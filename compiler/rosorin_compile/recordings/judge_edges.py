@@ -281,7 +281,7 @@ def stale(recording: Recording) -> Iterator[Diagnostic]:
 
 
 def _by_owner(series: Iterable[Series]) -> Iterable[list[Series]]:
-    """Return edges in groups by the node that publishes them; one without a node alone."""
+    """Group edges by the node that publishes them; an edge without a node is a group by itself."""
     groups: dict[str, list[Series]] = {}
     for one in series:
         groups.setdefault(one.owner or one.name, []).append(one)

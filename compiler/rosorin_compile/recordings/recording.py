@@ -109,7 +109,7 @@ class FrameUse:
 class Recording:
     """The contents of a recording.
 
-    ``complete`` tells that edges which it does not have were not published; ``timed`` that times of arrival are known.
+    If ``complete``, edges that are not in it were not published; if ``timed``, arrival times are known.
     Readers add messages and call ``finish``; afterwards ``series``, ``joints`` and ``uses`` have their statistics.
     """
 

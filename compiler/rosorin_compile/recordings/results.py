@@ -205,8 +205,8 @@ def as_junit(result: Verified, strict: bool = False) -> str:
     failing = ("error", "warning") if strict else ("error",)
     failed = sum(any(finding.severity in failing for finding in findings) for findings in cases.values())
     values = {"robot": result.robot, "cases": cases, "failing": failing, "failed": failed, "masked": mask_controls}
-    return Templates.own("recordings/junit.xml.jinja", values | {"text": _junit_text})
 
+    def text(finding: Finding) -> str:
+        return mask_controls("\n".join([finding.message, *finding.evidence, finding.help]), keep="\n")
 
-def _junit_text(finding: Finding) -> str:
-    return mask_controls("\n".join([finding.message, *finding.evidence, finding.help]), keep="\n")
+    return Templates.own("recordings/junit.xml.jinja", values | {"text": text})

@@ -114,7 +114,7 @@ class Pace:
 
     @cached_property
     def step(self) -> Step | None:
-        """The largest step of the clock that stamps, or from where to where it drifted; None for neither.
+        """The largest step of the clock that stamps, else its drift, or None if it has neither.
 
         The lead of a slice is the most that a stamp was ahead of its arrival; no message arrives before it is sent.
         Growing delays are not a step: the leads on both sides of it have to be steady.
@@ -223,9 +223,9 @@ class Messages(NamedTuple):
 
 @dataclass
 class Reported:
-    """The positions of a joint in rad or m: lowest and highest, how many, how many beyond limits, and not numbers.
+    """The positions of a joint in rad or m: the range, and how many there are, exceed the limits, or are not numbers.
 
-    A follower was compared ``followed`` times with its leader, and was ``off`` by ``farthest`` at most.
+    A follower was compared with its leader ``followed`` times and was wrong ``off`` times, by at most ``farthest``.
     """
 
     lowest: float

@@ -115,7 +115,12 @@ class _TextReader:
                     block[form] = _NUMBER.findall(match[2])
             elif kind == "document":
                 self.understood = True
-                self._document(item[0], line)
+                try:
+                    self._message(yaml_of(item[0]))
+                except (TypeError, ValueError, KeyError, AttributeError, OverflowError) as cause:
+                    reason = str(cause) if isinstance(cause, ValueError) else "a value is missing or of another kind"
+                    message = f"line {line} begins a message, but it cannot be read: {reason}"
+                    self._trouble("text-not-understood", line, message, "paste whole messages, from --- to ---")
             elif kind != "failure":
                 self._tree(item, kind, line)
         self._pair()
@@ -176,15 +181,6 @@ class _TextReader:
         named = [row._replace(parent=self._frame(row.parent), child=self._frame(row.child)) for row in rows]
         recording.rows += [row for row in named if row.child not in known]
 
-    def _document(self, text: str, line: int) -> None:
-        """Read one message of ros2 topic echo."""
-        try:
-            self._message(yaml_of(text))
-        except (TypeError, ValueError, KeyError, AttributeError, OverflowError) as cause:
-            reason = str(cause) if isinstance(cause, ValueError) else "a value is missing or of another kind"
-            message = f"line {line} begins a message, but it cannot be read: {reason}"
-            self._trouble("text-not-understood", line, message, "paste whole messages, from --- to ---")
-
     def _message(self, message: dict[str, Any]) -> None:
         recording, header = self.recording, message.get("header")
         recording.messages += 1
@@ -228,7 +224,10 @@ def _readings(forms: dict[str, list[str]]) -> Iterator[Reading]:
     All solutions that are printed as roll, pitch, yaw are the same rotation.
     """
     counts = {"xyz": 3, "matrix": 16, "quaternion": 4, "degree": 3, "radian": 3}
-    printed = {form: (list(map(float, texts)), _half_digit(texts)) for form, texts in forms.items()}
+    printed = {}  # the numbers, and half of their last printed digit
+    for form, texts in forms.items():
+        digits = [len(text.partition(".")[2]) for text in texts if "e" not in text.lower()]
+        printed[form] = (list(map(float, texts)), 0.5 * 10.0 ** -max(digits, default=3))
     whole = {f: one for f, one in printed.items() if len(one[0]) == counts[f] and all(map(math.isfinite, one[0]))}
     xyz, metres, complete = None, math.inf, False
     if "xyz" in whole:
@@ -259,12 +258,6 @@ def _readings(forms: dict[str, list[str]]) -> Iterator[Reading]:
 def _vector(values: Sequence[float]) -> Vector:
     x, y, z = values
     return (x, y, z)
-
-
-def _half_digit(texts: Sequence[str]) -> float:
-    """Return half of the last printed digit of some numbers."""
-    digits = [len(text.partition(".")[2]) for text in texts if "e" not in text.lower()]
-    return 0.5 * 10.0 ** -max(digits, default=3)
 
 
 def _rows(kind: str, text: str) -> Iterator[FrameRow]:

@@ -152,6 +152,12 @@ def _result(recording: Recording, findings: Sequence[Diagnostic], source: str) -
         kind = "sensor_msgs/msg/JointState"
         sensors = [_copy(RecordedSensor, states, topic="/joint_states", type=kind, frame="-", early=0, lookups=[])]
     sensors += [_copy(RecordedSensor, one, one.pace, lookups=list(one.lookups.values())) for one in recording.uses]
+    shown = []
+    for one in findings:
+        place = next((related.span for related in one.related if related.span is not None), None)
+        evidence = [related.message for related in one.related if related.span is None]
+        at = (place.source.path, place.line) if place else (None, None)
+        shown.append(Finding(one.rule, one.severity, one.of[0], one.message, one.with_help().help, evidence, *at))
     return Verified(
         robot=recording.description.robot.name,
         source=source,
@@ -163,18 +169,11 @@ def _result(recording: Recording, findings: Sequence[Diagnostic], source: str) -
         joints=tuple(_copy(RecordedJoint, one, name=name) for name, one in recording.joints.reported.items()),
         sensors=tuple(sensors),
         answers=tuple(EchoAnswer(one.name, one.line, answer_outcome(recording, one)) for one in recording.answers),
-        findings=tuple(map(_finding, findings)),
+        findings=tuple(shown),
         as_described=not has_errors(findings),
         diagnostics=tuple(findings),
         data=recording,
     )
-
-
-def _finding(found: Diagnostic) -> Finding:
-    place = next((related.span for related in found.related if related.span is not None), None)
-    evidence = [related.message for related in found.related if related.span is None]
-    file, line = (place.source.path, place.line) if place else (None, None)
-    return Finding(found.rule, found.severity, found.of[0], found.message, found.with_help().help, evidence, file, line)
 
 
 def _copy(record: type[_Record], *sources: object, **values: Any) -> _Record:
@@ -222,14 +221,18 @@ def _value(series: Series) -> str:
 
 def as_svg(recording: Recording) -> str:
     """Return the picture of a recording. Raises ValueError if it has no times of arrival."""
-    streams = _streams(recording)[:_MAX_ROWS]
+    # Label and pace of each row, and whether its pauses are gaps: those of a static edge are not.
+    streams = [(series.name, series.pace, True) for series in recording.series.values() if not series.static]
+    streams += [("/joint_states", recording.joints.pace, True)] if recording.joints.pace.count else []
+    streams += [(f"{use.topic} {use.frame}", use.pace, True) for use in recording.uses]
+    streams += [(f"{one.name} (static)", one.pace, False) for one in recording.series.values() if one.static]
     if not recording.timed or not streams:
         raise ValueError("a picture needs a recording that says when messages were received")
     span = max(recording.end - recording.start, 1)
     width = slice_width(span)
     slices = min(SLICES, -(-span // width))
     rows: list[dict[str, Any]] = []
-    for label, pace, moves in streams:
+    for label, pace, moves in streams[:_MAX_ROWS]:
         counts = np.bincount(pace.slices(width), minlength=SLICES)[:slices]
         note = f"{rate_text(pace.rate)}, {seconds(pace.gap.seconds)}"
         rows.append(
@@ -243,15 +246,6 @@ def as_svg(recording: Recording) -> str:
     title = f"{recording.description.robot.name}: {recording.messages:,} messages in {span / SECOND:.1f} s"
     values = {"title": mask_controls(title), "rows": rows, "step": 1 / slices, "seconds": span / SECOND}
     return Templates.own("recordings/rates.svg.jinja", values)
-
-
-def _streams(recording: Recording) -> list[tuple[str, Pace, bool]]:
-    """Return label and pace of each row, and whether its pauses are gaps: those of a static edge are not."""
-    rows = [(series.name, series.pace, True) for series in recording.series.values() if not series.static]
-    rows += [("/joint_states", recording.joints.pace, True)] if recording.joints.pace.count else []
-    rows += [(f"{use.topic} {use.frame}", use.pace, True) for use in recording.uses]
-    rows += [(f"{series.name} (static)", series.pace, False) for series in recording.series.values() if series.static]
-    return rows
 
 
 def _gaps(counts: Times, pace: Pace, width: int) -> Iterator[tuple[float, float]]:

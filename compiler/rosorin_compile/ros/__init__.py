@@ -1,4 +1,4 @@
-"""The robot for ROS 2: parameter files, the SRDF, packages, and the parameter files of others.
+"""ROS 2 output of a robot: parameter files, the SRDF and packages, and checks of existing parameter files.
 
 Formats: ``controllers`` (ros2_control), ``nav2``, ``robot_localization``, ``srdf`` (MoveIt). ``package`` writes a
 package and deploys into one, ``check_parameters`` checks parameter files of users against a robot.

@@ -1,4 +1,4 @@
-"""The graph of a robot: the nodes that its package starts, the topics between them, and the ends that are open."""
+"""The graph of a robot: the nodes that its package starts, the topics between them, and unconnected topics."""
 
 from __future__ import annotations
 
@@ -67,11 +67,11 @@ class Graph:
     starts: tuple[str, ...] = ()
 
     def publishers(self, end: End) -> list[End]:
-        """Return what is published on the topic of an end."""
+        """Return the publishers of the topic of an end."""
         return [one for one in self.published if one.topic == end.topic]
 
     def readers(self, end: End) -> list[End]:
-        """Return who reads the topic of an end in its type."""
+        """Return the subscribers to the topic of an end with the same message type."""
         return [one for one in self.read if one.topic == end.topic and one.type == end.type]
 
     def add(

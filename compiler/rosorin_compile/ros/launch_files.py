@@ -17,6 +17,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from rosorin_compile.formats.ros_packages import is_launch_file
 from rosorin_compile.model import (
     ROBOT_STATE_PUBLISHER,
     STATIC_TRANSFORM_PUBLISHER,
@@ -26,7 +27,6 @@ from rosorin_compile.model import (
     Transform,
 )
 from rosorin_compile.output import is_generated
-from rosorin_compile.output.package_folder import is_launch_file
 from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source, Span
 from rosorin_compile.source.files import read_bytes
@@ -78,7 +78,7 @@ class Remap:
 
 @dataclass(frozen=True)
 class LaunchNode:
-    """A node that a launch file starts, or, without a name, a remap of all nodes; None is known only at a run."""
+    """A node in a launch file, or, without a name, a remap of all nodes; None means a value only known at runtime."""
 
     name: str
     executable: str
@@ -88,7 +88,7 @@ class LaunchNode:
 
 
 def nodes_of(source: Source) -> Iterator[LaunchNode]:
-    """Yield the nodes of a launch file in Python, YAML or XML, by the ending of its name. Raises LaunchError."""
+    """Yield the nodes of a launch file in Python, YAML or XML, chosen by its file extension. Raises LaunchError."""
     try:
         if source.path.endswith(".py"):
             yield from _python(source)
@@ -210,7 +210,7 @@ def _python_node(words: Mapping[str, ast.expr], names: Names, span: Span) -> Lau
 
 
 def _bind(function: ast.FunctionDef, call: ast.Call | None, names: Names) -> dict[str, Any]:
-    """Return ``names`` inside a function, whose parameters have the plain values of a call, or no value."""
+    """Return ``names`` as seen in a function, with its parameters bound to the plain values of a call, or unbound."""
     positional = [one.arg for one in function.args.args]
     parameters = {one.arg for one in ast.walk(function.args) if isinstance(one, ast.arg)}
     inside = {name: held for name, held in names.items() if name not in parameters}
@@ -224,7 +224,7 @@ def _bind(function: ast.FunctionDef, call: ast.Call | None, names: Names) -> dic
 
 
 def _constants(tree: ast.AST, names: Names = MappingProxyType({})) -> dict[str, Any]:
-    """Return ``names``, and those that a program or function assigns once, to a plain value, and never changes."""
+    """Return ``names`` and the variables that a program or function assigns once to a plain value and never changes."""
     changes = Counter[str]()
     assigned: list[tuple[str, ast.expr]] = []
     for node in ast.walk(tree):

@@ -1,7 +1,7 @@
-"""What a description knows of navigation: the frames of the map, the odometry and the base, and who publishes them.
+"""The navigation frames of a description: the frames of the map, the odometry and the base, and their publishers.
 
-The edges say it: one leads from outside of the robot to a frame of it, which is the odometry; one leads to where that
-begins, which is the map (REP 105). A node is what its name says, or its package.
+They follow from the edges: the one that leads from outside the robot to one of its frames is the odometry, and the one
+that leads to its parent is the map (REP 105). The kind of a node follows from its name or its package.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from rosorin_compile.source.tree import Path, exists
 from .node_kinds import kinds
 
 AMCL, SLAM, FILTER = "amcl", "slam_toolbox", "ekf"
-_NO_FILTER = "navsat"  # a node of robot_localization that is none
+_NO_FILTER = "navsat"  # in the name of a robot_localization node that is not a filter
 
 
 class Problem(NamedTuple):
-    """What is wrong with an output, or the robot for it; ``path`` is below the entry, or at the top if absolute."""
+    """A problem of an output or of its robot; ``path`` is relative to the entry, or starts at the top if absolute."""
 
     rule: str
     message: str
@@ -61,7 +61,7 @@ class Frames(NamedTuple):
 
 
 def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Problem]]:
-    """Return the frames of navigation, and what is wrong with them; ``output`` may name which of several."""
+    """Return the frames of navigation and their problems; ``output`` may select one of several candidates."""
 
     def wrong(message: str, help: Help, path: Path = ()) -> tuple[None, list[Problem]]:
         return None, [Problem("navigation-frames", message, path, help, key=not path)]
@@ -114,7 +114,7 @@ def owners_of_odom(robot: Robot, frames: Frames) -> set[str]:
 
 
 def stated_topic(robot: Robot, name: str) -> str:
-    """Return the topic that the description gives a sensor; empty if it gives none, so that it is called like it."""
+    """Return the topic that the description sets for a sensor; empty if it sets none, or just the sensor's name."""
     for sensor in robot.sensors:
         for simulated in sensor.gazebo if sensor.name == name else ():
             for element in simulated.elements:
@@ -124,7 +124,7 @@ def stated_topic(robot: Robot, name: str) -> str:
 
 
 def diagnose(case: Case, output: Output, find: Callable[[Robot, Output], Sequence[Problem]]) -> Iterator[Diagnostic]:
-    """Yield what ``find`` finds wrong with an output, at its place; nothing of a robot that is not a tree."""
+    """Yield the problems that ``find`` returns for an output, with positions; none if the robot is not a tree."""
     if not case.robot.is_tree:
         return
     entry: Path = ("outputs", output.name)

@@ -54,8 +54,8 @@ class Key(NamedTuple):
 
     ``valid`` are its validators with their arguments, ``forced`` is the value that it always has. ``frame`` is the role
     of the frame that it names, or empty; ``only`` are the distributions that know it, and ``stock``, if not empty,
-    those whose stock plug-in has it. Without a ``needed`` one its node does not start. ``renamed`` has values that are
-    refused now, with their replacements.
+    those whose stock plug-in has it. The node does not start without a ``needed`` key. ``renamed`` maps values that are
+    no longer accepted to their replacements.
     """
 
     name: str
@@ -87,7 +87,7 @@ class Kind:
     """A kind of node, with its keys by name; ``complete`` means that it has no others.
 
     The keys are those of all distributions; types and defaults are of ``distribution``. ``names`` are those that the
-    node usually has, ``signs`` keys by which one of another name is known. ``transform`` names the keys of the parent,
+    node usually has, ``signs`` are keys that identify it by another name. ``transform`` names the keys of the parent,
     the child and the switch of the transform that it publishes, and ``odometry`` is the topic that a controller
     publishes it on.
     """
@@ -104,7 +104,7 @@ class Kind:
     transform: Mapping[str, str] = field(default_factory=dict)
 
     def key(self, name: str) -> Key | None:
-        """Return a key; of several that fit, the one without variables."""
+        """Return the key that matches a name; one without variables is preferred."""
         patterns = (key for key in self.keys.values() if key.many and _pattern(key.name).fullmatch(name))
         return self.keys.get(name) or next(patterns, None)
 
@@ -139,9 +139,9 @@ class Kind:
 
 
 def is_of(name: str, kind: Kind | None, publisher: Publisher, publishers: Iterable[Publisher]) -> bool:
-    """Return True if a node is the one that a description calls a publisher: by its name, else by its package.
+    """Return True if a node is the given publisher of a description, by its name or else by its package.
 
-    A node that is another publisher by its name is not this one by its package.
+    A node whose name matches another publisher is not matched by its package.
     """
     if publisher.kind != NODE or name == publisher.name:
         return publisher.kind == NODE
@@ -158,7 +158,7 @@ def kinds(distribution: str) -> Mapping[str, Kind]:
 
 @cache
 def controller(plugin: str, distribution: str) -> Kind | None:
-    """Return a type of controllers, as other distributions know it if one does not have it, or None."""
+    """Return a controller type, taken from other distributions if this one does not have it, or None."""
     table = facts("ros2_controllers")
     entry = table["controllers"].get(plugin, {})
     if "keys" not in entry:
@@ -168,7 +168,7 @@ def controller(plugin: str, distribution: str) -> Kind | None:
 
 
 def plugins(distribution: str) -> Mapping[str, str]:
-    """Return every type of controllers, with keys or without, with its package."""
+    """Return the package of each controller type, including types without a table of keys."""
     found, known = facts("ros2_controllers")["controllers"], distribution and distribution_of_ports(distribution)
     return {name: of["package"] for name, of in found.items() if not known or known in of.get("only", DISTRIBUTIONS)}
 
@@ -190,13 +190,13 @@ def _kind(
 
 
 def by_signs(keys: Mapping[str, object], distribution: str) -> Kind | None:
-    """Return the kind that has most of its signs among some keys, or None if none has any."""
+    """Return the kind with the most ``signs`` among some keys, or None if no kind has any."""
     best = max(kinds(distribution).values(), key=lambda kind: sum(sign in keys for sign in kind.signs))
     return best if any(sign in keys for sign in best.signs) else None
 
 
 def controller_by_keys(keys: Mapping[str, object], distribution: str) -> Kind | None:
-    """Return the controller of a drive that knows most of some keys, where they are those of one."""
+    """Return the drive controller that has most of the keys, or None if they are not those of a drive controller."""
     if "enable_odom_tf" not in keys:
         return None
     plugins = [name for name, about in facts("ros2_ports")["controllers"]["interfaces"].items() if "drive" in about]
@@ -205,7 +205,7 @@ def controller_by_keys(keys: Mapping[str, object], distribution: str) -> Kind | 
 
 
 def by_name(name: str, distribution: str) -> Kind | None:
-    """Return the kind that a node of a name usually is."""
+    """Return the kind of node that usually has this name, or None."""
     return next((kind for kind in kinds(distribution).values() if name in kind.names), None)
 
 
@@ -231,7 +231,7 @@ def fits(value: Any, kind: str) -> bool:
 
 
 def convert(value: Any, kind: str) -> Any:
-    """Return a value as its type is written, where that is the same number; else the value itself."""
+    """Convert a number to the type of its parameter if that keeps its value; otherwise return it unchanged."""
     for one in kind.split(" or "):
         if one.endswith("_array") and isinstance(value, (list, tuple)):
             return [convert(item, one.removesuffix("_array")) for item in value]
@@ -266,11 +266,11 @@ def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
     compare, words = _BOUNDS.get(name.removesuffix("_or_nan"), (None, ""))
     if compare is not None and "size" in name:
         if not any(compare(len(value), size) for size in arguments):
-            return f"has {len(value)} values, and needs {words}{' or '.join(map(str, arguments))}", ""
+            return f"has {len(value)} values, but needs {words}{' or '.join(map(str, arguments))}", ""
     elif compare is not None:
         is_free = name.endswith("_or_nan") and math.isnan(value)
         if not is_free and not compare(value, arguments[0]):
-            return f"is {as_yaml(value)}, and has to be {words} {arguments[0]:g}", ""
+            return f"is {as_yaml(value)}, but has to be {words} {arguments[0]:g}", ""
     elif name in ("one_of", "subset_of"):
         values = value if name == "subset_of" else [value]
         if others := [str(one) for one in values if one not in arguments[0]]:
@@ -280,7 +280,7 @@ def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
     elif name == "unique" and (repeated := [str(one) for one in dict.fromkeys(value) if value.count(one) > 1]):
         return f"has {quote(repeated)} twice", ""
     elif name == "set_of" and set(value) not in map(set, arguments):
-        return f"is {as_yaml(value)}, and has to be {' or '.join(map(as_yaml, arguments))}", ""
+        return f"is {as_yaml(value)}, but has to be {' or '.join(map(as_yaml, arguments))}", ""
     return "", ""
 
 
@@ -288,7 +288,7 @@ def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
 
 
 class Finding(NamedTuple):
-    """A problem of a parameter, of its name with ``at_key``, or of the node; ``known`` replace an ``unknown`` value."""
+    """A problem of a parameter (of its name with ``at_key``) or of a node; ``known`` may replace an ``unknown`` one."""
 
     rule: str
     message: str
@@ -305,9 +305,9 @@ class Finding(NamedTuple):
 
 
 def against_kind(name: str, kind: Kind | None, values: Mapping[str, Any]) -> Iterator[Finding]:
-    """Yield what is wrong with the parameters of a node of a kind, by full key; ``name`` is the node in messages.
+    """Validate the parameters of a node, by full key, against its kind; ``name`` is the node in messages.
 
-    Without a kind these are values that no parameter of any node can be.
+    Without a kind, only values that no parameter of any node can have are reported.
     """
     for key, value in values.items():
         known = kind.key(key) if kind is not None else None
@@ -333,7 +333,7 @@ def against_kind(name: str, kind: Kind | None, values: Mapping[str, Any]) -> Ite
 
 
 def _unknown(name: str, kind: Kind, key: str, values: Mapping[str, Any], of_others: Key | None) -> Iterator[Finding]:
-    """Yield that a kind does not have a key; ``of_others`` is it in other distributions."""
+    """Report that a kind does not have a key; ``of_others`` is the key in other distributions."""
     names, severity = kind.like(key), ERROR
     help: Help = ""
     if kind.complete:
@@ -362,7 +362,7 @@ def _wrong_value(name: str, key: str, value: Any, known: Key) -> Iterator[Findin
         help = f"write {as_yaml(made) if fits(made, kind) else words}"
         if isinstance(value, str) and kind in ("bool", "int", "double"):
             help = f"write {words} without quotes"
-        message = f"{what} is {as_yaml(value)}, and has to be {words}: the node does not start"
+        message = f"{what} is {as_yaml(value)}, but has to be {words}: the node does not start"
         yield Finding("parameters-wrong-type", message, key, help)
     elif isinstance(value, str) and value in known.renamed:
         message = f'{what} is "{value}", which was renamed: the node does not start'

@@ -1,6 +1,6 @@
 """Parameter files of ROS 2: read as its nodes read them, with the place of every key and value, and written.
 
-The words are those of ``ros2/rcl:rcl_yaml_param_parser``, which are not those of YAML 1.2: yes and on are true, 010 is
+The syntax is that of ``ros2/rcl:rcl_yaml_param_parser``, which is not that of YAML 1.2: yes and on are true, 010 is
 eight, a list has values of one type, there are no aliases, and a key without a value is an error. A value is written as
 the type that its node takes (1.0 for a double). A key that a distribution lacks is left out for it.
 """
@@ -26,11 +26,11 @@ from .node_kinds import Kind, as_yaml, convert, kinds
 from .ports import facts
 
 PARAMETERS = "ros__parameters"
-_DEEPEST = 42  # mappings and lists in each other
+_DEEPEST = 42  # levels of nested mappings and lists
 _HELP = "a parameter file is NODE: {ros__parameters: {KEY: VALUE}}"
 _TRUE = {"y", "Y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON"}
 _FALSE = {"n", "N", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF"}
-# What strtol and strtod take, and the words of YAML for what is not finite.
+# The numbers that strtol and strtod accept, and YAML's words for infinity and NaN.
 _INT = re.compile(r"[-+]?(0[xX][0-9a-fA-F]{1,250}|0[0-7]{0,300}|[1-9][0-9]{0,300})\Z")
 _DOUBLE = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?\Z")
 _ZERO = re.compile(r"[-+]?[0.]+([eE].*)?\Z")
@@ -39,7 +39,7 @@ _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*|\*\*?")
 # Texts that are replaced when the file is used: by a launch file, or by nodes that rewrite it (nav2_common).
 _SUBSTITUTED = re.compile(r"\$\(|<[A-Za-z_]\w*>")
 _MOST = 2**63 - 1
-# Texts that are written without quotes, but for those that YAML reads as something else.
+# Strings that are written without quotes, except those that YAML reads as another type.
 _PLAIN = re.compile(r"[A-Za-z_/][A-Za-z0-9_/.-]*(::?[A-Za-z0-9_/.-]+)*")
 _WORDS = frozenset(("y", "yes", "n", "no", "true", "false", "on", "off", "null", "nan", "inf", "infinity"))
 
@@ -53,7 +53,7 @@ class Parameter(NamedTuple):
 
     @property
     def substituted(self) -> bool:
-        """Whether something else is put here, ``$(find-pkg-share ...)`` or ``<prefix>``: its type is unknown."""
+        """Whether the value has a substitution, ``$(find-pkg-share ...)`` or ``<prefix>``: its type is unknown."""
         values = self.value if isinstance(self.value, list) else [self.value]
         return any(isinstance(one, str) and _SUBSTITUTED.search(one) for one in values)
 
@@ -79,7 +79,7 @@ class Section:
 
 
 class NoParameters(DiagnosticError, ValueError):
-    """A file that is none of parameters; carries the diagnostic."""
+    """A file that is not a valid parameter file; carries the diagnostic."""
 
 
 def read_sections(source: Source) -> tuple[list[Section], list[Diagnostic]]:
@@ -122,7 +122,7 @@ class _Reader:
         self.texts: set[int] = set()  # where values with the tag !!str begin
 
     def check_events(self, events: Iterable[Any]) -> None:
-        """Check what the nodes of YAML do not tell, and that they are not nested too deep to be made."""
+        """Check what YAML nodes do not show, and that the file is not nested too deep to be composed."""
         depth = 0
         for event in events:
             if isinstance(event, yaml.AliasEvent):
@@ -208,7 +208,7 @@ class _Reader:
         section.parameters[name] = made
 
     def values(self, name: str, items: Any) -> list[Any]:
-        """Return the values of a list, which have one type or no node starts."""
+        """Return the values of a list, which must all have the same type."""
         values: list[Any] = []
         first = ""
         for item in items.value:
@@ -314,7 +314,7 @@ def text(robot: Robot, output: Output, templates: Templates, head: Sequence[str]
 
 
 def parameters_of(output: Output, nodes: Iterable[Node]) -> Parameters:
-    """Return what a parameter file is meant to contain; not empty lists, for rcl does not know their type."""
+    """Return the expected contents of a parameter file, without empty lists, because rcl does not know their type."""
     found: dict[str, dict[str, Any]] = {}
     for node in nodes:
         kind = kinds(distro_of(output))[node.kind] if isinstance(node.kind, str) else node.kind

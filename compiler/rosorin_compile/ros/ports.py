@@ -72,7 +72,7 @@ def facts(name: str) -> Any:
 
 
 def distribution_of_ports(distribution: str) -> str:
-    """Return the distribution whose ports hold for another one: later ones are as the last in the table."""
+    """Return the distribution whose ports apply to another one: those not in the table use its last one."""
     known = facts("ros2_ports")["distributions"]
     return distribution if distribution in known else str(known[-1])
 

@@ -127,10 +127,10 @@ def remaps(robot: Robot, output: Output) -> list[tuple[str, str]]:
 
 
 def usual(robot: Robot, kind: str, base: str) -> tuple[str, ...]:
-    """Return the variables of an input that are used by default, by the drive; none without a drive.
+    """Return the variables of an input that are used by default, which depend on the drive; none without a drive.
 
-    Wheels give velocities. A base that cannot go sideways has a speed of 0 there, which is worth as much as one that
-    was measured; but at the axle alone: where the frame ``base`` is elsewhere, it goes sideways as the base turns.
+    Wheels measure velocities. For a base that cannot go sideways, a lateral velocity of 0 is as good as a measured one,
+    but only at the axle: if the frame ``base`` is elsewhere, it moves sideways as the base turns.
     """
     if robot.drive is None or kind == "pose":
         return ()
@@ -169,7 +169,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
 
 def view(robot: Robot, output: Output) -> Parameters:
-    """Return what the parameter file of a filter is meant to contain."""
+    """Return the expected contents of the parameter file of a filter."""
     node = _content(robot, output)[0]
     return parameters_of(output, [node] if node is not None else [])
 

@@ -21,7 +21,7 @@ LIGHTEST = 1.0  # kg/m^3: air has 1.2, aerogels that can be held more than 3
 LIGHTEST_INERTIA = 0.05  # kg/m^3: 1 kg with moments of 1 kg*m^2, the placeholder of SDF, has 0.06
 FOAM = 25.0  # kg/m^3: a density in g/cm^3 is below this; cork has 240, foam 20 to 200
 ROUGHLY = 1.5  # sizes are rounded, and a box around a part leaves out a flange
-ROUGH_INERTIA = 2.0  # moments are often rounded to one digit, and their third power counts
+ROUGH_INERTIA = 2.0  # moments are often rounded to one digit, and the error enters with its third power
 LESS_THAN_SEEN = 10.0  # the collision of a link may be smaller than its mesh: a sphere under a foot
 NO_SHAPE = 0.005  # m: a collision shape as small as this in a link with meshes is a placeholder
 NO_MASS = 0.001  # kg: a placeholder in many robots, for engines that need a mass
@@ -29,7 +29,7 @@ BEYOND = 2.0  # a radius of gyration is at most the distance to the farthest poi
 OUTSIDE = 0.7  # of the diagonal of the shapes: a counterweight that nobody drew is nearer than that
 FLATTEST = 0.01  # an inertia that is printed to few digits looks like a sheet without thickness
 ROUNDING = 1e-9  # relative to the largest moment: of the description and of the eigenvalues
-# Where more moving parts than these lack mass or collision, the robot is drawn without on purpose.
+# If a larger share of the moving parts lacks mass or collision, the robot was designed without it on purpose.
 FEW_WITHOUT_MASS, FEW_WITHOUT_COLLISION = 0.5, 0.25
 
 
@@ -108,8 +108,8 @@ def _inertia(case: Case, link: Link, bounds: Bounds | None) -> Iterator[Diagnost
     moments = {"ixx": inertial.ixx, "iyy": inertial.iyy, "izz": inertial.izz}
     path = case.link(link.name, "inertial")
     place: Path = (*path, "inertia", max(moments, key=lambda key: moments[key]))
-    # No body of the same mass and inertia is less dense everywhere than the even ellipsoid: the closest packing for its
-    # second moments (m/5 (b^2 + c^2), ... give the squares of its semi-axes).
+    # The uniform ellipsoid has the lowest peak density of all bodies with this mass and inertia (m/5 (b^2 + c^2), ...
+    # give the squares of its semi-axes).
     squares = [5 / 2 * (low + middle + high - 2 * moment) / inertial.mass for moment in (low, middle, high)]
     volume = 4 / 3 * math.pi * math.sqrt(math.prod(max(square, FLATTEST * max(squares)) for square in squares))
     radius, density = math.sqrt(high / inertial.mass), inertial.mass / volume if volume > 0 else math.inf

@@ -1,4 +1,4 @@
-"""Case: a robot as the rules look at it, with the paths of its parts, and the one way to report a problem."""
+"""Case: the robot that the rules examine, with the paths of its parts, and the method that reports a problem."""
 
 from __future__ import annotations
 

@@ -17,11 +17,11 @@ from .case import Case, number
 from .joints import lies_across
 from .shapes import holds
 
-PARALLEL = math.cos(math.radians(30))  # an axis this near to its direction is meant to be that
-RADIUS_APART = 0.05  # of a radius that is given: more is another number, such as the diameter
+PARALLEL = math.cos(math.radians(30))  # an axis this close to its expected direction is intended to have it
+RADIUS_APART = 0.05  # relative to the specified radius: a larger deviation is another quantity, such as the diameter
 UNEVEN = 0.001  # m
 LEAST = 1e-4  # m between wheels that are apart
-# Which wheels are farther along x or y than which others, by what their names say.
+# Which wheels must be farther along x or y than which others, according to their names.
 _FRONT, _LEFT = (0, "in front of"), (1, "to the left of")
 _PAIRS = {
     MECANUM: (
@@ -94,8 +94,9 @@ def axes(case: Case) -> Iterator[Diagnostic]:
         elif rolls and y < 0:
             what, severity = "it turns backward where the base goes forward; controllers take +y", WARNING
         elif rolls and exists(case.tree, case.joint(joint, "axis")) and lies_across(case, joint):
-            message = f'the axis of joint "{joint.name}" is across "{joint.child}", the wheel that it turns'
-            help = "a cylinder is along z: give the shape rpy: [90 deg, 0, 0], or correct the axis"
+            message = f'the axis of joint "{joint.name}" is perpendicular to the axle of "{joint.child}", '
+            message += "the wheel that it turns"
+            help = "a cylinder lies along z: give the shape rpy: [90 deg, 0, 0], or correct the axis"
             yield case.problem("axis-across", message, case.joint(joint, "axis"), help)
         if what:
             direction = f"[{', '.join(number(round(c, 3) + 0.0) for c in axis)}]"

@@ -24,7 +24,7 @@ from .magnitudes import FULL_TURN
 OPTICAL = Pose(rpy=(-math.pi / 2, 0.0, -math.pi / 2)).transform()
 SUFFIXES = ("_optical", "_optical_frame", "_optical_link")
 TOLERANCE = 1e-3  # rad
-CALIBRATION = 0.2  # rad; the image frames of one device differ by what the maker calibrated, never by much
+CALIBRATION = 0.2  # rad; the image frames of one device differ only by the calibration of the manufacturer
 
 
 @rule("owns-world-frame", help="Begin the robot at `base_link`.", topic=FRAMES, accept="link", imported="always")
@@ -79,7 +79,7 @@ def optical_mounts(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("optical-mount", message, place, key=place[-1] != "rpy")
 
 
-AT_ONCE = 0.05  # m; what is nearer is right in front of a sensor: no housing of a robot has a larger hood
+AT_ONCE = 0.05  # m; anything nearer is directly in front of the sensor: no housing has a deeper hood
 NEARLY_ALL = 0.9  # of the rays: the others look past an edge
 ON_A_FACE = 1e-4  # m; a sensor on a face is not inside, in spite of the rounding of poses
 # So many rays of a layer, so many layers and so many along each side of an image are examined: more see the same.
@@ -127,7 +127,7 @@ def sight(case: Case) -> Iterator[Diagnostic]:
 
 
 def _housing(robot: Robot, frame: str) -> set[str]:
-    """Return the links that carry a sensor and nothing else, and those attached to its own; of a root that alone."""
+    """Return the links that carry only a sensor, and those attached to its frame; for a root, only that root."""
     found = {frame, *(robot.subtree(frame) if frame in robot.joint_to else ())}
     top = robot.joint_to.get(frame)
     while top is not None and top.is_fixed and top.parent in robot.joint_to:

@@ -1,4 +1,4 @@
-"""Joints: with links they are one tree; their axes and limits, and keys that have no effect or contradict others."""
+"""Joints: they form one tree with the links; their axes and limits; keys without effect and contradictory keys."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def known_names(case: Case) -> Iterator[Diagnostic]:
     if not robot.links:
         yield case.problem("no-links", f'the robot "{robot.name}" has no links', ("robot",))
     for kind, option, real in (("link", "rename", robot.link), ("joint", "joints", robot.joint)):
-        # Planning comes after the robot, and then the options of its outputs.
+        # Names in planning are reported after those in the robot, and those in options of outputs come last.
         uses = sorted((one for one in case.mentions(kind) if not one.among), key=lambda one: one.path[0] == "moveit")
         for output in robot.outputs:
             for index, name in enumerate(output.options.get(option, ())):

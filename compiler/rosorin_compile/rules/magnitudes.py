@@ -174,7 +174,7 @@ def speeds(case: Case) -> Iterator[Diagnostic]:
 
 @rule("control-character", help="Remove it.", topic=NUMBERS)
 def characters(case: Case) -> Iterator[Diagnostic]:
-    """A text has a character that no XML file can carry."""
+    """A text contains a character that cannot appear in an XML file."""
     reported: set[Span] = set()
     for key, entries in ((False, case.remarkable["texts"]), (True, case.remarkable["keys"])):
         for path, text in entries:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rosorin_compile.formats import Format
 
 MAX_FOLDERS = 50
-# The language of a file by its ending, whatever wrote it.
+# The language of a file by its extension, whatever wrote it.
 _LANGUAGE = {f".{one.lower()}": one for one in ("JSON", "SVG", "CSV", "TOML", "PDF", "PNG")}
 _LANGUAGE |= {".py": "Python", ".md": "Markdown", ".yaml": "YAML", ".yml": "YAML", ".html": "HTML", ".htm": "HTML"}
 _LANGUAGE |= dict.fromkeys((".xml", ".urdf", ".xacro", ".sdf", ".world", ".srdf", ".mjcf"), "XML")
@@ -75,7 +75,7 @@ def _unknown(case: Case, output: Output) -> Diagnostic:
 
 
 def _endings(format: Format) -> tuple[str, ...]:
-    """Return how the names of files of a format end, the usual one first."""
+    """Return the file name suffixes of a format, the usual one first."""
     usual = posixpath.splitext(format.file)[1]
     return (usual, *format.endings) if usual else format.endings
 

@@ -19,7 +19,7 @@ from .case import Case, number
 
 # Positions come from pulses and printed limits: a hair beyond is rounding.
 ROUNDING = 1e-6
-# A linkage is not an exact ratio: so much of the range of a joint its leader may move it beyond.
+# A linkage is not an exact ratio: the leader may move a joint beyond its limits by this share of its range.
 SLACK = 0.05
 SHOWN = 8
 # rad. A pulse or a tick of a servo is a hundredth of that; a hand that counts in whole turns does so with gears.
@@ -40,7 +40,7 @@ def within_limits(case: Case) -> Iterator[Diagnostic]:
             joint = case.robot.joint.get(name)
             if joint is not None and joint.moves and (id != "pose-beyond-limit" or joint.mimic is None):
                 yield from _compare(case, id, joint, path, value)
-    # A pose leaves the joints at zero that it does not name; one of a planning group is about the joints of that.
+    # A pose leaves joints that it does not name at zero; one of a planning group covers only the joints of that group.
     moveit = case.robot.moveit
     states = {pose for group in (moveit.groups if moveit else ()) for pose in (group.states or {}).values()}
     placed = {name for pose in case.robot.poses for name in pose.positions}
@@ -107,7 +107,7 @@ def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Itera
 
 
 def range_of(joint: Joint) -> tuple[float, float] | None:
-    """Return the limits of a joint that has some; None if they mean nothing."""
+    """Return the limits of a joint, or None if it has none or they are invalid."""
     limit = joint.limit
     if joint.type not in ("revolute", "prismatic") or limit is None or limit.lower is None or limit.upper is None:
         return None

@@ -39,7 +39,11 @@ def legal(case: Case) -> Iterator[Diagnostic]:
             yield problem
         if edge.publisher.kind == UNPUBLISHED and not edge.joint:
             message = f"no node publishes the edge {edge.parent} -> {edge.child}"
-            help = f"add publisher: NAME, one of {names}" if names else "declare a node in publishers: publisher: NAME"
+            help = (
+                f"add publisher: NAME, where NAME is one of {names}"
+                if names
+                else "declare a node in publishers: publisher: NAME"
+            )
             yield case.problem("unpublished-edge", message, ("edges", index, "child"), help)
 
 
@@ -143,7 +147,7 @@ def all_steps(case: Case, legal: bool = True) -> list[Step]:
 
 
 def steps_in_modes(case: Case) -> tuple[list[Step], list[Step]]:
-    """Return the transforms that are published in some modes, and the turns of joints in which nobody does that."""
+    """Return the transforms that are published in some modes, and the turns of joints without a publisher."""
     steps = all_steps(case)
     silent = [step for step in steps if step.is_silent and step.edge is not None]
     return [step for step in steps if not step.is_silent], silent
@@ -155,10 +159,10 @@ def active_in(published: Iterable[Step], combination: Combination) -> list[Step]
 
 
 def _claims(case: Case) -> dict[str, list[Step]]:
-    """Return the transforms into each frame that an edge leads to, joints first.
+    """Return the transforms to each frame that is the child of an edge, joints first.
 
-    Into another frame only a joint leads, and nobody else can publish that. Of a link with two parents only the first
-    is taken: that is the cause. Edges with an invalid condition are left out.
+    Any other frame is the child of a joint only, and has no other publisher. For a link with two parents, only the
+    first counts: the second parent is reported by its own rule. Edges with an invalid condition are left out.
     """
     led_to = {edge.child for edge in case.robot.edges}
     steps = [step for step in all_steps(case) if step.child in led_to] if led_to else []
@@ -501,5 +505,6 @@ def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
             if absent:
                 reported.add(frame)
                 missing = {} if len(absent) == 2 ** len(modes) else absent[0]  # {} is always
-                message = f'tf2 does not know the frame "{frame}"{in_words(missing)}, which {owner} stamps its messages'
-                yield case.problem("unknown-frame-id", f"{message} with", path, severity=WARNING)
+                message = f'{owner} stamps its messages with the frame "{frame}", which tf2 does not know'
+                message += in_words(missing)
+                yield case.problem("unknown-frame-id", message, path, severity=WARNING)

@@ -74,7 +74,7 @@ def proportions(case: Case) -> Iterator[Diagnostic]:
     if not robot.is_tree:
         return
     distant = [joint for joint in robot.joints if max(map(abs, joint.origin.xyz)) > LARGE]
-    # Several mistakes hide each other: then the rest is the robot without any of these distances.
+    # Several mistakes hide each other: then compare with the robot without any of these distances.
     without_all = diagonal(robot, tuple(joint.name for joint in distant)) if len(distant) > 1 else 0.0
     for joint in distant:
         if not _is_world(robot, joint.parent):
@@ -282,7 +282,7 @@ def _materials(case: Case) -> Iterator[tuple[str, Path, Path, Material]]:
 
 @rule("material-twice", help="Give one of them another name; it has one meaning in the whole URDF.", topic=NUMBERS)
 def definitions(case: Case) -> Iterator[Diagnostic]:
-    """A material has two looks: in `materials` and in a visual, or in two visuals."""
+    """A material has two different appearances: in `materials` and in a visual, or in two visuals."""
     first: dict[str, tuple[Path, Material]] = {}
     for _, _, path, material in _materials(case):
         if material.name and (material.rgba is not None or material.texture):

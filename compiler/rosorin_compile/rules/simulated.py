@@ -1,7 +1,7 @@
 """Names and elements that only MuJoCo reads: references resolve, names are unique by kind, elements are in place.
 
-MuJoCo keeps names by kind: a site of a link and the frame of another one are both sites, an actuator beside joints and
-one of the section are both actuators. Names that elements of MJCF bring count as well.
+MuJoCo keeps names by kind: a site of a link and the frame of another one are both sites, an actuator of a joint and
+one of the section ``actuators`` are both actuators. Names that elements of MJCF bring count as well.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ class _Names:
 
     def has(self, kind: str, name: str) -> bool:
         """Return True if there is something of a kind under a name, or may be."""
-        if kind == GEOM and len(self.shapes.get(name, ())) > 1:  # then none of them has it in the MJCF
+        if kind == GEOM and len(self.shapes.get(name, ())) > 1:  # then none of them keeps that name in the MJCF
             return any(named.kind == GEOM and named.name == name for named in self.all)
         return name in self.by_kind.get(kind, ()) or (self.is_open and kind not in (BODY, JOINT))
 
@@ -218,7 +218,7 @@ def mjcf_elements(case: Case) -> Iterator[Diagnostic]:
         tags |= inside
         if inside & {"replicate", "flexcomp"}:
             made_of += [(one.kind, one.name) for found in elements for one in mujoco.defined_names(found, top)]
-    materials = {f"{own}{name}" for name in case.robot.material}  # so they are called in the MJCF
+    materials = {f"{own}{name}" for name in case.robot.material}  # their names in the MJCF
     names.by_kind[MATERIAL] = materials | {named.name for named in names.all if named.kind == MATERIAL}
     seen: set[tuple[str, str]] = set()
     for path, elements, top in texts:
@@ -241,7 +241,7 @@ def mjcf_elements(case: Case) -> Iterator[Diagnostic]:
                 continue
             seen.add((kind, name))
             word = GEOM if kind == GEOM else _WORDS.get(kind, kind)
-            message = f'there is no {word} "{name}" in the MJCF, {where}'
+            message = f'{where} names the {word} "{name}", which is not in the MJCF'
             help = case.suggest(path, name, names.by_kind.get(kind, ()), f"name a {word} of the robot")
             yield at_name(case.problem("unknown-in-mjcf", message, path, help), name, line)
 
@@ -267,7 +267,7 @@ def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, Help] | None:
     return f"<{tag}> is no {what}", Suggestion(tag, known, "remove it")
 
 
-# How many sizes a site of a form has; those behind them mean nothing.
+# The number of sizes that a site of each type has; further ones have no effect.
 _SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
 
 

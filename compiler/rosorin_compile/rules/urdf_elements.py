@@ -136,7 +136,7 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
         sure = [use for use in uses if use[0].sure]
         found, path, _ = (sure or uses)[0]
         if name not in names[kind] and (sure or nearest(name, names[kind])):
-            message, uses = f'there is no {kind} "{name}", {found.where}', sure or uses
+            message, uses = f'{found.where} names the {kind} "{name}", which does not exist', sure or uses
             real = {*robot.link} if kind in (LINK, FRAME) else names[kind]
             # Without its prefix, as in a part.
             longer = sorted(one for one in real if one.endswith(name) and not one[: -len(name)][-1:].isalnum())
@@ -144,7 +144,7 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
             help = help if longer else case.suggest(path, name, real, f"name a {kind} of the robot")
         elif kind != "material" and carried and sure and name not in inside and name in {*robot.link, *robot.joint}:
             what = "link" if name in robot.link and kind != JOINT else "joint"
-            message, uses = f'the URDF has no {what} "{name}", {found.where}', sure
+            message, uses = f'{found.where} names the {what} "{name}", which is not in the URDF', sure
             help = "let robot_state_publisher publish it, or remove the element"
         else:
             continue

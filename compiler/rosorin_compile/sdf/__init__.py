@@ -23,12 +23,12 @@ __all__ = ["FORMAT"]
 
 
 def _call(module: str, name: str, *arguments: Any) -> Any:
-    """Call a function of a module that is only imported then: few runs need all of them."""
+    """Import a module on demand and call a function in it: few runs need all modules."""
     return getattr(import_module(f"{__name__}.{module}"), name)(*arguments)
 
 
 def _asked(tree: Map, version: str, name: str) -> Asked | None:  # noqa: ARG001
-    """Return the output of a robot that is imported from an SDF; others get none."""
+    """Return the output for a robot that is imported from an SDF, or None for other robots."""
     options = (tree.get("outputs") or {}).get("sdf")
     return None if options is None else Asked({"file": "", **options} | {"file": f"{name}.sdf"})
 

@@ -1,7 +1,7 @@
 """What an SDF contains of a robot: its links and frames, and the elements that the language has no key for.
 
-A link of SDF without an inertial weighs 1 kg, so that links without mass are frames. What has mass is a link, and what
-moves without any: that has the least mass. A root link called "world" without mass and shapes is the world.
+In SDF, a link without an inertial has a mass of 1 kg, so links without mass become frames; those that move stay links
+and get a minimal mass. A root link called "world" without mass and shapes is the world.
 
 What a URDF for Gazebo can contain as well (plugins, sensors, ...) is read into a ``<gazebo>`` of the robot. Gazebo puts
 its contents into the model, or into the link or joint that it refers to (``sdformat@sdf12:src/parser_urdf.cc``).
@@ -31,9 +31,9 @@ if TYPE_CHECKING:
 
 FOLLOWERS = "1.11"  # the first version with a word for mimic
 OLDEST, NEWEST = "1.9", "1.12"
-UNLIMITED = 1e16  # a limit from here on is none
-FREE = ("floating", "planar")  # joints that SDF has no word for: the child is free to move in the world
-# What moves and has no mass: so little that it changes no motion, as much as engines take (kg, kg*m^2).
+UNLIMITED = 1e16  # larger limits count as no limit
+FREE = ("floating", "planar")  # joints that SDF cannot express: the child is free to move in the world
+# For massless links that move: too small to affect the motion, large enough for engines (kg, kg*m^2).
 LEAST = Inertial(1e-6, IDENTITY, 1e-9, 1e-9, 1e-9)
 WORLD = "world"
 RESERVED = re.compile(r"__.*__\Z")
@@ -78,11 +78,11 @@ class Content(NamedTuple):
     inertials: Mapping[str, Inertial]
     attached: Mapping[str, str]
     carrier: Mapping[str, str]  # the link of SDF for each link: itself or the one that it is a frame of
-    canonical: str  # the link that stands for the model
+    canonical: str  # the canonical link of the model
     weightless: tuple[str, ...]  # links that have the least mass
 
     def in_order(self, links: Iterable[str]) -> Iterator[str]:
-        """Yield links in their order, but a frame after what it is attached to: Drake 1.51 places it wrongly before."""
+        """Yield links in their order, but a frame after what it is attached to: else Drake 1.51 misplaces it."""
         out: set[str] = set()
         for name in links:
             waiting = [name] if name in self.carrier else []
@@ -188,7 +188,7 @@ def view(robot: Robot, output: Output) -> Robot:
             limit = joint.limit if joint.moves else None
             if limit is not None:
                 known = [limit.known_value(key) for key in ("lower", "upper", "effort")]
-                # SDF takes large limits as none; the margin is for those that printing rounds up.
+                # SDF treats large limits as no limit; the margin is for limits that are rounded up when printed.
                 lower, upper, effort = (None if one is None or abs(one) >= 0.99 * UNLIMITED else one for one in known)
                 limit = Limit(None, None, effort) if joint.type == "continuous" else Limit(lower, upper, effort)
             name, axis = (names[joint.name], joint.axis) if joint.moves else ("", (1.0, 0.0, 0.0))

@@ -1,4 +1,4 @@
-"""Models of an SDF: nested and included ones, what each name in them refers to, and where everything is.
+"""Models of an SDF: nested and included models, the meaning of the names in them, and the poses of their contents.
 
 A model is a scope: its links, frames, joints and models share their names; ``other::name`` leads into a nested model.
 A pose is relative to another of these, in the end to the frame of the outermost model (``__model__``).

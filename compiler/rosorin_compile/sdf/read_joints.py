@@ -2,7 +2,7 @@
 
 A body is a link with the frames that are attached to it. Its top is what a joint names as its child, or what the other
 members of the body are relative to; the others hang on what their poses are relative to, or on the top. A joint whose
-child is not at the joint moves a link in between.
+child is not at the joint gets an intermediate link.
 """
 
 from __future__ import annotations
@@ -195,7 +195,7 @@ class Joints:
         self.entries.joints[name] = Placed(entry, node.element.span)
 
     def _joint(self, joint: Joined, parent: str) -> None:
-        """Add a joint; with a link in between where its child would move another way than the joint does."""
+        """Add a joint, with an intermediate link if its child would otherwise move differently."""
         element, node, reading = joint.node.element, joint.node, self.reading
         has_axis = joint.kind not in ("fixed", "ball")
         axis = reading.single(element, "axis") if has_axis else None
@@ -295,7 +295,7 @@ class Joints:
             entry["urdf_elements"] = [text, *entry.get("urdf_elements", ())]
 
     def _limit(self, name: str, entry: dict[str, Any], axis: Element | None, span: Span) -> None:
-        """Set the limit; stand-ins replace what readers of other formats need and the SDF does not have."""
+        """Set the limit, with stand-ins for values that other formats require and the SDF lacks."""
         limit = self.reading.single(axis, "limit") if axis is not None else None
         kind = entry["type"].value
         unit = "m" if kind == "prismatic" else "rad"

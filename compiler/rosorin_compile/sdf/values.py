@@ -42,7 +42,7 @@ _ROS_PATHS = ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")
 
 
 class WrittenPose(NamedTuple):
-    """A pose: its transform, its numbers with their places if they can be kept, its <pose> element."""
+    """A pose: its transform, its numbers with their places (empty if only computed), and its <pose> element."""
 
     transform: Transform
     xyz: Sequence[Placed] = ()

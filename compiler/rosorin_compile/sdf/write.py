@@ -1,6 +1,6 @@
 """The SDF of a robot, as text.
 
-Every frame of the description is in it: what has mass is a ``<link>``, the rest ``<frame attached_to>`` (``content``).
+It contains all frames: what has mass is a ``<link>``, and the rest are ``<frame attached_to>`` (see ``content``).
 Each pose has the numbers of the description: a joint is placed in its parent, the child at the joint, a shape in its
 own frame. Readers: libsdformat 12 and Drake 1.51.
 """
@@ -27,9 +27,9 @@ from . import content as contents
 from .content import FOLLOWERS, LEAST, NEWEST, OLDEST, SOLIDS, WORLD, collision_elements, own_elements
 
 MODEL = "__model__"
-_FRAME_ID = "frame_id"  # the word of 1.12 for what each Gazebo before it has its own
+_FRAME_ID = "frame_id"  # the element of 1.12; earlier Gazebo versions have different ones
 _LOOPS = ("connect", "weld")
-# Three points that are not line hold two bodies together like a weld (m); one is a ball joint.
+# Three points that are not collinear hold two bodies together like a weld (m); one is a ball joint.
 _CORNERS = ((0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.1, 0.0))
 _ROUNDING = 1e-12
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -279,7 +279,7 @@ class _Writer:
         return (first, second, at) if {first, second} <= self.content.carrier.keys() else None
 
     def _sensor(self, sensor: Sensor, one: GazeboSensor) -> None:
-        """Write a sensor of Gazebo into the link or joint that it is in, or take down why it cannot be."""
+        """Add a Gazebo sensor to its link or joint, or record the reason why it cannot be written."""
         kind, link, why = distribution(self.gazebo), one.feels or one.link, ""
         frame_id = _FRAME_ID if self.version == NEWEST else DISTRIBUTIONS.get(kind, "")
         names = [name for name, _ in self.shapes["collision"].get(one.feels, ())]
@@ -309,14 +309,14 @@ class _Writer:
         message = f"readers of SDF take a moving link without mass for 1 kg, so {LEAST.mass:g} kg is written"
         lost(message, content.weightless, "give it an inertial", "sdf-without-mass")
         planar = [joint.name for joint in robot.joints if joint.type == "planar"]
-        message = "SDF has no planar joint, so the child is free to move every way"
-        lost(message, planar, "or make it two prismatic joints and a continuous one")
+        message = "SDF has no planar joint, so the child is free to move in every direction"
+        lost(message, planar, "if it should not be, make it two prismatic joints and a continuous one")
         axleless = [joint for joint in robot.joints if not joint.moves and not joint.is_fixed]
         names = [joint.name for joint in axleless if joint.dynamics and any(astuple(joint.dynamics))]
         message = "SDF has no dynamics of joints that move in several directions"
         lost(message, names, "make each of them several joints, one for each axis")
         names = [name for name, written in self.joints.items() if written != name]
-        message = "a joint with the name of a link or frame gets the ending _joint in the SDF"
+        message = "a joint with the same name as a link or frame gets the suffix _joint in the SDF"
         lost(message, names, "give it another name in the description")
         followers = [joint.name for joint in robot.joints if joint.mimic and self.version in (OLDEST, "1.10")]
         message = f"SDF {self.version} has no mimic, so these joints move freely in Gazebo"

@@ -68,7 +68,7 @@ def _place(span: Span | None) -> str:
 
 
 class MadeSpan(Span):
-    """A place that a program made something of, by the calls in ``via``, innermost first."""
+    """A place from which a program generated something, through the calls in ``via``, innermost first."""
 
     via: tuple[Related, ...] = ()
 
@@ -173,7 +173,7 @@ def error(rule: str, message: str, span: Span | None, help: Help = "", related: 
 def diagnostic(
     rule: str, severity: str, message: str, span: Span | None, help: Help = "", related: Iterable[Related] = ()
 ) -> Diagnostic:
-    """Return a diagnostic; a help that takes long to make is a function, which ``messages`` calls."""
+    """Return a diagnostic; a help that is slow to compute is a function, which ``messages`` calls."""
     text, suggest = (help, None) if isinstance(help, str) else ("", help)
     return Diagnostic(rule, severity, message, span, tuple(related), text, suggest=suggest)
 

@@ -1,4 +1,4 @@
-"""Read YAML as a tree with spans; and JSON, Python and YAML of other programs, up to a depth that code can process.
+"""Read YAML as a tree with spans, and JSON, Python and YAML of other programs up to a safe nesting depth.
 
 Scalars have the meaning of the YAML 1.2 core schema (https://yaml.org/spec/1.2.2/#103-core-schema), not that of 1.1:
 ``1e-3`` is a number, ``on`` and ``12:30`` are text. One form is added: a plain scalar that is a number and a known
@@ -43,7 +43,7 @@ _WORDS |= {word: float("nan") for word in (".nan", ".NaN", ".NAN")}
 _UNIT_TAGS = {"!degrees": "deg", "!radians": "rad", "!meters": "m"}
 _UNIT_TAGS |= {"!millimeters": "mm", "!foot": "ft", "!inches": "inch"}
 _FUNCTIONS = ("pi", "e", "tau", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "radians", "degrees")
-# A calculation behind such a tag: without powers, which take any time.
+# A calculation after such a tag; powers are not allowed, because they could take arbitrarily long.
 _CALCULATION = re.compile(rf"(?:[-+/(), \d.]|\*(?!\*)|(?<=\d)e(?=[-+\d])|\b(?:{'|'.join(_FUNCTIONS)})\b)+")
 
 LoadError = SourceError

@@ -162,7 +162,7 @@ def move_to_name(diagnostic: Diagnostic, offered: Offer | None) -> Diagnostic:
 
 
 def place_of_word(spans: Iterable[Span | None], name: str, other: str) -> Span | None:
-    """Return the first place with a word that is in a name, and not in the other name."""
+    """Return the first place with a word that is in ``name`` but not in ``other``."""
     for span in filter(None, spans):
         text = span.source.line(span.line)[span.column - 1 :]
         depth = 0

@@ -33,7 +33,7 @@ def few_digits(value: float) -> str:
 def round_to_shortest(value: float, largest: float = 0.0) -> float:
     """Return the shortest decimal within 1e-12 of a value, or of the ``largest`` entry of its vector, as a double."""
     bound = SHORT * max(abs(value), largest)
-    if not 0.0 < bound < 1e300 * SHORT:  # zero, what is next to it, what could not be rounded up, and no number
+    if not 0.0 < bound < 1e300 * SHORT:  # zero, nearly zero, too large to round up, or not a number
         return value + 0.0
     if abs(value) <= bound:
         return 0.0
@@ -76,13 +76,13 @@ def _without_zeros(text: str) -> str:
 
 
 def off_by_short(value: float, largest: float = 0.0) -> float:
-    """Return how far a number may be off that ``short`` has printed; one with more digits is exact."""
+    """Return the largest error of a number printed by ``short``; a number with more digits is exact."""
     is_short = float(f"{value:.13g}") == value
     return (1 + 1e-9) * SHORT * max(abs(value), largest) if is_short else 0.0  # the bound was that before rounding
 
 
 def off_by_six(value: float, largest: float = 0.0) -> float:
-    """Return how far a number may be off that ``six`` or ``short`` has printed, in a vector up to ``largest``."""
+    """Return the largest error of a number printed by ``six`` or ``short``, in a vector up to ``largest``."""
     digit = 0.5 * 10.0 ** (math.floor(math.log10(abs(value))) - 5) if value else 0.0
     return max(min(0.5e-6, digit), off_by_short(value, largest))
 
@@ -96,17 +96,14 @@ def number_format(options: Mapping[str, object]) -> NumberFormat:
 
 
 def numbers(values: Iterable[float], number: NumberFormat) -> str:
-    """Return numbers that have nothing to do with each other, separated by single spaces."""
+    """Return unrelated numbers separated by single spaces."""
     return " ".join(map(number, values))
 
 
 def vector(values: Iterable[float], number: NumberFormat = short) -> str:
     """Return the entries of a vector separated by single spaces, the only separator that urdfdom takes inside one."""
-    return numbers(rounded_vector(values), exact) if number is short else numbers(values, number)
-
-
-def rounded_vector(values: Iterable[float]) -> list[float]:
-    """Return the entries of a vector, each as short as it may be."""
+    if number is not short:
+        return numbers(values, number)
     entries = list(values)
     largest = max(map(abs, entries), default=0.0)
-    return [round_to_shortest(value, largest) for value in entries]
+    return numbers((round_to_shortest(value, largest) for value in entries), exact)

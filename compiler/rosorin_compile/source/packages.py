@@ -50,7 +50,7 @@ class Packages:
         return self._known[name]
 
     def found_packages(self) -> list[tuple[str, Path]]:
-        """Return the packages that were looked for and found; of one within another the inner first."""
+        """Return the packages that were looked up and found, nested packages before the enclosing ones."""
         known = [(name, Path(os.path.abspath(folder))) for name, folder in self._known.items() if folder is not None]
         return sorted(known, key=lambda pair: -len(pair[1].parts))
 
@@ -85,7 +85,7 @@ class Packages:
             own = own or (folder if called else None)
         if own is not None and name in (packages := self._below(own.parent)):
             yield packages[name]
-        # Packages are often handed on without their package.xml.
+        # Packages are often distributed without their package.xml.
         places = [*(folder for folder in above[:-1] if folder.name == name), *(folder / name for folder in above[:-1])]
         yield from filter(files.is_folder, places)
 

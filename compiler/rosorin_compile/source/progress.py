@@ -49,7 +49,7 @@ class Progress:
 
     @classmethod
     def step(cls, what: str, done: int = 0, total: int = 0, counted: bool = True) -> None:
-        """Show that ``done`` of ``total`` (0 if unknown) steps of a kind are done; not ``counted``: as a bar alone."""
+        """Show that ``done`` of ``total`` (0 if unknown) steps are done; if not ``counted``, without the numbers."""
         if cls._stream is None:
             return
         now, is_new, cls._kind = cls._clock(), what != cls._kind, what

@@ -75,7 +75,7 @@ class Description:
 
     @staticmethod
     def nearest_file(path: Path) -> Path | None:
-        """Return the file in the same folder with a similar name, whatever its ending, or None."""
+        """Return the file in the same folder with a similar name, whatever its extension, or None."""
         try:
             stems = {file.stem: file for file in sorted(path.parent.iterdir()) if files.is_file(file)}
         except (OSError, ValueError):  # no folder, or a name that no file can have
@@ -129,7 +129,7 @@ def here() -> list[Description]:
 
 def without_first_file(project: Path) -> list[tuple[str, str]]:
     """Return why folders of ``descriptions/`` are not descriptions, each with the fix. Raises OSError."""
-    # A folder that a file of another one names has files that several descriptions share.
+    # A folder that a file in another folder refers to contains files shared by several descriptions.
     folders = [folder for folder in _description_folders(project) if folder.is_dir() and folder.name[0] != "."]
     lacking = [folder for folder in folders if not _has_first_file(folder)]
     texts = [_beginning(file) for folder in folders for file in folder.rglob("*.y*ml")] if lacking else []

@@ -18,7 +18,7 @@ class Instance(NamedTuple):
     span: Span
     parent: Instance | None = None
     made: bool = False  # instantiated
-    prefix: str = ""  # what a part puts before its names, with the prefixes of the parts around it
+    prefix: str = ""  # the prefix of the names in a part, including the prefixes of enclosing parts
 
     def stack(self) -> Iterator[Related]:
         """Yield the places passed through, innermost first; of very many only the first and the last."""

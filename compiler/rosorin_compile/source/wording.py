@@ -114,7 +114,7 @@ def in_words(letter: str) -> str:
 
 
 def look(name: str, case: bool = True) -> str:
-    """Return what is the same for names that look alike; ``case``: upper and lower case are one."""
+    """Return a key that is equal for names that look alike; with ``case``, it ignores upper and lower case."""
     if not name.isascii():
         from unicodedata import normalize
 
@@ -124,7 +124,7 @@ def look(name: str, case: bool = True) -> str:
 
 
 def difference(name: str, other: str) -> str:
-    """Return in words in what a name differs from another one that looks like it."""
+    """Return a description of how a name differs from another one that looks like it."""
     from unicodedata import normalize
 
     pairs = ((name, other), (other, name))

@@ -157,7 +157,7 @@ class _Failure:
         if not_allowed and _COLON.search(text := self.source.line(above)):
             name = printable(_COLON.split(text.strip().lstrip("- "))[0].strip()[:40])
             message = f'this line is indented below "{name}", which already has a value'
-            help = f'indent it by {_key_indent(text)}, as "{name}"'
+            help = f'indent it like "{name}", by {_key_indent(text)}'
             return self.report(message, help, (self.line, self.indent + 1))
         return None
 

@@ -1,4 +1,4 @@
-"""A change as a picture: the page of a robot with the robot before under it, and what changed, by meaning.
+"""Changes as a picture: the page of a robot, with its previous version drawn under it, and a list of what changed.
 
 ``check`` draws what is committed under what was compiled, ``diff`` one robot under another one; one page may hold
 several robots.
@@ -23,15 +23,15 @@ from .showing import Shown, look, nameless, on_disk
 if TYPE_CHECKING:
     from rosorin_compile.compare.changes import Change
     from rosorin_compile.compare.difference import Difference
+    from rosorin_compile.compare.golden_check import Committed
     from rosorin_compile.formats.compilation import Compiled
-    from rosorin_compile.output.golden_check import Committed
     from rosorin_compile.request import Request
 
 COMMITTED = "what is committed"
 
 
 class Picture(NamedTuple):
-    """One robot of a page: the robot of now, what was before (None: nothing), and the text of the difference.
+    """One robot of a page: its current version, its previous version (None if there is none), and the differences.
 
     ``files`` are the meshes of before by name; ``inputs`` the files that the page is made of.
     """
@@ -55,7 +55,7 @@ class ChangesPage(NamedTuple):
 
 
 class Pictures:
-    """The robots of one page, as they come."""
+    """The robots of one page, in the order in which they are added."""
 
     def __init__(self, file: Path, meshes: bool = True, max_megabytes: float | None = None) -> None:
         self.file = file
@@ -129,7 +129,7 @@ class Pictures:
 
 
 def change_data(change: Change, robots: Iterable[Robot]) -> Data:
-    """Return a change as the page has it, with the frame where it is to be seen."""
+    """Return a change as data of the page, with the frame at which it is visible."""
     _, is_colour, values = change.text.rpartition(" colour ")
     colours = _colours(*values.split(" -> ")) if is_colour and " -> " in values else None
     return _entry(change.words(), _frame(change.kind, change.name, robots), change.artifacts, colours)

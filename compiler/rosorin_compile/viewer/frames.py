@@ -240,7 +240,7 @@ def _columns(heads: Sequence[str], entries: Sequence[tuple[tuple[str, ...], Row 
 
 
 def text_width(text: str) -> int:
-    """Return the columns that a text takes in a terminal."""
+    """Return the number of columns that a text takes up in a terminal."""
     if text.isascii():
         return len(text)
     shown = [letter for letter in text if unicodedata.category(letter) not in ("Mn", "Me", "Cf")]

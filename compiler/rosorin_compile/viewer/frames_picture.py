@@ -58,7 +58,7 @@ class TooMany(RequestError):
     """There are more trees than can be shown."""
 
     def __str__(self) -> str:
-        """Return the message with a way to have fewer."""
+        """Return the message with a hint on how to reduce the number of trees."""
         return f"{self.args[0]}; name modes: --mode NAME"
 
 

@@ -25,14 +25,14 @@ from rosorin_compile.model import HeightMap, Joint, Link, Mesh, Pose, Robot, Sha
 from rosorin_compile.model.geometry import pose_of
 from rosorin_compile.model.joint import Mimic
 
-# What became of a link. One that was carried is attached to one that moved.
+# How a link changed. A carried link is attached to a link that moved.
 MOVED, CARRIED, SHAPED, NEW, REMOVED = "moved", "carried", "shaped", "new", "removed"
 PURPOSES = ("visual", "collision")
 _LEAST = 1e-9  # m and rad
 
 
 class Overlay(NamedTuple):
-    """The robot before, under the names of the one of now, and what became of its links.
+    """The old robot, under the names of the new one, and the changes of its links.
 
     ``how`` has the links that did not stay, by name; ``shapes`` the shapes of old links that are elsewhere or gone, by
     link and purpose; ``at`` is the old root in the new one. ``frames`` are the frames at which something is to be
@@ -46,7 +46,7 @@ class Overlay(NamedTuple):
     frames: Mapping[str, str] = {}
 
     def with_meshes(self, changed: Collection[str]) -> Overlay:
-        """Return it with the links, too, whose mesh files are others: ``changed``, as the description names them."""
+        """Return the overlay plus the links whose mesh files are in ``changed`` (names as in the description)."""
         how, shapes = dict(self.how), dict(self.shapes)
         for link, purpose in product(self.old.links, PURPOSES):
             others = [s for s in getattr(link, purpose) if isinstance(s.geometry, Mesh) and s.geometry.file in changed]
@@ -89,7 +89,7 @@ def moves(
     precisions: tuple[Precision, Precision] = (exact, exact),
     unknown: Collection[str] = (),
 ) -> Overlay:
-    """Return what became of each link of two robots that call the same links by the same names.
+    """Return the change of each link between two robots that use the same names for the same links.
 
     ``tolerance`` (m, rad) is not a difference, besides what ``precisions`` leave open; ``unknown`` are links that the
     format of one of the two cannot contain.

@@ -1,6 +1,6 @@
-"""The server of the page: one robot, its meshes and where its numbers come from, while its files change.
+"""The server of the page: one robot, its meshes and the origins of its numbers, updated when files change.
 
-A page of somebody else in the same browser cannot read it: requests are answered only under the names of this machine
+A foreign page in the same browser cannot read it: requests are answered only under the names of this machine
 (which a foreign page that points its own name here does not have), and answers are never sent to another origin.
 """
 

@@ -90,7 +90,7 @@ def _place(span: Span) -> Data:
 
 
 def on_disk(shown: Shown, embedding: Embedding | None) -> Data:
-    """Return the data of a page that is sent, without an absolute path; ``embedding`` takes its meshes, if any."""
+    """Return the data of a page to be shared, without absolute paths; meshes are added to ``embedding``, if given."""
     data = dict(shown.data)
     if embedding is not None:
         data.update(tables(shown.robot, shown.meshes, embedding))

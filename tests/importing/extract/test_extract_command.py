@@ -107,7 +107,7 @@ def test_files_of_others_are_not_overwritten(here: Path, capsys: Said) -> None:
     capsys.readouterr()
     assert main(words) == 1
     assert capsys.readouterr().err.splitlines() == [
-        "error[extract-file]: boxes.yaml exists, and extract did not make it",
+        "error[extract-file]: this tool did not write boxes.yaml: it is not replaced",
         "    name another file, or add --force",
     ]
     assert (here / "boxes.yaml").read_text() == "robot: mine\n"
@@ -122,7 +122,7 @@ def test_files_of_others_are_not_overwritten(here: Path, capsys: Said) -> None:
     ("words", "message"),
     [
         (["boxes", "folder.stl"], "error[mesh-unreadable]: cannot read folder.stl: Is a directory"),
-        (["boxes", "robot.urdf", "--link", "floor"], "error[mesh-empty]: robot.urdf has no link with a mesh"),
+        (["boxes", "robot.urdf", "--link", "floor"], "error[mesh-empty]: floor has no mesh that can be read"),
         (["heightmap", "robot.urdf", "--link", "floor"], "error[mesh-empty]: floor has no mesh that can be read"),
         (["heightmap", "brick.stl", "--cell", "1um"], "error[height-map-grid]: a grid of 200,001 x "),
         (["heightmap", "brick.stl", "--below", "-1"], "error[height-map-empty]: nothing of the mesh is below -1 m"),

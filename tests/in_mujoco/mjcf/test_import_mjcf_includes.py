@@ -85,6 +85,6 @@ def test_a_mesh_that_is_no_file_is_refused_at_once(tmp_path: Path, kind: str) ->
         path.symlink_to("/dev/zero")
     (tmp_path / "main.xml").write_text(f'<mujoco><compiler meshdir="assets"/>{_MESH}{_SHOWN}</mujoco>', "utf-8")
     (found,) = read_mjcf(tmp_path / "main.xml", ReadOptions()).diagnostics
-    assert (found.rule, found.message) == ("file-unreadable", "corner.obj is no regular file")
+    assert (found.rule, found.message) == ("file-unreadable", "corner.obj is not a regular file")
     assert found.span is not None
     assert (found.span.line, found.span.column) == (1, 65)

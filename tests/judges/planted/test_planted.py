@@ -16,9 +16,9 @@ import pytest
 
 from judges.planted.planting import Planted, drawn, one_of_each, planted, planted_in_lists
 from rosorin_compile.compare.artifacts import disagreements
+from rosorin_compile.compare.golden_check import compare
 from rosorin_compile.formats import Artifact
 from rosorin_compile.model import Robot
-from rosorin_compile.output.golden_check import compare
 from support.paths import ROOT, ROSORIN
 from support.robots import compiled
 

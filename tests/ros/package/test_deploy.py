@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
+from rosorin_compile.formats.ros_packages import files_below, missing, undeclared_packages
 from rosorin_compile.output import MANIFEST
-from rosorin_compile.output.package_folder import files_below, missing, undeclared_packages
 from support.launch import run
 from support.packages import LAUNCH, TEXTS, check, contents, deploy, package_of_people
 from support.paths import ROSORIN
@@ -19,6 +19,12 @@ MOVED = "link1 moved 10.0 mm in base_link: origin z 0.17044 -> 0.16044 m\n"
 @pytest.fixture
 def base(tmp_path: Path) -> Path:
     return package_of_people(tmp_path)
+
+
+def test_places_that_an_older_version_stored_are_refused(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (base / ".rosorin-compile-deploy.yaml").write_text("robots: {}\n", "utf-8")
+    assert deploy(base) == 2
+    assert "is not read any more: pass its places with --map" in capsys.readouterr().err
 
 
 @pytest.mark.slow

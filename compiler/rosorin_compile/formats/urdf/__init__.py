@@ -1,4 +1,4 @@
-"""URDF: what robot_state_publisher, MoveIt and most other readers take.
+"""URDF: the format that robot_state_publisher, MoveIt and most other tools read.
 
 ``write`` decides what a URDF contains and writes it, with the blocks of ``gazebo``. ``read`` reads URDFs, with
 ``xml_reader``, which readers of other XML formats share.

@@ -77,7 +77,7 @@ _NOT_PRINTED = re.compile("[\x00-\x1f\x7f]")
 _NOT_IN_MATERIALS = re.compile(r"[<>&\"'\x00-\x1f]")
 _SPRING = {"springStiffness": "stiffness", "springReference": "spring_reference"}
 _WITH_RANGE = ("revolute", "prismatic")
-# What has no effect on a joint of a type. That of an axis is not reported: exporters write one for every joint.
+# Elements without effect on a type of joint. An axis is not reported: exporters write one for every joint.
 _WITHOUT_EFFECT = {"fixed": ("axis", "limit", "mimic", "dynamics"), "floating": ("axis", "limit")}
 
 
@@ -99,7 +99,7 @@ def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple
 def read(text: str) -> Robot:
     """Return the robot that a URDF of ours contains. Raises ValueError if it is damaged."""
     reader = _Reader(ReadOptions(), spelling=False)
-    # <gazebo> elements have the springs.
+    # The springs stay in the <gazebo> elements.
     tree = reader.robot(parse_artifact(text, "robot").root, Path("robot.urdf"), springs=False)
     return plain(lower_artifact(tree, reader.diagnostics))
 

@@ -74,7 +74,7 @@ def _links(robot: Robot, frames: str) -> frozenset[str]:
     if frames != BODIES:
         joints = robot.joints if frames == ALL else robot.in_urdf()
         return frozenset(name for joint in joints for name in (joint.parent, joint.child)) or frozenset([robot.root])
-    bodies: set[str] = set()  # what has a mass, what a joint moves, and what holds them together
+    bodies: set[str] = set()  # links that have mass, that a joint moves, or that connect such links
     for link in reversed(list(robot.walk())):
         above = robot.joint_to.get(link.name)
         if link.name in bodies or link.inertial is not None or (above is not None and not above.is_fixed):
@@ -155,7 +155,7 @@ def _in_version(shape: Shape, output: Output) -> Shape:
 
 
 def _collisions(robot: Robot, link: str, carried: Set[str], output: Output) -> list[Shape]:
-    """Return what a link collides with; wheels with rollers that are not carried are cylinders around them."""
+    """Return the collision shapes of a link; a wheel whose rollers are not carried gets a cylinder around them."""
     own = _shapes_at(robot, link, carried, "collision", output)
     joint = robot.joint_to.get(link)
     lost = _lost(robot, frozenset(carried)).get(link) if joint is not None and joint.type == "continuous" else None
@@ -324,8 +324,8 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         message = f"{output.file} leaves out {count_of(heavy, 'inertial')}: simulators drop links or invent masses"
         help = "give simulators a second URDF, or accept urdf-without-mass with its reason"
         yield case.problem("urdf-without-mass", message, ("outputs", output.name, "elements"), help, severity=NOTE)
-    # A step of dt takes damping * dt / inertia of a speed away; if that is more than twice of it, each step is faster
-    # than the one before. MuJoCo and Drake damp implicitly: all is stable. A URDF has no inertia of rotors.
+    # A step dt reduces a speed by a fraction of damping * dt / inertia; above 2, the speed grows with each step. MuJoCo
+    # and Drake damp implicitly, which is always stable. A URDF has no rotor inertia.
     places: dict[Span | None, list[tuple[float, Joint, float]]] = {}
     has_damping = case.robot.is_tree and has_inertials and "dynamics" in elements_of(output)
     for joint in joints_of(case.robot, output) if has_damping else ():

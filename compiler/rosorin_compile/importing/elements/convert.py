@@ -1,7 +1,7 @@
-"""Replace elements of a URDF or SDF by sections of the language where both mean the same.
+"""Replace elements of a URDF or SDF with sections of the language that have the same meaning.
 
-Each entry is written as an element again and compared with the element that it came from. What a rule refuses, what
-comes out differently and what the language cannot express is kept as it was, with the reason.
+Each entry is written as an element again and compared with the element that it came from. An element is kept unchanged,
+with the reason, if a rule refuses its entry, if the result differs, or if the language cannot express it.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ _FEW = 3  # names in a line of the report
 
 
 class Candidate(NamedTuple):
-    """An element that may become an entry of a section: its name, the text that contains it, its number there.
+    """An element that may become an entry: its section and name, the index of its text, and its index in that text.
 
-    ``reference`` is that of the ``<gazebo>`` around it.
+    ``reference`` is the value of that attribute of the enclosing ``<gazebo>``.
     """
 
     section: str
@@ -71,7 +71,7 @@ class Converted(NamedTuple):
 
 
 def with_sections(imported: Imported) -> Converted:
-    """Return a robot with sections instead of the elements of its URDF or SDF, as far as possible."""
+    """Return a robot in which elements of its URDF or SDF are replaced with sections where possible."""
     tree = imported.tree
     texts = tree.get(ELEMENTS) if tree is not None else None
     if tree is None or imported.format not in _FORMATS or not isinstance(texts, Seq):
@@ -114,7 +114,7 @@ class _Conversion:
         return Converted(imported, self.tree, {key: value for key, value in names.items() if value}, self.kept)
 
     def control(self, found: Mapping[str, Candidate]) -> tuple[dict[str, Any], str]:
-        """Return the entries of hardware blocks that mean the same, and the distribution that most of them are for."""
+        """Return the equivalent entries of hardware blocks, and the distribution that most of them are for."""
         made = []
         for distribution in ("jazzy", "humble"):
             humble, options = distribution == "humble", {"control": distribution}
@@ -127,7 +127,7 @@ class _Conversion:
         return entries, distribution
 
     def sensors(self, found: Mapping[str, Candidate]) -> tuple[dict[str, Any], str]:
-        """Return the entries of sensors that mean the same, and the Gazebo that most of them are for."""
+        """Return the equivalent entries of sensors, and the Gazebo version that most of them are for."""
         gazebo = gazebo_of([one.element for one in found.values()])
         sensors: dict[str, GazeboSensor] = {}
         entries: dict[str, Any] = {}
@@ -170,7 +170,7 @@ class _Conversion:
         options: Mapping[str, Any],
         followers: Set[str] = frozenset(),
     ) -> dict[str, str]:
-        """Remove the entries that are not written as their elements were, and return the reasons by name."""
+        """Remove the entries whose elements differ from the originals when written, and return the reasons by name."""
         reasons: dict[str, str] = {}
         while entries:  # the reason why one entry comes out differently may be another one
             texts, wrong = self.write(section, entries, options), dict[str, str]()
@@ -208,7 +208,7 @@ class _Conversion:
         return (None if message else lower(tree).robot), message
 
     def write(self, section: str, entries: dict[str, Any], options: Mapping[str, Any]) -> dict[str, list[str]]:
-        """Return the elements of the URDF that entries become, by what they are called."""
+        """Return the URDF elements that are written for entries, by the name that messages use."""
         robot, brings = self.with_sections({section: entries}, options)[0], FORMATS["urdf"].brings
         found: dict[str, list[str]] = {}
         if robot is not None and brings is not None:
@@ -220,7 +220,7 @@ class _Conversion:
         return found
 
     def without(self, taken: list[Candidate]) -> tuple[Seq, list[Comment]]:
-        """Return the elements without those that became entries, and all comments with their new paths.
+        """Return the elements except those that became entries, and all comments with their new paths.
 
         An empty ``<gazebo>`` is removed, too.
         """
@@ -258,7 +258,7 @@ def _candidates(texts: Seq) -> list[Candidate]:
 
 
 def _cut(text: str, taken: list[Candidate]) -> tuple[str, list[tuple[Path, str]]]:
-    """Return a text without some elements, and the comments of what is cut out by the path of their entry."""
+    """Return a text without some elements, and the comments in the removed text with the paths of their entries."""
     root = parse(Source("", f"<all>{text}</all>")).root
     outer = root.children[0]
     sensors = [child for child in outer.children if child.tag == "sensor"]
@@ -280,7 +280,7 @@ def _cut(text: str, taken: list[Candidate]) -> tuple[str, list[tuple[Path, str]]
 
 
 def _put(tree: Map, sections: Mapping[str, Any]) -> Map:
-    """Return a tree with more sections, whose values are plain; empty sections are removed."""
+    """Return a tree with added sections of plain values; empty sections are removed."""
     made = tree.copy()
     for key, value in sections.items():
         if value:

@@ -1,7 +1,7 @@
 """Convert a ``<ros2_control>`` element to an entry of ``control``.
 
-The syntax of both distributions is read. An element with content that the entry does not have is found when the entry
-is written back.
+The syntax of both distributions is read. Content that an entry cannot represent is detected when the entry is written
+back and compared with the element.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def _params(element: Element) -> dict[str, Any]:
 
 
 def plain(text: str) -> Any:
-    """Return the value that is written as this very text: a number, true or false, else the text."""
+    """Return the number or boolean that is written exactly like this text, otherwise the text."""
     if text in ("true", "false"):
         return text == "true"
     number = _number(text)

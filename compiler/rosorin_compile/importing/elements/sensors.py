@@ -1,8 +1,8 @@
 """Convert a ``<sensor>`` in a ``<gazebo>`` to an entry of ``sensors`` on the link that it is in.
 
-The library's type that measures the same is used, with arguments as far as the element has them. What Gazebo has
-differently or additionally becomes ``gazebo``: ``overlay`` compares the element with the one of the type. An element
-with content that the entry does not have is found when the entry is written back.
+The equivalent sensor type of the library is used, with the arguments that the element has. ``overlay`` compares the
+element with the one that the type generates; what is different or additional becomes ``gazebo``. Content that an entry
+cannot represent is detected when the entry is written back and compared with the element.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ class GazeboSensor(NamedTuple):
 
     @property
     def stamp(self) -> str:
-        """The frame that messages carry, as the element of Gazebo or a plug-in names it."""
+        """The frame_id of the messages, as named by the Gazebo element or a plug-in."""
         plugins = self.elements.get("plugin") or []
         plugins = plugins if isinstance(plugins, list) else [plugins]
         named = [self.elements.get(name) for name in _FRAMES]
@@ -150,7 +150,7 @@ def gazebo_of(elements: Sequence[Element]) -> str:
 
 
 def entry(one: GazeboSensor, robot: Robot, gazebo: str) -> dict[str, Any]:
-    """Return the entry of a sensor without what Gazebo has differently. Raises CannotConvert."""
+    """Return the entry of a sensor without the differences for Gazebo. Raises CannotConvert."""
     kind, frame = TYPES.get(one.type, ""), one.reference
     if one.type in LIDARS:
         rays, layers = (one.inner("lidar", "scan", axis).get("samples", 1.0) for axis in ("horizontal", "vertical"))
@@ -253,7 +253,7 @@ def without_collisions(texts: Sequence[str]) -> list[str]:
 
 
 def overlay(one: GazeboSensor, sensor: Sensor, gazebo: str) -> dict[str, Any]:
-    """Return what a sensor of the source has otherwise than the one of Gazebo that its type brings, or besides."""
+    """Return the parts of a source sensor that differ from, or add to, the one that its type generates."""
     made: dict[str, Any] = {}
     if len(sensor.gazebo) != 1:
         return made
@@ -286,7 +286,7 @@ def overlay(one: GazeboSensor, sensor: Sensor, gazebo: str) -> dict[str, Any]:
 
 
 def _changes(own: Mapping[str, Any], wanted: Mapping[str, Any], above: tuple[str, ...]) -> dict[str, Any]:
-    """Return what makes one mapping of elements another: what is new or other, and None for what goes."""
+    """Return the changes between two mappings of elements: new and changed values, and None for removed ones."""
     made: dict[str, Any] = {}
     for key, value in wanted.items():
         if isinstance(value, dict) and isinstance(own.get(key), dict):

@@ -1,36 +1,31 @@
-"""Extract numbers from meshes: shapes around parts, height maps, and the numbers of a ROS description package.
+"""Extract shapes around parts and height maps from meshes.
 
 numpy, scipy and trimesh are imported after a check that they are installed.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import math
-import os
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Any
 
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Pose, Shape
 from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
-from rosorin_compile.output import OutputError, write_file, write_set
+from rosorin_compile.output import OutputError, write_file
 from rosorin_compile.request import FilePath, Packages, Values, Warn, read_options
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import Diagnostic, RequestError
+from rosorin_compile.source.diagnostics import Diagnostic, DiagnosticError, RequestError
 from rosorin_compile.source.messages import arrange
-from rosorin_compile.source.packages import Packages as PackageFinder
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.wording import mask_controls
 
+from ..description import _written
 from ..layout import layout, number
 from .height_map_file import find_map, height_map_yaml, replace_map
-from .sources import GridOptions, RobotSource, SourceProblem, are_meshes, check_digits, mesh_parts
-
-if TYPE_CHECKING:
-    from .shapes import Fit
+from .sources import MAX_DIGITS, GridOptions, read_parts
 
 MARK = "# rosorin-compile extract"  # begins every file that extract writes
 
@@ -67,22 +62,6 @@ class ExtractedHeightMap:
             "method": self.height_map.method,
             "z": [list(heights) for heights in self.height_map.heights],
         }
-
-
-@dataclass(frozen=True)
-class ExtractedFactory:
-    """The numbers of a ROS description package."""
-
-    joints: tuple[str, ...] = ()
-    boxes: Annotated[tuple[str, ...], "the links that have one"] = ()
-    written: Annotated[tuple[str, ...], "the files that were written"] = ()
-    report: Annotated[tuple[str, ...], "what was found, in sentences"] = ()
-    diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
-
-
-def _three(numbers: Sequence[float]) -> tuple[float, float, float]:
-    x, y, z = numbers
-    return x, y, z
 
 
 def extract_boxes(
@@ -123,21 +102,13 @@ def extract_boxes(
     diagnostics: list[Diagnostic] = []
     if not 1 <= stack <= 100:
         raise RequestError("--stack takes 1 to 100 boxes")
-    check_digits(digits, "--digits")
+    if not 0 <= digits <= MAX_DIGITS:
+        raise RequestError(f"--digits takes 0 to {MAX_DIGITS} decimals")
     try:
         TriangleMesh.require_packages()
         from .shapes import fit_shapes
 
-        if are_meshes(sources, links):
-            parts = mesh_parts(sources, _three(scale), diagnostics)
-        else:
-            robot = RobotSource.read(sources[0], reading)
-            names = [robot.link(name) for name in links] or list(robot.robot.link)
-            parts = [part for name in names if (part := robot.part(name, section)) is not None]
-            diagnostics += robot.diagnostics
-            if not parts:
-                message = f"{sources[0]} has no link with a mesh that can be read"
-                raise ExtractProblem.new("mesh-empty", message, "see above, or --from")
+        parts, _ = read_parts(sources, links, section, scale, reading, diagnostics)
         values, entries, rows = {}, {}, [("part", "shape", "volume", "overhang", "overlap")]
         for index, part in enumerate(parts):
             Progress.step("fitting", index, len(parts))
@@ -150,25 +121,31 @@ def extract_boxes(
                 "collision": [shape_entry(piece) for piece in fit.pieces],
                 "source": {"status": "calculated", "note": what},
             }
-            values[part.name] = {
-                "meshes": list(part.meshes),
-                "triangles": len(part.triangles),
-                "closed": fit.overhang is not None,
-                "smallest": smallest,
-                "shapes": {kind: _fit_values(fit) for kind, fit in fits.items()},
-            }
+            shapes = {}
             for kind, fit in fits.items():
-                name = f"stack of {len(fit.pieces)}" if kind == "stack" else kind.replace("_", " ")
+                pieces = [
+                    {**_sizes(piece), "xyz": list(piece.pose.xyz), "rpy": list(piece.pose.rpy)} for piece in fit.pieces
+                ]
+                measures = {"volume": fit.volume, "overhang_volume": fit.overhang, "overlap": fit.overlap}
+                shapes[kind] = {"shapes": pieces, **measures}
+                name = f"stack of {len(pieces)}" if kind == "stack" else kind.replace("_", " ")
                 overhang = "open mesh"
                 if fit.overhang is not None:
                     overhang = f"{_volume(fit.overhang)} ({100 * fit.overhang / fit.volume:.0f}%)"
                 overlap = math.floor(fit.overlap * 1000) / 10  # 100% means all of it, not nearly all
                 rows.append((part.name, name, _volume(fit.volume), overhang, f"{overlap:g}%"))
+            values[part.name] = {
+                "meshes": list(part.meshes),
+                "triangles": len(part.triangles),
+                "closed": fit.overhang is not None,
+                "smallest": smallest,
+                "shapes": shapes,
+            }
         text = _first_line(sources, reading.arguments, "boxes") + layout({"links": entries})
         if output is not None:
-            save(Path(output), text, force)
-    except ExtractProblem as problem:
-        return ExtractedBoxes(diagnostics=(*diagnostics, *_diagnostics(problem)))
+            _save(output, text, force)
+    except DiagnosticError as problem:
+        return ExtractedBoxes(diagnostics=all_diagnostics(problem, diagnostics))
     width = max(len(name) for name, *_ in rows)
     table = (f"{row[0]:<{width}}  {row[1]:<12}  {row[2]:>10}  {row[3]:>16}  {row[4]:>7}" for row in rows)
     return ExtractedBoxes(values, text, tuple(table), tuple(arrange(diagnostics)))
@@ -184,25 +161,17 @@ def _sizes(shape: Shape) -> dict[str, dict[str, Any]]:
     if isinstance(geometry, Box):
         return {"box": {"min": list(geometry.lower), "max": list(geometry.upper)}}
     assert isinstance(geometry, Cylinder | Capsule)  # noqa: S101 - fits have no other shape
-    kind = "cylinder" if isinstance(geometry, Cylinder) else "capsule"
-    return {kind: {"radius": geometry.radius, "length": geometry.length}}
-
-
-def _fit_values(fit: Fit) -> dict[str, Any]:
-    """Return shapes and their fit: metres, cubic metres, radians."""
-    shapes = [{**_sizes(one), "xyz": list(one.pose.xyz), "rpy": list(one.pose.rpy)} for one in fit.pieces]
-    return {"shapes": shapes, "volume": fit.volume, "overhang_volume": fit.overhang, "overlap": fit.overlap}
+    return {type(geometry).__name__.lower(): {"radius": geometry.radius, "length": geometry.length}}
 
 
 def shape_entry(shape: Shape) -> dict[str, Any]:
     """Return a shape as an entry of ``collision``, as ``layout`` takes it."""
-    (kind, sizes), geometry = next(iter(_sizes(shape).items())), shape.geometry
+    geometry, sizes = shape.geometry, _sizes(shape)
     if isinstance(geometry, Box) and geometry.centre == (0.0, 0.0, 0.0):
-        sizes = {"size": geometry.size}
-    written = {key: list(map(number, value)) if kind == "box" else number(value) for key, value in sizes.items()}
-    entry: dict[str, Any] = {kind: written}
+        sizes = {"box": {"size": geometry.size}}
+    entry: dict[str, Any] = _written(sizes)
     if shape.pose.xyz != (0, 0, 0):
-        entry["xyz"] = list(map(number, shape.pose.xyz))
+        entry["xyz"] = _written(shape.pose.xyz)
     if shape.pose.rpy != (0, 0, 0):
         entry["rpy"] = [number(angle, "deg") for angle in shape.pose.rpy]
     return entry
@@ -264,11 +233,11 @@ def extract_height_map(
     if wrong:
         return ExtractedHeightMap(diagnostics=tuple(wrong))
     grid = GridOptions(cell, origin, cells, size, below, map_digits, step, bottom)
-    transform, into_file = Pose(_three(xyz), _three(rpy)).transform(), Path(into) if into is not None else None
+    transform = Pose((xyz[0], xyz[1], xyz[2]), (rpy[0], rpy[1], rpy[2])).transform()
     diagnostics: list[Diagnostic] = []
-    if into_file is not None and output is not None:
+    if into is not None and output is not None:
         raise RequestError("--into edits a file; it excludes -o and JSON")
-    if into_file is not None and grid.bottom:
+    if into is not None and bottom:
         raise RequestError("--bottom excludes --into and JSON; write a file with -o, and paste it")
     try:
         TriangleMesh.require_packages()
@@ -276,109 +245,37 @@ def extract_height_map(
 
         from .height_map import make_height_map, summary
 
-        existing = None if into_file is None else find_map(into_file, frame)
+        existing = None if into is None else find_map(Path(into), frame)
         if existing is not None:
             grid, frame = existing.complete(grid), existing.link
-        if are_meshes(sources, [link] if link is not None else []):
-            parts = mesh_parts(sources, _three(scale), diagnostics)
-            frame = frame or parts[0].name
-        elif link is None:
-            raise RequestError("name the link of the robot: --link LINK")
-        else:
-            robot = RobotSource.read(sources[0], reading)
-            link, frame = robot.link(link), robot.link(frame or link)
-            part = robot.part(link, section)
-            diagnostics += arrange(robot.diagnostics)
-            if part is None:
-                raise ExtractProblem.new("mesh-empty", f"{link} has no mesh that can be read", "see above, or --from")
-            parts, transform = [part], transform.then(robot.robot.transform(frame, link, {}))
+        parts, source = read_parts(sources, [link] if link else [], section, scale, reading, diagnostics)
+        if source is not None:
+            if link is None:
+                raise RequestError("name the link of the robot: --link LINK")
+            frame = source.link(frame or link)
+            transform = transform.then(source.robot.transform(frame, link, {}))
+        frame = frame or parts[0].name
         triangles = np.concatenate([part.triangles for part in parts])
         triangles = TriangleMesh.place(triangles, transform.rows, transform.xyz)
         height_map, messages = make_height_map(triangles, grid, frame)
         diagnostics += messages
         note = note or f"top of {', '.join(name for part in parts for name in part.meshes)}"
-        if existing is not None and into_file is not None:
-            text, report = replace_map(existing, height_map, status, note), [summary(height_map)]
+        report = [summary(height_map)]
+        if existing is not None:
+            text, path = replace_map(existing, height_map, status, note), existing.source.path
             is_new = text != existing.source.text
-            place = f"{into_file}:{existing.entry.key_spans['height_map'].line}"
+            place = f"{path}:{existing.collision.key_spans['height_map'].line}"
             report.append(f"{place}: height map of {frame} {'replaced' if is_new else 'unchanged'}")
             if is_new:
-                _replace(into_file, text)
+                _save(path, text, force=True)
         else:
             text = _first_line(sources, reading.arguments, "heightmap")
             text += height_map_yaml(frame, height_map, status, note)
-            report = [summary(height_map)]
             if output is not None:
-                save(Path(output), text, force)
-    except ExtractProblem as problem:
-        return ExtractedHeightMap(diagnostics=(*diagnostics, *_diagnostics(problem)))
-    return ExtractedHeightMap(frame, height_map, text, tuple(report), tuple(diagnostics))
-
-
-def extract_factory(
-    package: FilePath,
-    output: FilePath,
-    arguments: Values = None,
-    packages: Packages = None,
-    *,
-    robot: str | None = None,
-    height_map_link: str | None = None,
-    frame: str | None = None,
-    section: str = "auto",
-    cell: float | None = None,
-    origin: tuple[float, float] | None = None,
-    cells: tuple[int, int] | None = None,
-    size: tuple[float, float] | None = None,
-    below: float | None = None,
-    map_digits: int = 4,
-    step: float | None = None,
-    lenient: bool = False,
-    trust: bool = False,
-    warn: Warn = None,
-) -> ExtractedFactory:
-    """Write the joints, a box for each link and a height map of a ROS description package to a folder.
-
-    The options that are not listed here are those of ``extract_height_map``.
-
-    Args:
-        package: The folder of the package.
-        robot: The robot file in the package; by default the only one.
-        height_map_link: The link whose meshes are used for a height map. Default: no height map.
-        frame: The link whose frame the height map uses; by default ``height_map_link``.
-        lenient: Accept violations of the specification where possible.
-    """
-    reading, wrong = read_options(arguments, packages, trust, warn, lenient)
-    if wrong:
-        return ExtractedFactory(diagnostics=tuple(wrong))
-    folder, target, grid = Path(package), Path(output), GridOptions(cell, origin, cells, size, below, map_digits, step)
-    if frame and not height_map_link:
-        raise RequestError("--frame is that of the height map; name its link: --heightmap-link LINK")
-    path = None
-    try:
-        TriangleMesh.require_packages()
-        from . import factory
-
-        path = factory.find_robot_file(folder, robot)
-        name = PackageFinder.name_of(folder) or files.resolve(folder).name
-        reading = replace(reading, packages={name: folder, **reading.packages})
-        head = f"{MARK} factory: %s of the package {name}. Numbers only; metres, radians.\n"
-        source = RobotSource.read(str(path), reading)
-        taken = factory.take_numbers(source, name, height_map_link, frame, grid, section)
-    except ExtractProblem as problem:
-        choice = [] if path is None else factory.choice_of(path)
-        return ExtractedFactory(diagnostics=(*_diagnostics(problem), *choice))
-    diagnostics = arrange(source.diagnostics)
-    texts = {f"{title}.yaml": head % title + text for title, text in taken.texts.items()}
-    try:
-        write_set(target, texts, judge=lambda _, old, __: "replace" if _is_made(old) else "refuse")
-    except OutputError as problem:
-        return ExtractedFactory(diagnostics=(*diagnostics, problem.diagnostic))
-    written = tuple(str(target / file) for file in sorted(texts))
-    names = (("joints", taken.joints), ("boxes", taken.boxes))
-    report = [f"{what} ({len(found)}): {', '.join(found) or 'none'}" for what, found in names]
-    report += [taken.summary] if taken.summary else []
-    report.append(f"written: {', '.join(written)}")
-    return ExtractedFactory(tuple(taken.joints), tuple(taken.boxes), written, tuple(report), tuple(diagnostics))
+                _save(output, text, force)
+    except DiagnosticError as problem:
+        return ExtractedHeightMap(diagnostics=all_diagnostics(problem, diagnostics))
+    return ExtractedHeightMap(frame, height_map, text, tuple(report), tuple(arrange(diagnostics)))
 
 
 def _first_line(sources: Sequence[str], arguments: Mapping[str, str], command: str) -> str:
@@ -388,37 +285,23 @@ def _first_line(sources: Sequence[str], arguments: Mapping[str, str], command: s
     return mask_controls(f"{MARK} {command} {shlex.join(words)}".replace("\n", " ")) + "\n"
 
 
-def save(path: Path, text: str, force: bool = False) -> None:
+def _save(path: FilePath, text: str, force: bool) -> None:
     """Write a file; one that extract did not make is replaced only with ``force``. Raises ExtractProblem."""
-    if not force and os.path.lexists(path):
-        try:
-            is_ours = _is_made(files.read_bytes(path, len(MARK)))
-        except OSError:
-            is_ours = False
-        if not is_ours:
-            message = f"{path} exists, and extract did not make it"
-            raise ExtractProblem.new("extract-file", message, "name another file, or add --force")
-    _replace(path, text)
-
-
-def _replace(path: Path, text: str) -> None:
-    """Replace the text of a file atomically; a link stays a link. Raises ExtractProblem."""
     try:
-        write_file(path, text.encode(), may_replace=None)
+        write_file(Path(path), text.encode(), (), None if force else lambda old: is_made(files.read_bytes(old)))
     except OutputError as problem:
-        raise ExtractProblem(dataclasses.replace(problem.diagnostic, rule="extract-file")) from None
+        is_other = problem.diagnostic.rule == "output-not-ours"
+        help = "name another file, or add --force" if is_other else problem.diagnostic.help
+        raise ExtractProblem(replace(problem.diagnostic, rule="extract-file", help=help)) from None
 
 
-def _is_made(old: bytes) -> bool:
+def is_made(old: bytes) -> bool:
     """Return True if extract made a file."""
     return old.startswith(MARK.encode())
 
 
-def _diagnostics(problem: ExtractProblem) -> list[Diagnostic]:
-    """Return the diagnostics of a problem. Raises RequestError for the name of something that does not exist."""
-    if isinstance(problem, SourceProblem):
-        return arrange(problem.diagnostics)
+def all_diagnostics(problem: DiagnosticError, others: list[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """Return the diagnostics of a problem. Raises RequestError for a mesh file that does not exist."""
     if isinstance(problem, NotThere):
-        found = problem.diagnostic.with_help()
-        raise RequestError(f"{found.message}; {found.help}" if found.help else found.message) from None
-    return [problem.diagnostic]
+        raise RequestError(f"{problem.diagnostic.message}; {problem.diagnostic.help}") from None
+    return tuple(arrange([*others, problem.diagnostic]))

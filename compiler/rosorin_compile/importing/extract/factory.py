@@ -6,27 +6,30 @@ Only numbers and names are taken; no mesh and no text of the package is copied.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Annotated
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.model import Box
-from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Suggestion, phrase
-from rosorin_compile.source.files import is_file, is_folder, read_bytes
+from rosorin_compile.model.mesh_triangles import ExtractProblem, TriangleMesh
+from rosorin_compile.output import write_set
+from rosorin_compile.request import FilePath, Packages, Values, Warn, read_options
+from rosorin_compile.source import files
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, DiagnosticError, RequestError, UnknownName, phrase
+from rosorin_compile.source.messages import arrange
+from rosorin_compile.source.packages import Packages as PackageFinder
 from rosorin_compile.source.progress import Progress
 
 from ..description import _written
 from ..layout import layout
-from .height_map import make_height_map, summary
+from .extract import MARK, all_diagnostics, is_made
 from .height_map_file import height_map_yaml
-from .shapes import enclosing_box
 from .sources import GridOptions, RobotSource
 
-_PLACE = ("type", "parent", "child", "xyz", "rpy", "axis")
-_KEYS = (*_PLACE, "limit", "mimic", "dynamics", "calibration", "safety_controller")
+_POSE = ("type", "parent", "child", "xyz", "rpy", "axis")
+_KEYS = (*_POSE, "limit", "mimic", "dynamics", "calibration", "safety_controller")
 _NOT_TAKEN = ("mass-", "inertia-", "shape-")  # rules about values that are not taken
-_DIGITS = 5
 _MAX_BYTES = 5_000_000  # of a robot file
 _ROBOT = re.compile(r"<robot\b[^>]*?\sname\s*=", re.DOTALL)
 _INCLUDES = re.compile(r"<xacro:include\b[^>]*?\sfilename\s*=\s*[\"']([^\"']+)[\"']", re.DOTALL)
@@ -34,32 +37,132 @@ _CONDITION = re.compile(
     r"<xacro:(if|unless)\b[^>]*?\svalue\s*=\s*(\"[^\"]*\"|'[^']*')[^>]*>(.*?)</xacro:\1>", re.DOTALL
 )
 _PROPERTY = re.compile(r"<xacro:property\b[^>]*?\sname\s*=\s*[\"'](\w+)[\"'][^>]*?\svalue\s*=\s*[\"']([^\"']*)[\"']")
-_SOURCE = re.compile(r"\$\((env|optenv|arg)\s+(\w+)")
-_COMPARISON = re.compile(r"""(\$\([^()]*\)|\b\w+\b)\s*['"]?\s*[!=]=\s*['"]([^'"]*)['"]""")
+_VARIABLE = re.compile(r"""\$\((env|optenv|arg)\s+(\w+)[^()]*\)\s*['"]?\s*(?:[!=]=\s*['"]([^'"]*)['"])?""")
 
 
-@dataclass
-class FactoryNumbers:
-    """The results: YAML texts by title, the names of joints, the links with a box, and a line about the height map."""
+@dataclass(frozen=True)
+class ExtractedFactory:
+    """The numbers of a ROS description package."""
 
-    texts: dict[str, str]
-    joints: list[str]
-    boxes: list[str]
-    summary: str = ""
+    joints: tuple[str, ...] = ()
+    boxes: Annotated[tuple[str, ...], "the links that have one"] = ()
+    written: Annotated[tuple[str, ...], "the files that were written"] = ()
+    report: Annotated[tuple[str, ...], "what was found, in sentences"] = ()
+    diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
 
-def find_robot_file(package: Path, requested: str | None) -> Path:
+def extract_factory(
+    package: FilePath,
+    output: FilePath,
+    arguments: Values = None,
+    packages: Packages = None,
+    *,
+    robot: str | None = None,
+    height_map_link: str | None = None,
+    frame: str | None = None,
+    section: str = "auto",
+    cell: float | None = None,
+    origin: tuple[float, float] | None = None,
+    cells: tuple[int, int] | None = None,
+    size: tuple[float, float] | None = None,
+    below: float | None = None,
+    map_digits: int = 4,
+    step: float | None = None,
+    lenient: bool = False,
+    trust: bool = False,
+    warn: Warn = None,
+) -> ExtractedFactory:
+    """Write the joints, a box for each link and a height map of a ROS description package to a folder.
+
+    The options that are not listed here are those of ``extract_height_map``.
+
+    Args:
+        package: The folder of the package.
+        robot: The robot file in the package; by default the only one.
+        height_map_link: The link whose meshes are used for a height map. Default: no height map.
+        frame: The link whose frame the height map uses; by default ``height_map_link``.
+        lenient: Accept violations of the specification where possible.
+    """
+    reading, wrong = read_options(arguments, packages, trust, warn, lenient)
+    if wrong:
+        return ExtractedFactory(diagnostics=tuple(wrong))
+    grid = GridOptions(cell, origin, cells, size, below, map_digits, step)
+    if frame and not height_map_link:
+        raise RequestError("--frame is that of the height map; name its link: --heightmap-link LINK")
+    frame, folder = frame or height_map_link, Path(package)
+    path, diagnostics = None, list[Diagnostic]()
+    try:
+        TriangleMesh.require_packages()
+        from .height_map import make_height_map, summary
+        from .shapes import enclosing_box
+
+        path = _find_robot_file(folder, robot)
+        name = PackageFinder.name_of(folder) or files.resolve(folder).name
+        source = RobotSource.read(str(path), replace(reading, packages={name: folder, **reading.packages}), diagnostics)
+        for link in filter(None, (height_map_link, frame)):
+            source.link(link)
+        boxes: dict[str, Box] = {}
+        for index, link in enumerate(source.robot.link):
+            Progress.step("measuring", index, len(source.robot.link))
+            part = None if link == height_map_link else source.part(link, section)
+            if part is not None:
+                boxes[link] = enclosing_box(part.triangles, digits=5)
+        texts, lines = dict[str, str](), list[str]()
+        if height_map_link is not None and frame is not None:
+            part = source.part(height_map_link, section)
+            try:
+                if part is None:
+                    message = f"{height_map_link} has no mesh that can be read: no height map"
+                    raise ExtractProblem.new("height-map-empty", message)
+                transform = source.robot.transform(frame, height_map_link, {})
+                triangles = TriangleMesh.place(part.triangles, transform.rows, transform.xyz)
+                height_map, messages = make_height_map(triangles, grid, frame)
+                note = f"top of {', '.join(part.meshes)}"
+                texts["heightmap"] = height_map_yaml(frame, height_map, "calculated", note)
+                lines.append(f"height map in {frame}: {summary(height_map)}")
+                diagnostics += messages
+            except ExtractProblem as problem:
+                diagnostics.append(problem.diagnostic)
+        # Joints have all their numbers, with the accepted violations of rules about them.
+        joints = {
+            joint: {key: _written(value) for key, value in entry.items() if key in _KEYS}
+            for joint, entry in (source.tree.get("joints") or {}).items()
+        }
+        accepted = [one for one in source.tree.get("accept") or () if not one["rule"].startswith(_NOT_TAKEN)]
+        document = {"source": {"status": "factory", "note": f"description package {name}"}, "joints": joints}
+        texts["joints"] = layout({**document, "accept": _written(accepted)} if accepted else document)
+        links = {
+            link: {"collision": [{"box": {"min": _written(box.lower), "max": _written(box.upper)}}]} if box else {}
+            for link in source.robot.link
+            if (box := boxes.get(link)) or not (lines and link == frame)
+        }
+        note = f"boxes around the meshes of the package {name}"
+        texts["boxes"] = layout({"source": {"status": "calculated", "note": note}, "links": links})
+        head = f"{MARK} factory: %s of the package {name}. Numbers only; metres, radians.\n"
+        written = {f"{title}.yaml": head % title + text for title, text in sorted(texts.items())}
+        write_set(Path(output), written, judge=lambda _, old, __: "replace" if is_made(old) else "refuse")
+    except DiagnosticError as problem:
+        if path is not None and (choice := _choice(_read(path))):
+            help = "set the environment variable, or give the argument as NAME:=VALUE"
+            diagnostics.append(Diagnostic("factory-robot", NOTE, f"{path} {choice}", help=help))
+        return ExtractedFactory(diagnostics=all_diagnostics(problem, diagnostics))
+    places = tuple(str(Path(output) / file) for file in written)
+    names = (("joints", tuple(source.robot.joint)), ("boxes", tuple(boxes)))
+    report = [f"{what} ({len(found)}): {', '.join(found) or 'none'}" for what, found in names]
+    report += [*lines, f"written: {', '.join(places)}"]
+    return ExtractedFactory(tuple(source.robot.joint), tuple(boxes), places, tuple(report), tuple(arrange(diagnostics)))
+
+
+def _find_robot_file(package: Path, requested: str | None) -> Path:
     """Return the requested file of a package, or the only one with a robot that no other file includes.
 
-    Raises NotThere if there is no such package or file, else ExtractProblem.
+    Raises RequestError if there is no such package or file, else ExtractProblem.
     """
-    if not is_folder(package):
-        raise NotThere.new("factory-robot", f"{package} is not a folder", "name the folder of a description package")
-    published = FORMATS.published_format()
-    formats = [one for one in FORMATS.values() if published.name in (one.name, one.becomes)]
-    endings = {ending for one in formats for ending in one.endings}
-    paths = [path for path in sorted(package.glob("**/*")) if path.suffix.lower() in endings and is_file(path)]
-    texts = {path: read_bytes(path, _MAX_BYTES).decode("utf-8", "replace") for path in paths}
+    if not files.is_folder(package):
+        raise RequestError(f"{package} is not a folder; name the folder of a description package")
+    endings = FORMATS.endings()
+    paths = [path for path in sorted(package.glob("**/*")) if path.suffix.lower() in endings and files.is_file(path)]
+    texts = {path: _read(path) for path in paths}
     included: set[Path] = set()
     for path, text in texts.items():
         for address in _INCLUDES.findall(text):
@@ -74,9 +177,9 @@ def find_robot_file(package: Path, requested: str | None) -> Path:
     names = [str(path.relative_to(package)) for path in candidates]
     if requested is not None:
         for path in (package / requested, Path(requested)):
-            if is_file(path):
+            if files.is_file(path):
                 return path
-        raise NotThere.new("factory-robot", f'{package} has no file "{requested}"', Suggestion(requested, names))
+        raise UnknownName("file", requested, names, str(package))
     if len(candidates) == 1:
         return candidates[0]
     if not candidates:
@@ -94,74 +197,20 @@ def _choice(text: str) -> str:
     includes = _INCLUDES.findall(text)
     conditions = [value[1:-1] for _, value, content in _CONDITION.findall(text) if "<xacro:include" in content]
     conditions += [name for name in includes if "$" in name]
-    origins = {name: source for name, value in _PROPERTY.findall(text) if (source := _SOURCE.search(value))}
+    properties = {
+        name: f"$({variable[1]} {variable[2]})"
+        for name, value in _PROPERTY.findall(text)
+        if (variable := _VARIABLE.search(value))
+    }
     values: dict[str, dict[str, None]] = {}
-    for condition in conditions if includes else ():
-        found = [(source, "") for source in _SOURCE.finditer(condition)]
-        found += [(origins[word], "") for word in re.findall(r"\w+", condition) if word in origins]
-        for operand, value in _COMPARISON.findall(condition):
-            if source := _SOURCE.search(operand) or origins.get(operand):
-                found.append((source, value))
-        for source, value in found:
-            kind = "argument" if source[1] == "arg" else "environment variable"
-            values.setdefault(f"the {kind} {source[2]}", {}).update({value: None} if value else {})
+    for condition in conditions:
+        expanded = re.sub(r"\w+", lambda word: properties.get(word[0], word[0]), condition)
+        for source, name, value in _VARIABLE.findall(expanded):
+            kind = "argument" if source == "arg" else "environment variable"
+            values.setdefault(f"the {kind} {name}", {}).update({value: None} if value else {})
     chosen = [f"{name} ({', '.join(some)})" if some else name for name, some in values.items()]
     return f"chooses by {phrase(chosen)}" if chosen else ""
 
 
-def choice_of(path: Path) -> list[Diagnostic]:
-    """Return a note about the variables by which a robot file chooses, if it does."""
-    choice = _choice(read_bytes(path, _MAX_BYTES).decode("utf-8", "replace"))
-    help = "set the environment variable, or give the argument as NAME:=VALUE"
-    return [Diagnostic("factory-robot", NOTE, f"{path} {choice}", help=help)] if choice else []
-
-
-def take_numbers(
-    source: RobotSource, package: str, map_link: str | None, frame: str | None, grid: GridOptions, section: str
-) -> FactoryNumbers:
-    """Take the numbers of a robot, without a height map if ``map_link`` is None.
-
-    Raises NotThere for a link or frame that it does not have; other problems are diagnostics of the source.
-    """
-    frame = frame or map_link
-    for link in filter(None, (map_link, frame)):
-        source.link(link)
-    boxes: dict[str, Box] = {}
-    for index, link in enumerate(source.robot.link):
-        Progress.step("measuring", index, len(source.robot.link))
-        part = None if link == map_link else source.part(link, section)
-        if part is not None:
-            boxes[link] = enclosing_box(part.triangles, _DIGITS)
-    taken = FactoryNumbers({}, list(source.robot.joint), list(boxes))
-    if map_link is not None and frame is not None:
-        part = source.part(map_link, section)
-        try:
-            if part is None:
-                raise ExtractProblem.new("height-map-empty", f"{map_link} has no mesh that can be read: no height map")
-            transform = source.robot.transform(frame, map_link, {})
-            triangles = TriangleMesh.place(part.triangles, transform.rows, transform.xyz)
-            height_map, messages = make_height_map(triangles, grid, frame)
-            note = f"top of {', '.join(part.meshes)}"
-            taken.texts["heightmap"] = height_map_yaml(frame, height_map, "calculated", note)
-            taken.summary = f"height map in {frame}: {summary(height_map)}"
-            source.diagnostics += messages
-        except ExtractProblem as problem:
-            source.diagnostics.append(problem.diagnostic)
-    # Joints have all their numbers, with the accepted violations of rules about them.
-    joints = {
-        name: {key: _written(value) for key, value in joint.items() if key in _KEYS}
-        for name, joint in (source.tree.get("joints") or {}).items()
-    }
-    accepted = [one for one in source.tree.get("accept") or () if not one["rule"].startswith(_NOT_TAKEN)]
-    origin = {"status": "factory", "note": f"description package {package}"}
-    taken.texts["joints"] = layout(
-        {"source": origin, "joints": joints, **({"accept": _written(accepted)} if accepted else {})}
-    )
-    links = {
-        link: {"collision": [{"box": {"min": _written(box.lower), "max": _written(box.upper)}}]} if box else {}
-        for link in source.robot.link
-        if (box := boxes.get(link)) or not (taken.summary and link == frame)
-    }
-    origin = {"status": "calculated", "note": f"boxes around the meshes of the package {package}"}
-    taken.texts["boxes"] = layout({"source": origin, "links": links})
-    return taken
+def _read(path: Path) -> str:
+    return files.read_bytes(path, _MAX_BYTES).decode("utf-8", "replace")

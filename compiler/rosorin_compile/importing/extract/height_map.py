@@ -25,9 +25,7 @@ from .shapes import round_down
 from .sources import GridOptions
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
-DEFAULT_CELL = 0.01  # m
 MAX_CELLS = 1_000_000
 CHUNK = 50_000  # triangles processed at once
 _MOST_PAIRS = 100_000  # pairs of a triangle and a cell processed at once
@@ -43,18 +41,12 @@ class Grid:
     cell: float
     cells: tuple[int, int]
 
-    def __post_init__(self) -> None:
-        """Raise ExtractProblem for an impossible grid."""
-        if min(self.cells) < 1 or self.cells[0] * self.cells[1] > MAX_CELLS:
-            message = f"a grid of {self.cells[0]:,} x {self.cells[1]:,} cells is empty, or has more than {MAX_CELLS:,}"
-            help = "use a larger --cell, or a smaller grid: --cells 30x23"
-            raise ExtractProblem.new("height-map-grid", message, help)
-
 
 def make_height_map(triangles: Floats, request: GridOptions, frame: str) -> tuple[HeightMap, list[Diagnostic]]:
     """Compute the height map of triangles (n, 3, 3) in metres in a frame. Raises ExtractProblem.
 
-    The default grid is the smallest one around the mesh with a rounded corner.
+    The default grid is the smallest one around the mesh with a rounded corner. Surface outside the grid is a warning,
+    surface below z = 0 a note.
     """
     method = "highest point of each triangle in each cell"
     if request.below is not None:
@@ -63,13 +55,18 @@ def make_height_map(triangles: Floats, request: GridOptions, frame: str) -> tupl
         if not len(triangles):
             message = f"nothing of the mesh is below {request.below:g} m in {frame}"
             raise ExtractProblem.new("height-map-empty", message, "correct --below, --xyz or --scale")
-    corners, cell = triangles.reshape(-1, 3), request.cell or DEFAULT_CELL
-    x, y = request.origin or (round_down(float(value), 5) for value in corners.min(axis=0)[:2])
-    reach = [float(high) - low for high, low in zip(corners.max(axis=0)[:2], (x, y), strict=True)]
-    nx, ny = (max(1, math.ceil(length / cell - 0.001)) for length in reach)
+    lower, upper = triangles.min(axis=(0, 1)).tolist(), triangles.max(axis=(0, 1)).tolist()
+    cell = request.cell or 0.01
+    x, y = request.origin or (round_down(lower[0], 5), round_down(lower[1], 5))
+    nx, ny = (max(1, math.ceil(length / cell - 0.001)) for length in (upper[0] - x, upper[1] - y))
     if request.size is not None:
         nx, ny = (math.ceil(length / cell - 1e-6) for length in request.size)
-    grid = Grid((x, y), cell, request.cells or (nx, ny))
+    nx, ny = request.cells or (nx, ny)
+    if min(nx, ny) < 1 or nx * ny > MAX_CELLS:
+        message = f"a grid of {nx:,} x {ny:,} cells is empty, or has more than {MAX_CELLS:,}"
+        help = "use a larger --cell, or a smaller grid: --cells 30x23"
+        raise ExtractProblem.new("height-map-grid", message, help)
+    grid = Grid((x, y), cell, (nx, ny))
     heights = surface_heights(triangles, grid)
     if not heights.any():
         message = f"the mesh has no surface above z = 0 of {frame} over the grid"
@@ -78,11 +75,24 @@ def make_height_map(triangles: Floats, request: GridOptions, frame: str) -> tupl
     scale = 10.0**request.digits
     rounded = np.ceil(heights * scale - min(1e-7 * scale, 0.05)).clip(1) / scale
     rows = tuple(map(tuple, np.where(heights > 0, rounded, 0.0).tolist()))
-    bottom = max(0.0, round_down(float(triangles[:, :, 2].min()), request.digits)) if request.bottom else 0.0
+    bottom = max(0.0, round_down(lower[2], request.digits)) if request.bottom else 0.0
     if bottom >= min(height for row in rows for height in row if height > 0):
         bottom = 0.0
     height_map = HeightMap(grid.origin, grid.cell, rows, request.step or grid.cell, method, bottom=bottom)
-    return height_map, _messages(triangles, grid, frame)
+    messages, beyond = list[Diagnostic](), []
+    for axis, letter in enumerate("xy"):
+        end = grid.origin[axis] + grid.cells[axis] * grid.cell
+        for side, distance in (("low", grid.origin[axis] - lower[axis]), ("high", upper[axis] - end)):
+            if distance > max(_NOISE, 1e-3 * grid.cell):
+                beyond.append(f"{distance * 1000:.1f} mm at {side} {letter}")
+    if beyond:
+        help = "use a larger grid: --origin and --cells, or leave both out"
+        message = f"the mesh reaches beyond the grid: {', '.join(beyond)}"
+        messages.append(Diagnostic("height-map-outside", WARNING, message, None, (), help))
+    if lower[2] < -_NOISE:
+        message = f"the mesh reaches {-lower[2] * 1000:.1f} mm below z = 0 of {frame}, where a height map begins"
+        messages.append(Diagnostic("height-map-below", NOTE, message, None, (), "is --xyz right?"))
+    return height_map, messages
 
 
 def surface_heights(triangles: Floats, grid: Grid) -> Floats:
@@ -115,7 +125,7 @@ def surface_heights(triangles: Floats, grid: Grid) -> Floats:
     return heights.reshape(grid.cells)
 
 
-def _highest(triangles: Floats, cells: Ints) -> Floats:
+def _highest(triangles: Floats, cells: NDArray[np.int64]) -> Floats:
     """Return the highest point of each triangle (m, 3, 3) inside its cell (m, 2), -inf if it does not reach into it.
 
     It is a corner of the triangle, a point where an edge crosses a side of the cell, or above a corner of the cell. The
@@ -133,27 +143,19 @@ def _highest(triangles: Floats, cells: Ints) -> Floats:
                 place = start[:, other] + share * way[:, other]
                 on_side = crosses & (share >= 0) & (share <= 1) & (np.abs(place - middle[:, other]) <= half)
                 highest = np.maximum(highest, np.where(on_side, start[:, 2] + share * way[:, 2], -np.inf))
-    for corner in ((-half, -half), (-half, half), (half, -half), (half, half)):
-        above, height = _height_above(triangles, middle + np.array(corner))
-        highest = np.maximum(highest, np.where(above, height, -np.inf))
-    return highest
-
-
-def _height_above(triangles: Floats, places: Floats) -> tuple[NDArray[np.bool_], Floats]:
-    """Return whether each triangle (m, 3, 3) has a point above or below its place (m, 2), and that point's z.
-
-    An upright triangle has none.
-    """
-    corner, edges = triangles[:, 0], triangles[:, 1:] - triangles[:, :1]
+    # The points above the corners of the cell; an upright triangle has none.
+    start, edges = triangles[:, 0], triangles[:, 1:] - triangles[:, :1]
     (p, q), (r, s) = edges[:, 0, :2].T, edges[:, 1, :2].T
-    x, y = (places - corner[:, :2]).T
     area = p * s - q * r
     is_flat = np.abs(area) > 1e-12 * (np.hypot(p, q) * np.hypot(r, s))
     area = np.where(is_flat, area, 1.0)
-    second, third = (x * s - y * r) / area, (y * p - x * q) / area
-    inside = is_flat & (second >= -1e-12) & (third >= -1e-12) & (second + third <= 1 + 1e-12)
-    height = corner[:, 2] + second * edges[:, 0, 2] + third * edges[:, 1, 2]
-    return inside, height
+    for corner in ((-half, -half), (-half, half), (half, -half), (half, half)):
+        x, y = (middle + np.array(corner) - start[:, :2]).T
+        second, third = (x * s - y * r) / area, (y * p - x * q) / area
+        above = is_flat & (second >= -1e-12) & (third >= -1e-12) & (second + third <= 1 + 1e-12)
+        height = start[:, 2] + second * edges[:, 0, 2] + third * edges[:, 1, 2]
+        highest = np.maximum(highest, np.where(above, height, -np.inf))
+    return highest
 
 
 def cut_above(triangles: Floats, limit: float) -> Floats:
@@ -163,25 +165,6 @@ def cut_above(triangles: Floats, limit: float) -> Floats:
     pieces: Floats = points[faces].reshape(-1, 3, 3)
     pieces[:, :, 2] = np.minimum(pieces[:, :, 2], limit)
     return pieces
-
-
-def _messages(triangles: Floats, grid: Grid, frame: str) -> list[Diagnostic]:
-    """Return a warning about surface outside the grid, and a note about surface below z = 0."""
-    lower, upper = triangles.min(axis=(0, 1)).tolist(), triangles.max(axis=(0, 1)).tolist()
-    messages, beyond = [], []
-    for axis, letter in enumerate("xy"):
-        end = grid.origin[axis] + grid.cells[axis] * grid.cell
-        for side, distance in (("low", grid.origin[axis] - lower[axis]), ("high", upper[axis] - end)):
-            if distance > max(_NOISE, 1e-3 * grid.cell):
-                beyond.append(f"{distance * 1000:.1f} mm at {side} {letter}")
-    if beyond:
-        help = "use a larger grid: --origin and --cells, or leave both out"
-        message = f"the mesh reaches beyond the grid: {', '.join(beyond)}"
-        messages.append(Diagnostic("height-map-outside", WARNING, message, None, (), help))
-    if lower[2] < -_NOISE:
-        message = f"the mesh reaches {-lower[2] * 1000:.1f} mm below z = 0 of {frame}, where a height map begins"
-        messages.append(Diagnostic("height-map-below", NOTE, message, None, (), "is --xyz right?"))
-    return messages
 
 
 def summary(height_map: HeightMap) -> str:

@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from rosorin_compile.model import HeightMap
 from rosorin_compile.model.mesh_triangles import ExtractProblem
@@ -46,7 +47,6 @@ def height_map_yaml(link: str, height_map: HeightMap, status: str, note: str) ->
 
 
 def _row(values: Iterable[float]) -> str:
-    """Return numbers as a YAML list on one line."""
     return f"[{', '.join(map(exact, values))}]"
 
 
@@ -67,38 +67,27 @@ class MapEntry:
     source: Source
     link: str
     index: int
-    entry: Map
-
-    @property
-    def numbers(self) -> HeightMap | None:
-        """The grid, heights and step of the map, or None if they are not written in numbers."""
-        values: Map = self.entry["height_map"]
-        try:
-            x, y = map(float, values["origin"])
-            heights = tuple(tuple(map(float, row)) for row in values["heights"])
-            cell = float(values["cell"])
-            return HeightMap((x, y), cell, heights, float(values.get("step", cell))) if all(heights) else None
-        except (KeyError, TypeError, ValueError):
-            return None
+    collision: Map
 
     def complete(self, grid: GridOptions) -> GridOptions:
         """Return options with the grid and the step of this map as defaults. Raises ExtractProblem."""
-        old = self.numbers
-        if old is None:
+        values: Map = self.collision["height_map"]
+        try:
+            x, y = map(float, values["origin"])
+            cell = float(values["cell"])
+            step = float(values.get("step", cell))
+            size = len(values["heights"]) * cell, len(values["heights"][0]) * cell
+        except (KeyError, IndexError, TypeError, ValueError):
             message = f"the height map of {self.link} is not written in numbers"
-            raise ExtractProblem.new("extract-into", message, _HELP)
-        size = grid.size or (len(old.heights) * old.cell, len(old.heights[0]) * old.cell)
-        cell, origin, step = grid.cell or old.cell, grid.origin or old.origin, grid.step or old.step
-        return replace(grid, cell=cell, origin=origin, size=None if grid.cells else size, step=step)
+            raise ExtractProblem.new("extract-into", message, _HELP) from None
+        cell, origin, step = grid.cell or cell, grid.origin or (x, y), grid.step or step
+        return replace(grid, cell=cell, origin=origin, size=None if grid.cells else grid.size or size, step=step)
 
 
 def find_map(path: Path, link: str | None) -> MapEntry:
-    """Return the height map of a link in a file, or the only one. Raises ExtractProblem."""
-    try:
-        source = read_utf8(path, str(path))
-        tree = parse_yaml(source)
-    except LoadError as problem:
-        raise ExtractProblem(problem.diagnostic) from None
+    """Return the height map of a link in a file, or the only one. Raises SourceError."""
+    source = read_utf8(path, str(path))
+    tree = parse_yaml(source)
     links = tree.get("links") if isinstance(tree, Map) else None
     maps = [
         MapEntry(source, name, index, collision)
@@ -117,17 +106,12 @@ def find_map(path: Path, link: str | None) -> MapEntry:
 
 def replace_map(entry: MapEntry, new: HeightMap, status: str, note: str) -> str:
     """Return the text of the file with another height map. Raises ExtractProblem if it cannot be edited."""
-    old, spans = entry.entry["height_map"], entry.entry.key_spans
-    texts = {
-        key: text
-        for key, value, text in (
-            ("origin", list(new.origin), _row(new.origin)),
-            ("cell", new.cell, _length(new.cell)),
-            ("step", new.step, _length(new.step)),
-            ("method", new.method, Scalar(new.method).in_quotes()),
-        )
-        if old.get(key, new.cell if key == "step" else None) != value
-    }
+    old, spans = entry.collision["height_map"], entry.collision.key_spans
+    values: dict[str, Any] = {"origin": list(new.origin), "cell": new.cell, "method": new.method}
+    texts = {"origin": _row(new.origin), "cell": _length(new.cell), "method": Scalar(new.method).in_quotes()}
+    if "step" in old or new.step != new.cell:
+        values["step"], texts["step"] = new.step, _length(new.step)
+    texts = {key: text for key, text in texts.items() if old.get(key) != values[key]}
     lines = [line.rstrip("\r") for line in entry.source.text.split("\n")]
     indent = " " * (min(span.column for span in old.key_spans.values()) - 1)
     heights = [f"{indent}  - {_row(heights)}" for heights in new.heights]
@@ -143,18 +127,15 @@ def replace_map(entry: MapEntry, new: HeightMap, status: str, note: str) -> str:
     for start, stop, new_lines in sorted(edits, key=lambda edit: edit[:2], reverse=True):
         lines[start:stop] = new_lines
     text = ("\r\n" if "\r\n" in entry.source.text else "\n").join(lines)
+    expected = parse_yaml(entry.source)
+    collision = expected["links"][entry.link]["collision"][entry.index]
+    collision["height_map"].update(values, heights=[list(row) for row in new.heights])
+    collision["source"] = {"status": status, "note": note}
     try:
-        before, after = parse_yaml(entry.source), parse_yaml(Source(entry.source.path, text))
-        entries = [tree["links"][entry.link]["collision"][entry.index] for tree in (before, after)]
-        written = MapEntry(entry.source, entry.link, entry.index, entries[1]).numbers
-        is_right = written == replace(new, method="", bottom=0.0) and entries[1]["source"]["status"] == status
-        for collision in entries:
-            collision.pop("source", None)
-            for key in ("heights", "origin", "cell", "method", "step"):
-                collision["height_map"].pop(key, None)
-    except (LoadError, KeyError, IndexError, TypeError):
+        is_right = parse_yaml(Source(entry.source.path, text)) == expected
+    except LoadError:
         is_right = False
-    if not is_right or before != after:
+    if not is_right:
         message = f"the height map of {entry.link} in {entry.source.path} is written in a way that cannot be edited"
         raise ExtractProblem.new("extract-into", message, _HELP, spans["height_map"])
     return text

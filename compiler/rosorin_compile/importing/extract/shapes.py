@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,12 +25,8 @@ from rosorin_compile.model.shape import volume_and_moments
 
 Floats = NDArray[np.float64]
 Vector = tuple[float, float, float]
-Point = tuple[float, float]
 
-AXES = ("x", "y", "z")
-_WORTH = 0.99  # a rotated shape has to be smaller than this fraction of one that is rotated less
 _STL_NOISE = 1e-7  # m: STL corners have 24 bits
-_TOLERANCE = 2e-7  # m: a point this far outside a shape is on its surface
 _AXIS_ANGLES: dict[str, Vector] = {"x": (0, math.pi / 2, 0), "y": (math.pi / 2, 0, 0), "z": (0, 0, 0)}
 
 
@@ -53,14 +50,9 @@ class Fit:
 
 
 def fit_shapes(triangles: Floats, digits: int, stack: int, axis: str = "auto") -> dict[str, Fit]:
-    """Fit a shape of each kind around a mesh, and measure the fit.
+    """Fit a shape of each kind around triangles (n, 3, 3) in metres, and measure the fit.
 
-    Args:
-        triangles: Corners (n, 3, 3) in metres.
-        digits: Decimals of the lengths in metres.
-        stack: The number of boxes in the stack.
-        axis: The axis of the stack: x, y, z, or auto for the axis with the least volume.
-
+    Lengths have ``digits`` decimals. The stack has ``stack`` boxes along ``axis``: x, y, z, or auto (least volume).
     """
     corners = triangles.reshape(-1, 3)
     mesh = Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=True)
@@ -70,13 +62,13 @@ def fit_shapes(triangles: Floats, digits: int, stack: int, axis: str = "auto") -
     oriented = _oriented_box(hull, digits)
     angles = list(_AXIS_ANGLES.values())
     if oriented.pose.rpy != (0, 0, 0):
-        rows = oriented.pose.transform().rows
-        angles += [_angles_along((rows[0][i], rows[1][i], rows[2][i])) for i in range(3)]
+        angles += [_angles_along((x, y, z)) for x, y, z in zip(*oriented.pose.transform().rows, strict=True)]
+    cylinders, capsules = zip(*(_round_shapes(hull, rpy, digits) for rpy in angles), strict=True)
     pieces = {
         "box": (Shape(enclosing_box(triangles, digits)),),
         "oriented_box": (oriented,),
-        "cylinder": (_smallest([_cylinder(hull, rpy, digits) for rpy in angles]),),
-        "capsule": (_smallest([_capsule(hull, rpy, digits) for rpy in angles]),),
+        "cylinder": (_smallest(cylinders),),
+        "capsule": (_smallest(capsules),),
         "stack": _stack(triangles, stack, axis, digits),
     }
     fits = {}
@@ -166,12 +158,12 @@ def _oriented_box(hull: Floats, digits: int) -> Shape:
 
 def _least_rotation(axes: Floats) -> Vector:
     """Return roll, pitch and yaw of a box with these axes (rows), ordered and directed for the least rotation."""
-    best, trace = axes, -math.inf
-    for order in itertools.permutations(range(3)):
-        for signs in itertools.product((1, -1), repeat=3):
-            turned = axes[list(order)] * np.array(signs)[:, None]
-            if np.linalg.det(turned) > 0 and round(float(np.trace(turned)), 9) > trace:
-                best, trace = turned, round(float(np.trace(turned)), 9)
+    turned = [
+        axes[list(order)] * np.array(signs)[:, None]
+        for order in itertools.permutations(range(3))
+        for signs in itertools.product((1, -1), repeat=3)
+    ]
+    best = max((rows for rows in turned if np.linalg.det(rows) > 0), key=lambda rows: round(float(np.trace(rows)), 9))
     rows = best.T.tolist()
     return _rounded_angles(Transform((tuple(rows[0]), tuple(rows[1]), tuple(rows[2]))).rpy())
 
@@ -181,45 +173,39 @@ def _positive(value: float, digits: int) -> float:
     return max(round_up(value, digits), 10.0**-digits)
 
 
-def _cylinder_axis(points: Floats, rpy: Vector, digits: int) -> tuple[Pose, Floats, Floats]:
-    """Return the pose of the smallest cylinder, and the distances of points from its axis and along it."""
-    local = points @ _rotation(rpy)
+def _round_shapes(points: Floats, rpy: Vector, digits: int) -> tuple[Shape, Shape]:
+    """Return the smallest cylinder along the z axis of a frame, and the best of 32 capsules on its axis.
+
+    The capsules have 1 to 1.5 times the radius of the cylinder.
+    """
+    rotation = _rotation(rpy)
+    local = points @ rotation
     (x, y), _ = smallest_circle(local[:, :2])
     z = (float(local[:, 2].min()) + float(local[:, 2].max())) / 2
-    pose = _rounded_pose(_rotation(rpy) @ np.array([x, y, z]), rpy, digits)
-    local = in_frame(points, pose)
-    return pose, np.hypot(local[:, 0], local[:, 1]), local[:, 2]
-
-
-def _cylinder(points: Floats, rpy: Vector, digits: int) -> Shape:
-    pose, radial, axial = _cylinder_axis(points, rpy, digits)
+    axis = _rounded_pose(rotation @ np.array([x, y, z]), rpy, digits)
+    local = in_frame(points, axis)
+    radial, axial = np.hypot(local[:, 0], local[:, 1]), local[:, 2]
     radius, length = _positive(float(radial.max()), digits), _positive(2 * float(abs(axial).max()), digits)
-    return Shape(Cylinder(radius, length), pose)
-
-
-def _capsule(points: Floats, rpy: Vector, digits: int) -> Shape:
-    """Return the best of 32 capsules on the axis of the smallest cylinder, with 1 to 1.5 times its radius."""
-    axis, radial, axial = _cylinder_axis(points, rpy, digits)
-    capsules: list[Shape] = []
+    cylinder, capsules = Shape(Cylinder(radius, length), axis), list[Shape]()
     for factor in np.linspace(1.0, 1.5, 32).tolist():
         radius = _positive(float(radial.max()) * factor, digits)
         bulge = np.sqrt(np.maximum(radius**2 - radial**2, 0))
         middle = (float((axial - bulge).max()) + float((axial + bulge).min())) / 2
-        pose = _rounded_pose(_rotation(rpy) @ np.array([0, 0, middle]) + np.array(axis.xyz), rpy, digits)
+        pose = _rounded_pose(rotation @ np.array([0, 0, middle]) + np.array(axis.xyz), rpy, digits)
         local = in_frame(points, pose)
         distance = np.hypot(local[:, 0], local[:, 1])
         radius = max(radius, round_up(float(distance.max()), digits))
         reach = abs(local[:, 2]) - np.sqrt(np.maximum(radius**2 - distance**2, 0))
         capsules.append(Shape(Capsule(radius, _positive(2 * float(reach.max()), digits)), pose))
-    return min(capsules, key=lambda shape: round(_volume(shape), 15))
+    return cylinder, min(capsules, key=lambda shape: round(_volume(shape), 15))
 
 
 def _stack(triangles: Floats, count: int, axis: str, digits: int) -> tuple[Shape, ...]:
     """Return boxes of equal thickness along an axis, each around the slice of the mesh between its ends."""
     if axis == "auto":
-        stacks = [_stack(triangles, count, name, digits) for name in AXES]
+        stacks = [_stack(triangles, count, name, digits) for name in "xyz"]
         return min(stacks, key=lambda shapes: round(sum(map(_volume, shapes)), 15))
-    along = AXES.index(axis)
+    along = "xyz".index(axis)
     normal = np.eye(3)[along]
     lowest, highest = triangles[:, :, along].min(), triangles[:, :, along].max()
     cuts = np.round(np.linspace(lowest, highest, count + 1), digits)
@@ -241,11 +227,11 @@ def _stack(triangles: Floats, count: int, axis: str, digits: int) -> tuple[Shape
     return tuple(boxes)
 
 
-def _smallest(shapes: list[Shape]) -> Shape:
-    """Return the shape with the least volume; a later one has to be worth it."""
+def _smallest(shapes: Sequence[Shape]) -> Shape:
+    """Return the shape with the least volume; a later one has to be more than one percent smaller."""
     best = shapes[0]
     for shape in shapes[1:]:
-        best = shape if _volume(shape) < _WORTH * _volume(best) else best
+        best = shape if _volume(shape) < 0.99 * _volume(best) else best
     return best
 
 
@@ -253,7 +239,7 @@ def _volume(shape: Shape) -> float:
     return volume_and_moments(shape.geometry)[0]
 
 
-def smallest_circle(points: Floats) -> tuple[Point, float]:
+def smallest_circle(points: Floats) -> tuple[tuple[float, float], float]:
     """Return centre and radius of the smallest circle around points (n, 2).
 
     If two points define it, they are the farthest pair; else its centre is a corner of the farthest-point Voronoi
@@ -280,5 +266,5 @@ def _contains(shape: Shape, points: Floats) -> NDArray[np.bool_]:
             beyond = np.maximum(radial - geometry.radius, axial)
         else:
             beyond = np.hypot(radial, axial.clip(0)) - geometry.radius
-    contained: NDArray[np.bool_] = beyond <= _TOLERANCE
+    contained: NDArray[np.bool_] = beyond <= 2e-7  # m: a point this far outside is on the surface
     return contained

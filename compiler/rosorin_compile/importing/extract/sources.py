@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.formats.imported_robot import ReadOptions
-from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.model import Mesh, Robot
-from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh, load_mesh
+from rosorin_compile.model.mesh_triangles import ExtractProblem, TriangleMesh, load_mesh
 from rosorin_compile.request import Request
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, RequestError, Suggestion
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, RequestError, UnknownName
 from rosorin_compile.source.packages import Packages
-from rosorin_compile.source.project import ENDINGS, Description, NoDescription
+from rosorin_compile.source.project import Description, NoDescription
 from rosorin_compile.source.tree import Map
 
 if TYPE_CHECKING:
@@ -25,14 +24,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-_MAX_DIGITS = 9
-_LONGEST_PART = 20.0  # m; a longer mesh was drawn in millimetres
-
-
-def check_digits(count: int, option: str) -> None:
-    """Raise RequestError for a number of decimals out of range."""
-    if not 0 <= count <= _MAX_DIGITS:
-        raise RequestError(f"{option} takes 0 to {_MAX_DIGITS} decimals")
+MAX_DIGITS = 9
 
 
 @dataclass(frozen=True)
@@ -59,7 +51,8 @@ class GridOptions:
                 raise RequestError(f'--{name} takes lengths above zero, not "{",".join(map(str, values))}"')
         if self.cells is not None and self.size is not None:
             raise RequestError("--cells and --size exclude each other; give one")
-        check_digits(self.digits, "--map-digits")
+        if not 0 <= self.digits <= MAX_DIGITS:
+            raise RequestError(f"--map-digits takes 0 to {MAX_DIGITS} decimals")
 
 
 @dataclass(frozen=True)
@@ -71,84 +64,42 @@ class Part:
     meshes: tuple[str, ...]
 
 
-def are_meshes(names: Sequence[str], links: Sequence[str]) -> bool:
-    """Return True for mesh files, False for one robot. Raises RequestError for none and for a mixture."""
-    kinds = {Path(name).suffix.lower().removeprefix(".") in TriangleMesh.FORMATS for name in names}
-    if len(kinds) != 1:
-        raise RequestError("name mesh files, or one robot")
-    if kinds == {True} and links:
-        raise RequestError("--link selects a link of a robot; a mesh file has none")
-    if kinds == {False} and len(names) != 1:
-        raise RequestError(f"one robot at a time, not {len(names)}")
-    return kinds == {True}
-
-
-def mesh_parts(names: Sequence[str], scale: tuple[float, float, float], diagnostics: list[Diagnostic]) -> list[Part]:
-    """Return a part for each mesh file; ``scale`` has factors along x, y and z. Raises RequestError, ExtractProblem."""
-    parts: dict[str, Part] = {}
-    for name in names:
-        mesh, stem = load_mesh(Path(name), scale), Path(name).stem
-        longest = float((mesh.triangles.max(axis=(0, 1)) - mesh.triangles.min(axis=(0, 1))).max())
-        if longest > _LONGEST_PART:
-            message = f"{mesh.name} is {longest:g} m long; that looks like millimetres"
-            help = "--scale 0.001 turns millimetres into metres"
-            diagnostics.append(Diagnostic("mesh-looks-like-millimetres", WARNING, message, None, (), help))
-        if stem in parts:
-            raise RequestError(f'two meshes are called "{stem}"; each part needs a name of its own')
-        parts[stem] = Part(stem, mesh.triangles, (mesh.name,))
-    return list(parts.values())
-
-
-class SourceProblem(ExtractProblem):
-    """A robot that cannot be read, with all diagnostics about it."""
-
-    def __init__(self, diagnostics: list[Diagnostic]) -> None:
-        super().__init__(next(one for one in diagnostics if one.severity == ERROR))
-        self.diagnostics = diagnostics
-
-
 @dataclass
 class RobotSource:
-    """A robot: its model, the tree that it was built from, and where its meshes are looked for."""
+    """A robot: its model, the tree that it was built from, and where its meshes are searched."""
 
     robot: Robot
     tree: Map
     folder: Path
     packages: Packages
-    diagnostics: list[Diagnostic] = field(default_factory=list)
+    diagnostics: list[Diagnostic]
 
     @classmethod
-    def read(cls, name: str, options: ReadOptions) -> RobotSource:
-        """Read a URDF, xacro, SDF or MJCF file, or a description by name, folder or file.
+    def read(cls, name: str, options: ReadOptions, diagnostics: list[Diagnostic]) -> RobotSource:
+        """Read a robot in any format, by name, folder or file; add the warnings about its file to ``diagnostics``.
 
-        Raises NotThere if there is none, else ExtractProblem; other problems are in ``diagnostics``.
+        Raises RequestError if there is none, ExtractProblem for its first error; ``diagnostics`` gets the others.
         """
-        path, messages = Path(name), list[Diagnostic]()
-        if path.suffix.lower() in ENDINGS or not files.is_file(path):
-            try:
-                (description,) = Description.find([name])
-            except NoDescription as problem:
-                raise NotThere.new("mesh-unreadable", str(problem), "or name mesh files, or a URDF") from None
-            path = description.path
-            compiled = Request.of(path, options.arguments, options.packages, warn=options.tell).read()
-            robot, tree, diagnostics = compiled.robot, compiled.tree, compiled.diagnostics
-        else:
-            imported = read_robot(path, options)
-            lowered = None if imported.tree is None else imported.lowered()
-            robot, tree = lowered.robot if lowered else None, imported.tree
-            diagnostics = [*imported.diagnostics, *(lowered.diagnostics if lowered else ())]
-            # Elements that cannot be converted hold no joint and no mesh.
-            messages = [d for d in imported.diagnostics if d.severity != NOTE and d.rule != "import-cannot-carry"]
-        if robot is None or tree is None:
-            raise SourceProblem(diagnostics)
-        environment = os.environ if options.environment is None else options.environment
-        return cls(robot, tree, path.parent, Packages(options.packages, environment, path), messages)
+        try:
+            (description,) = Description.find([name])
+        except NoDescription as problem:
+            raise RequestError(f"{problem}; or name mesh files, or a URDF") from None
+        request = Request(description, options.arguments, (), options.packages, options.trust, options.tell)
+        reading = request.read(options.lenient)
+        if reading.robot is None or reading.tree is None:
+            first = next(one for one in reading.diagnostics if one.severity == ERROR)
+            diagnostics += [one for one in reading.diagnostics if one is not first]
+            raise ExtractProblem(first)
+        # Elements that cannot be converted hold no joint and no mesh; `check` reports those of a description.
+        found = reading.diagnostics if request.is_foreign else ()
+        diagnostics += [one for one in found if one.severity != NOTE and one.rule != "import-cannot-carry"]
+        path = description.path
+        return cls(reading.robot, reading.tree, path.parent, Packages(options.packages, os.environ, path), diagnostics)
 
     def link(self, name: str) -> str:
-        """Return the name of a link. Raises NotThere if the robot has no link of this name."""
+        """Return the name of a link. Raises UnknownName if the robot has no link of this name."""
         if name not in self.robot.link:
-            help = Suggestion(name, self.robot.link)
-            raise NotThere.new("unknown-link", f'the robot has no link "{name}"', help)
+            raise UnknownName("link", name, self.robot.link, "the robot")
         return name
 
     def part(self, link: str, section: str) -> Part | None:
@@ -159,10 +110,9 @@ class RobotSource:
         """
         import numpy as np
 
-        entry = self.robot.link[link]
-        shapes = {"collision": entry.collision, "visual": entry.visual}
+        shapes = {"collision": self.robot.link[link].collision, "visual": self.robot.link[link].visual}
         if section == "auto":
-            has_mesh = any(isinstance(shape.geometry, Mesh) for shape in entry.collision)
+            has_mesh = any(isinstance(shape.geometry, Mesh) for shape in shapes["collision"])
             section = "collision" if has_mesh else "visual"
         pieces, names = [], []
         for number, shape in enumerate(shapes[section]):
@@ -171,11 +121,10 @@ class RobotSource:
             address = shape.geometry.file
             path = self.packages.resolve(address, self.folder)
             try:
-                if path is None:
-                    help = f"say where the package is: --package {address.split('://')[-1].split('/')[0]}=FOLDER"
-                    raise NotThere.new("mesh-missing", f"{section} of {link}: cannot find {address}", help)
-                if not files.is_file(path):
-                    raise NotThere.new("mesh-missing", f"{section} of {link}: there is no file {address}")
+                if path is None or not files.is_file(path):
+                    package = address.split("://")[-1].split("/")[0]
+                    help = f"name its folder: --package {package}=FOLDER" if path is None else ""
+                    raise ExtractProblem.new("mesh-missing", f"{section} of {link}: there is no file {address}", help)
                 mesh = load_mesh(Path(files.label(path)), shape.geometry.scale)
             except ExtractProblem as problem:
                 span = self.tree.locate(("links", link, section, number, "mesh", "file")).span
@@ -185,3 +134,42 @@ class RobotSource:
             pieces.append(TriangleMesh.place(mesh.triangles, transform.rows, transform.xyz))
             names.append(mesh.name)
         return Part(link, np.concatenate(pieces), tuple(dict.fromkeys(names))) if pieces else None
+
+
+def read_parts(
+    names: Sequence[str],
+    links: Sequence[str],
+    section: str,
+    scale: Sequence[float],
+    options: ReadOptions,
+    diagnostics: list[Diagnostic],
+) -> tuple[list[Part], RobotSource | None]:
+    """Return a part for each mesh file, or for each link with meshes of one robot, and that robot.
+
+    ``scale`` has factors of mesh files along x, y and z; ``links`` selects links. Warnings are added to
+    ``diagnostics``. Raises RequestError, ExtractProblem.
+    """
+    if names and all(Path(name).suffix.lower().removeprefix(".") in TriangleMesh.FORMATS for name in names):
+        if links:
+            raise RequestError("--link selects a link of a robot; a mesh file has none")
+        bodies: dict[str, Part] = {}
+        for name in names:
+            mesh, stem = load_mesh(Path(name), scale), Path(name).stem
+            longest = float((mesh.triangles.max(axis=(0, 1)) - mesh.triangles.min(axis=(0, 1))).max())
+            if longest > 20:
+                message = f"{mesh.name} is {longest:g} m long; that looks like millimetres"
+                help = "--scale 0.001 turns millimetres into metres"
+                diagnostics.append(Diagnostic("mesh-looks-like-millimetres", WARNING, message, None, (), help))
+            if stem in bodies:
+                raise RequestError(f'two meshes are called "{stem}"; each part needs a different name')
+            bodies[stem] = Part(stem, mesh.triangles, (mesh.name,))
+        return list(bodies.values()), None
+    if len(names) != 1:
+        raise RequestError("name mesh files, or one robot")
+    source = RobotSource.read(names[0], options, diagnostics)
+    selected = [source.link(name) for name in links] or list(source.robot.link)
+    parts = [part for name in selected if (part := source.part(name, section)) is not None]
+    if not parts:
+        message = f"{', '.join(links) or names[0]} has no mesh that can be read"
+        raise ExtractProblem.new("mesh-empty", message, "see above, or --from")
+    return parts, source

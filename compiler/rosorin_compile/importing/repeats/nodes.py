@@ -1,4 +1,4 @@
-"""Nodes: links with the joints that carry them, as flat values that can be compared.
+"""Links and the joints that carry them, as nodes with flat values that can be compared.
 
 The values of a node map the path of each scalar below "link" and "joint" to the scalar. A node precedes all nodes that
 hang on it, so that a subtree is a slice.
@@ -57,7 +57,7 @@ class Node:
 
 
 def nodes_of(body: Mapping[str, Any]) -> list[Node]:
-    """Return the nodes of a robot or a part, each before all that hang on it; none if it is not a forest."""
+    """Return the nodes of a robot or a part, each before its descendants, or an empty list if it is not a forest."""
     links, joints = body.get("links") or {}, body.get("joints") or {}
     below: dict[str, list[str]] = defaultdict(list)
     for name, joint in joints.items():
@@ -159,7 +159,7 @@ def mirror_node(node: Node, mirror: str, is_root: bool) -> Values:
 
 
 def _negative(value: float) -> float:
-    """Return the number with the other sign; a quantity keeps its unit, and zero its sign."""
+    """Return the negated number; a quantity keeps its unit, and zero its sign."""
     if isinstance(value, Quantity) and value.text and value:
         return Quantity.parse(value.text[1:] if value.text.startswith("-") else f"-{value.text}") or -value
     return -value if value else value

@@ -102,7 +102,7 @@ class Parameters:
         return terms
 
     def _parameter(self, kind: str, values: Sequence[Any], path: Path, owner: str) -> str:
-        """Return the name of the parameter with these values, a new one if there is none."""
+        """Return the name of the parameter with these values, creating it if necessary."""
         key = (kind, repr(list(values)))
         if key not in self._index:
             words = [step for step in path if isinstance(step, str)]
@@ -139,7 +139,7 @@ class Parameters:
                 if len(rows) == 1 and len(pieces := rows.pop()) > 1:
                     return f"${{{word}}}".join(map(escape, pieces))
         before = after = ""
-        if path[-1] == "file":  # the parameter is what differs between folder and ending
+        if path[-1] == "file":  # the parameter is the part that differs between folder and extension
             folders, endings = ({text.rpartition(sign)[i] for text in texts} for sign, i in (("/", 0), (".", 2)))
             before = f"{min(folders)}/" if len(folders) == 1 and all("/" in text for text in texts) else ""
             after = f".{min(endings)}" if len(endings) == 1 and all("." in t[len(before) :] for t in texts) else ""

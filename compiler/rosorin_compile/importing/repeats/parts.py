@@ -52,7 +52,7 @@ class Split(NamedTuple):
 
 @dataclass
 class Part:
-    """A part with its uses by name, the names in it by those of its first instance, and how hard it is to read."""
+    """A part, its uses by name, its inner names by those of the first instance, and the cost of reading it."""
 
     name: str
     entry: dict[str, Any]
@@ -91,7 +91,7 @@ class _Body:
         self.homes: dict[Path, tuple[Path, Path, bool, bool]] = {}
 
     def with_uses(self) -> Mapping[str, Any]:
-        """Return the body with uses instead of the links and joints that they make."""
+        """Return the body with uses in place of the links and joints that they create."""
         groups = equal_shapes(self.nodes)
         for number, group in enumerate(groups):
             Progress.step("finding repeated structures", number, len(groups))
@@ -119,7 +119,7 @@ class _Body:
         return made
 
     def _try(self, members: list[int]) -> bool:
-        """Make a part of instances, all without a mirror or those of the other side with one, if it is worth it."""
+        """Make a part from instances if it is worth it: without a mirror, or mirroring the instances on one side."""
         base = next((start for start in members if any(map(_LEFT.fullmatch, _words(self.nodes[start].link)))), None)
         members = sorted(members, key=lambda start: start != base)
         rows = [self.nodes[start : start + self.nodes[start].size] for start in members]
@@ -198,7 +198,7 @@ class _Body:
         return Part(name, made, entries, renames[0], all(parted.prefixes), cost)
 
     def _is_worth(self, nodes: list[Node], part: Part) -> bool:
-        """Return True if a part and its uses are shorter than the subtrees by enough, and the part is not trivial."""
+        """Return True if a part and its uses are clearly shorter than the subtrees, and the part is not trivial."""
         names = {name: name for node in nodes for name in node.names}
         once = lines_of(_sections(nodes, [{}] * len(nodes), names))
         new = lines_of({"parts": {part.name: part.entry}}) + lines_of({"use": part.uses})
@@ -209,7 +209,7 @@ class _Body:
     def _move_comments(self) -> None:
         """Move comments about repeated links and joints.
 
-        Those inside the first instance move into the part, with all that are equal; others move above the use.
+        Those inside the first instance, and equal ones in others, move into the part; the rest move above the use.
         """
         depth, moved = len(self.path), list[Comment]()
         for comment in self.result.comments:

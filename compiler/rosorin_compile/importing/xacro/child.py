@@ -1,8 +1,8 @@
 """The child process that expands a xacro file: a request in JSON comes in, the expanded text in JSON goes out.
 
-The library is told where packages are, and every file is first read safely, so that no entity is ever expanded. Each
-element remembers its place, whatever xacro does with it: the number of its file, its offset in the text, and the number
-of the call of a macro that made it (-1 for none); a call is the place of its element.
+The library gets the locations of packages, and every file is first read safely, so that no entity is ever expanded.
+Each element keeps its place, whatever xacro does with it: the number of its file, its offset in the text and the number
+of the macro call that created it (-1 for none). A call is stored as the place of its element.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def main(run: Callable[[dict[str, Any]], dict[str, Any]] = lambda request: Expan
 
 
 def _limit(seconds: float) -> None:
-    """Bound the resources of the process, and let it end with its parent, as far as the system can."""
+    """Limit the resources of the process, and make it end with its parent, where the system supports this."""
 
     def end(*_: object) -> None:
         raise OutOfTime
@@ -119,8 +119,8 @@ class Expansion:
     def answer(self) -> dict[str, Any]:
         """Return the expanded text or the error, with the files that were read and the places of all elements.
 
-        ``places`` are those of the elements of the text, ``at`` that of the error, ``folders`` those of this machine
-        that the text may name.
+        ``places`` are the places of the elements of the text, ``at`` is the place of the error, and ``folders`` are
+        folders of this machine that the text may name.
         """
         try:
             xacro: Any = import_module("xacro")
@@ -237,7 +237,7 @@ class Expansion:
 
 
 def _keep_call(root: Any) -> None:
-    """Replace the element around the call of a macro by its content; leave out a robot that the file makes itself."""
+    """Replace the element around a macro call with its content, and remove any robot that the file itself creates."""
     (call,) = root.getElementsByTagName(CALL)
     outside = [node for node in root.childNodes if node.nodeType == node.ELEMENT_NODE and node is not call]
     if any(node.tagName == "link" for node in outside):
@@ -313,20 +313,20 @@ def elements(document: minidom.Document) -> Iterator[Any]:
 
 
 def _place_of_error(problem: BaseException) -> Place | None:
-    """Return the place of the element that xacro was at when it failed; of an endless recursion the outermost."""
+    """Return the place of the element at which xacro failed; for an endless recursion, the outermost element."""
     found: Place | None = None
     step = problem.__traceback__
     while step is not None and (found is None or not isinstance(problem, RecursionError)):
         frame: Any = step.tb_frame
         if frame.f_globals.get("__name__", "").startswith("xacro"):
-            nodes = [frame.f_locals.get(name) for name in ("node", "elt")]  # its functions call elements so
+            nodes = [frame.f_locals.get(name) for name in ("node", "elt")]  # names of elements in xacro functions
             found = next((_place(node) for node in nodes if node is not None), None) or found
         step = step.tb_next
     return found
 
 
 def _place(node: Any) -> Place | None:
-    """Return the place of a node; that of one which xacro has made of nothing is the one around it."""
+    """Return the place of a node, or of the closest enclosing node if xacro created it from scratch."""
     while node is not None:
         found: Place | None = getattr(node, MARK, None)
         if found is not None:

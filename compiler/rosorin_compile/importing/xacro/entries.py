@@ -139,7 +139,7 @@ class Entries:
             raise Failed(f"<{tag}> in <{level}> has no word")
 
     def finish(self, items: list[Item]) -> dict[str, Any]:
-        """Return an entry of its keys; those that several conditions have are one value that chooses."""
+        """Return an entry with these keys; alternatives of a key become one conditional value."""
         made: dict[str, Any] = {}
         for key in dict.fromkeys(one[0] for one in items):
             found = [(value, when) for name, value, when in items if name == key]
@@ -240,7 +240,7 @@ class Entries:
         return lines
 
     def _choice(self, node: If, following: list[Any], pad: str) -> list[str]:
-        """Return what depends on a condition; ``following`` may have what is there otherwise."""
+        """Return the lines that depend on a condition; ``following`` may begin with the alternative."""
         condition = self.condition(node)
         decided = fold(condition)
         other = following[0].body if following and _is_opposite(node, following[0]) else []
@@ -291,9 +291,9 @@ def conditional(value: Any, when: Condition) -> Any:
 
 
 def merge(key: str, found: list[Alternative], sure: Sequence[Condition] = ()) -> Any:
-    """Return alternatives as one value, or None if they cannot be one.
+    """Merge alternatives into one value, or return None if that is impossible.
 
-    ``sure`` are conditions of which one holds anyway.
+    ``sure`` are conditions of which at least one always holds.
     """
     found = sorted(found, key=lambda one: one[1] is None)
     values, whens = [value for value, _ in found], [when for _, when in found]

@@ -228,7 +228,7 @@ class Evaluator:
         return self._function(tree, name, {})
 
     def _function(self, tree: ast.Call, name: str, owner: dict[ast.expr, Symbol]) -> Symbol:
-        """Return the call of a function, or of a method of an owner, that the language has, too."""
+        """Return the call of a function, or of a method of an owner, that the language also has."""
         arguments = owner | {one: self._symbol(one) for one in tree.args}
         items = list(arguments.values())
         node: ast.expr = call(name, *(one.node for one in items))
@@ -242,7 +242,7 @@ class Evaluator:
         return self._made(tree, node, arguments | called)
 
     def _computed(self, tree: ast.expr) -> Any:
-        """Return the value of what the language has no word for. Raises Failed if it is not known."""
+        """Return the value of an expression that the language does not support. Raises Failed if it is not known."""
         own = {one.id for one in ast.walk(tree) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)}
         own |= {one.arg for one in ast.walk(tree) if isinstance(one, ast.arg)}
         items: dict[ast.expr, Any] = {}
@@ -318,7 +318,7 @@ class Conditions:
             program.xacro.replace_node(node, by=None)
 
     def _branch(self, node: Any, test: Symbol, holds: bool, macros: Any, symbols: Any) -> None:
-        """Evaluate what depends on a condition, and let the properties that it sets depend on it, too."""
+        """Evaluate a conditional branch, and make the properties that it sets depend on the condition, too."""
         program, calls, xacro = self.program, self.program.macro_calls, self.program.xacro
         value = test.value is not UNKNOWN and bool(xacro.get_boolean_value(test, ""))
         test = Symbol(test.as_flag(), value, "boolean", False)
@@ -377,8 +377,8 @@ class Conditions:
 class NamedFiles:
     """The packages and YAML files that a description names.
 
-    ``copied`` are the texts of files that it does not find in a package, ``folders`` those of its packages, and
-    ``unfound`` are the packages that it finds by an option only.
+    ``copied`` has the texts of files that it cannot find in a package, ``folders`` the folders of its packages, and
+    ``unfound`` the packages that it can find only through an option.
     """
 
     def __init__(self, program: Program) -> None:
@@ -423,7 +423,7 @@ class NamedFiles:
         return name if not name.startswith("package://") or self.finds(package) else rest
 
     def _copy(self, name: str) -> str:
-        """Return the name of a YAML file in the description, to which it is copied unless that finds its package."""
+        """Return the name of a YAML file in the description; copy the file unless the description finds its package."""
         path = os.path.abspath(str(self.program.xacro.abs_filename_spec(name)))
         if "://" in name or name.startswith("/"):
             name = self._address(portable(path, self.program.packages, [*self.program.files, self.program.file]))

@@ -1,7 +1,7 @@
-"""Expand a xacro in a child process, and read what comes out as URDF.
+"""Expand a xacro file in a child process, and read the result as URDF.
 
-Expanding can run Python code of the authors of the file: xacro guards its expressions, but not well enough (see docs).
-So a warning comes first, and nothing is expanded if there is nothing to expand.
+Expansion can run arbitrary Python code in the file: xacro restricts its expressions, but not well enough (see docs).
+Therefore a warning is printed first, and a file without anything to expand is not expanded.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from rosorin_compile.source.xml.markup import Document, Element, MarkupError, na
 from .child import Place
 from .macros import how_to_call, macro_call, macros_of
 
-MAX_SECONDS = 30  # of CPU; ROSORIN_COMPILE_XACRO_SECONDS, which ``--xacro-seconds`` sets, is another number
+MAX_SECONDS = 30  # of CPU; ROSORIN_COMPILE_XACRO_SECONDS, which ``--xacro-seconds`` sets, overrides it
 _PATIENCE, _START = 4, 60  # a child that waits may take so many times as long, and so many seconds more
 _MOST_RELATED = 12
 _TRUST = "ROSORIN_COMPILE_TRUST"  # 1: trust all files
@@ -56,7 +56,7 @@ _COMMENT = re.compile("<!--.*?-->", re.DOTALL)
 _ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)["']|\$\(arg\s+([^\s)]+)""")
 _EXPRESSION = re.compile(r"when evaluating expression '(.*?)'(?: when|$)")
 _FORMS = ("${{{}}}", "$(arg {})", "$(env {})", "(find {})", "package://{}/", "<{}")
-_HELPS = {  # what xacro says about a name, and how to correct it
+_HELPS = {  # error messages of xacro about a name, and how to fix the cause
     r"substitution argument (\S+)": "give it a value: {0}:=VALUE, or in an include args: {{{0}: VALUE}}",
     r"environment variable '(.+?)' is": "set it: export {0}=VALUE; or write $(optenv {0} VALUE), which has a default",
 }
@@ -65,7 +65,7 @@ _LOCATION = re.compile("when instantiating macro|instantiated from|included from
 
 
 class _Origins:
-    """Finds where elements of an expanded document are from: the files that xacro read, and the calls of macros."""
+    """Finds the origins of elements of an expanded document: files that xacro read, and macro calls."""
 
     def __init__(self, answer: Mapping[str, Any], document: Document, path: Path) -> None:
         self.calls: Sequence[Place] = answer.get("calls", ())
@@ -91,7 +91,7 @@ class _Origins:
         return tuple(found)
 
     def connect(self, made: Document, places: Sequence[Place | None], otherwise: Span) -> None:
-        """Give the spans of an expanded document their place in the source; ``otherwise`` if that is not known."""
+        """Map the spans of an expanded document to the source, or to ``otherwise`` if the place is not known."""
         elements = list(made.root.iter())
         starts = [element.start for element in elements]
 
@@ -113,7 +113,7 @@ class _Origins:
 
 
 def _span_in_tag(element: Element, origin: Element, start: int, length: int) -> Span:
-    """Return the place in the start tag of the element that another was made of."""
+    """Return the corresponding place in the start tag of the element that this element originates from."""
     for name, attribute in element.attributes.items():
         source = origin.attributes.get(name)
         if source is None or not attribute.name_start <= start <= attribute.start + len(attribute.raw):
@@ -191,7 +191,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
     for name in answer.get("files", ()):
         found.setdefault(os.path.abspath(name), Path(os.path.normpath(name)))
     files = tuple(found.values())
-    if trusted and not options.trust and (others := untrusted_files(files)):  # the list has the first file, not those
+    if trusted and not options.trust and (others := untrusted_files(files)):  # the first file is listed, these are not
         diagnostics.append(replace(warning, message=f"{warning.message}: {label(others[0])} is not a trusted file"))
     origins = _Origins(answer, document, path)
     diagnostics += _remarks(answer, first)
@@ -236,7 +236,7 @@ def _errors(
     options: ReadOptions,
     files: Sequence[Path],
 ) -> list[Diagnostic]:
-    """Return what kept a file from being expanded, or an argument that it does not have."""
+    """Return the errors that prevented the expansion of a file, or the error for an argument that it lacks."""
     first = document.root.span
     if "absent" in answer:
         message = "xacro, which expands .xacro files, is not installed"
@@ -325,7 +325,7 @@ def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnos
 
 
 def _remarks(answer: Mapping[str, Any], span: Span) -> list[Diagnostic]:
-    """Return what xacro printed while it made a robot as notes."""
+    """Return the output that xacro printed during the expansion, as notes."""
     text = re.sub("\x1b\\[[0-9;]*m", "", answer["printed"]) if "text" in answer else ""
     lines = [line.strip() for line in text.splitlines() if line.strip() and not _LOCATION.match(line)]
     return [Diagnostic("xacro-says", report.NOTE, one[:200], span) for one in list(dict.fromkeys(lines))[:10]]

@@ -307,7 +307,7 @@ def type_of(value: Any) -> str:
 
 
 def join_pieces(pieces: Pieces) -> Any:
-    """Return pieces as one text: a text of Python if nothing in it depends on anything, else a symbol."""
+    """Join pieces into one text: a string if it is constant, otherwise a symbol."""
     made: Pieces = []
     for piece in pieces:
         for one in piece.pieces or [piece] if isinstance(piece, Symbol) else [piece]:
@@ -396,7 +396,7 @@ class Call:
 
 @dataclass(eq=False)
 class If:
-    """Nodes that are there on a condition."""
+    """Nodes that exist only if a condition holds."""
 
     test: Symbol
     holds: bool
@@ -421,7 +421,7 @@ class Comment:
 class Macro:
     """A macro that is kept. ``level`` is the element in which it is called; ``robot`` makes it a part.
 
-    ``definition`` is that of xacro, and ``key`` the place of it.
+    ``definition`` is the macro object of xacro, and ``key`` is the place of the definition.
     """
 
     definition: Any

@@ -46,8 +46,8 @@ class Invocation:
 class Calls:
     """The calls of macros of one run.
 
-    ``macros`` are those that are kept, ``building`` those whose body is evaluated, ``paths`` the elements that those
-    are called in. ``called`` has the keys of macros that are called, and whether they made any element.
+    ``macros`` are the macros that are kept, ``building`` those whose body is being evaluated, ``paths`` the elements in
+    which those are called. ``called`` has the keys of called macros, and whether they produced any element.
     """
 
     def __init__(self, program: Program) -> None:
@@ -58,7 +58,7 @@ class Calls:
         self.called: dict[str, bool] = {}
 
     def call(self, node: Any, macros: Any, symbols: Any) -> bool:
-        """Handle the call of a macro; return False if the element is none."""
+        """Handle the call of a macro; return False if the element is not a call."""
         program, xacro = self.program, self.program.xacro
         if not node.tagName.startswith("xacro:"):
             return False
@@ -85,7 +85,7 @@ class Calls:
         return True
 
     def _path(self, node: Any) -> str | None:
-        """Return the elements in the robot that a call is in, such as link/visual; None in the call of a macro."""
+        """Return the path of elements that contain a call, such as link/visual, or None inside another macro call."""
         names: list[str] = []
         node = node.parentNode
         while node.parentNode is not None and node.tagName != "xacro:macro":
@@ -134,7 +134,7 @@ class Calls:
             call.values[name] = program.literal(value)
 
     def _take_blocks(self, call: Invocation) -> Names:
-        """Make the origins among the blocks of a call parameters; return their names by block and attribute."""
+        """Convert blocks of a call that are origins to parameters; return the names by block and attribute."""
         names: Names = {}
         for block, element in call.blocks.items():
             if element.tagName != "origin" or element.childNodes or block.startswith("**"):
@@ -206,7 +206,7 @@ class Calls:
         self.called[macro.key] = True
 
     def _evaluated(self, call: Invocation, table: Any, path: str) -> Any:
-        """Return the body of a macro, evaluated in a macro of its own, so that calls in it know where they are."""
+        """Return the body of a macro, evaluated in a separate macro, so that calls in it can determine their path."""
         body = call.definition.body.cloneNode(deep=True)
         for name in ("name", "params"):
             if body.hasAttribute(name):

@@ -157,7 +157,7 @@ def macro_call(entry: Map, document: Document, path: Path, options: ReadOptions)
 
 
 def _values(entry: Map, parameters: Parameters) -> tuple[Values, frozenset[str], list[Diagnostic]]:
-    """Return the values of parameters by name, the keys of the include among them, and what is wrong."""
+    """Return the values of parameters by name, the keys of the include that pass them, and diagnostics."""
     written, passed, problems = entry.get("with") or Map(entry.span), set[str](), list[Diagnostic]()
     values = {key: (value, written.value_spans[key]) for key, value in written.items() if value is not None}
     name, keys = entry["macro"], [parameter.lstrip("*") for parameter in parameters]
@@ -198,7 +198,7 @@ def _values(entry: Map, parameters: Parameters) -> tuple[Values, frozenset[str],
 
 
 def _as_text(text: str) -> str:
-    """Return a text that xacro does not evaluate: no code of a description is run by the trust in a vendor's file."""
+    """Escape a text so that xacro does not evaluate it: trust in a vendor's file must not run code of a description."""
     return _EVALUATED.sub(r"$\g<0>", text)
 
 

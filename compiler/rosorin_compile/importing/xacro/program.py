@@ -102,7 +102,7 @@ class Program(Expansion):
                 self.declare(name, text, None)
 
     def blame(self, nodes: Iterable[ast.AST], reason: str) -> bool:
-        """Give up what expressions depend on: macros whose parameters they have, else arguments; return if any."""
+        """Give up macros whose parameters occur in expressions, else the arguments; return True if there are any."""
         variables: dict[Variable, None] = {}
         waiting = list(variables_in(nodes))
         while waiting:

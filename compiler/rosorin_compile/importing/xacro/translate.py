@@ -1,8 +1,8 @@
-"""Translate a xacro to a description with its macros and arguments, verified against what xacro makes.
+"""Translate a xacro to a description with its macros and arguments, verified against the output of xacro.
 
 A child process writes the documents (``program``). What cannot be translated is given up there by name: a macro is
 expanded where it is called, an argument keeps its value. The result is compiled for combinations of the arguments and
-compared with what xacro makes with them; what differs names what is given up next.
+compared with the output of xacro; the differences determine what is given up next.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ _Rows = Sequence[Combination]
 
 
 class Target(NamedTuple):
-    """Where a description is going to be, and what it has other than the xacro.
+    """The destination of a description, and its differences from the xacro.
 
     ``schema`` is the address of the schema for editors; ``name`` another name of the robot; ``meshes`` is put before
     relative names of meshes. ``shares``: files are included from other descriptions next to it that have the same.
@@ -279,7 +279,7 @@ class _Search:
         return {root: text(root, {**head, **tail, **documents.get(root, {})}, first), **made, **answer["copied"]}
 
     def acceptances(self) -> list[Any]:
-        """Return what the robots of all combinations have to be accepted for; each rule once."""
+        """Return the ``accept`` entries that the robots of all combinations need, merged by rule and reason."""
         made: dict[tuple[str, str], dict[str, Any]] = {}
         for imported in self.robots.values():
             for entry in (imported.tree.get("accept") if imported.tree is not None else None) or ():
@@ -339,7 +339,7 @@ def _combinations(choices: Mapping[str, Sequence[str]]) -> tuple[list[Combinatio
 
 
 def _error(diagnostics: Sequence[Diagnostic], stage: Path, row: Combination) -> _Fault:
-    """Return errors of the compiler as a fault of the translation: of the parts and named values that they are in."""
+    """Return the compiler's errors as a fault of the translation, with the parts and named values that they are in."""
     errors = [one for one in diagnostics if has_errors([one])]
     macros: list[list[str]] = []
     for one in errors:
@@ -371,7 +371,7 @@ def _calls(texts: Sequence[str], made: Imported) -> list[list[str]]:
 
 
 def _settled(value: Any) -> Any:
-    """Return a robot with its elements of XML, and the names of its meshes, in one spelling."""
+    """Return a robot with its XML elements and mesh names in normalized form."""
     if not is_dataclass(value) or isinstance(value, type):
         return value
     changes: dict[str, Any] = {}

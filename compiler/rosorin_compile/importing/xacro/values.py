@@ -57,7 +57,7 @@ class Values:
         return Expression(f"${{{self.expression_text(node)}}}")
 
     def number(self, pieces: Pieces, unit: str = "") -> Any:
-        """Return a number. Raises Failed if a text is none."""
+        """Return a number. Raises Failed if a text is not a number."""
         symbol = symbol_of(join_pieces(pieces))
         return self._plain(symbol.as_number(), unit) if symbol.constant is None else number(symbol.constant, unit)
 
@@ -171,7 +171,7 @@ class Values:
 
 
 def number(text: str, unit: str) -> Verbatim:
-    """Return a number as it is written. Raises Failed if the text is none."""
+    """Format a number. Raises Failed if the text is not a number."""
     text = text.strip()
     value = literal(text)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or value != value or abs(value) == float("inf"):

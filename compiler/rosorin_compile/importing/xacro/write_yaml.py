@@ -134,7 +134,7 @@ class Writer:
         self._propagate()
 
     def _propagate(self) -> None:
-        """Let variables have what is known of those that they are given to as they are."""
+        """Copy to each variable the known properties of the variables that it is passed to unchanged."""
         given = [(one.symbol, one) for one in self.program.variables if one.symbol is not None]
         for call in [call for macro in self.macros for call in macro.calls]:
             given += [(symbol, call.macro.parameters[key]) for key, (symbol, _) in call.given.items()]
@@ -196,7 +196,7 @@ class Writer:
             comments = []
 
     def _place_of(self, node: Element | Call) -> tuple[Any, tuple[Any, ...], dict[str, Any]]:
-        """Return where a node is written: the place that has the file, the path in it, and the mapping."""
+        """Return where a node is written: a place in its file, the path in the document, and the mapping."""
         macro = self._macro
         if macro is not None:
             return macro.place, ("parts", macro.ours), self._part
@@ -216,7 +216,7 @@ class Writer:
             holder = next((one for one in self.documents.values() if name in one.get("materials", ())), document)
             section = holder.setdefault("materials", {})
             known = self._alternatives.get((id(section), str(name)), [])
-            if not known or known[-1][1] is not None:  # the first one that is always there is it
+            if not known or known[-1][1] is not None:  # the first unconditional definition wins
                 self._put(section, name, value, when)
                 self._remark(place, ("materials", name), comments)
         elif node.tag in ("link", "joint"):

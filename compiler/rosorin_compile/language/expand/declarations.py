@@ -34,7 +34,7 @@ _USE_KEYS = ("part", "with", "prefix", "parent", "xyz", "rpy", "mirror", "conten
 
 
 class Parameter(NamedTuple):
-    """A declared parameter; ``place`` is that of its default, or of its name. ``has_default``, ``sound``: no errors."""
+    """A declared parameter; ``place`` is that of its default or its name. ``sound``: it has no errors."""
 
     name: str
     place: Place
@@ -62,8 +62,8 @@ def declare(
 ) -> None:
     """Bind every declared parameter in a scope: to the given value, else to its default, evaluated in that scope.
 
-    ``places`` has the place of each given value; ``owner`` is what has the parameters, and ``user`` the place that
-    should give the arguments, None for the command line. Values of the wrong type, unknown names and missing values
+    ``places`` has the place of each given value; ``owner`` is what declares the parameters, ``user`` the place that
+    should pass the arguments, None for the command line. Values of the wrong type, unknown names and missing values
     are reported; a name without a value stays broken, so that nothing that uses it is reported too.
     """
     known = scope.declared = _parameters(scope, declared)
@@ -77,7 +77,7 @@ def declare(
             scope.report("unknown-argument", f'{owner} has no argument "{name}"', places[name], help)
     missing = [one for name, one in known.items() if name not in given and not one.has_default]
     scope.broken.update(one.name for one in missing)
-    # The default, or the argument, may be there under a misspelt key, which is reported.
+    # The default or the argument may exist under a misspelt key, which is reported separately.
     missing = [one for one in missing if one.sound and one.name not in suggested]
     for first, *others in [missing] if user and missing else [[one] for one in missing]:
         names, place = [one.name for one in (first, *others)], user or first.place
@@ -213,7 +213,7 @@ def check_use(name: str, entry: Map, scope: Scope) -> None:
 
 
 def hides_letters(key: str, entry: Map, scope: Scope) -> bool:
-    """Report an invisible letter in a text that all names of a part or of a robot begin with; return True for one."""
+    """Report an invisible letter in the prefix of a part or a robot; return True if there is one."""
     value = entry.get(key)
     letter = hidden_letter(value) if isinstance(value, str) else ""
     if letter:
@@ -223,7 +223,7 @@ def hides_letters(key: str, entry: Map, scope: Scope) -> bool:
 
 
 def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope) -> bool:
-    """Report a loop or a condition beside the entries of a section; return True if there is none."""
+    """Report a loop or a condition placed next to the entries of a section; return True if there is none."""
     good = True
     for section in sections:
         entries = tree.get(section)
@@ -232,7 +232,7 @@ def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope)
                 continue
             value = entries[control]
             is_control = isinstance(value, (str, bool))
-            if control == "for":  # a mapping, which an entry of that name is too; a file with a source adds it
+            if control == "for":  # an entry named "for" is a mapping too; a file may add "source" to it
                 entry: Any = schema()["properties"].get(section, {}).get("additionalProperties", {})
                 legal = _USE_KEYS if section == "use" else resolve(entry).get("properties", ())
                 is_control = isinstance(value, Map) and bool(value)

@@ -94,7 +94,7 @@ MAX_SHOWN = 6
 
 
 def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
-    """Return the diagnostics; those about names of one dropped entry are one, which names the entry."""
+    """Merge the diagnostics about missing names that one dropped entry defines into one that names the entry."""
     symbols = SymbolTable(tree)
     existing = {name for kind, some in symbols.of.items() if kind != "robot" for name in some}
     existing.update(one.name for one in symbols.definitions(implied=True) if one.kind != "robot")
@@ -112,7 +112,7 @@ def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]
     for name in missing:
         for key, (entry, _) in dropped.items():
             begin = re.match(key[1], name) if entry.is_use else re.fullmatch(key[1], name)
-            # A name is that of a dropped use if nothing else begins like this.
+            # A name belongs to a dropped use if no other name has the same prefix.
             if begin is not None and not (entry.is_use and any(one.startswith(begin[0]) for one in existing)):
                 causes.setdefault(name, key)
     groups: dict[tuple[tuple[int, str], str], list[Diagnostic]] = {}
@@ -128,9 +128,9 @@ def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]
 
 
 def _pattern(entry: Disabled, wild: bool) -> str:
-    """Return a pattern of the names of a dropped entry, or of what all names of its part begin with.
+    """Return a pattern that matches the names of a dropped entry, or the prefix of its part.
 
-    Names are evaluated as if it were not dropped; with ``wild``, an expression in them stands for any text.
+    Names are evaluated as if the entry were not dropped; with ``wild``, an expression in them matches any text.
     """
     scope, expansion, key, item = entry.scope, entry.scope.expansion, entry.key, entry.item
     texts, patterns = [text for text in (key, *_frames(item)) if text], []
@@ -150,7 +150,7 @@ def _pattern(entry: Disabled, wild: bool) -> str:
 
 
 def _explained(entry: Disabled, wild: bool, group: list[Diagnostic]) -> Diagnostic:
-    """Return the first of the diagnostics that a dropped entry causes, with the others."""
+    """Return the first diagnostic that a dropped entry causes, with the others as related places."""
     (first, *others), item, key = group, entry.item, entry.key
     span, why = item.value_spans["for" if entry.is_empty else "if"], "its loop has no rounds"
     if not entry.is_empty:

@@ -93,7 +93,7 @@ def expand(
     offered = [*reader.offered, *(robot.item for robot in reader.robots)]
     symbols = SymbolTable(root, reader.lets, offered, expansion.is_constant)
     check_letters(symbols, scope)
-    for file in reader.sourced:  # it may have no entry that gets its source
+    for file in reader.sourced:  # checked here: the file may have no entry that gets its source
         if isinstance(file["source"], Map) and expansion.is_constant(file["source"]):
             top = Map(root.span)
             top.put("robot", "robot", root.span, root.span)
@@ -101,7 +101,7 @@ def expand(
             expansion.diagnostics += validate(top, {})
     warnings = unused_names(symbols, reader.files) if tree is not None else []
     diagnostics = expansion.diagnostics if tree is not None else _without_misnamed(root, expansion.diagnostics)
-    if reader.unread:  # names that a file would define are not missing
+    if reader.unread:  # names that an unread file would define are not reported as missing
         diagnostics = [one for one in diagnostics if not _is_missing(one)]
     if has_errors(diagnostics):  # each missing name is reported once, where it is written
         diagnostics = merge_by_name(move_to_name(one, offer(one)) for one in diagnostics)
@@ -111,7 +111,7 @@ def expand(
 
 
 def _without_misnamed(root: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
-    """Return the diagnostics; if a section or a loop is misspelt that, and not all names that are missing by it."""
+    """Return the diagnostics without missing names that are caused by a misspelt section or loop."""
     sections = root.copy()
     for key in (*schema("description")["properties"], *_FORMS):
         sections.pop(key, None)
@@ -199,7 +199,7 @@ def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, 
 
 
 def _given(value: Any, kind: Any, span: Span) -> Any:
-    """Return the value of an argument as in a tree; items of a list or table of Python have its place."""
+    """Return the value of an argument as part of a tree; items of a Python list or dict get its place."""
     if type(value) is str:
         if kind == "boolean" and value in ("0", "1"):
             return value == "1"

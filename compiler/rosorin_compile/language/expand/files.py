@@ -1,4 +1,4 @@
-"""Files: a description read with all that it includes, its sections joined, nothing evaluated yet."""
+"""Files: read a description with everything that it includes and join the sections, without evaluating anything."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ class Reader:
         name, package, values = item.get("file"), item.get("package"), item.get("args")
         if isinstance(values, Map):
             self.offered.append(values)
-            for key, value in values.items():  # those of a description that includes this one count
+            for key, value in values.items():  # the values of a description that includes this one take precedence
                 self.given.setdefault(key, (value, value_place(values, key)))
         if not isinstance(name, str) or not isinstance(package or "", str):
             return None
@@ -212,7 +212,7 @@ class Reader:
         return folder
 
     def inside(self, target: Path) -> bool:
-        """Return True if a file is in the project of the description, links followed, or in a package it names."""
+        """Return True if a file, with links resolved, is in the project of the description or in a package it names."""
         with suppress(OSError, RuntimeError, ValueError):
             return any(map(resolve(target).is_relative_to, self.projects)) or bool(self._package_of(target))
         return False
@@ -226,7 +226,7 @@ class Reader:
         made = Map(file.span, file.via)
         self.sourced += [file] if not is_root and "source" in file else []
         for key, value in file.items():
-            is_help = key == "help" and isinstance(value, str)  # a file of parts explains itself
+            is_help = key == "help" and isinstance(value, str)  # a file of parts may have a help text
             if key in ("include", "let") or (not is_root and (is_help or key in ("source", "rosorin_compile"))):
                 continue
             if key == "robot" and not is_root:
@@ -309,7 +309,7 @@ def check_include(entry: Map, scope: Scope, kinds: Mapping[str, type], keys: Seq
 
 
 def with_nearest_file(diagnostic: Diagnostic, name: str, target: Path) -> Diagnostic:
-    """Return a diagnostic with a suggestion, if it is about a file that does not exist: a file beside it."""
+    """Return a diagnostic; if it is about a missing file, suggest a similar file in the same folder."""
     is_missing = diagnostic.rule == "file-unreadable" and not exists(target)
     close = Description.nearest_file(target) if is_missing else None
     if close is None:

@@ -43,7 +43,7 @@ _KINDS: dict[str, type] = {**INCLUDE_KINDS, "lenient": bool, "trust": bool, "wit
 _KINDS |= dict.fromkeys(("macro", "prefix", "meshes", "parent", "joint"), str)
 _KEYS = ("xyz", "rpy", "publisher", "source", "for", "if")
 _PREFIX = re.compile(r"([^\s<>&\"']+( +[^\s<>&\"']+)* *)?")  # what a name can begin with
-# What the readers suggest to somebody at a command line, and what it is called in an include.
+# Command line options in the suggestions of the readers, and the corresponding keys of an include.
 _WORDS = (
     (re.compile(r"--package (\S+)=PATH"), r"packages: {\1: FOLDER}"),
     (re.compile(r"give it one: (\S+):=VALUE"), r"give it one: args: {\1: VALUE}"),
@@ -52,7 +52,7 @@ _WORDS = (
 _FEW = 4
 _MJCF = "mjcf"
 _DEFAULT = ("integrator", "Euler")  # of an MJCF without an option
-# Elements of URDF whose name has to be unique, by the element around: they get the prefix whatever it is.
+# URDF elements whose names must be unique, as (enclosing element, element): these names always get the prefix.
 _UNIQUE = {("robot", "ros2_control"), ("robot", "transmission"), ("transmission", "actuator")}
 _UNIQUE |= {("ros2_control", "gpio"), ("ros2_control", "sensor")}
 # Elements whose name is a word of another program, and parts of the names of attributes that name no link or joint.
@@ -179,7 +179,7 @@ class IncludedRobots:
         self._report(Diagnostic(rule, WARNING, message, span, (), help), include.via.parent)
 
     def _report(self, diagnostic: Diagnostic, via: Instance | None, ahead: bool = False) -> None:
-        """Report something about an included file, in the words of an include; ``ahead``: before it is read."""
+        """Report a diagnostic of an included file, worded for an include; ``ahead``: before the file is read."""
         message, help = diagnostic.message, diagnostic.help
         for pattern, replacement in _WORDS:
             message, help = pattern.sub(replacement, message), pattern.sub(replacement, help)
@@ -195,7 +195,7 @@ class IncludedRobots:
             self.diagnostics.append(reported)
 
     def _with_meshes(self, made: Map, include: Included) -> Map:
-        """Return a robot with the mesh files named as its artifacts find them; warn where they do not."""
+        """Return a robot whose mesh file names resolve from its artifacts; warn about those that do not."""
         entry, names = include.entry, relative_files(made)
         file, folder = Path(entry["file"]).name, entry.get("meshes")
         if folder is not None:
@@ -223,9 +223,9 @@ class IncludedRobots:
         return map_files(made, lambda name: new.get(name, name)) if new else made
 
     def _attached(self, made: Map, foreign: Imported, include: Included) -> Map:
-        """Return a robot with the joint that attaches its root. Raises Failed after reporting a name that is taken.
+        """Return a robot with the joint that attaches its root. Raises Failed after reporting a duplicate name.
 
-        A macro may make that joint itself; then it is the one on ``foreign.mount``.
+        A macro may create that joint itself; then it is the joint on ``foreign.mount``.
         """
         entry, via = include.entry, include.via
         is_on_parent = foreign.mount != "" and foreign.mount == entry.get("parent")
@@ -332,7 +332,7 @@ def _check_include(entry: Map, scope: Scope) -> None:
 
 
 def with_prefix(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str]]:
-    """Return the sections of an imported robot with ``prefix`` before its names; ``via`` tells how it came here."""
+    """Return the sections of an imported robot with ``prefix`` before its names; ``via`` is the include."""
     fragment = tree.made_by(via).copy()
     for key in (key for key, node in sections().items() if node.whole):
         fragment.pop(key, None)
@@ -366,7 +366,7 @@ def with_prefix(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str
     if isinstance(made.get("accept"), Seq):
         accept = Seq(made["accept"].span, made["accept"].via)
         for entry, span in zip(made["accept"], made["accept"].value_spans, strict=True):
-            if entry["rule"] != "owns-world-frame":  # a frame with a prefix is no longer one of the world
+            if entry["rule"] != "owns-world-frame":  # a frame with a prefix is no longer a world frame
                 names_of = map_items(entry.get("of", Seq(span)), lambda name: prefix + name if name in things else name)
                 accept.put(entry.like({"of": names_of} if "of" in entry else {}), span)
         made["accept"] = accept

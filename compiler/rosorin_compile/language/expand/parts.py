@@ -33,7 +33,7 @@ from .placing import Use, copy, join, place_fragment, with_source
 from .scope import Failed, Scope, value_place
 
 MAX_NESTED = 40
-INSTANCE = 20  # values that an instance counts for, even if it is empty
+INSTANCE = 20  # the number of values that an instance is counted as, even if it is empty
 
 
 class Part(NamedTuple):
@@ -61,7 +61,7 @@ class Parts:
         for key, item in entries.items():
             place = Place(entries.key_spans[key], via)
             try:
-                # Before the use is evaluated, which would take a section of the content for an entry with a loop.
+                # Checked before evaluation, which would treat a section of the content as an entry with a loop.
                 content = item.get("content") if isinstance(item, Map) else None
                 owner, sections = f'content of use "{key}" ', merged_sections(ENTRIES, in_parts=True)
                 if isinstance(content, Map) and not declarations.check_controls(owner, content, sections, scope):

@@ -1,7 +1,7 @@
-"""Placing and joining: what a part contains becomes part of one tree.
+"""Placing and joining: the contents of a part become part of one tree.
 
-It gets its prefix, is mirrored, and is attached to its frame, its ``mount``; the schema says which values are names,
-are mirrored or attached. For a reflection S, R' = S R S and p' = S p. Then sections of files and parts are joined.
+They get a prefix, are mirrored, and are attached to the frame ``mount``; the schema defines which values are names,
+are mirrored, or are attached. For a reflection S, R' = S R S and p' = S p. Then sections of files and parts are joined.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Rename = Callable[[str], str]
 
 
 AXES = {"x": 0, "y": 1, "z": 2}
-# What the sides of a base become that is mirrored across x, y or z.
+# How the sides of a base are renamed when it is mirrored across x, y or z.
 _SIDES: tuple[dict[str, str], ...] = ({"front": "rear", "rear": "front"}, {"left": "right", "right": "left"}, {})
 
 
@@ -62,7 +62,7 @@ def place_fragment(fragment: Map, use: Use, names: SymbolTable | None = None, el
 
 
 def _tagged(section: str, value: Any, via: Instance | None) -> Any:
-    """Return a section whose entries know the part that made them, even those that the part has as written."""
+    """Return a section whose entries refer to the part that created them, even those that it does not change."""
 
     def tag(entry: Any) -> Any:
         own = getattr(entry, "via", None)
@@ -123,7 +123,7 @@ def _with(entry: Map, changes: dict[str, Any]) -> Map:
 
 
 class _Placer:
-    """Renames, mirrors and attaches the values of one part, as the schema says."""
+    """Renames, mirrors and attaches the values of one part, as the schema defines."""
 
     def __init__(self, names: SymbolTable, use: Use, elements: Rename | None) -> None:
         self.names, self.use, self.elements = names, use, elements
@@ -172,13 +172,13 @@ class _Placer:
         return changed if keys is None else map_table(changed, lambda name: self._text(keys, name))
 
     def rename(self, kind: str, name: str) -> str:
-        """Return the name outside of the part of something of a kind."""
+        """Return the name that an object of a kind has outside the part."""
         if name == MOUNT and kind in ("link", "site") and MOUNT not in self.names.of.get("link", ()):
             return name if self.use.parent is None else self.use.parent
         return self.use.prefix + name if self.names.gives(kind, name) else name
 
     def _mounted(self, entry: Map, changes: dict[str, Any], keys: Sequence[str]) -> dict[str, Any]:
-        """Return the pose of an entry on the mount, and directions in it, seen from the parent of the use."""
+        """Return the pose of an entry on the mount, and directions in it, relative to the parent of the use."""
         own = {key: changes.get(key, entry.get(key)) for key in ("xyz", "rpy", *keys)}
         xyz, rpy = self.use.xyz, self.use.rpy
         directions = [key for key in keys if key not in ("xyz", "rpy") and own[key] is not None]
@@ -249,7 +249,7 @@ def _axis(joint: Map, axis: int) -> dict[str, Any]:
 def _grid(grid: Map, axis: int) -> dict[str, Any]:
     """Reverse the order of the cells of a height map along x or y.
 
-    Along z the heights change sign, which a rule reports: a map counts them up from z = 0.
+    Along z the heights would change sign, which a rule reports: a map measures them upward from z = 0.
     """
     heights, origin, cell = grid.get("heights"), grid.get("origin"), grid.get("cell")
     if not isinstance(heights, Seq) or not heights or not all(isinstance(row, Seq) for row in heights):
@@ -309,7 +309,7 @@ def side(role: str, axis: int | None) -> str:
 
 
 def is_number(value: Any, dimension: Dimension | None = None) -> bool:
-    """Return True for a number, of a dimension if one is requested; a bare number is of any."""
+    """Return True for a number, of the dimension if one is requested; a bare number has any dimension."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return False
     return dimension is None or not isinstance(value, Quantity) or value.dimension == dimension
@@ -345,9 +345,9 @@ OF_PARTS = ("parts", "sensor_types", "use")  # joined by name, although the sche
 
 
 def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
-    """Add the sections of a fragment to a tree; report what cannot be added, and return True if there is nothing.
+    """Add the sections of a fragment to a tree; report what cannot be added; return True if there are no errors.
 
-    ``parts``: the fragment comes from a part, whose entries know what made them.
+    ``parts``: the fragment comes from a part, and its entries refer to the instance that created them.
     """
     good = True
     for section, value in more.items():
@@ -396,7 +396,7 @@ def _report_section(section: str, tree: Map, more: Map, scope: Scope) -> bool:
 
 
 def _report(rule: str, message: str, help: str, name: str, first: Map, second: Map, scope: Scope) -> bool:
-    """Report a name of two mappings, at the argument that it comes from if it has one; return False."""
+    """Report a name that two mappings share, at the argument that it comes from, if any; return False."""
     place = Place(second.key_spans[name], getattr(second[name], "via", None) or second.via)
     earlier = Place(first.key_spans[name], getattr(first[name], "via", None) if rule == "duplicate-key" else None)
     related = [Related("first defined here", earlier.span), *earlier.stack()]

@@ -1,8 +1,8 @@
 """Provenance: from a value in the evaluated tree back to the text that a person wrote.
 
-``mass: ${m}`` is in a part, but the number was written under ``with`` or ``let``. An error in what a part was given, or
-in what it calculates from that, is reported where it was given; only if an argument has the kind that its parameter
-asks for, a wrong kind is an error of the part. All of this is computed only when there is something to report.
+``mass: ${m}`` is in a part, but the number was written under ``with`` or ``let``. An error in a value that is passed
+to a part, or in a value calculated from it, is reported where the value was passed; but if an argument has the kind
+its parameter requires, a wrong kind is the fault of the part. This is computed only when there is something to report.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _LONE_NAME = re.compile(r"([^\W\d]\w*)((?:\.[^\W\d]\w*|\[\d+\])*)\Z")
 _STEP = re.compile(r"\.([^\W\d]\w*)|\[(\d+)\]")
 _MOUNT = f"={MOUNT}"  # the frame that a part is attached to, among names
 _OF_USE = ("name", "mirrored", "prefix")  # names that the use of a part defines without an argument
-MAX_STEPS = 20  # names that stand alone
+MAX_STEPS = 20  # values that consist of a single name
 MAX_DEPTH = 100  # nested expressions
 
 USED = "used here"
@@ -117,8 +117,8 @@ def scope_of(root: Scope, via: Instance | None) -> Scope:
 class _Definition(NamedTuple):
     """Where the value of a name was written, and the scope that evaluated its expression.
 
-    ``argument``: it was given from outside. ``keeps_kind``: an error of kinds is not its fault, but that of the
-    expression that uses it: it has the requested kind, or none was requested.
+    ``argument``: it was passed from outside. ``keeps_kind``: it has the requested kind, or none was requested, so that
+    an error about kinds is caused by the expression that uses it.
     """
 
     span: Span
@@ -139,7 +139,7 @@ class _Search:
         return outside or (None if place == span else Origin(place))
 
     def follow_names(self, scope: Scope, span: Span, steps: int) -> tuple[Span, Scope]:
-        """Follow names that stand alone, to the last place where a person may have written a value."""
+        """Follow values that are a single name to the last place where a person may have written a value."""
         name, keys = _lone_name(span) if steps else ("", "")
         definition = self.definition(scope, name, keys) if name else None
         # A default of a part of another file is not a value of the description.

@@ -30,7 +30,7 @@ MAX_CALLED = 30  # nested calls of a named value that takes values
 # Steps of all expressions together (some ten seconds); one of them may take a seventh of it.
 MAX_WORK = 20_000_000
 _OF_XACRO = re.compile(r"\$\((find|arg|env|optenv|eval|dirname|anon)\b([^)]*)\)")
-# Rules about an entry and not about its name, although they are reported there.
+# Rules about a whole entry, although they are reported at its name.
 _OF_ENTRIES = ("missing-key", "unknown-key", "ignored-key", "part-cycle")
 
 
@@ -61,7 +61,7 @@ class Expansion:
         self.is_full = False  # a limit has been reported
         self.blamed: set[Any] = set()  # arguments that an error in an expression was reported for
         self.root: Any = None  # the scope of the description, which is the first one
-        self.scopes: dict[int, Any] = {}  # of each part and each round of a loop, by the identity of its Instance
+        self.scopes: dict[int, Any] = {}  # scopes of parts and rounds of loops, by the identity of their Instance
         self.disabled: list[Disabled] = []
         self.parameters: dict[int, Any] = {}
         self._start = EFFORT.total
@@ -81,7 +81,7 @@ class Expansion:
 
     @contextmanager
     def without_limits(self) -> Iterator[None]:
-        """Evaluate something of which nothing is used, only to find its errors: no limit applies to it."""
+        """Disable the limits while something is evaluated only to find its errors."""
         nodes, work, is_full = self.nodes, self.work, self.is_full
         reported, disabled = len(self.diagnostics), len(self.disabled)
         self.nodes = 0
@@ -115,11 +115,11 @@ class Expansion:
 
 
 class Scope:
-    """Names of a part, a loop or a description, within ``parent``; ``via`` tells how the expansion came here.
+    """Names of a part, a loop or a description, within ``parent``; ``via`` is the instance that leads here.
 
-    ``prefix`` is before the names of all that a part here makes. ``places`` has where each name got its value;
-    ``local`` those values that were written in this scope (named values, defaults) and not given from outside;
-    ``looped`` where the names of a loop are written.
+    ``prefix`` precedes all names that a part creates here. ``places`` has the place where each name got its value;
+    ``local`` has the values that were written in this scope (named values, defaults) and not passed from outside;
+    ``looped`` has the places where the names of a loop are written.
     """
 
     def __init__(self, expansion: Expansion, parent: Scope | None = None, via: Instance | None = None) -> None:
@@ -310,7 +310,7 @@ class Scope:
     def _mapping(self, value: Map) -> Map:
         """Return a mapping with its keys and values evaluated.
 
-        A key whose expression gives ``none`` is left out: so a part passes an optional argument on.
+        A key whose expression evaluates to ``none`` is left out; a part passes on an optional argument in this way.
         """
         via = self.via or value.via
         made = Map(value.span, via)
@@ -320,7 +320,7 @@ class Scope:
             key_span, span = value.key_spans[key], value.value_spans[key]
             try:
                 if "$" not in key and not _is_controlled(item):
-                    # In elements of XML, a value is spelt as XML spells it.
+                    # In elements of XML, a value is written as XML requires.
                     resolved = self.resolve(item, Place(span, via), key in keys_of_xml())
                     if resolved is not None or item is None:
                         made.put(key, resolved, key_span, span)
@@ -336,7 +336,7 @@ class Scope:
                     if "$" in key and isinstance(entry, Map) and scope is not self:
                         entry = entry.made_by(
                             scope.via
-                        )  # an entry that is equal in every round does not know its round
+                        )  # an entry that is equal in every round has no reference to its round
                     made.put(name, entry, key_span, span)
             except Failed:
                 failed = True
@@ -345,7 +345,7 @@ class Scope:
         return made
 
     def name(self, key: str, span: Span, via: Instance | None) -> str:
-        """Return a key with its expressions evaluated, which has to be text or a number."""
+        """Return a key with its expressions evaluated; the result must be text or a number."""
         name = self.text(key, span, via)
         if isinstance(name, (str, int, float)):
             return str(FUNCTIONS["str"](name))
@@ -393,7 +393,7 @@ class Scope:
     def text(self, text: str, span: Span, via: Instance | None, xml: bool = False) -> Any:
         """Return text with its ``${...}`` replaced; text that is one expression has the type of its value.
 
-        In ``xml`` a value is spelt so that it stays a value; one that is whole elements may be between elements.
+        With ``xml``, a value is escaped; a value that consists of complete elements may be inserted between elements.
         """
         place = Place(span, via)
         parts: list[str] = []
@@ -402,9 +402,13 @@ class Scope:
                 xacro = _OF_XACRO.search(piece.text)
                 if xacro and "<" not in text:  # elements of XML may be meant for another program
                     name = (xacro[2].split() or ["NAME"])[0]
-                    help = f"write package://{name}" if xacro[1] == "find" else f"write ${{{name}}}, an argument"
+                    help = (
+                        f"write package://{name}"
+                        if xacro[1] == "find"
+                        else f"declare {name} in args and write ${{{name}}}"
+                    )
                     where = _within(place, text, piece.offset + xacro.start())
-                    raise self.fail("expression", f'"{xacro[0]}" has a meaning in xacro, and none here', where, help)
+                    raise self.fail("expression", f'"{xacro[0]}" has a meaning in xacro, but none here', where, help)
                 parts.append(piece.text)
                 continue
             if piece.unclosed:
@@ -474,9 +478,9 @@ def _is_controlled(item: Any) -> bool:
 
 
 def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
-    """Yield a scope for each round of a ``for``; several names are nested loops, the last one fastest.
+    """Yield a scope for each round of a ``for``; several names are nested loops, the last one varying fastest.
 
-    Without a ``for`` that is the scope around it, once. Raises Failed after reporting.
+    Without a ``for``, yields the enclosing scope once. Raises Failed after reporting.
     """
     loops, scopes, via = item.get("for"), [outer], outer.via or item.via
     if loops is None:
@@ -492,7 +496,7 @@ def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
         counted = 0
         for scope in scopes:
             items, spans = _loop_values(scope, values, where)
-            if len(items) > counted:  # as if every round had as many, so that a huge product is refused at once
+            if len(items) > counted:  # assume that every round has this many, so that a huge product is refused at once
                 outer.count((len(items) - counted) * len(scopes), where.span, where.via)
                 counted = len(items)
             for value, span in zip(items, spans, strict=True):

@@ -45,7 +45,7 @@ class Function(NamedTuple):
     """A function of the language: its name, its line in the reference, and the Python function.
 
     ``apply`` takes and returns numbers, Quantities, texts, lists, tables (dicts), true, false and none; it raises
-    ExpressionError. None is a function that needs the description.
+    ExpressionError. It is None for a function that needs the description.
     """
 
     name: str

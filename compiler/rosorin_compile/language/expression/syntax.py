@@ -1,4 +1,4 @@
-"""The syntax of expressions: quantities, the nodes that are allowed, operators, limits of size, and why a text is none.
+"""The syntax of expressions: quantities, allowed nodes, operators, size limits, and errors for invalid text.
 
 In ``30 mm`` or ``2.5 kg*m^2``, a number and the unit after it are one value, which binds tighter than every operator.
 """
@@ -98,7 +98,7 @@ _FOREIGN: tuple[tuple[str, str], ...] = (
     (r"[\u00b2\u00b3]", "write **2 or **3; in a unit ^2 or ^3"),
     (r"[\u2018\u2019\u201c\u201d]", "write straight quotes"),
     (r"(?<![=<>!])=(?!=)", 'compare with "=="; a value is given its name in let'),
-    (r"\d,\d", "a number has a point, not a comma"),
+    (r"\d,\d", "write a decimal point, not a comma"),
 )
 _NO_UNIT = r"(?<![\w.])([\d.]+) *([A-Za-z]+)\b"
 _WORDS = frozenset(("and", "or", "not", "if", "else", "for", "in", "is"))
@@ -262,7 +262,7 @@ def _name(node: ast.Name, lookup: Lookup) -> Any:
 
 
 def _binary(node: ast.BinOp, lookup: Lookup) -> Any:
-    """Combine two values: quantities add to their like and multiply to the product of their dimensions."""
+    """Combine two values: added quantities must share a dimension, and products multiply dimensions."""
     left, right, kind = value_of(node.left, lookup), value_of(node.right, lookup), type(node.op)
     if type(left) not in NUMERIC or type(right) not in NUMERIC:
         return _join(kind, left, right)

@@ -1,17 +1,17 @@
 """MJCF: the robot for MuJoCo.
 
 Writing: ``write`` with ``write_elements``; ``servos`` are its actuators, ``bodies`` has names and groups, ``contacts``
-which links may touch, ``omissions`` what MuJoCo would refuse. ``read_back`` reads such a file for comparison.
+which links may touch, ``unsupported`` what MuJoCo would refuse. ``read_back`` reads such a file for comparison.
 
 Reading: MuJoCo reads foreign files in a child process (``process``, ``engine``), which also compares an import with its
-source (``compare_models``). ``source`` finds the places in the text, ``reading`` has the state, and ``robot`` fills the
+source (``compare_models``). ``reading`` has the state and the places in the text, and ``robot`` fills the
 tree with ``links``, ``shapes`` and ``entries``.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -26,42 +26,15 @@ from rosorin_compile.formats.format import (
     Unsupported,
     xml_syntax,
 )
-from rosorin_compile.source.files import record, version
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
-    from rosorin_compile.formats.format import Refusal
-    from rosorin_compile.model import Output, Robot
-    from rosorin_compile.rules.case import Case
-    from rosorin_compile.source.diagnostics import Diagnostic
+    from rosorin_compile.model import Robot
     from rosorin_compile.source.tree import Map
-
-__all__ = ["FORMAT"]
 
 
 def _lazy(module: str, name: str) -> Callable[..., Any]:
     """Return a function of a module that is imported only when it is called."""
     return lambda *arguments: getattr(import_module(module, __package__), name)(*arguments)
-
-
-def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    from . import contacts, servos
-
-    yield from servos.check(case, output)
-    yield from contacts.check(case, output)
-
-
-def _refusal(text: str, folder: Path) -> Refusal:
-    from xml.sax.saxutils import unescape
-
-    from .process import refusal
-
-    names = _FILE.findall(text)
-    for name in names:
-        file = folder / unescape(name, {"&quot;": '"'})
-        record(file, version(file))
-    return refusal(text, folder, by_itself=not names)
 
 
 def _adds(robot: Robot, name: str, described: Robot) -> bool:
@@ -73,16 +46,13 @@ def _adds(robot: Robot, name: str, described: Robot) -> bool:
     return any(name in (one.name, one.site) or (one.replicas and name.startswith(f"{one.name}_")) for one in made)
 
 
-_FILE = re.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')
-
-
-# MuJoCo's own word where a file has none: what it does with a URDF too.
-_ITS_OWN = {"integrator": "Euler"}
+FILE = re.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')
 
 
 def _asked(tree: Map, version: str, name: str) -> Asked:  # noqa: ARG001
     options = (tree.get("outputs") or {}).get("mjcf") or {}  # of the source: how its base is placed
-    option = {} if "drives" in options else {"option": options.get("option", _ITS_OWN)}
+    usual = {"integrator": "Euler"}  # of MuJoCo where a file has none: what it does with a URDF too
+    option = {} if "drives" in options else {"option": options.get("option", usual)}
     return Asked({"file": "", **options, **option} | {"file": f"{name}.xml"})
 
 
@@ -92,8 +62,8 @@ def _one_of(words: Sequence[str], description: str) -> dict[str, Any]:
 
 _SOLVERS = {"": "the solver", "ls_": "a line search", "noslip_": "noslip", "ccd_": "ccd"}
 _NUMBER, _COUNT, _NUMBERS = {"type": "number"}, {"type": "integer"}, {"type": "array", "items": {"type": "number"}}
-_VECTOR = {**_NUMBERS, "minItems": 3, "maxItems": 3}
-_OVERRIDDEN = {"solref": (2, "Stiffness"), "solimp": (5, "Impedance"), "friction": (5, "Friction")}
+_VECTOR, _SOME = {**_NUMBERS, "minItems": 3, "maxItems": 3}, {**_NUMBERS, "minItems": 1}
+_SWITCH = {"enum": ["enable", "disable"]}
 _SETTINGS: Mapping[str, tuple[Mapping[str, Any], str]] = {
     "integrator": ({"enum": ["Euler", "RK4", "implicit", "implicitfast"]}, "How time goes on."),
     "cone": ({"enum": ["pyramidal", "elliptic"]}, "The form of friction cones."),
@@ -111,22 +81,16 @@ _SETTINGS: Mapping[str, tuple[Mapping[str, Any], str]] = {
     "wind": (_VECTOR, "Speed of the air in m/s."),
     "magnetic": (_VECTOR, "The magnetic field of the earth."),
     "sleep_tolerance": (_NUMBER, "Below which speed in m/s or rad/s what is at rest may sleep."),
-    **{
-        f"o_{word}": (
-            {**_NUMBERS, "minItems": 1, "maxItems": count},
-            f"{what} of all contacts, where contacts are overridden.",
-        )
-        for word, (count, what) in _OVERRIDDEN.items()
-    },
+    "o_solref": ({**_SOME, "maxItems": 2}, "Stiffness of all contacts, where contacts are overridden."),
+    "o_solimp": ({**_SOME, "maxItems": 5}, "Impedance of all contacts, where contacts are overridden."),
+    "o_friction": ({**_SOME, "maxItems": 5}, "Friction of all contacts, where contacts are overridden."),
     "actuatorgroupdisable": ({"type": "array", "items": _COUNT}, "The groups of actuators that are switched off."),
-    "flag": (
-        {"type": "object", "additionalProperties": {"enum": ["enable", "disable"]}},
-        "What is computed, and what not.",
-    ),
+    "flag": ({"type": "object", "additionalProperties": _SWITCH}, "What is computed, and what not."),
 }
 SETTINGS = {word: {**form, "description": what} for word, (form, what) in _SETTINGS.items()}
 """The settings of a simulation that a description has a word for: those of MuJoCo's <option>, in SI units."""
 
+_NAMES = {"type": "array", "items": {"type": "string"}}
 _GROUP = {"type": "integer", "minimum": 0, "maximum": 5}
 _VISUAL = {**_GROUP, "description": "That of visuals; default 2."}
 _COLLISION = {**_GROUP, "description": "That of what collides; default 3, of a robot without looks 0."}
@@ -165,14 +129,9 @@ _OPTIONS = {
         "properties": {"visual": _VISUAL, "collision": _COLLISION},
         "additionalProperties": False,
     },
-    "actuators": {
-        "type": "array",
-        "items": {"type": "string"},
-        "description": "The order of the actuators, by name; default: that of their joints.",
-    },
+    "actuators": {**_NAMES, "description": "The order of the actuators, by name; default: that of their joints."},
     "sensors": {
-        "type": "array",
-        "items": {"type": "string"},
+        **_NAMES,
         "description": "The order of the sensors, by name; default: those of `sensors`, then those of `mjcf`.",
     },
     "drives": _one_of(
@@ -203,7 +162,7 @@ FORMAT = Format(
     file="{}.xml",
     endings=(".xml", ".mjcf"),
     roots=("mujoco",),
-    check=_check,
+    check=_lazy(".contacts", "check"),
     write=_lazy(".write", "write"),
     load=lambda opened: _lazy(".robot", "read_mjcf")(opened.path, opened.options),
     view=_lazy(".read_back", "view"),
@@ -213,11 +172,11 @@ FORMAT = Format(
     optional=True,
     adds=_adds,
     why="a simulation has sites and cameras of its own for the sensors of a description",
-    beside=lambda text: _FILE.findall(text),
-    opens=_lazy(".omissions", "file_path"),
+    beside=lambda text: FILE.findall(text),
+    opens=_lazy(".unsupported", "file_path"),
     copies=_lazy("..mesh_copies", "copy_meshes"),
     syntax=xml_syntax,
-    refusal=_refusal,
+    refusal=_lazy(".process", "refusal"),
     prove=_lazy(".process", "prove"),
     engine_reads=True,
     folder="mjcf",

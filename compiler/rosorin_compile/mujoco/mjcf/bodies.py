@@ -12,20 +12,15 @@ scaled between the lowest and the highest; the first row has the largest y. Belo
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 from itertools import product
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from rosorin_compile import model
 from rosorin_compile.model.shape import MERGED
 from rosorin_compile.source.cache import of_robot
 
-if TYPE_CHECKING:
-    from .contacts import Geom
-
-
-# The root body of MuJoCo.
-WORLD = "world"
+WORLD = "world"  # the root body of MuJoCo
 # Attributes of a pair besides its geoms that mean no more than that they touch.
 TOUCHES: tuple[dict[str, str], ...] = ({}, {"condim": "1"})
 
@@ -37,31 +32,33 @@ FLOATING = ("_TX", "_TY", "_TZ", "_R")
 STIFF = {"solref": (0.005, 1.0), "solimp": (0.95, 0.99, 0.001)}
 # The ends of the names of default classes (``Classes``), and the groups by which viewers show and hide.
 VISUAL, COLLISION = "visual", "collision"
-# What of wheels collides: with the floor alone (``Masks``).
-WHEEL = "wheel_collision"
+WHEEL = "wheel_collision"  # what of wheels collides: with the floor alone (``Masks``)
 # Collision shapes that are seen, in the groups of visuals: those of links that have nothing else to be seen by.
 SHOWN, SHOWN_WHEEL = "shown_collision", "shown_wheel_collision"
-
-# The sites that mark frames: dots that a viewer shows with group 4.
-FRAME = "frame"
+FRAME = "frame"  # the sites that mark frames: dots that a viewer shows with group 4
 CLASSES = (VISUAL, COLLISION, WHEEL, SHOWN, SHOWN_WHEEL, FRAME)
 
 VISUAL_GROUP, COLLISION_GROUP, FRAME_GROUP = 2, 3, 4
 
 
 def body_name(robot: model.Robot, link: str) -> str:
-    """Return the name of the body of a link: its own, but for that of the body that MuJoCo has already."""
+    """Return the name of the body of a link: its own, unless MuJoCo reserves that name."""
     if link == robot.root and robot.root_in_world.world:
         return WORLD
     name = link if link != WORLD else f"{WORLD}_link"
     known = {*robot.link, *(edge.child for edge in robot.edges)} if link == WORLD else ()
-    while name in known:
+    return free_name(name, known)
+
+
+def free_name(name: str, taken: Container[str]) -> str:
+    """Return a name, with underscores after it while another object has it."""
+    while name in taken:
         name += "_"
     return name
 
 
 def reference(joint: model.Joint) -> float:
-    """Return the position (rad or m) of a joint at which MuJoCo begins, and has its body (``ref``)."""
+    """Return the position (rad or m) of a joint in the initial pose of MuJoCo (``ref``)."""
     value = joint.mjcf.get("ref", 0.0) if joint.moves else 0.0
     return value if isinstance(value, (int, float)) else 0.0
 
@@ -130,9 +127,6 @@ class Masks:
     def meet(self, one: str, other: str) -> bool:
         return any(mask.meets(theirs) for mask in self._of_links[one] for theirs in self._of_links[other])
 
-    def pair(self, one: Geom, other: Geom) -> bool:
-        return self.mask_of(one.link, one.solid.shape).meets(self.mask_of(other.link, other.solid.shape))
-
 
 @of_robot
 def rolling(robot: model.Robot) -> frozenset[str]:
@@ -172,11 +166,7 @@ def has_volume(geometry: model.Geometry) -> bool:
         return True
     if isinstance(geometry, model.Mesh):
         return all(geometry.scale)
-    if isinstance(geometry, model.Box):
-        return all(size > 0 for size in geometry.size)
-    if isinstance(geometry, model.Ellipsoid):
-        return all(radius > 0 for radius in geometry.radii)
-    return geometry.radius > 0 and (isinstance(geometry, model.Sphere) or geometry.length > 0)
+    return all(size > 0 for size in half_sizes(geometry))
 
 
 def half_sizes(geometry: model.Geometry) -> tuple[float, ...]:
@@ -192,7 +182,7 @@ def half_sizes(geometry: model.Geometry) -> tuple[float, ...]:
 
 
 def form_of(output: model.Output) -> str:
-    """Return as what an output has height maps: in a form of boxes, or ``hfield``."""
+    """Return the form of height maps in an output: a form of boxes, or ``hfield``."""
     return str(output.options.get("height_maps", MERGED))
 
 

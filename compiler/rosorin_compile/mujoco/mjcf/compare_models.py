@@ -80,7 +80,7 @@ _SHOWN = 20  # numbers in a message
 
 STATES = 20
 TOLERANCE = 1e-6  # m, an entry of a rotation, and a share of the largest acceleration
-# Differences that do not change a motion: kinds of objects, and fields. A missing scene touches nothing.
+# Differences that do not affect motion, as "KIND FIELD". Geoms and sites missing from ours have no effect either.
 _STILL = re.compile(r"(camera|numeric|text|tuple|sensor|key) .*|site (type|size)|\w+ (name|user|nuserdata)")
 _SCENE = ("geom", "mesh", "hfield", "site")
 
@@ -98,13 +98,10 @@ class Model:
 
     def __init__(self, mujoco: Any, model: Any) -> None:
         self.mujoco, self.mj, self.data = mujoco, model, mujoco.MjData(model)
-        self.names = {
-            kind: [
-                mujoco.mj_id2name(model, getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), index) or ""
-                for index in range(getattr(model, f"n{prefix}"))
-            ]
-            for kind, prefix in KINDS.items()
-        }
+        self.names: dict[str, list[str]] = {}
+        for kind, prefix in KINDS.items():
+            of, count = getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), getattr(model, f"n{prefix}")
+            self.names[kind] = [mujoco.mj_id2name(model, of, index) or "" for index in range(count)]
 
     def value(self, field: str, extent: str, index: int) -> Any:
         """Return the row of an object in an array of mjModel, or its piece of a long array."""
@@ -151,10 +148,6 @@ class Model:
         pos, turn = (getattr(self.data, name)[index] for name in _FRAMES[kind])
         return pos, turn.reshape(3, -1)
 
-    def place(self, kind: str, index: int) -> Any:
-        """Return position and sizes (m) of a geom, zeros for other kinds."""
-        return np.append(self.data.geom_xpos[index], self.mj.geom_size[index]) if kind == "geom" else np.zeros(6)
-
     def mesh_of(self, geom: int) -> int:
         return int(self.mj.geom_dataid[geom]) if self.mj.geom_type[geom] in (_MESH, _SDF) else -1
 
@@ -186,7 +179,6 @@ class Comparison:
             self._match(kind)
 
     def run(self) -> list[Difference]:
-        """Compare everything and return the differences."""
         theirs, own = self.source.mj, self.ours.mj
         for field in (name for name in dir(theirs.opt) if not name.startswith("_")):
             self.values("option", -1, field, getattr(theirs.opt, field), getattr(own.opt, field))
@@ -199,10 +191,29 @@ class Comparison:
             elif kind and not _BY_METHODS.fullmatch(field):
                 for pair in self.maps[kind].items():
                     self._field(kind, field, extent, *pair)
-        self._bodies()
+        for one, other in self.maps["body"].items():
+            self.values("body", one, "mocapid", bool(theirs.body_mocapid[one] >= 0), bool(own.body_mocapid[other] >= 0))
+            masses = float(theirs.body_mass[one]), float(own.body_mass[other])
+            if not one or max(masses) <= _NO_MASS:
+                continue
+            self.values("body", one, "mass", *masses)
+            if not near(theirs.body_ipos[one], own.body_ipos[other]):
+                self.values("body", one, "ipos", theirs.body_ipos[one], own.body_ipos[other])
+            a, b = self.source.inertia(one), self.ours.inertia(other)
+            if np.abs(a - b).max() > max(np.trace(a) * 1e-8, 1e-14):
+                moments = in_words(np.diag(a), np.diag(b))
+                self.report("body", one, "inertia", f"inertia {moments}, along the axes of the body")
         self._frames()
         self._keys_and_order()
-        self._contacts()
+        geoms = list(self.maps["geom"])
+        touching, ours = may_touch(theirs, geoms), may_touch(own, list(self.maps["geom"].values()))
+        texts = set()
+        for a, b in zip(*np.nonzero(np.triu(touching != ours)), strict=True):
+            bodies = sorted(int(theirs.geom_bodyid[geoms[at]]) for at in (a, b))
+            names = " and ".join(self.source.name_of("body", body) for body in bodies)
+            texts.add(f"{names} may touch only in {'the source' if touching[a, b] else 'ours'}")
+        for text in sorted(texts):
+            self.report("contact", -1, "", text)
         return self.differences
 
     def report(self, kind: str, index: int, field: str, text: str) -> None:
@@ -211,7 +222,6 @@ class Comparison:
         self.differences.append(Difference(kind, field, f"{name}{text}"))
 
     def values(self, kind: str, index: int, field: str, one: Any, other: Any) -> None:
-        """Report two values of a field that are not equal."""
         if not callable(one) and not close(one, other):
             self.report(kind, index, field, f"{field} {in_words(one, other)}")
 
@@ -247,8 +257,11 @@ class Comparison:
             waiting.setdefault(self._signature(ours, kind, index), []).append(index)
         for index in sorted(set(range(len(source.names[kind]))) - set(found)):
             if candidates := waiting.get(self._signature(source, kind, index)):
-                place = source.place(kind, index)
-                apart = [round(float(np.abs(place - ours.place(kind, at)).max()), 9) for at in candidates]
+                apart = [0.0]
+                if kind == "geom":
+                    pos, size = source.data.geom_xpos[index], source.mj.geom_size[index]
+                    gaps = ours.data.geom_xpos[candidates] - pos, ours.mj.geom_size[candidates] - size
+                    apart = np.abs(np.hstack(gaps)).max(axis=1).round(9).tolist()
                 found[index] = candidates.pop(apart.index(min(apart)))
         for one, other in found.items() if kind == "geom" else ():  # the import gives meshes other names
             is_mesh = source.mesh_of(one) >= 0
@@ -303,9 +316,7 @@ class Comparison:
         if array in _REFERENCES:
             named = source.references(array, extent, one), ours.references(array, extent, other)
             mapped = [(of, self.maps[of].get(int(n), -2) if of and n >= 0 else n) for of, n in named[0]]
-            if len(mapped) != len(named[1]) or not all(
-                of == other_of and close(n, m) for (of, n), (other_of, m) in zip(mapped, named[1], strict=True)
-            ):
+            if mapped != named[1]:
                 texts = [
                     ", ".join("none" if n < 0 else model.name_of(of, int(n)) if of else f"{n:g}" for of, n in pairs)
                     for model, pairs in zip((source, ours), named, strict=True)
@@ -334,21 +345,6 @@ class Comparison:
             theirs, own = (np.concatenate([row[:6], rotation(row[6:10]).ravel(), row[10:]]) for row in (theirs, own))
         if has_effect and not (extent == "nq" and _same_position(theirs, own)):
             self.values(kind, one, field, theirs, own)
-
-    def _bodies(self) -> None:
-        theirs, own = self.source.mj, self.ours.mj
-        for one, other in self.maps["body"].items():
-            self.values("body", one, "mocapid", bool(theirs.body_mocapid[one] >= 0), bool(own.body_mocapid[other] >= 0))
-            masses = float(theirs.body_mass[one]), float(own.body_mass[other])
-            if not one or max(masses) <= _NO_MASS:
-                continue
-            self.values("body", one, "mass", *masses)
-            if not near(theirs.body_ipos[one], own.body_ipos[other]):
-                self.values("body", one, "ipos", theirs.body_ipos[one], own.body_ipos[other])
-            a, b = self.source.inertia(one), self.ours.inertia(other)
-            if np.abs(a - b).max() > max(np.trace(a) * 1e-8, 1e-14):
-                moments = in_words(np.diag(a), np.diag(b))
-                self.report("body", one, "inertia", f"inertia {moments}, along the axes of the body")
 
     def _frames(self) -> None:
         """Compare frames in the first and a random pose; what moves with what is reported is not reported again."""
@@ -411,17 +407,6 @@ class Comparison:
             places = [int(getattr(self.ours.mj, field)[other]) for _, other in sorted(self.maps[kind].items())]
             if places != sorted(places):
                 self.report("order", -1, kind, f"the {kind}s are in another order in ours")
-
-    def _contacts(self) -> None:
-        source, geoms = self.source, list(self.maps["geom"])
-        theirs, own = may_touch(source.mj, geoms), may_touch(self.ours.mj, list(self.maps["geom"].values()))
-        texts = set()
-        for a, b in zip(*np.nonzero(np.triu(theirs != own)), strict=True):
-            bodies = sorted(int(source.mj.geom_bodyid[geoms[at]]) for at in (a, b))
-            names = " and ".join(source.name_of("body", body) for body in bodies)
-            texts.add(f"{names} may touch only in {'the source' if theirs[a, b] else 'ours'}")
-        for text in sorted(texts):
-            self.report("contact", -1, "", text)
 
     def moves_alike(self) -> bool:
         """Return True if the models must move in the same way in spite of the differences."""

@@ -26,7 +26,7 @@ from itertools import combinations, product
 from typing import NamedTuple
 
 from rosorin_compile.model import Joint, Mesh, Output, Robot
-from rosorin_compile.model.bounds import ball_of
+from rosorin_compile.model.bounds import Ball, ball_of
 from rosorin_compile.model.geometry import Transform, Vector, cross, dot, minus, norm, plane_axes, unit
 from rosorin_compile.model.joint import motion
 from rosorin_compile.model.shape import MERGED, Capsule, Cylinder, Ellipsoid, HeightMap, Shape, Sphere
@@ -34,44 +34,31 @@ from rosorin_compile.rules.case import Case
 from rosorin_compile.source.cache import of_robot
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 
-from .bodies import (
-    COLLISION,
-    HFIELD,
-    Mask,
-    Masks,
-    body_name,
-    form_of,
-    half_sizes,
-    has_volume,
-    numbered_solids,
-    weld_groups,
-)
-from .omissions import is_written, position_range
+from . import bodies, servos
+from .bodies import COLLISION, HFIELD, Masks, body_name, half_sizes, has_volume, numbered_solids, weld_groups
+from .unsupported import is_written, position_range
 
-# Faces that lie on each other touch, whatever the rounding of their poses (m).
-NEAR = 1e-6
+NEAR = 1e-6  # m: faces that lie on each other touch, whatever the rounding of their poses
 _STEPS = 100  # a longer search is one along round faces that are hardly apart
 _DONE = 1e-10  # relative improvement of the distance at which the search ends
 # Each pair is looked at in each step; of two links that are made of hundreds of shapes it would be all that is done.
 MOST = 300
-# Into so many steps the range of a joint is cut to see whether two links always touch.
-STEPS = 24
+STEPS = 24  # into which the range of a joint is cut to see whether two links always touch
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
-
-Simplex = Sequence[Vector]
 
 
 class Solid:
-    """A shape with a ball around it (m); ``margin`` is the radius around a point or line, not in ``support``."""
+    """A shape in a small ball (m); ``margin`` is the radius around a point or line, not in ``support``."""
 
-    def __init__(self, shape: Shape, middle: Vector, radius: float) -> None:
-        self.shape, self.middle, self.radius, self.origin = shape, middle, radius, shape.origin().transform()
+    def __init__(self, shape: Shape, ball: Ball) -> None:
+        self.shape, self.middle, self.radius, self.origin = shape, ball.middle, ball.radius, shape.origin().transform()
         geometry, (x, y, z) = shape.geometry, (*map(abs, half_sizes(shape.geometry)), 0.0, 0.0, 0.0)[:3]
         self.margin = x if isinstance(geometry, (Sphere, Capsule)) else 0.0
         # Half the size along the axes of the shape, without the margin (m).
         self.half_extents: Vector = (x, y, z)
         if isinstance(geometry, (Sphere, Capsule, Cylinder)):
             self.half_extents = (x - self.margin, x - self.margin, y)
+            self.radius = math.hypot(x, y) if isinstance(geometry, Cylinder) else x + y
 
     @cached_property
     def pieces(self) -> Sequence[Solid]:
@@ -98,18 +85,9 @@ class Solid:
 
 
 def solid_of(shape: Shape) -> Solid | None:
-    """Return a shape with a small ball around it, or None for a mesh."""
-    ball, geometry = ball_of(shape), shape.geometry
-    if ball is None:
-        return None
-    radius = ball.radius
-    if isinstance(geometry, Sphere):
-        radius = abs(geometry.radius)
-    elif isinstance(geometry, Capsule):
-        radius = abs(geometry.radius) + abs(geometry.length) / 2
-    elif isinstance(geometry, Cylinder):
-        radius = math.hypot(geometry.radius, geometry.length / 2)
-    return Solid(shape, ball.middle, radius)
+    """Return the solid of a shape, or None for a mesh."""
+    ball = ball_of(shape)
+    return None if ball is None else Solid(shape, ball)
 
 
 def touch(fixed: Sequence[Solid], moved: Sequence[Solid], way: Transform) -> bool:
@@ -144,7 +122,7 @@ def _are_close(fixed: Solid, moved: Solid, way: Transform) -> bool:
     return True
 
 
-def _closest(simplex: Simplex) -> tuple[Vector, list[Vector]]:
+def _closest(simplex: Sequence[Vector]) -> tuple[Vector, list[Vector]]:
     """Return the point of a simplex that is closest to the origin, and the corners that it lies between."""
     is_around = len(simplex) == 4
     for index, apex in enumerate(simplex if is_around else ()):  # a flat tetrahedron is around nothing
@@ -160,7 +138,7 @@ def _closest(simplex: Simplex) -> tuple[Vector, list[Vector]]:
     return min(((foot, face) for foot, face in feet if foot is not None), key=lambda pair: dot(pair[0], pair[0]))
 
 
-def _foot(face: Simplex) -> Vector | None:
+def _foot(face: Sequence[Vector]) -> Vector | None:
     """Return the foot of the origin on a point, line or triangle, or None if it is not between the corners."""
     if len(face) == 1:
         return face[0]
@@ -205,7 +183,7 @@ class Contacts(NamedTuple):
 
 @of_robot
 def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts:
-    """Return who is not to collide, and who may all the same; ``form`` is that of the height maps.
+    """Return the pairs that must not collide, and those that may despite filters; ``form`` is that of the height maps.
 
     The links of each joint come first, then ``disabled_contacts`` of the robot; without ``implied`` these alone. Bodies
     are called as in the MJCF.
@@ -224,6 +202,9 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
         shapes = numbered_solids(robot.link[name], COLLISION, form)
         every = ((number, solid_of(shape)) for number, shape in shapes if has_volume(shape.geometry))
         return [Geom(name, number, solid) for number, solid in every if solid is not None]
+
+    def mask(geom: Geom) -> bodies.Mask:
+        return masks.mask_of(geom.link, geom.solid.shape)
 
     for link in robot.walk():
         above = robot.joint_to.get(link.name)
@@ -256,12 +237,12 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
             elif len(meeting) > MOST:
                 left.append(links)
             elif frozenset(links) not in named:
-                pairs += [pair for pair in meeting if masks.pair(*pair)]
+                pairs += [(one, other) for one, other in meeting if mask(one).meets(mask(other))]
     for pair in robot.disabled_contacts:
         if masks.rolling.isdisjoint(pair):  # else the bits say it, of a hundred rollers at once
             excluded.setdefault(frozenset(pair), pair)
-    bodies = [(body_name(robot, one), body_name(robot, other)) for one, other in excluded.values()]
-    return Contacts(bodies, pairs, left)
+    apart = [(body_name(robot, one), body_name(robot, other)) for one, other in excluded.values()]
+    return Contacts(apart, pairs, left)
 
 
 def _constant(joint: Joint, place: Transform, geom: Geom) -> tuple[float, float]:
@@ -302,10 +283,10 @@ CANNOT = {*(frozenset((one, other)) for one in _ROUND for other in ("box", "mesh
 
 def refused_by_mjx(robot: Robot, output: Output) -> Iterator[tuple[tuple[str, str], tuple[str, int], tuple[str, int]]]:
     """Yield two kinds of shapes once that MJX does not collide and MuJoCo does, with link and number of the first."""
-    implied = output.options.get("contacts", "implied") == "implied"
-    masks, form, touching = Masks(robot, implied), form_of(output), contacts(robot, form_of(output), implied)
+    implied, form = output.options.get("contacts", "implied") == "implied", bodies.form_of(output)
+    masks, touching = Masks(robot, implied), contacts(robot, form, implied)
     # The first shape of each kind and mask of a link, with its number.
-    looks: dict[tuple[str, str, Mask], int] = {}
+    looks: dict[tuple[str, str, bodies.Mask], int] = {}
     for link in robot.links:
         for number, shape in enumerate(link.collision):
             kind = _kind(robot, shape, form)
@@ -346,7 +327,8 @@ def _kind(robot: Robot, shape: Shape, form: str) -> str:
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Yield a note for each two kinds of shapes that may touch and that MJX does not collide: on the first of them."""
+    """Yield diagnostics about actuators, and a note for two kinds of shapes that may touch and MJX does not collide."""
+    yield from servos.check(case, output)
     if not case.robot.is_tree:  # reported by the rules about joints
         return
     for kinds, (link, number), (other, _) in refused_by_mjx(case.robot, output):

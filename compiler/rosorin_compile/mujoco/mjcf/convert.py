@@ -21,6 +21,7 @@ from rosorin_compile.source.xml.elements import attribute_value
 from rosorin_compile.source.xml.markup import Attribute, Element
 
 Attributes = Mapping[str, str]
+Words = Mapping[str, str] | None  # keys by the attributes that have another name
 Node = Mapping[str, Any]
 
 DEGREE = math.pi / 180
@@ -84,9 +85,7 @@ def numbers(values: Sequence[float], element: Element, attribute: str = "") -> S
     """Return a list of numbers, with their places in the attribute if it has the same values."""
     own = element.attributes.get(attribute)
     words = own.words() if own else []
-    exact = len(words) == len(values) and all(
-        _equals(one.text, value) for one, value in zip(words, values, strict=True)
-    )
+    exact = len(words) == len(values) and all(map(_equals, (word.text for word in words), values))
     listed = Seq(element.span)
     for at, value in enumerate(values):
         listed.put(plain(value), words[at].span if exact else element.span)
@@ -106,12 +105,10 @@ def plain(value: float) -> float | int:
     return int(value) if value == int(value) and abs(value) < 1e15 else value
 
 
-def put_words(
-    entry: Map, attributes: Attributes, kind: str, element: Element, words: Mapping[str, str] | None = None
-) -> dict[str, str]:
+def put_words(entry: Map, attributes: Attributes, kind: str, element: Element, words: Words = None) -> dict[str, str]:
     """Set the keys of an entry that attributes have, in their order; return the attributes that no key can express.
 
-    ``words`` are the keys with another name than the attribute. What the language has no word for goes into ``mjcf``.
+    What the language has no word for goes into ``mjcf``.
     """
     forms, called = schema()["$defs"][kind]["properties"], words or {}
     more = resolve(forms.get("mjcf", {})).get("properties", {})

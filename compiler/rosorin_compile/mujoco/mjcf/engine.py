@@ -12,7 +12,8 @@ import json
 import os
 import re
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -39,8 +40,8 @@ _TABLES = {
     "keys": ("KEY", "key", "qpos ctrl"),
 }
 # The kinds of objects that a body holds, by the lists of MjSpec, and the tags of their elements.
-_HELD = {"joints": ("joint", "freejoint"), "geoms": ("geom",), "sites": ("site",), "cameras": ("camera",)}
-_HELD["lights"] = ("light",)
+HELD = {"joints": ("joint", "freejoint"), "geoms": ("geom",), "sites": ("site",), "cameras": ("camera",)}
+HELD["lights"] = ("light",)
 _LISTED = {"tendons": "tendon", "equalities": "equality", "actuators": "actuator", "sensors": "sensor"}
 _WHOLE = ("extension", "size", "visual", "statistic", "custom", "deformable")  # sections that are kept as they are
 _OF_SPATIAL = ("rgba", "width", "material")  # what a class of tendons has that a fixed one does not take
@@ -53,17 +54,14 @@ _OPEN = ("user", "data", "qpos", "qvel", "act", "ctrl", "mpos", "mquat", "vertex
 def main(job: str, request_file: str, answer: str, cpu_seconds: int) -> None:
     """Do a job of the file ``request_file``, and write its answer to the file ``answer``, both as JSON."""
     _limit(cpu_seconds)
-    mujoco: Any = import_module("mujoco")
     request, here = json.loads(Path(request_file).read_text("utf-8")), Path(answer).parent
     if job == "load":
-        made: Any = load(mujoco, request["text"], request["folder"])
+        made: Any = load(request["text"], request["folder"])
     elif job == "prove":
-        mujoco.set_mju_user_warning(lambda _: None)  # which would go into a file in the working folder
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+        with quiet() as mujoco:
             made = _proof(mujoco, request, here)
     else:
-        made = read(mujoco, Path(request["path"]), here)
+        made = read(import_module("mujoco"), Path(request["path"]), here)
     Path(answer).write_text(json.dumps(made), encoding="utf-8")
 
 
@@ -74,7 +72,7 @@ def read(mujoco: Any, path: Path, here: Path) -> dict[str, Any]:
         try:
             spec = _spec(mujoco, path, here)
             _resolve_files(spec)
-            unnamed = (thing for kind in (*_HELD, "bodies", "pairs", *_LISTED) for thing in getattr(spec, kind))
+            unnamed = (thing for kind in (*HELD, "bodies", "pairs", *_LISTED) for thing in getattr(spec, kind))
             for number, thing in enumerate(one for one in unnamed if not one.name):  # by which its element is found
                 thing.name = f"{_NO_NAME}{number}"
             made = _facts(mujoco, spec, spec.compile())
@@ -83,11 +81,22 @@ def read(mujoco: Any, path: Path, here: Path) -> dict[str, Any]:
     return {**made, "warnings": [str(warning.message) for warning in caught]}
 
 
-def load(mujoco: Any, text: str, folder: str) -> tuple[str, bool]:
+@contextmanager
+def quiet() -> Iterator[Any]:
+    """Import MuJoCo and drop its warnings meanwhile, which it would also write to a file in the working folder."""
+    mujoco: Any = import_module("mujoco")
+    mujoco.set_mju_user_warning(lambda _: None)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield mujoco
+    finally:
+        mujoco.set_mju_user_warning(None)
+
+
+def load(text: str, folder: str) -> tuple[str, bool]:
     """Return why MuJoCo refuses an MJCF that is in a folder, or "", and whether it is too old for it."""
-    mujoco.set_mju_user_warning(lambda _: None)  # which would go into a file in the working folder
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    with quiet() as mujoco:
         try:
             spec = mujoco.MjSpec.from_string(text)
             spec.modelfiledir = folder
@@ -96,8 +105,6 @@ def load(mujoco: Any, text: str, folder: str) -> tuple[str, bool]:
         except Exception as problem:
             why, outdated = reason(mujoco, problem)
             return why or type(problem).__name__, outdated
-        finally:
-            mujoco.set_mju_user_warning(None)
 
 
 def reason(mujoco: Any, problem: Exception) -> tuple[str, bool]:
@@ -126,7 +133,7 @@ def _proof(mujoco: Any, request: dict[str, Any], here: Path) -> dict[str, Any]:
         for texture in ours.textures:
             texture.cubefiles = [request["files"].get(file, file) for file in texture.cubefiles]
         made = ours.compile()
-    except Exception as problem:  # whatever MuJoCo has against it
+    except Exception as problem:  # whatever MuJoCo rejects it for
         return {"refused": " ".join(str(problem).split())}
     comparison = Comparison(mujoco, source, made, given)
     differences: list[tuple[str, str, str]] = list(comparison.run())
@@ -140,7 +147,7 @@ def _proof(mujoco: Any, request: dict[str, Any], here: Path) -> dict[str, Any]:
 
 
 def _spec(mujoco: Any, path: Path, here: Path) -> Any:
-    """Return the MjSpec of a file, whatever the ending of its name; ``here`` is the working folder of this process."""
+    """Return the MjSpec of a file, whatever its extension; ``here`` is the working folder of this process."""
     if path.suffix == ".xml":
         spec = mujoco.MjSpec.from_file(str(path))
     else:
@@ -175,7 +182,7 @@ def _resolve_files(spec: Any) -> None:
 
 
 def _limit(cpu_seconds: int) -> None:
-    """Give this process an end, and no more memory than a robot can need; where the system knows such limits."""
+    """Limit the CPU time and the memory of this process, where the system supports such limits."""
     try:
         import resource
     except ImportError:
@@ -204,7 +211,7 @@ def _facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
         count = len(next(iter(columns.values())))
         names = [mujoco.mj_id2name(model, getattr(mujoco.mjtObj, f"mjOBJ_{kind}"), at) or "" for at in range(count)]
         columns["name"] = ["" if name.startswith(_NO_NAME) else name for name in names]
-        if word == "bodies" or word in _HELD:
+        if word == "bodies" or word in HELD:
             nothing, by_name = {"tag": "", "attributes": {}, "inner": []}, elements.pop(word)
             columns["element"] = [by_name.get(name, nothing) for name in names]
         made[word] = [{key: column[index] for key, column in columns.items()} for index in range(count)]
@@ -265,11 +272,11 @@ def _elements(root: Any) -> dict[str, Any]:
     """Return the elements of a text that MuJoCo has written, with the attributes of their classes.
 
     An element is its ``tag``, its ``attributes`` and the elements in it (``inner``). ``bodies`` and the kinds of
-    ``_HELD`` are by name; in a body is here what is of no kind. The sections are lists in the order of the file.
+    ``HELD`` are by name; in a body is here what is of no kind. The sections are lists in the order of the file.
     """
     apply_classes(root)
-    made: dict[str, Any] = {kind: {} for kind in (*_HELD, "bodies")}
-    kind_of = {tag: kind for kind, tags in _HELD.items() for tag in tags}
+    made: dict[str, Any] = {kind: {} for kind in (*HELD, "bodies")}
+    kind_of = {tag: kind for kind, tags in HELD.items() for tag in tags}
 
     def add_body(element: Any, name: str) -> None:
         held = made["bodies"].setdefault(name, {"tag": "body", "attributes": {}, "inner": []})
@@ -308,7 +315,7 @@ def _node(element: Any) -> dict[str, Any]:
 
 
 def _merged(usual: Mapping[str, str], own: Mapping[str, str]) -> dict[str, str]:
-    """Return the attributes of a class with those of an element over them: of a list as many numbers as it has."""
+    """Return the attributes of a class overridden by those of an element; a short list replaces only the first ones."""
     made = dict(usual)
     for key, value in own.items():
         words, before = value.split(), made.get(key, "").split()

@@ -140,11 +140,9 @@ def add_equalities(reading: Reading) -> None:
     nodes, constraints = reading.facts["elements"]["equalities"], Map(reading.markup.root.span)
     elements, joints, zero = reading.elements_of("equality", nodes), reading.facts["joints"], reading.facts["qpos0"]
     for index, (fact, node, element) in enumerate(zip(reading.facts["equalities"], nodes, elements, strict=True)):
-        ends = [
-            joints[at] if fact["type"] == _EQ_JOINT and at >= 0 else None for at in (fact["obj1id"], fact["obj2id"])
-        ]
         # The positions in the file (rad or m), from which MuJoCo counts.
-        zeros = [zero[joint["qposadr"]] if joint else 0.0 for joint in ends]
+        are_joints, ends = fact["type"] == _EQ_JOINT, (fact["obj1id"], fact["obj2id"])
+        zeros = [zero[joints[at]["qposadr"]] if are_joints and at >= 0 else 0.0 for at in ends]
         if _is_mimic(reading, fact):
             follower = reading.joint_of[fact["obj1id"]]
             name, mimic = reading.name("constraint", fact["name"], follower, index), Map(element.span)
@@ -213,9 +211,8 @@ def _add_constraint(
 def add_contacts(reading: Reading) -> None:
     """Add the pairs of links that do not touch in the file, and keep its contact pairs."""
     nodes, root = reading.facts["elements"]["pairs"], reading.markup.root
-    written = {
-        frozenset((e.get("body1"), e.get("body2"))): e for e in reading.markup.section_elements("contact", "exclude")
-    }
+    excludes = reading.markup.section_elements("contact", "exclude")
+    written = {frozenset((element.get("body1"), element.get("body2"))): element for element in excludes}
     found: list[tuple[list[str], Element, str]] = []
     for signature in reading.facts["exclude_signature"]:
         bodies = (signature >> 16, signature & 0xFFFF)  # which MuJoCo has sorted
@@ -227,9 +224,7 @@ def add_contacts(reading: Reading) -> None:
             reading.reported.add(element)
             what = "a contact with the world that is excluded: the scene is not a part of the robot"
             reading.note("import-ignored", what, element.span)
-    found += [
-        (names, element, _FILTERED) for names, element in _filtered(reading, {frozenset(one[0]) for one in found})
-    ]
+    found += list(_filtered(reading, {frozenset(names) for names, *_ in found}))
     pairs = Seq(root.span)
     for names, element, reason in found:
         entry, links = Map(element.span), Seq(element.span)
@@ -244,11 +239,11 @@ def add_contacts(reading: Reading) -> None:
         reading.keep_in_section("contact", node, "contact", element.span)
 
 
-def _filtered(reading: Reading, excluded: set[frozenset[str]]) -> Iterator[tuple[list[str], Element]]:
-    """Yield the links that are neighbours in the file and not here, since several joints move one of them.
+def _filtered(reading: Reading, excluded: set[frozenset[str]]) -> Iterator[tuple[list[str], Element, str]]:
+    """Yield the pairs of links that are neighbours in the file, but not here because several joints move one of them.
 
-    MuJoCo lets nothing that is welded to a body touch what is welded to the body that it moves in, unless that is the
-    world. Where several joints move a body it is attached here to links without mass, which are its neighbours instead.
+    MuJoCo lets nothing in a group of welded bodies touch its parent group, unless that is the world. A body that
+    several joints move is attached here to links without mass, which become its neighbours instead of the parent.
     """
     touching = {geom["bodyid"] for geom in reading.facts["geoms"] if geom["contype"] or geom["conaffinity"]}
     if not touching or reading.facts["elements"]["options"].get("flag filterparent") == "disable":
@@ -266,7 +261,7 @@ def _filtered(reading: Reading, excluded: set[frozenset[str]]) -> Iterator[tuple
         upper, lower = ([reading.link_of[at] for at in side if at in touching] for side in (groups[above], below))
         for names in ([one, other] for one in upper for other in lower):
             if frozenset(names) not in excluded:
-                yield names, reading.places.body(index)
+                yield names, reading.places.body(index), _FILTERED
 
 
 def add_kept(reading: Reading) -> None:
@@ -275,16 +270,16 @@ def add_kept(reading: Reading) -> None:
         reading.keep(node, node["tag"], reading.markup.first(node["tag"]).span)
     by_link: dict[str, list[convert.Node]] = {}
     by_tag: dict[str, list[Span]] = {}
-    for one in reading.elements:  # which grow: elements name others
-        _keep_named_by(reading, one.node, one.span)
-        nodes, node = by_link.setdefault(one.link, []), _renamed(reading, one.node)
+    for kept, tag, span, link in reading.elements:  # which grow: elements name others
+        _keep_named_by(reading, kept, span)
+        nodes, node = by_link.setdefault(link, []), _renamed(reading, kept)
         same = (each for each in nodes if each["tag"] == node["tag"] and not each["attributes"] | node["attributes"])
-        section = None if one.link else next(same, None)
+        section = None if link else next(same, None)
         if section is None:
             nodes.append(node)
         else:
             section["inner"].extend(node["inner"])
-        by_tag.setdefault(one.tag, []).append(one.span)
+        by_tag.setdefault(tag, []).append(span)
     for link, nodes in by_link.items():
         texts = convert.listing(map(convert.text_of, nodes), reading.markup.root)
         convert.put(reading.links[link] if link else reading.tree, "mjcf_elements" if link else "mjcf", texts)

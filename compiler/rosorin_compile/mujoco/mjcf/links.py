@@ -7,7 +7,7 @@ that MJCF may not have, and what stands in for them is declared as a stand-in.
 - A joint whose ``pos`` is not the origin of its body gets a link at that anchor, and the body is fixed to it.
 - Several joints in one body are a chain of links without mass, in MuJoCo's order.
 - If a body is at another position than zero (``ref``), the origin of its joint is moved back by it.
-- A ball stays one; its range (a cone) is among MuJoCo's own words.
+- A ball joint stays one; its range (a cone) is kept as a MuJoCo attribute.
 - A free joint of the only top body is not a joint of the robot: the simulation places the robot (``base: free``).
   Of one among several top bodies it is a floating joint to the ground.
 
@@ -25,14 +25,15 @@ from typing import Any, NamedTuple
 from rosorin_compile.model import Link, Transform, Vector
 from rosorin_compile.model.geometry import rotation_about, unit
 from rosorin_compile.model.link import limited_fields
+from rosorin_compile.mujoco.sections import TARGETS
 from rosorin_compile.source.diagnostics import first_of, phrase
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.xml.markup import Element
 
 from . import convert
-from .omissions import LEAST, LEAST_EIGENVALUE
 from .reading import BALL, FREE, HINGE, SLIDE, Reading
+from .unsupported import LEAST, LEAST_EIGENVALUE
 
 GROUND = "ground"
 NO_MASS = 1e-12  # kg: less than a grain of dust; MuJoCo loads no moving body without any
@@ -45,10 +46,18 @@ _POSED = ("name", "pos", "quat")
 # The sections of marks in a link, with the tag of their elements and the form of their entries.
 _MARKS = {"sites": ("site", "site"), "cameras": ("camera", "mjcf_camera"), "lights": ("light", "light")}
 # Attributes that are read of the compiled model or follow from the kind of the joint, and those of dynamics.
-_READ = (
-    *("name", "type", "pos", "axis", "range", "limited", "ref", "springref"),
-    *("actuatorfrcrange", "actuatorfrclimited"),
-)
+_READ = [
+    "name",
+    "type",
+    "pos",
+    "axis",
+    "range",
+    "limited",
+    "ref",
+    "springref",
+    "actuatorfrcrange",
+    "actuatorfrclimited",
+]
 _OF_LIMITS = ("solreflimit", "solimplimit", "margin")
 _OF_DYNAMICS = {"damping": "damping", "frictionloss": "friction", "armature": "armature", "stiffness": "stiffness"}
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
@@ -133,46 +142,43 @@ def _inertial(body: Mapping[str, Any], element: Element) -> Map:
 
 
 def add_marks(reading: Reading) -> None:
-    """Add the sites, cameras and lights of every link; those of the world are its scene, unless that is a link."""
-    for kind in _MARKS:
-        for index, thing in enumerate(reading.facts[kind]):
-            element = reading.places.place_of(kind, index)
-            if thing["bodyid"] in reading.link_of:
-                _add_mark(reading, kind, index, thing, element)
-            else:
-                reading.skip_scene(kind[:-1], element.span)
+    """Add the sites, cameras and lights of every link; those of the world are its scene, unless that is a link.
 
-
-def _add_mark(reading: Reading, kind: str, index: int, thing: Mapping[str, Any], element: Element) -> None:
-    """Add a site, a camera or a light to its link; one that the language cannot express is kept as it is."""
-    (tag, form), link, node = _MARKS[kind], reading.link_of[thing["bodyid"]], thing["element"]
-    place, name = convert.transform(thing["pos"], thing.get("quat")), thing["name"]
-    more = {key: text for key, text in node["attributes"].items() if key not in _POSED}
-    is_at_origin = convert.tidy_vector(place.xyz) == _ORIGIN and convert.is_unturned(place)
-    if kind == "sites" and name == link and is_at_origin and more.keys() <= {"group"}:
-        return  # every link has a site of its name
-    clashes = tag == "site" and name in reading.taken["link"]  # each link has a site of its own
-    called = reading.name(tag, f"{name}_site" if clashes else name, f"{link}_{tag}", index)
-    if clashes:
-        reading.rename(tag, name, called)
-        reading.change(f'the site "{name}" is called "{called}": a link has the name', element.span)
-    name = called
-    if kind == "lights" and "dir" in more:
-        more["dir"] = " ".join(repr(convert.tidy(value)) for value in thing["dir"])
-    entry, kinds = Map(element.span), {"target": "body", "material": "material"}
-    convert.put_pose(entry, place, element)
-    named = {word: reading.name_of(kinds[word], text) if word in kinds else text for word, text in more.items()}
-    rest = convert.put_words(entry, named, form, element)
-    if rest or node["inner"]:
-        reading.keep({**node, "attributes": {"name": name, **more, **convert.placing(place)}}, tag, element.span, link)
-        return
-    marks = reading.links[link].get(kind) or Map(element.span)
-    marks.put(name, entry, element.span, element.span)
-    convert.put(reading.links[link], kind, marks)
+    One that the language cannot express is kept as it is.
+    """
+    marks = [(kind, index, thing) for kind in _MARKS for index, thing in enumerate(reading.facts[kind])]
+    for kind, index, thing in marks:
+        (tag, form), node, element = _MARKS[kind], thing["element"], reading.places.place_of(kind, index)
+        if thing["bodyid"] not in reading.link_of:
+            reading.scene.append((tag, element.span))
+            continue
+        link, name = reading.link_of[thing["bodyid"]], thing["name"]
+        place = convert.transform(thing["pos"], thing.get("quat"))
+        more = {key: text for key, text in node["attributes"].items() if key not in _POSED}
+        is_at_origin = convert.tidy_vector(place.xyz) == _ORIGIN and convert.is_unturned(place)
+        if kind == "sites" and name == link and is_at_origin and more.keys() <= {"group"}:
+            continue  # every link has a site of its name
+        clashes = tag == "site" and name in reading.taken["link"]  # each link has a site of its own
+        called = reading.name(tag, f"{name}_site" if clashes else name, f"{link}_{tag}", index)
+        if clashes:
+            reading.rename(tag, name, called)
+            reading.change(f'the site "{name}" is called "{called}": a link has the name', element.span)
+        if kind == "lights" and "dir" in more:
+            more["dir"] = " ".join(repr(convert.tidy(value)) for value in thing["dir"])
+        entry, kinds = Map(element.span), {"target": "body", "material": "material"}
+        convert.put_pose(entry, place, element)
+        named = {word: reading.name_of(kinds[word], text) if word in kinds else text for word, text in more.items()}
+        if convert.put_words(entry, named, form, element) or node["inner"]:
+            whole = {**node, "attributes": {"name": called, **more, **convert.placing(place)}}
+            reading.keep(whole, tag, element.span, link)
+            continue
+        section = reading.links[link].get(kind) or Map(element.span)
+        section.put(called, entry, element.span, element.span)
+        convert.put(reading.links[link], kind, section)
 
 
 def add_joints(reading: Reading) -> None:
-    """Add what joins every body to the one that it is in, and report stand-ins and bodies that are too light."""
+    """Add the joints between every body and its parent body, and report stand-ins and bodies that are too light."""
     light, drives = [], _drives_of(reading)
     for index, body in enumerate(reading.facts["bodies"]):
         if index == 0 or body["parentid"] not in reading.link_of:
@@ -235,10 +241,8 @@ def _add_chain(
     at = _ORIGIN  # where in the body, not turned, the link is that the chain has reached
     for number, (which, joint) in enumerate(held, 1):
         kind, span = joint["type"], reading.places.place_of("joints", which)
-        name, axis = (
-            (reading.ball_of if kind == BALL else reading.joint_of)[which],
-            convert.tidy_vector(unit(joint["axis"])),
-        )
+        name = (reading.ball_of if kind == BALL else reading.joint_of)[which]
+        axis = convert.tidy_vector(unit(joint["axis"]))
         anchor, child = (at if kind == SLIDE else convert.tidy_vector(joint["pos"])), body
         if number < len(held) or anchor != _ORIGIN:
             is_anchor = kind != SLIDE and any(anchor)
@@ -324,15 +328,9 @@ def _put_dynamics(entry: Map, attributes: Mapping[str, str], element: Element) -
 
 
 _FIXED_GAIN, _NO_BIAS = 0, 0  # mjtGain, mjtBias
-_TARGETS = ("joint", "jointinparent", "tendon", "site", "refsite", "slidersite", "cranksite", "body")
+_TARGETS = tuple(TARGETS.values())
 _KINDS = {"joint": "joint", "jointinparent": "joint", "tendon": "tendon", "body": "body"}  # the others name sites
-_ACTUATOR_WORDS = {
-    "jointinparent": "joint_in_parent",
-    "refsite": "reference_site",
-    "slidersite": "slider_site",
-    "cranksite": "crank_site",
-    "forcerange": "force",
-}
+_ACTUATOR_WORDS = {word: key for key, word in TARGETS.items()} | {"forcerange": "force"}
 # What decides the kind of an actuator, and what is read of the compiled model.
 _OF_KIND = ("gaintype", "gainprm", "biastype", "biasprm", "dyntype", "dynprm", "input")
 _ACTUATOR_READ = ("name", "ctrlrange", "ctrllimited", "forcerange", "forcelimited", *_TARGETS)
@@ -394,15 +392,20 @@ def _drives_of(reading: Reading) -> dict[int, Drive]:
         total = before.effort if before else 0.0
         total = None if total is None or effort is None else total + effort
         if is_in_joint:
-            drives[index] = Drive(total, entry, _speed(fact, entry))
+            # A velocity servo that is commanded as fast both ways limits the speed of the joint in place of a range.
+            (low, high), turns, limit = fact["ctrlrange"], float(fact["gear"][0]), None
+            speed = convert.tidy(high / turns) if turns > 0 else 0.0
+            is_servo = entry.get("type") == "velocity" and fact["ctrllimited"]
+            if is_servo and low == -high and speed > 0 and turns * speed == high:
+                entry.pop("range", None)
+                limit = speed
+            drives[index] = Drive(total, entry, limit)
         elif before is not None:
             drives[index] = before._replace(effort=total)
     convert.put_some(reading.tree, "actuators", others)
     names = list(reading.actuator_of.values())
-    reading.in_order = in_joints == sorted(in_joints) and names == [
-        *(name for name in names if name not in others),
-        *others,
-    ]
+    ordered = [*(name for name in names if name not in others), *others]
+    reading.in_order = in_joints == sorted(in_joints) and names == ordered
     return drives
 
 
@@ -460,13 +463,3 @@ def _kind(attributes: Mapping[str, str]) -> tuple[str, Mapping[str, float], Mapp
         if bias_type == "none" and kp == 1 and not filtered:
             return "motor", {}, no_servo
     return "general", {}, attributes
-
-
-def _speed(fact: Mapping[str, Any], entry: Map) -> float | None:
-    """Return the speed that a velocity servo can be commanded both ways, which limits the joint in place of a range."""
-    (low, high), gear = fact["ctrlrange"], float(fact["gear"][0])
-    speed = convert.tidy(high / gear) if gear > 0 else 0.0
-    if entry.get("type") != "velocity" or not fact["ctrllimited"] or low != -high or speed <= 0 or gear * speed != high:
-        return None
-    entry.pop("range", None)
-    return speed

@@ -14,7 +14,6 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping
-from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -24,8 +23,10 @@ from rosorin_compile.source import files, system
 from rosorin_compile.source.diagnostics import phrase
 from rosorin_compile.source.system import is_installed, pip_install
 
+from . import FILE
+
 SECONDS = 60  # of calculating, which the child counts itself
-_PATIENCE = 5  # so many times as long may one take that waits: for files, or for others on a busy machine
+_PATIENCE = 5  # wall-clock time per second of that: a process may wait for files or for other processes
 
 _ABSENT = re.compile(r"ModuleNotFoundError: No module named '(\w+)")
 _TOP = str(files.resolve(__file__).parents[3])  # the folder in which the package is
@@ -41,7 +42,7 @@ _GONE = r".*: is not in ours$"
 # Words of messages of an import, and what may then differ: a pattern for "kind field: text".
 LISTED = {
     "of the world: the scene": rf"(geom|mesh|hfield|site|camera) {_GONE}|geom user"
-    r"|contact : body world and .* may touch in the source alone$",
+    r"|contact : body world and .* may touch only in the source$",
     "becomes the link": r"\w+ name:",
     'is called "': r"\w+ name:",
     "no range limit": r"joint (range|limited):",
@@ -83,17 +84,22 @@ def ask(path: Path, seconds: int = SECONDS) -> Answer:
     return Answer(answer, warnings)
 
 
-def refusal(text: str, folder: Path, by_itself: bool, seconds: int = SECONDS) -> Refusal:
+def refusal(text: str, folder: Path, seconds: int = SECONDS) -> Refusal:
     """Return why MuJoCo does not load an MJCF that is in ``folder``, or that it is not installed.
 
-    A text of ours that is complete ``by_itself`` is loaded in this process; foreign meshes may crash it.
+    A text of ours that names no file is loaded in this process; foreign meshes may crash it.
     """
+    from xml.sax.saxutils import unescape
+
+    names = FILE.findall(text)
+    for file in (folder / unescape(name, {"&quot;": '"'}) for name in names):
+        files.record(file, files.version(file))
     if not is_installed("mujoco"):
         return Refusal(missing="MuJoCo")
-    if by_itself:
+    if not names:
         from . import engine
 
-        answer: Any = engine.load(import_module("mujoco"), text, str(folder))
+        answer: Any = engine.load(text, str(folder))
     else:
         answer = _in_child("load", {"text": text, "folder": str(files.resolve(folder))}, seconds)
     if isinstance(answer, Answer):

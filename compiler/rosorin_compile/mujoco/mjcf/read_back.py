@@ -15,8 +15,8 @@ from rosorin_compile.source.xml.elements import number_of, numbers_of, tree_of
 
 from .bodies import COLLISION, FLOATING, PLANAR, TOUCHES, VISUAL, WORLD, colliding, is_free
 from .engine import apply_classes
-from .omissions import LEAST, position_range
 from .servos import is_clamped
+from .unsupported import LEAST, position_range
 from .write import base_name
 
 if TYPE_CHECKING:
@@ -26,8 +26,7 @@ Entries = Mapping[str, Mapping[str, Any]]  # attributes of things, by name
 
 _FREE = 7
 _SIZES = {"ball": 4, "free": _FREE}
-# The parent of the root.
-TOP = "the world of MuJoCo"
+TOP = "the world of MuJoCo"  # the parent of the root
 # The attributes of a joint that follows another, in their order.
 _FOLLOWS = ("name", "joint1", "joint2", "polycoef", "solref", "solimp")
 # The elements of a body that are not parts of sensors.
@@ -240,11 +239,9 @@ class _Reader:
             return model.Box((-x, -y, -z), (x, y, z))
         if kind == "ellipsoid":
             return model.Ellipsoid((x, y, z))
-        return (
-            {"cylinder": model.Cylinder, "capsule": model.Capsule}[kind](x, 2 * y)
-            if kind != "sphere"
-            else model.Sphere(x)
-        )
+        if kind == "sphere":
+            return model.Sphere(x)
+        return model.Cylinder(x, 2 * y) if kind == "cylinder" else model.Capsule(x, 2 * y)
 
     def _replace(self, name: str, **values: Any) -> None:
         joint = next((joint for joint in self.joints.values() if joint.name == name), None)

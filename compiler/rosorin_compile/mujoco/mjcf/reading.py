@@ -1,31 +1,249 @@
-"""The state of reading one MJCF: the compiled model, its text, the names in the description, and the tree so far."""
+"""The state of reading one MJCF: the compiled model, its text, the names in the description, and the tree so far.
+
+The text is that of all files that it includes. ``check_source`` finds what must not be passed to MuJoCo, ``refusal``
+explains why MuJoCo refuses a file.
+"""
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+import os
+import posixpath
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 from rosorin_compile.formats.format import cannot_carry
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, count_of, phrase
+from rosorin_compile.formats.imported_robot import ReadOptions
+from rosorin_compile.source import files
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, error
 from rosorin_compile.source.messages import and_here
 from rosorin_compile.source.tree import Map
-from rosorin_compile.source.xml.markup import Element
+from rosorin_compile.source.xml.markup import Attribute, Document, Element, MarkupError, parse, read_source, repair
 
 from . import convert
-from .convert import Attributes, Node
-from .source import Markup, Places
+from .convert import Attributes, Node, Words
+from .engine import HELD
+from .process import Answer
 
 FREE, BALL, SLIDE, HINGE = range(4)
+MAX_DEPTH = 20  # of files that include files
+_GROUPING = ("frame", "replicate")
+_MAKERS = ("attach", "replicate", "flexcomp", "composite")
+_TAGS = {**HELD, "bodies": ("body",)}
+_LINE = re.compile(r"\bline (\d+)")
+_TAG = re.compile(r"Element '([^']+)'")
+_QUOTED = re.compile(r"'([^']+)'")
+_NOT_FINITE = re.compile(r"(?i)[-+]?(nan|inf|infinity)")
+_FILE_HELP = "put the file where the MJCF looks for it: MuJoCo wants to see every mesh and texture"
+_WORDS = ("name", "class", "childclass", "file", "model", "prefix", "material", "mesh", "texture", "group")
 
 
-class Kept(NamedTuple):
-    """An element that is kept as it is, what it is, its place, and the link that has it, if any."""
+class Markup:
+    """The main file and what it includes, as if it were one file; ``files`` in the order of reading.
 
-    node: Node
-    tag: str
-    span: Span
-    link: str
+    As MuJoCo 4.0.0 finds them: an included file in the folder of the main file, else in that of the file that includes
+    it. An attached model is a main file of its own; ``models`` are the folders of those, the main one first.
+    """
+
+    def __init__(self, path: Path, options: ReadOptions) -> None:
+        self.allowed = [files.resolve(path).parent, *(files.resolve(folder) for folder in options.packages.values())]
+        self.files: list[Path] = []
+        self.documents: list[Document] = []
+        self.included: dict[Element, Element] = {}
+        self.models: list[Path] = []
+        self.root = self._model(path, None, 0)
+
+    def _model(self, path: Path, requested: Span | None, depth: int) -> Element:
+        self.models.append(path.parent)
+        root = self._read(path, requested)
+        self._follow(root, path.parent, path.parent, {os.path.abspath(path)}, (os.path.abspath(path),), depth)
+        return root
+
+    def _read(self, path: Path, requested: Span | None) -> Element:
+        """Read a file as XML, also one that only MuJoCo's reader accepts. Raises MarkupError."""
+        source = read_source(path, requested)
+        try:
+            document = parse(source)
+        except MarkupError as problem:
+            try:
+                document = parse(repair(source))
+            except MarkupError:
+                raise problem from None
+        self.files.append(path)
+        self.documents.append(document)
+        return document.root
+
+    def _follow(
+        self, root: Element, main: Path, folder: Path, known: set[str], above: tuple[str, ...], depth: int
+    ) -> None:
+        """Read the files that a file in ``folder`` includes: ``known`` are all of its model, ``above`` include it."""
+        for element in root.iter():
+            file = element.attributes.get("file")
+            if file is None or not file.value or element.tag not in ("include", "model"):
+                continue
+            name = file.value.replace("\\", "/")  # MuJoCo takes both for a separator
+            is_adjacent = not files.is_file(main / name) and files.is_file(folder / name)
+            path = folder / name if is_adjacent else main / name
+            absolute = os.path.abspath(path)
+            problem = ("", "", "")
+            if not any(files.resolve(path).is_relative_to(allowed) for allowed in self.allowed):
+                help = "move it there, or allow its folder: --package NAME=FOLDER"
+                problem = ("include-outside", f"{file.value} is outside the folder of the robot, and is not read", help)
+            elif depth == MAX_DEPTH:
+                problem = ("include-too-many", f"files include each other {MAX_DEPTH} levels deep", "join some")
+            elif element.tag != "model" and absolute in above:
+                problem = ("include-cycle", f"{file.value} includes itself", "remove one include")
+            elif element.tag != "model" and absolute in known:  # MuJoCo compares names, and follows no links
+                message = f"{file.value} is included a second time: MuJoCo includes a file once"
+                problem = ("mjcf-refused", message, "include a copy, or use a class")
+            if problem[0]:
+                raise MarkupError(error(problem[0], problem[1], file.span, problem[2]))
+            if element.tag == "model":
+                if absolute not in {os.path.abspath(one) for one in self.files}:
+                    self._model(path, file.span, depth + 1)
+                continue
+            known.add(absolute)
+            self.included[element] = self._read(path, file.span)
+            self._follow(self.included[element], main, path.parent, known, (*above, absolute), depth + 1)
+
+    def place_of(self, name: str) -> str:
+        """Return the name of a mesh or texture of an included file or attached model as seen from the main file."""
+        top = Path(os.path.abspath(self.models[0]))
+        if posixpath.isabs(name):
+            return Path(name).relative_to(top).as_posix() if Path(name).is_relative_to(top) else name
+        folder = next((folder for folder in self.models if files.is_file(folder / name)), self.models[0])
+        return posixpath.normpath(posixpath.join(Path(os.path.relpath(folder, self.models[0])).as_posix(), name))
+
+    def child_elements(self, element: Element) -> Iterator[Element]:
+        """Yield the elements in an element, those of included files in place of the include."""
+        for child in element.children:
+            if child in self.included:
+                yield from self.child_elements(self.included[child])
+            else:
+                yield child
+
+    def elements_below(self, element: Element) -> Iterator[Element]:
+        """Yield the elements in an element and in those, in the order of the text, without the element itself."""
+        for child in self.child_elements(element):
+            yield child
+            yield from self.elements_below(child)
+
+    def everything(self) -> list[Element]:
+        return [self.root, *self.elements_below(self.root)]
+
+    def sections(self, tag: str) -> list[Element]:
+        """Return the sections of a name: MuJoCo takes several of one name for one."""
+        return [child for child in self.child_elements(self.root) if child.tag == tag]
+
+    def first(self, tag: str) -> Element:
+        return (self.sections(tag) or [self.root])[0]
+
+    def find(self, section: str, name: str) -> Element | None:
+        elements = (element for part in self.sections(section) for element in self.elements_below(part))
+        return next((element for element in elements if name and element.get("name") == name), None)
+
+    def section_elements(self, section: str, tag: str = "") -> list[Element]:
+        return [e for part in self.sections(section) for e in self.child_elements(part) if not tag or e.tag == tag]
+
+
+class Places:
+    """Where each body, joint, geom, site, camera and light of the compiled model is in the text."""
+
+    def __init__(self, markup: Markup, facts: Mapping[str, Any]) -> None:
+        self.markup = markup
+        self.parts: dict[tuple[str, int], Element] = {("bodies", 0): markup.first("worldbody")}
+        held: dict[tuple[str, int], list[int]] = {}
+        for kind in _TAGS:
+            for index, thing in list(enumerate(facts[kind]))[kind == "bodies" :]:
+                held.setdefault((kind, thing["parentid" if kind == "bodies" else "bodyid"]), []).append(index)
+        waiting: list[tuple[int, Sequence[Element]]] = [(0, markup.sections("worldbody"))]
+        while waiting:
+            index, containers = waiting.pop()
+            for kind, tags in _TAGS.items():
+                wanted = [(at, str(facts[kind][at]["name"])) for at in held.get((kind, index), ())]
+                for at, element in self._match(containers, tags, wanted).items():
+                    self.parts[kind, at] = element
+                    waiting += [(at, [element])] if kind == "bodies" else []
+
+    def _match(
+        self, containers: Sequence[Element], tags: Sequence[str], wanted: list[tuple[int, str]]
+    ) -> dict[int, Element]:
+        """Return the element of each object: by order where nothing is repeated, else by name, else what holds it."""
+        if not wanted:
+            return {}
+        elements = [element for container in containers for element in self._direct(container, tags)]
+        if len(elements) == len(wanted):
+            return {at: element for (at, _), element in zip(wanted, elements, strict=True)}
+        holders = [e for c in containers for e in self.markup.elements_below(c) if e.tag in _MAKERS]
+        nameless = [element for element in elements if not element.get("name")]
+        fallback = [*nameless, *holders, *containers, self.markup.root][0]
+        names = {element.get("name"): element for element in elements if element.get("name")}
+        return {at: names.get(name) or names.get(name.rstrip("0123456789")) or fallback for at, name in wanted}
+
+    def _direct(self, container: Element, tags: Sequence[str]) -> Iterator[Element]:
+        for child in self.markup.child_elements(container):
+            if child.tag in tags:
+                yield child
+            elif child.tag in _GROUPING:
+                yield from self._direct(child, tags)
+
+    def body(self, index: int) -> Element:
+        return self.place_of("bodies", index)
+
+    def place_of(self, kind: str, index: int) -> Element:
+        return self.parts.get((kind, index), self.markup.root)
+
+
+def check_source(markup: Markup) -> Iterator[Diagnostic]:
+    """Yield what must not be passed to MuJoCo: numbers that are not finite, and files that are pipes or devices."""
+    inner = [e.get(word) for e in markup.sections("compiler") for word in ("meshdir", "texturedir", "assetdir")]
+    folders = dict.fromkeys(file.parent for file in markup.files)
+    places = [folder / name.replace("\\", "/") for folder in folders for name in ("", *filter(None, inner))]
+    for element in markup.everything():
+        for attribute in element.attributes.values():
+            name, value = attribute.name, attribute.value.replace("\\", "/")
+            is_file = name.startswith("file") and value and element.tag not in ("include", "model")
+            if is_file and any(files.is_special(folder / value) for folder in places):
+                message = f"{attribute.value} is not a regular file"
+                yield error("file-unreadable", message, attribute.span, "name a file")
+            for word in attribute.words() if name not in _WORDS else ():
+                if _NOT_FINITE.fullmatch(word.text):
+                    message = f"{name} of <{element.tag}> is {word.text}, which is not a number"
+                    yield error("not-finite", message, word.span, "give a number")
+
+
+def refusal(markup: Markup, answer: Answer) -> Diagnostic:
+    """Return the error about a file that MuJoCo does not load, in MuJoCo's words."""
+    words = " ".join(answer.refusal.split())
+    for prefix in ("XML Error: ", "Error: "):
+        words = words.removeprefix(prefix)
+    if answer.missing:
+        return error("extra-missing", words, markup.root.span, answer.help)
+    help = _FILE_HELP if words.startswith("Error opening file") else answer.help
+    message = words if answer.own else f"MuJoCo refuses the file: {words}"
+    return error("mjcf-refused", message, place(markup, words), help)
+
+
+def place(markup: Markup, message: str) -> Span:
+    """Return the place that a message of MuJoCo is about: the element that has most of the line and names in it."""
+    line, tag = _LINE.search(message), _TAG.search(message)
+    quoted = set(_QUOTED.findall(message)) - {tag[1] if tag else ""}
+    best, likely = 0, markup.root.span
+
+    def is_quoted(own: Attribute) -> bool:
+        in_folder = own.name == "file" and own.value and any(one.endswith(f"/{own.value}") for one in quoted)
+        return own.name in quoted or own.value in quoted or bool(in_folder)
+
+    for element in markup.everything():
+        attribute = next(filter(is_quoted, element.attributes.values()), None)
+        here = line is not None and element.document is markup.root.document and element.span.line == int(line[1])
+        score = 4 * here + 2 * (tag is not None and element.tag == tag[1]) + 3 * (attribute is not None)
+        if score > best:
+            best, likely = score, element.span
+            if attribute is not None:
+                likely = attribute.name_span if attribute.name in quoted else attribute.span
+    return likely
 
 
 class Reading:
@@ -49,14 +267,15 @@ class Reading:
         self.in_order = True  # the actuators, as an MJCF of ours has them
         self.sensor_order: list[str] = []  # names, if it is not that of an MJCF of ours
         self.stand_ins: dict[str, list[tuple[str, float, Span]]] = {}  # by the word of the limit: joint, value, place
-        self.scene: list[tuple[str, Span]] = []
+        self.scene: list[tuple[str, Span]] = []  # objects of the world, which are not parts of the robot
         self.reported: set[Element] = set()
         self.groups: dict[str, int] = {}
         self.of_scene: set[tuple[str, str]] = set()  # what is kept of the scene and of the assets, by kind and name
         self.taken: dict[str, set[str]] = {"link": set()}  # names, by kind
         self.renamed: dict[str, dict[str, str]] = {}
         self.given: dict[str, dict[int, str]] = {}
-        self.elements: list[Kept] = []
+        # Elements that are kept as they are: each with what it is, its place, and the link that has it, if any.
+        self.elements: list[tuple[Node, str, Span, str]] = []
         self.joints_in: dict[int, list[int]] = {}
         for index, joint in enumerate(facts["joints"]):
             self.joints_in.setdefault(joint["bodyid"], []).append(index)
@@ -66,7 +285,7 @@ class Reading:
         self.free_base = not self.ground and held == [FREE]
 
     def unique(self, kind: str, name: str) -> str:
-        """Return a name, or with a number behind it if another object of its kind has it."""
+        """Return a name, with a number appended if another object of its kind has it."""
         taken, word = self.taken.setdefault(kind, set()), convert.legal(name) or "unnamed"
         given, count = word, 1
         while given in taken:
@@ -92,7 +311,7 @@ class Reading:
 
     def keep(self, node: Node, tag: str, span: Span, link: str = "") -> None:
         """Keep an element as it is: in the body of a link, or at the top."""
-        self.elements.append(Kept(node, tag, span, link))
+        self.elements.append((node, tag, span, link))
 
     def keep_in_section(self, section: str, node: Node, tag: str, span: Span) -> None:
         self.keep({"tag": section, "attributes": {}, "inner": [node]}, tag, span)
@@ -106,13 +325,7 @@ class Reading:
         return [self.markup.find(section, name) or self.markup.root for name in names]
 
     def put_words(
-        self,
-        entry: Map,
-        attributes: Attributes,
-        kind: str,
-        element: Element,
-        what: str,
-        words: Mapping[str, str] | None = None,
+        self, entry: Map, attributes: Attributes, kind: str, element: Element, what: str, words: Words = None
     ) -> None:
         """Set the keys of an entry that attributes have; report those that no key can express as lost of ``what``."""
         for name in convert.put_words(entry, attributes, kind, element, words):
@@ -124,17 +337,6 @@ class Reading:
     def note(self, rule: str, message: str, span: Span, help: str = "", others: Sequence[Span] = ()) -> None:
         self.diagnostics.append(Diagnostic(rule, NOTE, message, span, and_here(others), help))
 
-    def skip_scene(self, kind: str, span: Span) -> None:
-        """Count an object of the world, which is not a part of the robot, for ``report_scene``."""
-        self.scene.append((kind, span))
-
-    def report_scene(self) -> None:
-        if self.scene:
-            counts = Counter(kind for kind, _ in self.scene)
-            what = phrase([count_of(count, kind) for kind, count in counts.items()])
-            message = f"{what} of the world: the scene is not a part of the robot"
-            self.note("import-ignored", message, self.scene[0][1])
-
     def change(self, message: str, span: Span) -> None:
         self.note("import-changed", message, span)
 
@@ -145,7 +347,6 @@ class Reading:
         return entry
 
     def add_joint(self, name: str, kind: str, parent: str, child: str, element: Element) -> Map:
-        """Return a new joint at the place of an element."""
         entry = self.add(self.joints, name, element)
         for key, value in (("type", kind), ("parent", parent), ("child", child)):
             convert.put(entry, key, value)

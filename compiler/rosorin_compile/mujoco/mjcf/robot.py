@@ -1,4 +1,4 @@
-"""MJCF: MuJoCo itself reads the file; what it made of it becomes the plain tree of a description.
+"""MJCF: MuJoCo itself reads the file, and the compiled model becomes the plain tree of a description.
 
 So defaults, classes, includes, frames, replicas, units, euler sequences, ``fromto`` and inertias of geoms mean what
 MuJoCo means by them. The text is read as well, for positions, for what is left out, and for comments.
@@ -6,12 +6,13 @@ MuJoCo means by them. The text is read as well, for positions, for what is left 
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 
 from rosorin_compile.formats.imported_robot import END, INSIDE, Comment, Imported, ReadOptions, comments_of
 from rosorin_compile.formats.robot_files import accept
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, error
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, count_of, error, phrase
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.tree import Map
@@ -20,8 +21,7 @@ from rosorin_compile.source.xml.markup import Element, MarkupError
 
 from . import SETTINGS, convert, entries, links, shapes
 from .process import ask
-from .reading import BALL, FREE, SLIDE, Reading
-from .source import Markup, Places, check_source, place, refusal
+from .reading import BALL, FREE, SLIDE, Markup, Places, Reading, check_source, place, refusal
 
 _UNNAMED = "MuJoCo Model"
 _SIZES = {FREE: 7, BALL: 4}  # positions of a joint
@@ -78,10 +78,7 @@ def _read(reading: Reading, path: Path) -> None:
     tree, root = reading.tree, reading.markup.root
     name, model = convert.legal(reading.facts["name"]), root.attributes.get("model")
     convert.put(tree, "robot", path.stem if name in ("", _UNNAMED) else name, model.span if model else None)
-    origin = Map(root.span)
-    convert.put(origin, "status", "imported")
-    convert.put(origin, "note", f"from {path.name}")
-    convert.put(tree, "source", origin)
+    convert.put_source(tree, "imported", f"from {path.name}")
     links.name_all(reading)
     links.add_links(reading)
     links.add_joints(reading)
@@ -96,26 +93,28 @@ def _read(reading: Reading, path: Path) -> None:
     entries.add_sensors(reading)
     entries.add_contacts(reading)
     entries.add_kept(reading)
-    reading.report_scene()
+    if reading.scene:
+        counts = Counter(kind for kind, _ in reading.scene)
+        what = phrase([count_of(count, kind) for kind, count in counts.items()])
+        message = f"{what} of the world: the scene is not a part of the robot"
+        reading.note("import-ignored", message, reading.scene[0][1])
 
 
 def _outputs(reading: Reading) -> Map:
     outputs, mjcf, groups, root = *(Map(reading.tree.span) for _ in range(3)), reading.markup.root
     for purpose, group in reading.groups.items():
         convert.put(groups, purpose, group)
-    has_look, is_legacy = (
-        ("visual" in one for one in reading.links.values()),
-        (not one["taken"] for one in reading.facts["meshes"]),
-    )
+    has_look = any("visual" in one for one in reading.links.values())
+    is_legacy = any(not one["taken"] for one in reading.facts["meshes"])
     values = {
         "file": "robot.xml",
         "base": "free" if reading.free_base else "",
         "actuators": [] if reading.in_order else convert.listing(reading.actuator_of.values(), root),
         "sensors": convert.listing(reading.sensor_order, root),
         "contacts": "described",
-        "visuals": "" if any(has_look) else "own",
+        "visuals": "" if has_look else "own",
         "groups": groups,
-        "mesh_inertia": "legacy" if any(is_legacy) else "",
+        "mesh_inertia": "legacy" if is_legacy else "",
         "option": _settings(reading),
     }
     for key, value in values.items():
@@ -189,11 +188,11 @@ def _add_poses(reading: Reading) -> None:
 
 
 def _is_beyond(reading: Reading, qpos: list[float], at: Mapping[str, float]) -> bool:
-    """Return True if a keyframe has what a pose cannot have: a follower off its way, or a place of what floats."""
-    for joint in reading.facts["joints"]:
-        floats = joint["type"] == FREE and not reading.free_base
-        place = range(joint["qposadr"], joint["qposadr"] + _SIZES.get(joint["type"], 1))
-        if (floats or joint["type"] == BALL) and any(abs(qpos[i] - reading.facts["qpos0"][i]) > _NEAR for i in place):
+    """Return True if a pose cannot express a keyframe: a mimic joint off its leader, or a moved free or ball joint."""
+    zero, floating = reading.facts["qpos0"], (BALL,) if reading.free_base else (BALL, FREE)
+    for joint in (joint for joint in reading.facts["joints"] if joint["type"] in floating):
+        place = range(joint["qposadr"], joint["qposadr"] + _SIZES[joint["type"]])
+        if any(abs(qpos[i] - zero[i]) > _NEAR for i in place):
             return True
     for name, value in at.items():
         if mimic := reading.joints[name].get("mimic"):

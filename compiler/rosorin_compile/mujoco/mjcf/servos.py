@@ -14,7 +14,7 @@ from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Suggestion, count_of, first_of
 from rosorin_compile.source.xml.elements import found_in
 
-from .omissions import along_link_of, position_range
+from .unsupported import along_link_of, position_range
 
 _STIFF = 100.0
 _LEAST_FELT = 1e-6
@@ -78,7 +78,7 @@ def stand_ins(robot: Robot, joints: Sequence[Joint], output: Output | None) -> l
 
 
 def aims(drive: Drive) -> tuple[float, float] | None:
-    """Return the range of the control of an actuator: of a servo a position (rad or m) or speed; None is any."""
+    """Return the control range of an actuator (position in rad or m, or speed, for a servo); None is unlimited."""
     actuator, joint = drive.actuator, drive.joint
     if actuator.unlimited or "inheritrange" in actuator.mjcf:
         return None
@@ -95,7 +95,7 @@ def aims(drive: Drive) -> tuple[float, float] | None:
 
 
 def is_clamped(robot: Robot, joint: Joint, effort: float) -> bool:
-    """Return True if the actuators of a joint bring its effort and no more: then that is not a second clamp."""
+    """Return True if the actuators of a joint already clamp it to its effort, so that no second clamp is needed."""
     own = [joint.actuator] if joint.actuator else []
     others = robot.actuators if own and own[0].targets == {} else ()
     total = 0.0
@@ -115,20 +115,15 @@ def is_clamped(robot: Robot, joint: Joint, effort: float) -> bool:
     return bool(own) and math.isclose(total, effort, rel_tol=_ROUNDING)
 
 
-def controls_of(drive: Drive, first: float) -> list[float]:
-    """Return the controls of an actuator of which ``first`` is the first; MuJoCo has several of some kinds."""
-    count = _count(drive.actuator.type, drive.actuator.mjcf)
-    return [first, *[0.0] * (count - 1)] if count else []
-
-
 def kept_controls(robot: Robot) -> int:
     """Return how many controls the actuators have in elements of MJCF."""
     texts = [text for text in robot.mjcf if "<actuator" in text]
     elements = [found for text in texts for found in found_in(text) if found.tags[:-1] == ("actuator",)]
-    return sum(_count(found.tags[-1], found.attributes) for found in elements)
+    return sum(control_count(found.tags[-1], found.attributes) for found in elements)
 
 
-def _count(tag: str, attributes: Mapping[str, object]) -> int:
+def control_count(tag: str, attributes: Mapping[str, object]) -> int:
+    """Return how many controls an actuator has; MuJoCo has several of some kinds."""
     kind = tag if tag in _INPUTS else str(attributes.get("gaintype", ""))
     words = str(attributes.get("input") or _INPUTS.get(kind, ""))
     if "so3" in kind or tag == "orientation":

@@ -20,8 +20,8 @@ from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.markup import Element
 
 from . import convert
-from .omissions import texture_path
 from .reading import Reading
+from .unsupported import texture_path
 
 _PLANE, _HFIELD, _SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH, _SDF = range(9)
 _WORDS = ("plane", "height field", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf")
@@ -29,10 +29,8 @@ _CARRIED = (_SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH)
 _HIDDEN = 3  # the first group that viewers hide
 _NO_COLOUR = [0.5, 0.5, 0.5, 1.0]  # MuJoCo: a geom of this colour has that of its material
 # What the shape, its place and its looks express, or what has gone into the mass of the link.
-_READ = (
-    *("name", "type", "pos", "quat", "size", "fromto", "mesh", "hfield", "mass", "density", "shellinertia"),
-    *("fitscale", "contype", "conaffinity", "rgba", "material", "group"),
-)
+_READ = {"name", "type", "pos", "quat", "size", "fromto", "mesh", "hfield", "mass", "density", "shellinertia"}
+_READ |= {"fitscale", "contype", "conaffinity", "rgba", "material", "group"}
 _OF_CONTACT = ("friction", "condim", "priority", "solmix", "solref", "solimp", "margin", "gap")
 _LOOKS = ("castshadow",)
 _PLAIN_IMAGE = {"name", "type", "file", "colorspace", "content_type"}
@@ -43,10 +41,19 @@ Thing = Mapping[str, Any]
 
 def add_shapes(reading: Reading) -> None:
     """Add the shapes of all links, and the materials that they use."""
-    geoms, purposes = reading.facts["geoms"], _purposes(reading)
+    geoms = reading.facts["geoms"]
+    carried = {index: geom for index, geom in enumerate(geoms) if _is_carried(reading, geom)}
+    only_seen = [geom for geom in carried.values() if not _collides(geom)]
+    seen_groups, decorated = {geom["group"] for geom in only_seen}, {geom["bodyid"] for geom in only_seen}
+    solid_groups = {geom["group"] for geom in carried.values() if _collides(geom)}
+    are_apart = bool(seen_groups) and seen_groups.isdisjoint(solid_groups)
+    purposes = dict[int, list[str]]()  # what each geom is there for: to be seen, to collide, or both
+    for index, geom in carried.items():
+        is_visible = geom["group"] < _HIDDEN and geom["rgba"][3] > 0 and "collision" not in geom["class"].lower()
+        is_seen = not _collides(geom) or (is_visible and not (are_apart and geom["bodyid"] in decorated))
+        purposes[index] = ["visual"] * is_seen + ["collision"] * _collides(geom)
     for purpose in ("visual", "collision"):  # the groups that most geoms have
-        of_it = [geoms[index] for index, found in purposes.items() if found[0] == purpose]
-        counts = Counter(geom["group"] for geom in of_it)
+        counts = Counter(geoms[index]["group"] for index, found in purposes.items() if found[0] == purpose)
         if counts:
             reading.groups[purpose] = counts.most_common(1)[0][0]
     held: dict[tuple[str, str], Seq] = {}
@@ -69,25 +76,10 @@ def add_shapes(reading: Reading) -> None:
     for (link, purpose), shapes in held.items():
         convert.put(reading.links[link], purpose, shapes)
     for index, geom in enumerate(geoms):
-        if geom["bodyid"] in reading.link_of and not _is_carried(reading, geom) and not is_scene(geom):
+        if geom["bodyid"] in reading.link_of and index not in carried and not is_scene(geom):
             span, link = reading.places.place_of("geoms", index).span, reading.link_of[geom["bodyid"]]
             reading.keep(whole_geom(reading, geom), f"geom: {_WORDS[geom['type']]}", span, link)
     _add_unused(reading)
-
-
-def _purposes(reading: Reading) -> dict[int, list[str]]:
-    """Return what each geom that is carried is there for: to be seen, to collide, or both."""
-    carried = {index: geom for index, geom in enumerate(reading.facts["geoms"]) if _is_carried(reading, geom)}
-    only_seen = [geom for geom in carried.values() if not _collides(geom)]
-    seen_groups, decorated = {geom["group"] for geom in only_seen}, {geom["bodyid"] for geom in only_seen}
-    solid_groups = {geom["group"] for geom in carried.values() if _collides(geom)}
-    are_apart = bool(seen_groups) and seen_groups.isdisjoint(solid_groups)
-    purposes = {}
-    for index, geom in carried.items():
-        is_visible = geom["group"] < _HIDDEN and geom["rgba"][3] > 0 and "collision" not in geom["class"].lower()
-        is_seen = not _collides(geom) or (is_visible and not (are_apart and geom["bodyid"] in decorated))
-        purposes[index] = ["visual"] * is_seen + ["collision"] * _collides(geom)
-    return purposes
 
 
 def _put_more(reading: Reading, geom: Thing, shape: Map, element: Element, purposes: list[str], purpose: str) -> None:
@@ -271,18 +263,18 @@ def _add_unused(reading: Reading) -> None:
         if index not in left:
             _material(reading, index)
     for _ in left:
-        reading.skip_scene("material", markup.first("asset").span)
+        reading.scene.append(("material", markup.first("asset").span))
     convert.put_some(reading.tree, "materials", reading.materials)
     textures = {name for kind, name in reading.of_scene if kind == "texture"}
     for material in assets["material_assets"]:
         textures |= {one["attributes"].get("texture", "") for one in (material, *material["inner"])}
     for name in map(_asset_name, assets["texture_assets"]):
         if not name or name not in textures:
-            reading.skip_scene("texture", (markup.find("asset", name) or markup.first("asset")).span)
+            reading.scene.append(("texture", (markup.find("asset", name) or markup.first("asset")).span))
     shaped = {geom["dataid"] for geom in geoms if geom["type"] in (_MESH, _SDF)}
     for mesh in (mesh for index, mesh in enumerate(reading.facts["meshes"]) if index not in shaped):
         element = markup.find("asset", mesh["name"]) or markup.first("asset")
         keep_asset(reading, "mesh", mesh["name"], element.span)
     for index, geom in enumerate(geoms):
         if geom["bodyid"] not in reading.link_of or is_scene(geom):
-            reading.skip_scene("geom", reading.places.place_of("geoms", index).span)
+            reading.scene.append(("geom", reading.places.place_of("geoms", index).span))

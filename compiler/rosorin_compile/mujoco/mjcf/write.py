@@ -37,10 +37,11 @@ from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
 from rosorin_compile.source.xml.elements import indent_lines
 
-from . import bodies, omissions
+from . import bodies, unsupported
 from .contacts import contacts
-from .servos import Drive, controls_of, is_clamped, kept_controls
+from .servos import Drive, control_count, is_clamped, kept_controls
 from .servos import drives as drives_of
+from .unsupported import LEAST
 from .write_elements import Classes, ElementPrinter, Named, Part, place_of, sensor_elements
 
 _TYPES = {"revolute": "hinge", "continuous": "hinge", "prismatic": "slide"}
@@ -71,8 +72,8 @@ def base_name(joint: model.Joint, robot: model.Robot) -> str:
 
 
 def _single(joint: model.Joint, printer: ElementPrinter) -> dict[str, str]:
-    """Return the attributes of a joint of one position, but its name."""
-    values, ends = _motion(_TYPES[joint.type], joint.axis, printer.number), omissions.position_range(joint)
+    """Return the attributes of a joint of one position, except its name."""
+    values, ends = _motion(_TYPES[joint.type], joint.axis, printer.number), unsupported.position_range(joint)
     return {**values, **({"range": numbers(ends, printer.number)} if ends else {}), **_inner(joint, printer)}
 
 
@@ -136,7 +137,8 @@ def _keys(
             control, moved, gear = 0.0, drive.joint, drive.actuator.gear
             if drive.actuator.type == POSITION and moved is not None and moved.moves:  # it is to hold the pose
                 control = at[moved.name][0] * (gear[0] if gear else 1.0)
-            ctrl += controls_of(drive, pose.controls.get(drive.name, control))
+            count = control_count(drive.actuator.type, drive.actuator.mjcf)
+            ctrl += [pose.controls.get(drive.name, control), *[0.0] * count][:count]
         place = base_pose(pose) if base_pose else None
         qpos = [*place.xyz, *place.transform().quaternion()] if place else []
         qpos += [number for joint in joints for number in at[joint.name]]
@@ -149,17 +151,16 @@ def _keys(
 
 # A chain of thousands of links is not indented further: its text would grow with the square of its length.
 DEEPEST = 30
-# The settings of the simulation, where the description has no others.
-OPTION = {"integrator": "implicitfast"}
-# Those of a robot on wheels or feet, which creeps down a slope without them: four mecanum wheels 30 mm in 5 s at 10
-# degrees, 7 mm with them.
+OPTION = {"integrator": "implicitfast"}  # the settings of the simulation, where the description has no others
+# Settings for a robot on wheels or feet, which would creep down a slope without them: with four mecanum wheels by
+# 30 mm in 5 s at 10 degrees, and with these settings by 7 mm.
 STANDING = {"cone": "elliptic", "impratio": 100}
 # Of plain wheels the rims would hold a turn back, as no tyre does: 24 % of a TurtleBot3's, 3 % with this.
 PLAIN_WHEELS = {"cone": "elliptic"}
 
-# What a body without mass has where MuJoCo asks for one (see ``omissions.weightless``).
+# What a body without mass has where MuJoCo asks for one (see ``unsupported.weightless``).
 _NO_SIZE = 1e-9  # m
-_LEAST_INERTIAL = model.Inertial(omissions.LEAST, model.Pose(), omissions.LEAST, omissions.LEAST, omissions.LEAST)
+_LEAST_INERTIAL = model.Inertial(LEAST, model.Pose(), LEAST, LEAST, LEAST)
 # A geom that keeps fluids from such a body: MuJoCo takes it for a box of metres.
 _NO_DRAG = {"mass": "0", "contype": "0", "conaffinity": "0", "group": "5", "rgba": "0 0 0 0"}
 _NO_DRAG |= {"fluidshape": "ellipsoid", "fluidcoef": "0 0 0 0 0"}
@@ -189,20 +190,16 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
     shared = [Named("joint", joint.name, _single(joint, printer), joint.name) for joint in moving]
     shared += [printer.actuator(drive) for drive in drives]
     classes = Classes(robot.name, shared, [*robot.mjcf, *(text for _, text in measuring.sections)])
-    implied = output.options.get("contacts", "implied") == "implied"
-    rolls = bodies.rolling(robot) if implied else frozenset[str]()
-    geoms = _Geoms(robot, output, printer, classes, rolls, shown)
+    geoms = _Geoms(output, printer, classes, shown)
     stands_there = partial(stands_at, robot, clouds=clouds_of(robot, as_opened=True))
     is_placed = robot.root_in_world.placed or not free
     root = robot.root_in_world.pose if is_placed else stands_there(home_of(robot))
     top = 1 if robot.root_in_world.world else 0  # the depth of the frames that are bodies in the world
     in_world = robot.root_in_world
-    name = in_world.joint or f"{robot.root}_free"
-    while name in robot.joint and not in_world.joint:
-        name += "_"
+    name = in_world.joint or bodies.free_name(f"{robot.root}_free", robot.joint)
     tag, kind = ("freejoint", {}) if set(in_world.values) <= {"group", "align"} else ("joint", {"type": "free"})
     free_joint = Markup("<{}{}/>").format(tag, printer.print_values({"name": name, **kind, **in_world.values}))
-    none = frozenset(omissions.weightless(robot, free))
+    none = frozenset(unsupported.weightless(robot, free))
     in_fluid = any(output.options.get("option", {}).get(word) for word in ("density", "viscosity"))
     printed = {joint.name: classes.print_classes(place) for place, joint in enumerate(moving)}
     framed = attributes(**{"class": classes.class_name(bodies.FRAME)})
@@ -222,7 +219,7 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
             [free_joint] if free and not elements else [],
             indent,
             names,
-            _inertial(inertial, number) if inertial and omissions.has_mass(inertial) else "",
+            _inertial(inertial, number) if inertial and unsupported.has_mass(inertial) else "",
             [] if joint is None else [printed[joint.name]] if joint.moves else _several(joint, printer),
             made,
             attributes(name=frame.name) + framed,
@@ -231,12 +228,12 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
             [_indent(depth - top) for depth in range(frame.depth, (after.depth if after else top) - 1, -1)],
         )
         elements.append(body)
-    touching, of_collision = contacts(robot, bodies.form_of(output), implied), bodies.COLLISION
+    touching, of_collision = contacts(robot, geoms.form, geoms.implied), bodies.COLLISION
     values = {
         "robot": robot,
-        "classes": classes.tree(geoms.used, bool(rolls), output.options.get("groups", {})),
+        "classes": classes.tree(geoms.used, bool(geoms.rolls), output.options.get("groups", {})),
         "materials": [printer.print_values(values) for values in printer.materials()],
-        "textures": [(name, omissions.texture_path(file)) for file, name in printer.textures.items()],
+        "textures": [(name, unsupported.texture_path(file)) for file, name in printer.textures.items()],
         "meshes": list(geoms.printed_meshes()),
         "fields": list(geoms.fields.items()),
         "bodies": elements,
@@ -256,8 +253,8 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
         "kept": [indent_lines(text, "  ") for text in measuring.kept],
     }
     text = templates.own("mujoco/robot.xml.jinja", values)
-    reports = (omissions.check_loadable(robot, free), omissions.report_omissions(robot, joints, touching.left))
-    return text, [*chain(*reports), *measuring.diagnostics, *omissions.check_names(text, geoms.left_out)]
+    reports = (unsupported.check_loadable(robot, free), unsupported.report_omissions(robot, joints, touching.left))
+    return text, [*chain(*reports), *measuring.diagnostics, *unsupported.check_names(text, geoms.left_out)]
 
 
 def _walk(robot: model.Robot) -> Iterator[Frame]:
@@ -282,10 +279,10 @@ def _walk(robot: model.Robot) -> Iterator[Frame]:
 
 
 def _inertial(inertial: model.Inertial, number: NumberFormat) -> Markup:
-    pos, mass, six = vector(inertial.pose.xyz, number), number(inertial.mass), omissions.along_link_of(inertial)
+    pos, mass, six = vector(inertial.pose.xyz, number), number(inertial.mass), unsupported.along_link_of(inertial)
     if not any(six[3:]):
         return attributes(pos=pos, mass=mass, diaginertia=" ".join(inertial.printed_inertia(number, six)[:3]))
-    if inertial.principal_moments[0] < omissions.LEAST_EIGENVALUE and not omissions.has_products(inertial):
+    if inertial.principal_moments[0] < unsupported.LEAST_EIGENVALUE and not unsupported.has_products(inertial):
         own, place = inertial.printed_inertia(number)[:3], place_of(inertial.pose.xyz, inertial.pose.rpy, number)
         return attributes(**{"pos": pos, **place, "mass": mass, "diaginertia": " ".join(own)})
     return attributes(pos=pos, mass=mass, fullinertia=" ".join(inertial.printed_inertia(number, six)))
@@ -299,15 +296,12 @@ class _Geoms:
     """
 
     def __init__(
-        self,
-        robot: model.Robot,
-        output: model.Output,
-        printer: ElementPrinter,
-        classes: Classes,
-        rolls: frozenset[str],
-        shown: Mapping[str, Material],
+        self, output: model.Output, printer: ElementPrinter, classes: Classes, shown: Mapping[str, Material]
     ) -> None:
-        self.robot, self.printer, self.classes, self.rolls, self.shown = robot, printer, classes, rolls, shown
+        self.printer, self.classes, self.shown = printer, classes, shown
+        self.robot = robot = printer.robot
+        self.implied = output.options.get("contacts", "implied") == "implied"
+        self.rolls = bodies.rolling(robot) if self.implied else frozenset[str]()
         self.form, self.mesh_inertia = bodies.form_of(output), output.options.get("mesh_inertia", "shell")
         self.names, printer.own_names = _geom_names(robot, self.form)
         self.meshes: dict[tuple[model.Mesh, str, tuple[tuple[str, Attribute], ...]], str] = {}
@@ -323,7 +317,7 @@ class _Geoms:
             kind = (bodies.SHOWN_WHEEL if is_shown else bodies.WHEEL) if rolls else bodies.SHOWN
         for index, solid in bodies.numbered_solids(link, purpose, self.form):
             geometry, name = solid.geometry, self.names[link.name, purpose, index]
-            is_lost = isinstance(geometry, model.Mesh) and not omissions.is_written(self.robot, geometry)
+            is_lost = isinstance(geometry, model.Mesh) and not unsupported.is_written(self.robot, geometry)
             if is_lost or not bodies.has_volume(geometry):
                 self.left_out[name] = link.name
                 continue
@@ -355,7 +349,7 @@ class _Geoms:
     def printed_meshes(self) -> Iterator[Markup]:
         for (mesh, *_), name in self.meshes.items():
             scale = numbers(mesh.scale, self.printer.number)
-            values = {"name": name, "file": omissions.mesh_path(mesh.file), "scale": scale}
+            values = {"name": name, "file": unsupported.mesh_path(mesh.file), "scale": scale}
             values |= {"inertia": mesh.inertia} if mesh.inertia else {}
             yield attributes(**values, **self.printer.texts(mesh.mjcf))
 
@@ -377,11 +371,9 @@ def _geom_names(robot: model.Robot, form: str) -> tuple[dict[tuple[str, str, int
     names = {at: name for at, name in own if counts[name] == 1 and first[name] == at[1]}
     taken, aliases = set(names.values()), {}
     for at in places:
-        plain = made = f"{at[0]}_{at[1]}_{at[2]}"
+        plain = f"{at[0]}_{at[1]}_{at[2]}"
         if at not in names:
-            while made in taken:
-                made += "_"
-            names[at] = made
+            names[at] = bodies.free_name(plain, taken)
         if names[at] != plain and plain not in taken:
             aliases[plain] = names[at]
     return names, aliases

@@ -27,8 +27,8 @@ from rosorin_compile.source.numbers import NumberFormat, numbers, vector
 from rosorin_compile.source.xml.elements import found_in
 
 from . import bodies
-from .omissions import is_textured
 from .servos import Drive, aims
+from .unsupported import is_textured
 
 # What each joint has for itself, and what many have in common that move otherwise.
 _OWN = ("name", "class", "type")
@@ -132,7 +132,7 @@ class Classes:
         return Class(self.outer, (), made)
 
     def _free(self, name: str) -> str:
-        name = _free(name, self._taken)
+        name = bodies.free_name(name, self._taken)
         self._taken.add(name)
         return name
 
@@ -218,7 +218,7 @@ _NAMING = frozenset({*_BODIES, *_GEOMS, "material"})
 
 @lru_cache(maxsize=20_000)
 def place_of(xyz: Vector, rpy: Vector, number: NumberFormat) -> Mapping[str, str]:
-    """Return a position (m) and a unit quaternion (w x y z): each where it is not that of what it is in."""
+    """Return a position (m) and a unit quaternion (w x y z), each omitted if it has no effect."""
     quaternion = Pose(xyz, rpy).transform().quaternion()
     made = {"pos": vector(xyz, number)} if any(xyz) else {}
     return made if quaternion == (1, 0, 0, 0) else {**made, "quat": vector(quaternion, number)}
@@ -269,7 +269,7 @@ class ElementPrinter:
             return ""
         if file not in self.textures:
             name = f"{self.robot.name}_{posixpath.splitext(posixpath.basename(file))[0]}"
-            self.textures[file] = _free(name, self.textures.values())
+            self.textures[file] = bodies.free_name(name, self.textures.values())
         return self.textures[file]
 
     def look(self, visual: Shape) -> dict[str, str]:
@@ -283,7 +283,7 @@ class ElementPrinter:
         if texture and "material" not in visual.mjcf and not (material and material.texture == file):
             if texture not in self.plain:  # a material that is a texture alone
                 own = [self.material(name) for name in self.looks]
-                self.plain[texture] = _free(texture, [*own, *self.plain.values()])
+                self.plain[texture] = bodies.free_name(texture, [*own, *self.plain.values()])
             named = self.plain[texture]
         colour = self.robot.colour(visual)
         own_colour = colour if colour and not (named and material and colour == material.rgba) else None
@@ -343,12 +343,6 @@ class ElementPrinter:
         if isinstance(value, bool):
             return "true" if value else "false"
         return value if isinstance(value, str) else self.number(value or 0.0)
-
-
-def _free(name: str, taken: Collection[str]) -> str:
-    while name in taken:
-        name += "_"
-    return name
 
 
 class SensorElements(NamedTuple):

@@ -21,16 +21,8 @@ from rosorin_compile.source.diagnostics import Diagnostic, count_of, phrase
 from rosorin_compile.source.rule_registry import SIMULATED, Check, rule
 from rosorin_compile.source.tree import Path, value_at
 
-TARGETS = {
-    "joint": "joint",
-    "joint_in_parent": "jointinparent",
-    "tendon": "tendon",
-    "site": "site",
-    "reference_site": "refsite",
-    "slider_site": "slidersite",
-    "crank_site": "cranksite",
-    "body": "body",
-}
+TARGETS = {"joint": "joint", "joint_in_parent": "jointinparent", "tendon": "tendon", "site": "site"}
+TARGETS |= {"reference_site": "refsite", "slider_site": "slidersite", "crank_site": "cranksite", "body": "body"}
 """What an actuator acts on: the word of the language, and that of MuJoCo."""
 
 

@@ -1,1 +1,1 @@
-"""check parameters: the ``nodes`` of parameter files, their ``transforms``, and all that ``check`` compares."""
+"""Check ROS parameter files against a robot: their ``nodes``, their ``transforms``, and the ``check`` itself."""

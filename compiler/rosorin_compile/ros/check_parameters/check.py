@@ -1,4 +1,4 @@
-"""check parameters: parameter files and remaps, checked against one robot.
+"""Check parameter files and remaps against one robot.
 
 Remaps of the command line and of launch files decide which topic a node reads or publishes.
 """
@@ -60,7 +60,7 @@ _HOSTS = ("controller_manager", "ros2_control_node")
 
 @dataclass(frozen=True)
 class CheckedParameters:
-    """The number of judged edges, publishers without a file, unknown nodes; ``robot`` is empty after an error."""
+    """The number of checked edges, publishers without a file, and unknown nodes; ``robot`` is empty after an error."""
 
     robot: str = ""
     judged: int = 0
@@ -153,12 +153,12 @@ def _read(paths: Iterable[Path], diagnostics: list[Diagnostic]) -> list[list[Sec
 
 
 def _check_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
-    """Yield what is wrong with the parameters of a node, of a controller also by what the robot knows of it."""
+    """Validate the parameters of a node; those of a controller are also compared with the robot."""
     wrong = of_type(node.shown, node.type, distribution) if node.type else None
     if wrong is not None:
         yield wrong.place(node.type_span)
         if wrong.severity == ERROR:
-            return  # of which no key would be right
+            return  # every key would be reported as wrong
     diagnostics = list(check_node(node))
     yield from diagnostics
     if not node.type:
@@ -174,7 +174,7 @@ def _check_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnosti
     for one in against_robot(node.shown, kind, values, known, case.robot, ERROR):
         if one.rule == "controller-name" and not moving:
             continue  # a description of where things are mounted
-        if wrong is not None:  # of a package that is not known, whose keys may mean something else
+        if wrong is not None:  # the package is unknown, so its keys may have another meaning
             one = one._replace(severity=WARNING)
         drive = [case.related("the drive of the robot", ("drive",), key=True)]
         yield one.place(node.setting(one.key).span, drive if one.rule == "controller-differs" else [])
@@ -192,7 +192,7 @@ def _parse_remap(word: str) -> Remap:
 
 
 def _launch_remaps(path: Path, diagnostics: list[Diagnostic]) -> list[Remap]:
-    """Return the remaps of a launch file; those that only a run of it knows are added to ``diagnostics``."""
+    """Return the remaps of a launch file; those that are only known at runtime are added to ``diagnostics``."""
     remaps: list[Remap] = []
     warning = "{} known only when the launch file runs"
     help = "say {}: --remap NODE:FROM:=TO"
@@ -236,7 +236,7 @@ def _of_arguments(words: Sequence[str], node: str) -> Iterator[Remap]:
 def _check_topics(
     robot: Robot, nodes: Sequence[Node], remaps: Sequence[Remap], distribution: str
 ) -> Iterator[Diagnostic]:
-    """Yield topics without a publisher, of two types or qualities, and sources of obstacles that do not work."""
+    """Yield topics without a publisher, with mismatched types or QoS, and obstacle sources that do not work."""
     graph, by_name = Graph(), {node.full: node for node in nodes}
     for node in nodes:  # topics that a launch file names are unknown
         values = node.values
@@ -264,7 +264,7 @@ def _check_topics(
 
 
 def _unheard(node: Node, end: End, graph: Graph, by_name: Mapping[str, Node], is_decided: bool) -> Iterator[Diagnostic]:
-    """Yield that no node publishes what a node reads, if a controller publishes a similar topic, or another type."""
+    """Report a topic that no node publishes, if a controller publishes a similar topic or another message type."""
     there, role, heard = graph.publishers(end), end.port.role, end.topic
     fitting = [one for one in there if one.type == end.type]
     if mismatch := mismatched_qos(end, fitting):
@@ -281,7 +281,7 @@ def _unheard(node: Node, end: End, graph: Graph, by_name: Mapping[str, Node], is
     meant = next((one for one in sources if one.full == heard.rpartition("/")[0] and sources[one] != heard), None)
     of_drive = heard in (full_topic(_ODOM, node.namespace, ""), f"/{_ODOM}") or _OF_CONTROLLER.search(heard)
     if meant is None and not of_drive and role != IMU:
-        return  # of another node, such as that of a camera
+        return  # the topic belongs to another node, such as a camera driver
     source, setting = meant or next(iter(sources)), node.setting(end.key)
     what = "IMU" if role == IMU else "odometry"
     message = f'{node.shown} listens to the {what} {heard} ("{end.key}"{setting.how}), and '
@@ -324,7 +324,7 @@ def _source(node: Node, layer: str, name: str, place: Span, sensors: Mapping[str
 
 
 def _unseen(node: Node, topic: str, message: str, sensors: Mapping[str, str], place: Span) -> Iterator[Diagnostic]:
-    """Yield that no sensor publishes a topic, if the description has the topics of such sensors."""
+    """Report a topic that no sensor publishes, if the description declares topics for sensors of that type."""
     known = sorted(other for other, kind in sensors.items() if kind == message)
     if known and topic not in known:
         text = f"{node.shown} reads {short_type(message)} on {topic}, and the sensors of the robot publish "

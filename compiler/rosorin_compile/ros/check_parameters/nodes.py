@@ -1,4 +1,4 @@
-"""The nodes that parameter files speak of: what each is, and what is wrong with its keys and values."""
+"""The nodes that parameter files configure: the kind of each node, and checks of its keys and values."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _INPUT = re.compile(r"(odom|pose|twist|imu)(\d+)(_.*)?")
 
 
 class Setting(NamedTuple):
-    """The value of a key of a node, None if it is unknown, its place, and whether a file has it."""
+    """The value of a node's key (None if unknown), its position, and whether it is set in a file."""
 
     value: Any
     span: Span
@@ -41,7 +41,7 @@ class Setting(NamedTuple):
 
     @property
     def how(self) -> str:
-        """The end of a sentence about it: nothing, or that it is a default."""
+        """The end of a sentence about the setting: empty if a file sets it, else " by default"."""
         return "" if self.given else " by default"
 
 
@@ -49,8 +49,8 @@ class Setting(NamedTuple):
 class Node:
     """A node of the files: its full name, the place that names it, its kind if it is known, and its parameters.
 
-    ``type`` is that of a controller, empty for other nodes, and ``type_span`` is the place of that. ``shared`` are keys
-    under a wildcard, where other nodes read them as well.
+    ``type`` is the type of a controller, or empty for other nodes, and ``type_span`` is its position. ``shared`` are
+    the keys under a wildcard, which other nodes read as well.
     """
 
     full: str
@@ -82,7 +82,7 @@ class Node:
         return {key: one.value for key, one in self.parameters.items() if "$(" not in key and not one.substituted}
 
     def is_of(self, publisher: Publisher, publishers: Iterable[Publisher]) -> bool:
-        """Return True if it is the node that a description calls a publisher."""
+        """Return True if this node is the publisher that the description names."""
         return is_of(self.name, self.kind, publisher, publishers)
 
     def setting(self, key: str, default: Any = None) -> Setting:
@@ -97,10 +97,10 @@ class Node:
 def nodes_in_files(
     files: Sequence[Sequence[Section]], namespace: str, distribution: str, controllers: Sequence[Controller] = ()
 ) -> tuple[list[Node], list[Diagnostic]]:
-    """Return the nodes that files speak of, each once, and diagnostics about their names.
+    """Return the nodes that files configure, without duplicates, and diagnostics about their names.
 
-    Each file is a list of sections. Its wildcards hold for the nodes that it names; where it names none, it is of one
-    node, which its keys tell. ``controllers`` are those of the description.
+    Each file is a list of sections. Its wildcards apply to the nodes that it names; a file that names none is taken to
+    be for one node, which is inferred from its keys. ``controllers`` are those of the description.
     """
     named: dict[str, list[Section]] = {}
     diagnostics: list[Diagnostic] = []
@@ -124,7 +124,7 @@ def nodes_in_files(
     types = _types(named, controllers)
     for full in types:
         named.setdefault(full, [])
-    # Parameters of nodes that do not exist are those of the controllers that lack any.
+    # Parameters of nodes that do not exist are assigned to the controllers that have none.
     bare = {full.rpartition("/")[2]: full for full in types if not any(not one.of_any for one in named[full])}
     for full in [one for one in named if one not in types]:
         name = full.rpartition("/")[2]
@@ -190,7 +190,7 @@ def _node(full: str, sections: list[Section], of_type: tuple[str, Span] | None, 
 
 
 def check_node(node: Node) -> Iterator[Diagnostic]:
-    """Yield what is wrong with the keys and values of a node; of an unknown node only plugins without a type."""
+    """Validate the keys and values of a node; for an unknown node, only report plugins without a type."""
     for key, by_default in facts("ros2_nodes")["plugin_lists"].get(node.name, {}).items():
         setting = node.setting(key)
         names = setting.value if setting.given and isinstance(setting.value, list) else ()
@@ -206,7 +206,7 @@ def check_node(node: Node) -> Iterator[Diagnostic]:
         parameter = node.parameters[found.key]
         is_unknown = found.rule == "parameters-unknown-key" and node.kind.key(found.key) is None
         if is_unknown and isinstance(found.help, Suggestion) and found.help() == REMOVE:
-            found = found._replace(severity=WARNING)  # no misspelt key: files of vendors have such ones
+            found = found._replace(severity=WARNING)  # not a misspelt key: vendors' files have such keys
         yield found.place(parameter.key if found.at_key else parameter.span)
     footprint = node.setting("footprint")
     if "footprint" in node.kind and isinstance(footprint.value, str) and not _POLYGON.fullmatch(footprint.value):

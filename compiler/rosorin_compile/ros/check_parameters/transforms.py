@@ -1,4 +1,4 @@
-"""The transforms of the files: who publishes which edge, and the frames that parameters name."""
+"""The transforms in parameter files: which node publishes which edge, and the frames that parameters name."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Remap(NamedTuple):
 
 
 def remapped_topics(node: Node, remaps: Iterable[Remap]) -> dict[str, str]:
-    """Return the new topics of a node by the old ones, in full; the first remap of one is followed."""
+    """Map the full names of a node's remapped topics to their new names; the first remap of a topic wins."""
     space, name = node.namespace, node.name
     mine = [one for one in remaps if one.node in ("", name)]
     return {full_topic(one.name, space, name): full_topic(one.to, space, name) for one in reversed(mine)}
@@ -36,7 +36,7 @@ def remapped_topics(node: Node, remaps: Iterable[Remap]) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Claim:
-    """A transform that a node publishes, or would: ``silent`` is why it does not reach tf, empty if it does.
+    """A transform that a node publishes or could publish; ``silent`` is why it does not reach tf, or empty if it does.
 
     ``switch`` is the value of the parameter ``key``, which decides that; ``fix`` is how the node would publish it.
     """
@@ -61,12 +61,12 @@ class Claim:
 
     @property
     def off(self) -> str:
-        """How the node would not publish the transform."""
+        """The setting that stops the node from publishing the transform."""
         return f"{self.key}: {'0.0' if isinstance(self.switch.value, float) else 'false'}"
 
 
 def claims(nodes: Iterable[Node], remaps: Sequence[Remap]) -> list[Claim]:
-    """Return what the nodes publish, or would publish."""
+    """Return the transforms that the nodes publish or could publish."""
     found = []
     for node in nodes:
         kind = node.kind
@@ -99,7 +99,7 @@ def _of_keys(node: Node, names: Mapping[str, str]) -> Claim | None:
 
 
 def _of_filter(node: Node) -> Claim | None:
-    """Return the transform of a filter of robot_localization: which one depends on ``world_frame``."""
+    """Return the transform of a robot_localization filter; ``world_frame`` decides which one it is."""
     keys = ("odom_frame", "map_frame", "base_link_frame", "base_link_frame_output")
     odom, map_, base, output = (_frame(node, key) for key in keys)
     base = output if output.given or output.value is not None else base
@@ -120,7 +120,7 @@ def _frame(node: Node, key: str) -> Setting:
 
 
 def _prefix(node: Node) -> str:
-    """Return what a controller writes before its frames: its tf_frame_prefix, or its namespace."""
+    """Return the prefix that a controller adds to its frames: its tf_frame_prefix or its namespace."""
     if node.kind is None or "tf_frame_prefix" not in node.kind or not node.setting("tf_frame_prefix_enable").value:
         return ""
     text = str(node.setting("tf_frame_prefix").value or node.namespace).strip("/")
@@ -128,7 +128,7 @@ def _prefix(node: Node) -> str:
 
 
 def check_edges(case: Case, found: Sequence[Claim]) -> Iterator[Diagnostic]:
-    """Yield where what nodes publish is not what the description says."""
+    """Report differences between the transforms that nodes publish and those of the description."""
     declared = [step for step in all_steps(case, legal=False) if step.publisher.publishes]
     publishers = case.robot.publishers
     speaking = [claim for claim in found if not claim.silent]
@@ -181,7 +181,7 @@ def _both(claim: Claim, rival: Claim) -> Diagnostic:
 
 
 def _other_edge(case: Case, claim: Claim, near: Step | None, end: Setting) -> Diagnostic:
-    """Return that a node publishes another edge than ``near``, or one that the description does not have."""
+    """Report that a node publishes a different edge from ``near``, or one that is not in the description."""
     help, prefix = "", _prefix(claim.node)
     if prefix:
         help = f'the controller writes "{prefix}" before its frames, unless tf_frame_prefix_enable is false'
@@ -198,7 +198,7 @@ def _other_edge(case: Case, claim: Claim, near: Step | None, end: Setting) -> Di
 
 
 def check_frames(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> Iterator[Diagnostic]:
-    """Yield what is wrong with the frames that nodes name. The ends of what they publish are judged with the edge."""
+    """Validate the frames that nodes name. The ends of the transforms that they publish are checked with the edge."""
     speaking = [claim for claim in found if not claim.silent]
     published = [(str(claim.parent.value), str(claim.child.value)) for claim in speaking]
     known = {*case.robot.frames, *(name for edge in case.robot.edges for name in (edge.parent, edge.child))}
@@ -229,7 +229,7 @@ def check_frames(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> I
 
 
 def _named(node: Node) -> Iterator[tuple[Key, str, Setting]]:
-    """Yield the keys of a node that name frames, by their full names, with their values, of the file or by default."""
+    """Yield the keys of a node that name frames, with their full names and their values, set or default."""
     if node.kind is None:
         return
     unused = MAP if node.kind.name == "ekf" else ""
@@ -245,7 +245,7 @@ def _named(node: Node) -> Iterator[tuple[Key, str, Setting]]:
 def _check_base(
     case: Case, node: Node, key: Key, name: str, value: str, setting: Setting, parts: Sequence[Collection[str]]
 ) -> Iterator[Diagnostic]:
-    """Yield a base frame that the odometry does not move: that which a node names, or any."""
+    """Yield an error if no odometry moves the base frame: that of the node's odom frame if it names one, else any."""
     links, edges = case.robot.link, case.robot.edges
     steps = [step for step in steps_in_modes(case)[0] if step.edge is not None and edges[step.edge].moving]
     leading = [step for step in steps if step.child in links and step.parent not in links]

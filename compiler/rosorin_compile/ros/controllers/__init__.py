@@ -1,4 +1,4 @@
-"""controllers.yaml: parameters of ros2_control, of a description or of a file, checked against the robot."""
+"""controllers.yaml: check parameters of ros2_control, from a description or a file, against the robot."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ..sections.control.hardware import JOINT_WORDS, POSITION, VELOCITY
 from .write import ControllerParameters, RobotParameters, edges_of, fill, is_whole, manager_parameters, view, write
 
 _ENDS = (("odom_frame_id", "odom"), ("base_frame_id", "base_link"))
-_TOLERANCE = 0.005  # of a size: people round, and measure wheels that are pressed flat
+_TOLERANCE = 0.005  # relative: people round sizes, and measure wheels that are compressed
 _LEAST = 0.0005  # m
 _JOINTS = re.compile(
     r"(?!extra_joints)(?:\w+_)?(?:joints?|joint_name|wheels?_names|joints_names|dof_names|state_names)"
@@ -30,9 +30,9 @@ _SIZES = ("radius", "separation", "wheelbase", "track", "width", "axis")
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Find what is wrong with the controllers of a description in the distribution that an output is for.
+    """Validate the controllers of a description for the distribution of an output.
 
-    What is wrong in every distribution is reported for the first output alone.
+    Problems that do not depend on the distribution are reported for the first output only.
     """
     robot, distribution, entry = case.robot, distro_of(output), ("outputs", output.name)
     is_first = output.name == next(one for one in robot.outputs if one.backend == output.backend).name
@@ -52,7 +52,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         path = path if exists(case.tree, path) else entry
         yield case.problem("controllers-distribution", message, path, within=True)
     if not robot.is_tree or not is_whole(robot):
-        return  # which has rules of its own
+        return  # other rules report it
     every = fill(robot, distribution)
     for one in every:
         findings = list(_findings(case, one, distribution))
@@ -79,7 +79,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
 
 
 def _joint_states(case: Case) -> Iterator[Diagnostic]:
-    """Yield that no controller publishes the states of the hardware, or that moving joints have none."""
+    """Report that no controller publishes the states of the hardware, or moving joints without a state."""
     rule, types = "controllers-joint-states", [full_type(one.type) for one in case.robot.controllers]
     states = [(block, joint) for block in case.robot.control for joint in block.joints if joint.state]
     if not types or not states:
@@ -133,7 +133,7 @@ def _findings(case: Case, one: ControllerParameters, distribution: str) -> Itera
 
 
 def _odometry(robot: Robot, one: ControllerParameters) -> Iterator[Finding]:
-    """Yield where a controller does not publish the edge that the description says it does, or another one."""
+    """Report a controller that does not publish the edge that the description assigns to it, or publishes another."""
     params, name = one.controller.params, f'controller "{one.controller.name}"'
     key = next((key for key in ("enable_odom_tf", "odom_frame_id", "base_frame_id") if key in params), "")
     mine = [f"{edge.parent} -> {edge.child}" for edge in edges_of(robot, one.controller)]
@@ -177,7 +177,7 @@ def _placed(case: Case, found: Finding, entry: Path, within: str) -> Diagnostic:
 
 
 def of_type(name: str, kind: str, distribution: str) -> Finding | None:
-    """Return what is wrong with the type of a controller in a distribution, any of them if it is empty."""
+    """Validate the type of a controller for a distribution, or for all of them if ``distribution`` is empty."""
     known, every, plugin = plugins(distribution), plugins(""), full_type(kind)
     if plugin in known:
         return None
@@ -192,7 +192,7 @@ def of_type(name: str, kind: str, distribution: str) -> Finding | None:
     if "/" not in kind or package in packages:
         return Finding("controller-type", f"{message}, which does not exist", "type", help)
     message += ", of a package that is not known: its parameters are not checked"
-    meant = nearest(package, packages)  # vendors call theirs after those that they know
+    meant = nearest(package, packages)  # vendors name their packages after well-known ones
     if meant and abs(len(meant) - len(package)) < 2 and nearest(kind, words):
         return Finding("controller-type", message, "type", help, WARNING)
     return Finding("controller-type", message, "type", "", NOTE)
@@ -209,7 +209,7 @@ def missing(kind: Kind | None, given: Iterable[str]) -> list[str]:
 def against_robot(
     name: str, kind: str, values: Mapping[str, Any], known: RobotParameters, robot: Robot, severity: str
 ) -> Iterator[Finding]:
-    """Yield where parameters of a controller disagree with a robot; ``severity`` is that of other numbers."""
+    """Report parameters of a controller that disagree with a robot; ``severity`` is for numbers that differ."""
     moving = {joint.name for joint in robot.joints if not joint.is_fixed}
     controllers = {controller.name for controller in robot.controllers}
     for key, value in values.items():

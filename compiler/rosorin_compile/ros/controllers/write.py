@@ -1,6 +1,6 @@
 """The controllers of a description with all their parameters, and the text of controllers.yaml.
 
-What the description says goes before what the robot knows (``derive``). Each number is written as its type requires.
+Values from the description override those derived from the robot (``derive``). Each number is written as its type.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ UPDATE_RATE = 100  # Hz
 CONTROLLERS = "controllers"  # the backend
 TF = "/tf"
 COMMAND = "/cmd_vel"  # where Nav2 and most others send velocities
-# Steering controllers of Jazzy call wheels by what they do, and keep the words of Humble for where they are.
+# Steering controllers of Jazzy name wheels by function, but still have the keys of Humble, by position.
 _LATER, _EARLIER = "traction_joints_names", ("front_wheel", "rear_wheel", "wheel_track")
 _EVEN = 1e-6  # m and rad: within this the controller takes wheels to be equal, or evenly spaced
 _ZERO = 1e-9
@@ -39,7 +39,7 @@ _TIMEOUT = 0.5
 
 
 class RobotParameters(NamedTuple):
-    """Parameters by their keys, as many as the robot knows, and the reason why it does not know others."""
+    """The parameters that can be derived from the robot, by key, and the reason why others cannot."""
 
     values: Mapping[str, Any]
     why_not: str = ""
@@ -65,7 +65,7 @@ def derive(robot: Robot, controller: Controller, kind: str) -> RobotParameters:
 def _of_drive(robot: Robot, controller: Controller, kind: str) -> RobotParameters:
     """Return the parameters of a controller of the drive.
 
-    A namespace would be written before the frames by default; they are called as the description calls them.
+    By default, the controller would prefix the frames with its namespace; here they keep the names of the description.
     """
     if robot.drive is None or robot.drive.kind != kind:
         why = f"the drive is {robot.drive.kind}, not {kind}" if robot.drive else "the description has no drive"
@@ -95,7 +95,7 @@ def _of_drive(robot: Robot, controller: Controller, kind: str) -> RobotParameter
 def edges_of(robot: Robot, controller: Controller) -> list[Edge]:
     """Return the edges of the description that a controller of a drive publishes.
 
-    One that the description calls otherwise is known by its package, if it is the only one that drives.
+    An edge whose publisher has another name is recognized by its package if this is the only drive controller.
     """
     driving = [one for one in robot.controllers if "drive" in interfaces_of(full_type(one.type))]
     kind = node_kinds.controller(full_type(controller.type), "") if driving == [controller] else None
@@ -119,7 +119,7 @@ def _base(robot: Robot, frame: str) -> str:
 
 
 def _quantities(robot: Robot, driving: Driving, joints: Mapping[str, Sequence[str]]) -> dict[str, Any]:
-    """Return what the drive says, by the names that ``derived`` of ``ros2_controllers.json`` has for it (m, rad)."""
+    """Return the quantities of the drive (m, rad), by their names in ``derived`` of ``ros2_controllers.json``."""
     radii = [wheel.radius for wheel in driving.wheels]
     radius = radii[0] if _spread(radii) < _EVEN else sum(radii) / len(radii)
     found: dict[str, Any] = {"radius": radius, "wheelbase": driving.wheelbase, "track": driving.track}
@@ -158,7 +158,7 @@ def _spread(numbers: list[float]) -> float:
 
 
 def _speeds(robot: Robot, driving: Driving, around: float) -> dict[str, Any]:
-    """Return the largest velocities of the base, if all wheels have one; a turn by 1 rad rolls ``around`` (m)."""
+    """Return the velocity limits of the base if all wheels have one; a turn by 1 rad rolls wheels by ``around`` (m)."""
     rims = []
     for wheel in driving.wheels:
         limit = robot.joint[wheel.joint].limit
@@ -200,7 +200,7 @@ def _of_joints(robot: Robot, controller: Controller, about: Mapping[str, Any]) -
 
 
 class ControllerParameters(NamedTuple):
-    """A controller with its type in full, all its parameters as they are written, and those that the robot knows."""
+    """A controller: its full type, all its parameters as written, and those that are derived from the robot."""
 
     controller: Controller
     type: str
@@ -230,7 +230,7 @@ def fill(robot: Robot, distribution: str) -> list[ControllerParameters]:
 
 
 def distribution_of(robot: Robot, controllers: str) -> str:
-    """Return the distribution, humble or jazzy, that the output ``controllers`` is for; without it, that of another."""
+    """Return the distribution, humble or jazzy, of the output ``controllers``, or that of another output without it."""
     outputs = sorted(robot.outputs, key=lambda one: one.name != controllers)
     words = (one.options.get("distribution") or one.options.get("control") for one in outputs)
     return known_distribution(str(next(filter(None, words), JAZZY)))
@@ -267,7 +267,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
 
 def view(robot: Robot, output: Output) -> Parameters:
-    """Return what the controllers.yaml of a robot is meant to contain."""
+    """Return the expected contents of the controllers.yaml of a robot."""
     return parameters_of(output, _nodes(output, fill(robot, distro_of(output))))
 
 
@@ -285,7 +285,7 @@ def _nodes(output: Output, controllers: Sequence[ControllerParameters]) -> list[
 
 
 class Driver(NamedTuple):
-    """A controller of a drive as others reach it; topics begin with ~ for its name.
+    """A drive controller as other nodes reach it; in topics, a leading ~ is replaced by its name.
 
     ``space`` is its namespace, or empty; ``stamped`` means that it takes TwistStamped, else Twist.
     """
@@ -302,7 +302,7 @@ class Driver(NamedTuple):
         return self.one.controller.name
 
     def topic(self, own: str) -> str:
-        """Return one of its topics as nodes outside of its namespace reach it."""
+        """Return the full name of one of its topics, for nodes outside its namespace."""
         return f"{f'/{self.space}/' if self.space else ''}{self.name}{own.removeprefix('~')}"
 
 

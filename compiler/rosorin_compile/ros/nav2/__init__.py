@@ -38,12 +38,12 @@ from .footprint import CORNERS, footprint, holds, pad, solids_of
 _LAYERS = {"local_costmap": "voxel_layer", "global_costmap": "obstacle_layer"}  # nav2_bringup/params/nav2_params.yaml
 _HEADROOM = 0.1  # m
 _PADDING = 0.01  # m, Nav2's own
-_CORNERS_OF_CIRCLE = 16  # of what Nav2 makes of a radius, on the circle
+_CORNERS_OF_CIRCLE = 16  # of the polygon that Nav2 inscribes in a circle
 _PLANAR = "lidar_2d"
 _SEEING = (_PLANAR, "lidar_3d", "depth_camera")  # the types of sensors that see obstacles
 _SOURCE = "scan"  # the observation source of nav2_bringup/params/nav2_params.yaml
 _MONITORED = {"LaserScan": "scan", "PointCloud2": "pointcloud"}  # types of sources of the collision_monitor
-_CLEARANCE = 0.05  # m, of points of depth where the output gives none: they see the floor
+_CLEARANCE = 0.05  # m, the default for depth points, which include the floor
 _MOTION = {True: "nav2_amcl::OmniMotionModel", False: "nav2_amcl::DifferentialMotionModel"}
 
 
@@ -82,7 +82,7 @@ class _Size:
 
 
 def _basics(robot: Robot, output: Output) -> tuple[_Basics | None, list[Problem]]:
-    """Return what is known of a robot for an output without measuring it, and all that is wrong."""
+    """Return what an output needs of a robot apart from its dimensions, and all problems."""
     frames, wrong = frames_of(robot, output)
     pose, poses = output.options.get("pose"), {one.name: one.positions for one in robot.poses}
     if pose is not None and pose not in poses:
@@ -227,7 +227,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
 
 def view(robot: Robot, output: Output) -> Parameters:
-    """Return what the parameter file of a robot for Nav2 is meant to contain."""
+    """Return the expected contents of the Nav2 parameter file of a robot."""
     made, _ = _basics(robot, output)
     return parameters_of(output, () if made is None else _nodes(robot, output, made, _measure(robot, output, made)[0]))
 

@@ -2,7 +2,7 @@
 
 Each side touches the robot. Their directions are those of the convex hull around all boxes and meshes, and sixteen more
 if something is round. The side that adds the least area is removed first, until there are as few as requested. The
-corners are rounded at the end, and the sides moved outwards until nothing is lost by that.
+corners are rounded at the end, and the sides are moved outwards until the rounded polygon contains every shape.
 """
 
 from __future__ import annotations
@@ -122,7 +122,7 @@ def holds(solids: Sequence[Solid], points: Sequence[Point], margin: float = 0.0)
 
 
 def pad(points: Sequence[Point], padding: float) -> list[Point]:
-    """Return a footprint like a costmap pads it: a corner moves by the signs of its coordinates, on an axis by none.
+    """Return a footprint padded as a costmap does it: each corner moves by the sign of each coordinate (0 on an axis).
 
     ros-navigation/navigation2:nav2_costmap_2d/src/footprint.cpp, padFootprint.
     """

@@ -1,1 +1,1 @@
-"""Packaging: a ROS 2 package made of the artifacts, and the artifacts put into a package that people already have."""
+"""Packaging: write a new ROS 2 package with the artifacts, or deploy the artifacts into an existing package."""

@@ -153,7 +153,7 @@ class Bringup:
         return values
 
     def check(self) -> Iterator[Diagnostic]:
-        """Yield what keeps the nodes that are started from working, and notes on the files that are made."""
+        """Report what prevents the started nodes from working, and yield notes on the generated files."""
         if self.starts:
             yield from open_ends(self.robot, graph_of(self.robot, self.starts))
         for block in self.robot.control if CONTROL in self.starts else ():

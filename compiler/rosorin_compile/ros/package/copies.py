@@ -17,13 +17,13 @@ from types import MappingProxyType
 from typing import NamedTuple
 from xml.sax.saxutils import unescape
 
+from rosorin_compile.compare.golden_check import NOT_TEXT, Comparison, compare, shorten
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.formats.mesh_files import references, urdf_file_name
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 from rosorin_compile.output import digest, is_generated, kept_name
-from rosorin_compile.output.golden_check import NOT_TEXT, Comparison, compare, shorten
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error, first_of, printable
 from rosorin_compile.source.files import is_file, read_bytes
 
@@ -37,7 +37,7 @@ MESHES = "meshes"
 
 
 class Meshes(NamedTuple):
-    """A URDF in a package: its text, the files to copy by their names in the package, the packages it needs."""
+    """A URDF in a package: its text, the files to copy by their names in the package, and the packages it needs."""
 
     text: str
     files: dict[str, Path]
@@ -63,7 +63,7 @@ def place_meshes(
     """Return a URDF with its meshes in a package, or an SDF at a ``place``, which names them relative to itself.
 
     Files are ``known`` by name, or searched for in ``folders`` and in ``target``, the folder of the package. Missing
-    files are ``reported`` already, or get a warning.
+    files get a warning, unless they have already been ``reported``.
     """
     addresses: dict[str, str] = {}
     files: dict[str, Path] = {}

@@ -1,4 +1,4 @@
-"""Deploy: put the artifacts of a robot into a ROS 2 package that exists, and check the copies in a folder."""
+"""Deploy the artifacts of a robot into an existing ROS 2 package, and check the copies in a folder."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Annotated
 
 from rosorin_compile.compare.changes import Change
+from rosorin_compile.compare.golden_check import Comparison
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compilation import Compiled
 from rosorin_compile.formats.format import Artifact
+from rosorin_compile.formats.ros_packages import files_below, missing, package_of, undeclared_packages
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 from rosorin_compile.output import MANIFEST, OutputError, digest, open_package_folder, read_manifest
-from rosorin_compile.output.golden_check import Comparison
-from rosorin_compile.output.package_folder import files_below, missing, package_of, undeclared_packages
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError, has_errors
@@ -87,6 +87,8 @@ def deploy(
     request, folder = Request.of(robot, arguments, packages, trust=trust), Path(folder)
     if not folder.is_dir():
         raise RequestError(f'there is no folder "{folder}"; rosorin-compile package makes a new package')
+    if is_file(stored := folder / ".rosorin-compile-deploy.yaml"):  # of versions before 0.4
+        raise RequestError(f"{stored} is not read any more: pass its places with --map, and remove it")
     compiled = request.compile()
     made, diagnostics = compiled.robot, [*compiled.diagnostics]
     result = Deployed("", str(folder), inputs=tuple(map(str, request.inputs(compiled))))
@@ -224,7 +226,7 @@ class CheckedCopies:
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
     def describe(self) -> tuple[Comparison, list[tuple[str, str]]]:
-        """Return how copies differ, and those that are other files; a change that several copies show is one."""
+        """Return the differences of the copies, with equal changes merged, and the copies that are other files."""
         changes: dict[tuple[str, ...], Change] = {}
         found = [(place, one) for place, one in self.unlike if one is not None]
         for place, one in found:
@@ -313,7 +315,7 @@ def _compare(
 def _written_by_package(
     compiled: Compiled, robot: Robot, request: Request, folder: Path, files: Sequence[str]
 ) -> dict[str, bytes]:
-    """Return what the launch files of packages of ours must contain, and the descriptions that they compile."""
+    """Return the expected launch files of packages that this tool wrote, and the descriptions that they compile."""
     found: dict[str, bytes] = {}
     made: dict[Path, dict[str, bytes]] = {}
     for name in files:

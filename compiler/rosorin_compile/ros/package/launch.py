@@ -186,7 +186,7 @@ def carry(compiled: Compiled, request: Request, options: Options) -> tuple[Carri
     elsewhere = [tool_folders()["parts_library"], *compiled.python_packages, *map(_absolute, packages.values())]
     inputs = [_absolute(one) for one in compiled.files_read]
     own = [one for one in inputs if not any(map(one.is_relative_to, elsewhere))]
-    # Copied is the folder descriptions of the project if it has all files, else the project; the folder of a lone file.
+    # Copy the project's folder descriptions if it has all files, else the project, or the folder of a lone file.
     top, prefix = _absolute(path).parent, f"{Description.FOLDER}/"
     folder = next((one for one in (top, *top.parents) if one.name == Description.FOLDER), None)
     if folder is None:

@@ -36,7 +36,7 @@ _BUILT_BY = {"ament_cmake": ("CMakeLists.txt",), "ament_python": ("setup.py", "s
 _FOLDERS = ("config", "doc", "launch", "meshes", "rviz")  # besides those of formats
 _NODES = ("robot_state_publisher", "tf2_ros")
 _LAUNCH = ("ament_index_python", "launch", "launch_ros", "launch_xml", "launch_yaml", "ros2launch")
-# The folder of a file whose format has none, by its ending.
+# The folder of a file, by file extension, if its format does not define one.
 _BY_ENDING = {".rviz": "rviz", ".launch.py": "launch"}
 _BY_ENDING |= dict.fromkeys((".dot", ".html", ".md", ".mmd", ".svg"), "doc")
 # Files that are not replaced once a user has changed them.
@@ -221,7 +221,7 @@ def make(
 
 
 def folder_of(artifact: Artifact) -> str:
-    """Return the folder of an artifact: that of its format, else by the ending of its name."""
+    """Return the folder of an artifact: that of its format, or else that of its file extension."""
     file = artifact.file
     formats = (one.folder for one in FORMATS.values() if one.load and one.folder and file.endswith(one.endings))
     others = (folder for ending, folder in _BY_ENDING.items() if file.endswith(ending))

@@ -1,4 +1,4 @@
-"""The SRDF of a robot: what it is meant to contain, its text, and what such a text contains.
+"""The SRDF of a robot: its expected contents, its text, and a reader for that text.
 
 Rules of the readers: ``ros-planning/srdfdom``, ``moveit/moveit2@{humble,jazzy}:moveit_core/robot_model``.
 """
@@ -144,7 +144,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     }
     text, notes = templates.own("ros/robot.srdf.jinja", values), []
     stale, meshes = planning.stale_pairs()
-    if meshes and stale:  # ``checks`` has the rule about all else
+    if meshes and stale:  # ``checks`` has the rule about all other changes
         message = f"{first_of(meshes, 3)} changed since the collision matrix was computed: {stale_text(stale)}"
         notes.append(report("collisions-stale", message))
     simulated = {joint.child for joint in robot.joints if joint.publisher.simulated}

@@ -50,7 +50,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         joint = planning.joints.get(name)
         if joint is not None and (joint.is_fixed or joint.mimic is not None):
             why = "is fixed" if joint.mimic is None else f'follows "{joint.mimic.joint}": it is not commanded anyway'
-            message, path = f'joint "{name}" is named as passive, and {why}', (_TOP, "passive_joints", index)
+            message, path = f'joint "{name}" is listed as passive, but {why}', (_TOP, "passive_joints", index)
             yield case.problem("moveit-passive-joint", message, path)
     yield from _matrix(case, planning, output)
 
@@ -155,7 +155,7 @@ def _virtual_joint(case: Case, planning: Planning) -> Iterator[Diagnostic]:
     if virtual is None:
         return
     if virtual.name in case.robot.joint:
-        message = f'the virtual joint has the name of a joint of the robot: "{virtual.name}"'
+        message = f'the virtual joint has the same name as a joint of the robot: "{virtual.name}"'
         help = "give it another name: virtual_joint: {name: NAME}"
         yield case.problem("moveit-virtual-joint", message, (*path, "name"), help)
     if virtual.parent in planning.links:

@@ -33,7 +33,7 @@ _FORM = 1  # of the search: another one makes every matrix stale
 
 
 class Parts(NamedTuple):
-    """Digests of what decides on single pairs: the search, the shapes of each link with its meshes, and each joint."""
+    """Digests of what a pair depends on: the search, the shapes of each link with its meshes, and each joint."""
 
     how: str
     shapes: Mapping[str, str]
@@ -64,7 +64,7 @@ class Planning:
 
     @cached_property
     def digest(self) -> str:
-        """What tells the shapes, joints and limits of the URDF, and how it is searched, from any other."""
+        """A digest of the shapes, joints and limits of the URDF, and of the options of the search."""
         contents = {
             "form": _FORM,
             "links": {name: [_solid(one) for one in solids] for name, solids in self.solids.items() if solids},
@@ -88,7 +88,7 @@ class Planning:
         return found
 
     def parts(self, meshes: Mapping[str, str]) -> Parts:
-        """Return the digests of what decides on single pairs; ``meshes`` are those of mesh files, by name."""
+        """Return the digests of what a pair depends on; ``meshes`` are those of mesh files, by name."""
         shapes = {}
         for name, those in sorted(self.solids.items()):
             files = [meshes.get(one.geometry.file, "") for one in those if isinstance(one.geometry, Mesh)]
@@ -97,7 +97,7 @@ class Planning:
         return Parts(_hash([_FORM, vars(self.said.search)]), shapes, joints)
 
     def same_pairs(self, now: Parts) -> dict[Pair, DisabledCollision | None]:
-        """Return the pairs of its matrix that are the same as then; None for a pair that is to be checked."""
+        """Return the pairs that are unchanged since the matrix was computed; None for a pair to be checked."""
         matrix = self.said.matrix
         if matrix is None or matrix.how != now.how:
             return {}

@@ -1,4 +1,4 @@
-"""An SRDF of others, read together with its robot: it becomes the section ``moveit``, and poses.
+"""Read an SRDF together with its robot, and convert it to the section ``moveit`` and to poses.
 
 MoveIt passes over what it does not know (``moveit/srdfdom@ros2:src/model.cpp``, ``moveit_core/robot_model``). This is
 left out here, too, and listed. Joints of a second chain of a group are named one by one.

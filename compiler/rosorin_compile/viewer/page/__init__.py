@@ -25,7 +25,7 @@ from rosorin_compile.source.project import data_folder
 from .data import robot_data
 from .images import MAX_MEGABYTES, MESHES, Data, Embedding, tables
 
-_SHAPES = (*MESHES, ".ply", ".msh", ".gltf")  # endings of meshes; what else is left out is an image
+_SHAPES = (*MESHES, ".ply", ".msh", ".gltf")  # file extensions of meshes; other files that are left out are images
 _SHOWN = 3
 _NAMES = {"name": "the name", "situations": "who publishes what"}  # of parts of a page; others have their key
 

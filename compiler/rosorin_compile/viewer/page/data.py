@@ -1,4 +1,4 @@
-"""What the page of a robot is fed with: the model as plain data (``schemas/page.schema.json``).
+"""The data of the page of a robot: the model as plain data (``schemas/page.schema.json``).
 
 A URDF would not do: it lacks the frames that others publish, and what sensors see.
 """
@@ -57,9 +57,9 @@ def robot_data(robot: Robot) -> Data:
 
 
 def before_data(robot: Robot, shapes: Mapping[tuple[str, str], Sequence[Shape]], at: Pose) -> Data:
-    """Return the robot of before as the page draws it under that of now: ``shapes`` by link and purpose, no others.
+    """Return the old robot as the page draws it under the new one: ``shapes`` by link and purpose, no others.
 
-    ``at`` is where its root sits in that of now.
+    ``at`` is the pose of its root in the root of the new one.
     """
     return {
         "root": robot.root,

@@ -23,7 +23,7 @@ from rosorin_compile.source.project import DESCRIPTIONS
 
 Data = dict[str, Any]
 
-# What the loaders of the page read, by the ending of a file.
+# What the loaders of the page read, by file extension.
 MESHES: Mapping[str, str] = {".stl": "stl", ".obj": "obj", ".dae": "dae", ".glb": "glb"}
 _BYTES, _MATERIALS = "application/octet-stream", "text/plain"
 _MAGIC = {
@@ -52,9 +52,9 @@ class Side(NamedTuple):
 
 
 class Embedding:
-    """Meshes and images as text in a page, up to a size of all together; ``left`` has why some are not there.
+    """Meshes and images embedded in a page, up to a total size; ``left`` has the reasons for missing ones.
 
-    What several robots of a page share counts for each: it is in the page as often.
+    A file that several robots of a page share is embedded, and counted, once for each of them.
     """
 
     def __init__(self, megabytes: float | None) -> None:

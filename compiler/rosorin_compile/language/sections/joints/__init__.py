@@ -38,7 +38,7 @@ class Publishing(NamedTuple):
     turns: tuple[Turn, ...] = ()
 
     def of_optical(self) -> Publishing:
-        """Return who publishes the optical frame by default: the same, but a static publisher needs a second node."""
+        """Return the default publisher of the optical frame: the same, but a static publisher needs a second node."""
 
         def second(node: Publisher) -> Publisher:
             is_static = node.kind == STATIC_TRANSFORM_PUBLISHER

@@ -1,7 +1,7 @@
 """The section ``sensors``: each has a frame, and its elements in MuJoCo and Gazebo.
 
 A sensor with a ``parent`` brings its frame and the joint to it. One without is on a link of the description, or on the
-frame of another sensor; its optical frame may be one that fixed joints hold to it, and is made otherwise.
+frame of another sensor; its optical frame may already exist, attached by fixed joints; otherwise it is created.
 """
 
 from __future__ import annotations

@@ -30,7 +30,7 @@ from ...lower import Lowering, LoweringError, pose_of_entry, values_of
 MAX_DEPTH = 12
 MAX_COPIES = 100_000  # of an element; a simulation still runs with it
 _KINDS = (SENSOR_ELEMENT, BODY_ELEMENT, TEMPLATE_ELEMENT)
-_ZERO = 1e-12  # m and rad: rounding errors of a turn there and back
+_ZERO = 1e-12  # m and rad: rounding errors of a rotation and its inverse
 _MARGIN = 1e-3  # m: contacts are on the surface, and a little below it
 _MESH_ZONE = 2.0  # m: half the zone around a link with a mesh, whose size is not known here
 _NAME = re.compile(r"[A-Za-z_][\w.-]*")
@@ -39,7 +39,7 @@ _NAME = re.compile(r"[A-Za-z_][\w.-]*")
 class Frames(NamedTuple):
     """The frames that an element may be in: that of the sensor, its optical frame, and the link that it is on.
 
-    ``turned``: there is no optical frame, and what would be in it is turned as if there were.
+    ``turned``: there is no optical frame, and elements that belong in it are rotated as if there were one.
     """
 
     sensor: str
@@ -218,7 +218,7 @@ def _around_shapes(element: Simulated, links: Mapping[str, Link]) -> Simulated:
 
 
 def _rounded(transform: Transform) -> Pose:
-    """Return a pose without rounding errors of a turn there and back."""
+    """Return a pose without the rounding errors of a rotation and its inverse."""
     pose = pose_of(transform)
     x, y, z, roll, pitch, yaw = (0.0 if abs(value) < _ZERO else value for value in (*pose.xyz, *pose.rpy))
     return Pose((x, y, z), (roll, pitch, yaw))

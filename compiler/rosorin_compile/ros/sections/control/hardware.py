@@ -34,7 +34,7 @@ JOINT_WORDS = (POSITION, VELOCITY, ACCELERATION, EFFORT)
 
 Words = Mapping[str, str | float | bool]
 OPTION = "control"
-# What other tools and people write for the words of ros2_control.
+# Common synonyms of the interface names of ros2_control.
 _WORDS = {"pos": POSITION, "vel": VELOCITY, "speed": VELOCITY, "torque": EFFORT, "force": EFFORT, "acc": ACCELERATION}
 _SIMILAR = 0.8
 _UNITS = {POSITION: ("rad", "m"), VELOCITY: ("rad/s", "m/s"), EFFORT: ("N*m", "N"), ACCELERATION: ("rad/s^2", "m/s^2")}

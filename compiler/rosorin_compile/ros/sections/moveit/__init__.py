@@ -1,4 +1,4 @@
-"""The section ``moveit``: what MoveIt has to know of a robot besides its URDF."""
+"""The section ``moveit``: what MoveIt needs to know about a robot in addition to its URDF."""
 
 from __future__ import annotations
 
@@ -79,9 +79,9 @@ class CollisionSearch:
 class CollisionMatrix:
     """Pairs of links that need no check, as they were computed.
 
-    ``of`` is a digest of what that was done of, ``states`` how many random states were tried, ``meshes`` the digests of
-    mesh files by name. ``how``, ``shapes`` and ``joints`` are digests of the search, of the shapes of each link, and of
-    each joint: by them a pair is known that is the same as then.
+    ``of`` is a digest of everything it was computed from, ``states`` how many random states were tried, ``meshes`` the
+    digests of mesh files by name. ``how``, ``shapes`` and ``joints`` are digests of the search, of the shapes of each
+    link, and of each joint: they show which pairs have not changed since.
     """
 
     of: str
@@ -117,12 +117,12 @@ class Moveit:
 
     @property
     def own_names(self) -> Mapping[str, Collection[str]]:
-        """What may be named here, and is nothing of the robot, by kind: the virtual joint."""
+        """The names, by kind, that the section may use although the robot does not have them: the virtual joint."""
         return {"joint": (self.virtual_joint.name,)} if self.virtual_joint is not None else {}
 
 
 def moveit_of(tree: Mapping[str, Any], _: Problem) -> Moveit | None:
-    """Return what a description says for MoveIt; rules report all that can be wrong with it."""
+    """Return the section ``moveit`` of a description; rules report the problems in it."""
     entry = tree["moveit"]
     if not entry:
         return None

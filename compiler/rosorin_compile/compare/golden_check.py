@@ -14,15 +14,16 @@ from pathlib import Path, PurePosixPath
 from posixpath import commonprefix
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.compare.artifacts import Pair, pair_of, with_new_names
-from rosorin_compile.compare.changes import Change, find_changes
-from rosorin_compile.compare.precision import NOISE, POSE_NOISE, Precision, printed_precision
-from rosorin_compile.compare.walk import Address, Leaves, compare_leaves, leaves
 from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.model import Mesh, Robot
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, error
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.wording import count_of, phrase, printable
+
+from .artifacts import Pair, pair_of, with_new_names
+from .changes import Change, find_changes
+from .precision import NOISE, POSE_NOISE, Precision, printed_precision
+from .walk import Address, Leaves, compare_leaves, leaves
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.compilation import Compiled
@@ -33,8 +34,8 @@ CHANGED, MISSING, EXTRA, NOT_TEXT = "changed", "missing", "extra", "not-text"
 MAX_LINES, MAX_WIDTH = 40, 160  # of a diff
 _MAX_CHANGES = 100
 _MAX_COMPARED = 20_000  # lines; comparing more line by line takes too long
-_MAX_VALUE = 60  # letters
-_LARGEST_PICTURE = 200_000  # letters of a text that is not for people; the lines of a larger one are not compared
+_MAX_VALUE = 60  # characters
+_LARGEST_PICTURE = 200_000  # characters of a text that is not for people; the lines of a larger one are not compared
 _REMARKS = {
     MISSING: "missing; rosorin-compile all writes it",
     EXTRA: "no artifact of this robot; remove it, or run rosorin-compile all --prune",
@@ -45,7 +46,7 @@ _REMARKS = {
 class TextDifference(NamedTuple):
     """How the text of a file differs: its kind, a remark, and for a changed file the lines of a unified diff.
 
-    ``shown``: whether these say anything to a person; of a picture they do not.
+    ``shown``: whether these lines are useful to a person; those of a picture are not.
     """
 
     file: str
@@ -74,7 +75,7 @@ def shorten(lines: Sequence[str]) -> list[str]:
 
 
 def _first_difference(old: str, new: str) -> str:
-    """Return the words that differ in the first line that does, and the element or the key that they belong to."""
+    """Return the words that differ in the first changed line, and the element or key that they belong to."""
     for number, lines_here in enumerate(zip_longest(old.splitlines(), new.splitlines(), fillvalue=""), 1):
         before, after = (line.split() for line in lines_here)
         if before == after:
@@ -93,7 +94,7 @@ def _first_difference(old: str, new: str) -> str:
 class Comparison(NamedTuple):
     """How committed artifacts differ from compiled ones: by meaning, and file by file.
 
-    ``pairs`` are the artifacts that differ and can be read, as they were and as they are.
+    ``pairs`` are the artifacts that differ and can be read, as committed and as compiled.
     """
 
     changes: tuple[Change, ...]
@@ -133,7 +134,7 @@ def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str,
         if not remark and artifact.output not in explained:
             remark = format.differ(old, new) if format.differ is not None else ""
             if not remark and format.read is not None:
-                same = False  # but for white space, comments and the spelling of numbers
+                same = False  # except for white space, comments and the spelling of numbers
                 with suppress(ValueError, SyntaxError):
                     same = format.syntax is not None and bool(format.syntax(old) == format.syntax(new))
                 remark = "same meaning, different text"
@@ -167,7 +168,7 @@ class Committed(NamedTuple):
     """The differences between committed files and compiled artifacts, and why engines reject artifacts.
 
     ``meshes`` are the mesh files that differ, each with a description of the difference. ``edited`` are the artifacts
-    that contradict others which are up to date, so that not the description has changed.
+    that contradict others which are up to date, so the description is not what changed.
     """
 
     comparison: Comparison

@@ -1,4 +1,4 @@
-"""What MuJoCo does not load and what MJCF has no word for, reported before the artifact is written.
+"""What MuJoCo does not load and what MJCF cannot express, reported before the artifact is written.
 
 Masses and inertias are in the terms of MuJoCo.
 """
@@ -22,7 +22,6 @@ from .bodies import WORLD, body_name, has_volume, is_free, weld_groups
 _GEOM = re.compile(r"""\b(?:geom[12]?|(?:obj|ref)type="geom" (?:obj|ref)name)="([^"]*)\"""")
 
 _MESH_FORMATS = (".stl", ".obj", ".msh")
-_IMAGE_FORMAT = ".png"
 # What is converted on the way, and what it becomes.
 _CONVERTED = (".dae", ".gltf", ".glb")
 CONVERTED_ENDING = ".obj"
@@ -42,7 +41,7 @@ def mesh_path(file: str) -> str:
 
 def texture_path(file: str) -> str:
     """Return the file of an image as MuJoCo opens it, by its name in the description; empty if it is not a PNG."""
-    return _path(file, "") if file and posixpath.splitext(file)[1].lower() == _IMAGE_FORMAT else ""
+    return _path(file, "") if file and posixpath.splitext(file)[1].lower() == ".png" else ""
 
 
 def file_path(file: str) -> str:
@@ -51,7 +50,7 @@ def file_path(file: str) -> str:
 
 
 def _path(file: str, more: str) -> str:
-    """Return how a file is called as seen from the MJCF, where its name gets ``more`` at its end if it is converted."""
+    """Return the path of a file relative to the MJCF, with ``more`` appended if it is converted."""
     scheme, mark, rest = file.partition("://")
     if mark and scheme in ("package", "model"):
         rest = rest.lstrip("/")  # as package:///NAME/FILE is read, too
@@ -168,7 +167,7 @@ def along_link_of(inertial: Inertial) -> Inertia:
 
 
 def _moves(robot: Robot, names: Sequence[str]) -> bool:
-    """Return True if one of some links has the mass and moments that MuJoCo needs of a moving body."""
+    """Return True if one of the links has the mass and moments that MuJoCo needs of a moving body."""
     inertials = (robot.link[name].inertial for name in names)
     return any(one and one.mass >= LEAST and one.principal_moments[0] >= LEAST for one in inertials)
 

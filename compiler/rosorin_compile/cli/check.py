@@ -227,7 +227,8 @@ def run_diff(run: Run) -> int:
     values = requests[0].values()
     settings = {"a_arguments": run.a_arg, "b_arguments": run.b_arg, "packages": run.packages}
     settings |= {"trust": run.trust, "brief": run.format == "text" and not run.full}
-    found = api.diff(*run.words, run.tolerance, run.prefix, arguments=values, **settings)
+    first, second = run.words
+    found = api.diff(first, second, run.tolerance, run.prefix, arguments=values, **settings)
     if refused := [one for one in found.diagnostics if one.help == NO_ARGUMENTS]:
         raise RequestError(refused[0].message)
     run.console.show(found.diagnostics)

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from .run import Run
 
 
-PAGE_MEGABYTES = 40  # of the meshes of a page
 ROBOT_HELP = "name of a robot in descriptions/, or a folder or file"
 ROBOTS_HELP = f"{ROBOT_HELP}; default: all robots"
 OF_ROBOT = ("robot", "argument")  # kinds of names that a shell completes
@@ -180,19 +179,9 @@ class FileName(click.Path):  # type: ignore[type-arg,unused-ignore] # generic in
 PATH = FileName()
 
 
-def pair(text: str, form: str) -> tuple[str, str]:
-    """Return the name and the value of a text such as NAME=VALUE or NAME:=VALUE. Raises RequestError.
-
-    ``form`` is what the error shows; only the value of an argument, NAME=VALUE, may be empty.
-    """
-    name, equals, value = text.partition("=")
-    name = name.strip().removesuffix(":")
-    if not equals or not name or not (value.strip() or form == "NAME=VALUE"):
-        raise RequestError(f'"{text}" is not {form}')
-    return name, value if form == "NAME=VALUE" else value.strip()
-
-
 def _pairs(_: click.Context, param: click.Parameter, values: Sequence[str]) -> dict[str, str]:
+    from .run import pair
+
     return dict(pair(value, str(param.metavar)) for value in values)
 
 
@@ -365,7 +354,7 @@ def hook_option(more: str = "") -> Decorator:
 
 def page_options(what: str) -> Decorator:
     """Return the options of an HTML page; ``what`` describes it."""
-    limit = f"with --html: size limit for all meshes together, in MB; default: {PAGE_MEGABYTES}"
+    limit = "with --html: size limit for all meshes together, in MB; default: 40"
     return combine(
         option("--html FILE", help=what, excludes="every_argument"),
         flag("--no-meshes", help="with --html: leave out the meshes", needs="html"),

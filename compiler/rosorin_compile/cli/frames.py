@@ -26,7 +26,7 @@ from rosorin_compile.viewer.frames import BOLD, Frames, Look, frames, table, tre
 from . import command as cli
 from .console import FINE, PROBLEMS, paint
 from .console import table as aligned
-from .run import Run, find_robots, take_stdin, warn_of_no_robots
+from .run import Run, find_robots, pair, take_stdin, warn_of_no_robots
 
 
 @cli.command("frames", exits="0 shown or written, 1 the robot has errors")
@@ -250,7 +250,7 @@ def run_pulses(run: Run) -> int:
     if len(names) > 1:
         raise RequestError(f'one robot at a time, and JOINT=VALUE: "{names[1]}" is neither')
     description = run.find_robot("".join(names), "ROBOT ...")
-    values = dict(cli.pair(word, "JOINT=VALUE") for word in run.words if "=" in word)
+    values = dict(pair(word, "JOINT=VALUE") for word in run.words if "=" in word)
     unit = "deg" if run.degrees else "rad" if run.radians else ""
     found = pulses(run.request(description), values, **run.pick("pose strict"), unit=unit)
     if found.without_servo:

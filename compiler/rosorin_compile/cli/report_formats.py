@@ -127,10 +127,7 @@ FORMATS: dict[str, Callable[[Sequence[Diagnostic]], str]] = {"text": text, "gith
 
 @dataclass
 class Section:
-    """The result for one robot: lines of text, problems in a few words, differences, and diagnostics.
-
-    ``changes`` and ``files`` are rows of tables in Markdown: what changed in which artifacts, and remarks about files.
-    """
+    """The result for one robot; ``changes`` and ``files`` are rows of tables in Markdown."""
 
     name: str
     lines: list[str] = field(default_factory=list)

@@ -23,7 +23,6 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.wording import count_of, phrase
 
-from .command import pair
 from .console import FINE, PROBLEMS, Console
 
 if TYPE_CHECKING:
@@ -151,6 +150,18 @@ class Run(SimpleNamespace):
         if done.left_out:
             self.console.warn(f"{done.file}: without {done.left_out}")
         self.console.say(f"{done.file}: a page with {count_of(done.robots, 'robot')}, {done.bytes / 1e6:.1f} MB")
+
+
+def pair(text: str, form: str) -> tuple[str, str]:
+    """Return the name and the value of a text such as NAME=VALUE or NAME:=VALUE. Raises RequestError.
+
+    ``form`` is what the error shows; only the value of an argument, NAME=VALUE, may be empty.
+    """
+    name, equals, value = text.partition("=")
+    name = name.strip().removesuffix(":")
+    if not equals or not name or not (value.strip() or form == "NAME=VALUE"):
+        raise RequestError(f'"{text}" is not {form}')
+    return name, value if form == "NAME=VALUE" else value.strip()
 
 
 def for_each(

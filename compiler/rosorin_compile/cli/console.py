@@ -19,7 +19,7 @@ from rosorin_compile.source.diagnostics import text as report_text
 from rosorin_compile.source.messages import add_suggestions, gather
 from rosorin_compile.source.plugins import Plugin
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.wording import count_of, printable
+from rosorin_compile.source.wording import and_more, count_of, printable
 
 if TYPE_CHECKING:
     from rosorin_compile.compare.golden_check import Comparison
@@ -32,6 +32,7 @@ PROGRESS = "ROSORIN_COMPILE_PROGRESS"  # the variable; off: no progress is shown
 
 _STAND_IN = "stand-in"
 _LISTED = ("not-in-format", "engine-missing", "drives-assumed")  # notes that are printed where others are counted
+_MAX_SHOWN = 200  # diagnostics: more than a person reads; a program gets all
 _LAYOUT = "\n\t"
 _COLOUR = "(\x1b\\[[0-9]{1,2}m)"  # the only sequences that we write within a text
 
@@ -188,7 +189,9 @@ class Console:
         diagnostics = gather(diagnostics, [WARNING, NOTE])
         # NO_COLOR and FORCE_COLOR come before a terminal.
         is_coloured = "NO_COLOR" not in os.environ and ("FORCE_COLOR" in os.environ or sys.stderr.isatty())
-        text = report_text(add_suggestions(diagnostics), is_coloured)
+        text = report_text(add_suggestions(diagnostics[:_MAX_SHOWN]), is_coloured)
+        if len(diagnostics) > _MAX_SHOWN:
+            text += f"...{and_more(len(diagnostics) - _MAX_SHOWN)}; --format json lists them all\n"
         if is_coloured:
             paint(text, sys.stderr)
         else:

@@ -1,7 +1,4 @@
-"""The record of a format: everything that any other part of the program asks about it.
-
-A format is a module of this folder (or a folder) that exports ``FORMAT``; its name is that of the module. Another
-package adds a format by an entry point (``docs/extend.md``). Nothing else in the program names a format.
+"""The record of a format: a module that exports ``FORMAT``, or an entry point of another package (``docs/extend.md``).
 
 A format carries the keys of the language that it ``covers``, without those that are ``unsupported`` and those that name
 another format (``mjcf``, ``gazebo``). A key includes all keys below it; "*" is any name of an entry.
@@ -40,13 +37,10 @@ class Artifact:
     """One emitted file: its name in the output folder, its text, its format and the name of its output."""
 
     file: str
-    text: str
+    text: str = field(repr=False)
     backend: str
     output: str
     withheld: bool = False  # publishers must not read the file, although they read its format
-
-    def __repr__(self) -> str:
-        return f"<Artifact {self.file}: {self.backend}, {len(self.text):,} characters>"
 
 
 class Refusal(NamedTuple):
@@ -352,8 +346,7 @@ def lacks(format: Format, key: str) -> bool:
 
 def _table(format: Format, output: Output) -> Mapping[str, Unsupported | None]:
     """Return what an output does not carry, and None for keys of links that this format and few others carry."""
-    found: dict[str, Unsupported | None] = {}
-    found.update(format.unsupported(output) if callable(format.unsupported) else format.unsupported)
+    found = dict(format.unsupported(output) if callable(format.unsupported) else format.unsupported)
     for name, formats in limited_fields(Link).items():
         if format.name in formats:
             found[f"links.*.{name}"] = None
@@ -379,11 +372,11 @@ def notes(tree: Map, outputs: Iterable[Output], formats: Mapping[str, Format]) -
 def _places(value: Any, pattern: str) -> Iterator[Any]:
     """Yield the values that are set at a key; "*" is each entry of a mapping or a list, 1 the second."""
     step, _, rest = pattern.partition(".")
-    if step == "*":
-        inner = list(value.values() if isinstance(value, Mapping) else value if isinstance(value, list) else ())
-    elif isinstance(value, list):
-        inner = value[int(step) : int(step) + 1] if step.isdecimal() else []
+    if isinstance(value, list):
+        inner = value if step == "*" else value[int(step) : int(step) + 1] if step.isdecimal() else []
+    elif isinstance(value, Mapping):
+        inner = list(value.values()) if step == "*" else [value[step]] if step in value else []
     else:
-        inner = [value[step]] if isinstance(value, Mapping) and step in value else []
+        return
     for item in inner:
         yield from _places(item, rest) if rest else [item] if item not in (None, [], {}, False) else []

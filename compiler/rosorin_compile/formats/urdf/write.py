@@ -35,9 +35,6 @@ from ..gazebo import distribution, drive_blocks, gazebo_blocks
 from ..mesh_files import urdf_file_name
 from ..templating import Templates, attributes, comment
 
-_UNSTABLE = "A warning: damping * step > 2 * inertia at a joint: simulators with explicit steps of 1/240 s, such as "
-_UNSTABLE += "PyBullet, diverge."
-
 STEP = 1 / 240  # s, that of PyBullet if nobody sets another; Gazebo has 1/1000
 FROM_COLLISION = "from_collision"
 PUBLISHED, ALL, BODIES = "published", "all", "bodies"
@@ -203,19 +200,14 @@ class Content:
             except ValueError as problem:
                 message = f"in the URDF some masses move to one link: {problem}"
                 self.lost.append(error("urdf-mass-sum", message, None, "correct them"))
-        self.blocks: list[str] = []  # for Gazebo, and those of sections, such as ros2_control
-        gazebo = distribution(output.options.get("gazebo"))
-        if gazebo:
-            self.blocks, lost = gazebo_blocks(self)
-            self.lost += lost
+        gazebo, number = distribution(output.options.get("gazebo")), number_format(output.options)
+        # The elements for Gazebo, and those of sections, such as ros2_control.
+        self.blocks, lost = gazebo_blocks(self) if gazebo else ([], [])
         for section in sections_in_urdf(output):
-            if section.urdf is not None:
-                self.blocks += section.urdf(robot, output, number_format(output.options))
-        if gazebo:
-            others, number = (*self._kept(robot.urdf_elements), *self.blocks), number_format(output.options)
-            called = {joint.name: joint.name for joint in self.joints}
-            drives, lost = drive_blocks(robot, called, "urdf-cannot-say", gazebo, number, others)
-            self.blocks, self.lost = [*self.blocks, *drives], [*self.lost, *lost]
+            self.blocks += section.urdf(robot, output, number) if section.urdf is not None else []
+        called, others = {one.name: one.name for one in self.joints}, (*self._kept(robot.urdf_elements), *self.blocks)
+        drives, lost_drives = drive_blocks(robot, called, "urdf-cannot-say", gazebo, number, others)
+        self.blocks, self.lost = [*self.blocks, *drives], [*self.lost, *lost, *lost_drives]
         is_seen, groups = "visual" in self.elements, link_groups(robot, self.joints)
         names = [name for group, _ in groups for name in group]
         visuals = {name: _shapes_at(robot, name, self.carried, "visual", output) if is_seen else [] for name in names}
@@ -339,10 +331,9 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         units = ("N*s/m", "kg") if joint.type == "prismatic" else ("N*m*s/rad", "kg*m^2")
         path = case.joint(joint, "dynamics", "damping")
         more = f"; so are {count_of(len(found) - 1, 'other joint')}" if len(found) > 1 else ""
-        message = (
-            f'joint "{joint.name}" has a damping of {rounded(inertia / ratio)} {units[0]}{case.stands_in(path)} on'
-        )
-        message += f" {rounded(inertia)} {units[1]}: unstable in the explicit steps of PyBullet{more}"
+        value = f"a damping of {rounded(inertia / ratio)} {units[0]}{case.stands_in(path)}"
+        message = f'joint "{joint.name}" has {value} on {rounded(inertia)} {units[1]}: unstable in the explicit steps'
+        message += f" of PyBullet{more}"
         help = f"up to {rounded(2 * inertia / STEP)} is stable at 1/240 s; give the damping of a servo to its actuator"
         yield case.problem("explicit-damping-unstable", message, path, help, severity=WARNING)
     for section in sections_in_urdf(output):

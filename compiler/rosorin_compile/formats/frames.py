@@ -211,8 +211,8 @@ def _proof(robot: Robot) -> str:
 def frames_by_publishing(robot: Robot) -> dict[str, list[str]]:
     """Group the frames by how many nodes publish them, counted in every combination of modes.
 
-    They are ``published`` (by exactly one node), ``gaps`` (by none in some modes), ``never``, ``wrong`` (by several) and
-    ``unchecked`` (depending on too many modes).
+    They are ``published`` (by exactly one node), ``gaps`` (by none in some modes), ``never``, ``wrong`` (by several),
+    and ``unchecked`` (depending on too many modes).
     """
     whens: dict[str, list[str]] = {}
     frames = [(one.child, "", one.publisher) for one in robot.joints if one.child not in robot.simulated_frames]

@@ -281,11 +281,8 @@ class _Search:
             sources = [place for folder in folders for place in self.sources.get(folder, self.main_source)[0]]
             near = () if self._leads_out(one) else (*folders, *sources, *_folders_above(one))
             artifacts = [_relative_to(output.file, one.name) for output in (*self.opening, *self.naming)]
-            candidates = [
-                *(folder / one.name for folder in near),
-                *map(self.places.outputs.joinpath, artifacts),
-                *copies,
-            ]
+            made = map(self.places.outputs.joinpath, artifacts)
+            candidates = [*(folder / one.name for folder in near), *made, *copies]
         irregular = None
         for path in map(_plain, candidates):
             if files.is_file(path):

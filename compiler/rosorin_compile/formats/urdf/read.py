@@ -194,14 +194,12 @@ class _Reader(XmlReader):
         name = self.attribute(element, "name")
         if name is None or NAME.match(name):
             return name
-        wrong = (
-            "begins or ends with a space" if name != name.strip() else "has one of < > & \" ' or a control character"
-        )
-        message = f'the name of the {element.tag} "{_NOT_PRINTED.sub("?", name)}" {wrong}'
-        message = message if name.strip() else f"the name of a {element.tag} is empty"
-        self.error(
-            "bad-name", message, element.attributes["name"].span, "rename it" if name.strip() else "give it a name"
-        )
+        message, help = f"the name of a {element.tag} is empty", "give it a name"
+        if name.strip():
+            wrong = "has one of < > & \" ' or a control character"
+            wrong = "begins or ends with a space" if name != name.strip() else wrong
+            message, help = f'the name of the {element.tag} "{_NOT_PRINTED.sub("?", name)}" {wrong}', "rename it"
+        self.error("bad-name", message, element.attributes["name"].span, help)
         return name
 
     def _section(self, root: Element, tag: str, read: Callable[[Element, TreePath], Map], tree: Map) -> None:
@@ -240,9 +238,8 @@ class _Reader(XmlReader):
                 help = f"add <{tag}>, or remove <inertial> of a frame without mass"
                 self.error("missing-element", f"{name_of(element)} lacks <{tag}>", element.span, help)
             elif tag == "inertia":
-                mirrored = [
-                    one for one in ("iyx", "izx", "izy") if part.get("".join(sorted(one))) == part.get(one) != ""
-                ]
+                pairs = {"iyx": "ixy", "izx": "ixz", "izy": "iyz"}
+                mirrored = [one for one, other in pairs.items() if part.get(one) == part.get(other) != ""]
                 if mirrored:
                     self.ignore("iyx, izx and izy of <inertia> repeat ixy, ixz and iyz", part.span)
                 self.check(part, (), (*NUMBERS[tag], *mirrored), None)
@@ -325,9 +322,8 @@ class _Reader(XmlReader):
             for angle in Transform.of_quaternion((0.0, 0.0, 0.0), (w, x, y, z)).rpy():
                 made.put(angle + 0.0, attribute.span)
             entry.put("rpy", made, attribute.name_span, attribute.span)
-            self.note(
-                "import-converted", f"quat_xyzw of {name_of(origin)} became rpy: the same rotation", attribute.span
-            )
+            message = f"quat_xyzw of {name_of(origin)} became rpy: the same rotation"
+            self.note("import-converted", message, attribute.span)
 
     def _joint(self, element: Element, path: TreePath) -> Map:
         entry = Map(element.span)

@@ -119,21 +119,18 @@ def inertials_at(robot: Robot, carried: Set[str]) -> Mapping[str, Inertial]:
     return {name: one if (one := own[name]) and len(some) == 1 else together(some) for name, some in parts.items()}
 
 
-def _shapes_at(robot: Robot, link: str, carried: Set[str], purpose: str, output: Output) -> list[Shape]:
+@of_robot
+def _shapes_at(robot: Robot, link: str, carried: frozenset[str], purpose: str, height_maps: str) -> Sequence[Shape]:
     """Return the solids of a link, visual or collision, after those of links that are fixed to it and not carried."""
-    form, moved, own = str(output.options.get("height_maps", ROWS)), list[Shape](), list[Shape]()
+    moved, own = list[Shape](), list[Shape]()
     visited, waiting = {link}, [(link, Transform())]
     while waiting:
         name, transform = waiting.pop()
-        solids = [solid for shape in getattr(robot.link[name], purpose) for solid in shape.solids(form)]
+        solids = [solid for shape in getattr(robot.link[name], purpose) for solid in shape.solids(height_maps)]
         if name == link:
-            own, solids = solids, []
-        for solid in solids:
-            key = ("moved", id(solid), transform)  # several formats and their proofs use it
-            found: tuple[Shape, Shape] | None = robot.worked_out.get(key)
-            if found is None or found[1] is not solid:  # as in a copy that was pickled
-                found = robot.worked_out[key] = (solid.move(transform), solid)
-            moved.append(found[0])
+            own = solids
+        else:
+            moved += [solid.move(transform) for solid in solids]
         neighbours = robot.fixed_neighbours(name)
         steps = [(n, transform.then(t)) for n, t in neighbours if n not in carried and n not in visited]
         visited.update(n for n, _ in steps)
@@ -151,11 +148,11 @@ def _in_version(shape: Shape, output: Output) -> Shape:
     return replace(shape, geometry=plain(shape.geometry)) if isinstance(shape.geometry, unknown) else shape
 
 
-def _collisions(robot: Robot, link: str, carried: Set[str], output: Output) -> list[Shape]:
+def _collisions(robot: Robot, link: str, carried: frozenset[str], output: Output) -> Sequence[Shape]:
     """Return the collision shapes of a link; a wheel whose rollers are not carried gets a cylinder around them."""
-    own = _shapes_at(robot, link, carried, "collision", output)
+    own = _shapes_at(robot, link, carried, "collision", str(output.options.get("height_maps", ROWS)))
     joint = robot.joint_to.get(link)
-    lost = _lost(robot, frozenset(carried)).get(link) if joint is not None and joint.type == "continuous" else None
+    lost = _lost(robot, carried).get(link) if joint is not None and joint.type == "continuous" else None
     if not lost or joint is None:
         return own
     x, y, z = axis = unit(joint.axis)
@@ -208,9 +205,9 @@ class Content:
         called, others = {one.name: one.name for one in self.joints}, (*self._kept(robot.urdf_elements), *self.blocks)
         drives, lost_drives = drive_blocks(robot, called, "urdf-cannot-say", gazebo, number, others)
         self.blocks, self.lost = [*self.blocks, *drives], [*self.lost, *lost, *lost_drives]
-        is_seen, groups = "visual" in self.elements, link_groups(robot, self.joints)
-        names = [name for group, _ in groups for name in group]
-        visuals = {name: _shapes_at(robot, name, self.carried, "visual", output) if is_seen else [] for name in names}
+        is_seen, height_maps = "visual" in self.elements, str(output.options.get("height_maps", ROWS))
+        names = [name for group, _ in link_groups(robot, self.joints) for name in group]
+        visuals = {n: _shapes_at(robot, n, self.carried, "visual", height_maps) if is_seen else [] for n in names}
         self.shapes = {name: (visuals[name], self.collisions(name)) for name in names}
         looks = [Material(one.name, one.rgba, urdf_file_name(one.texture)) for one in robot.materials if is_seen]
         elements = (*self._kept(robot.urdf_elements), *self.blocks)
@@ -220,7 +217,7 @@ class Content:
     def _kept(self, texts: tuple[str, ...]) -> tuple[str, ...]:
         return texts if "urdf_elements" in self.elements else ()
 
-    def collisions(self, link: str) -> list[Shape]:
+    def collisions(self, link: str) -> Sequence[Shape]:
         return _collisions(self.robot, link, self.carried, self.output) if "collision" in self.elements else []
 
     def _link(self, name: str) -> Link:

@@ -78,16 +78,20 @@ class Variant:
 
 @dataclass(frozen=True)
 class Compiled:
-    """The robot and its artifacts, which exist only without errors, and all diagnostics."""
+    """The robot and its artifacts, which exist only without errors, and all diagnostics.
+
+    A change of a file in ``inputs`` may change the result; ``missing`` are those that were not found. ``meshes`` are
+    None if they were not requested, and ``variant`` is set by ``sweep``.
+    """
 
     robot: Robot | None
     artifacts: tuple[Artifact, ...]
     diagnostics: list[Diagnostic]
-    inputs: tuple[Path, ...]  # a change of one of these files may change the result
+    inputs: tuple[Path, ...]
     resolved: tuple[Resolved, ...] = ()  # where names of packages led
-    meshes: Searched | None = None  # None if they were not requested
-    variant: Variant | None = None  # set by ``sweep``
-    missing: tuple[Path, ...] = ()  # the inputs that were not found
+    meshes: Searched | None = None
+    variant: Variant | None = None
+    missing: tuple[Path, ...] = ()
 
     @property
     def files_read(self) -> tuple[Path, ...]:

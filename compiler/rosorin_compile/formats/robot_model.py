@@ -131,8 +131,6 @@ def read(text: str) -> Robot:
     try:
         return _robot_of(model)
     except (AttributeError, KeyError, TypeError, ValueError):
-        from rosorin_compile.language.validator import misfits_of, validator, words_of
-
         for misfit in misfits_of(validator("robot_model"), model):  # a sentence about the damage
             raise ValueError(f"not a driver's model: {words_of(misfit)}") from None
         raise

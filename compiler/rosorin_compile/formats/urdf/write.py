@@ -245,11 +245,10 @@ class Content:
         kind = "floating" if joint.type == "ball" else joint.type
         has_axis = not joint.is_fixed and not joint.is_axleless
         axis, limit = (joint.axis, joint.limit) if has_axis else ((1.0, 0.0, 0.0), None)
-        dynamics = joint.dynamics if joint.dynamics is not None and "dynamics" in self.elements else Dynamics()
-        dynamics = Dynamics(dynamics.damping, dynamics.friction)
-        made = Joint(joint.name, kind, joint.parent, joint.child, joint.origin, axis, limit, joint.mimic)
-        made = replace(made, dynamics=dynamics if dynamics != Dynamics() else None, safety=joint.safety)
-        return replace(made, calibration=joint.calibration, urdf_elements=self._kept(joint.urdf_elements))
+        own, kept = joint.dynamics if "dynamics" in self.elements else None, self._kept(joint.urdf_elements)
+        dynamics = Dynamics(own.damping, own.friction) if own and (own.damping or own.friction) else None
+        made = Joint(joint.name, kind, joint.parent, joint.child, joint.origin, axis, limit, joint.mimic, dynamics)
+        return replace(made, safety=joint.safety, calibration=joint.calibration, urdf_elements=kept)
 
     def diagnostics(self) -> Iterator[Diagnostic]:
         yield from self.lost

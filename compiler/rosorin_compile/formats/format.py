@@ -59,14 +59,10 @@ BOXES_OF_HEIGHT_MAPS = (
     "rows, one for each run of equal heights in a row; merged, equal heights along x and y; grounded, rows down to"
     " z = 0 whatever bottom says"
 )
-HEIGHT_MAPS: Mapping[str, Any] = {
-    "enum": FORMS_OF_BOXES,
-    "description": f"The boxes of height maps; default: rows. {BOXES_OF_HEIGHT_MAPS}.",
-}
-VISUALS: Mapping[str, Any] = {
-    "enum": ["from_collision"],
-    "description": "from_collision: a link without a visual is seen as its collision shapes, a colour a link.",
-}
+_HEIGHT_MAPS = f"The boxes of height maps; default: rows. {BOXES_OF_HEIGHT_MAPS}."
+HEIGHT_MAPS: Mapping[str, Any] = {"enum": FORMS_OF_BOXES, "description": _HEIGHT_MAPS}
+_VISUALS = "from_collision: a link without a visual is seen as its collision shapes, a colour a link."
+VISUALS: Mapping[str, Any] = {"enum": ["from_collision"], "description": _VISUALS}
 
 # Distributions of ROS 2: those that artifacts can be written for. Those after Jazzy are taken to be as it is.
 HUMBLE, JAZZY = "humble", "jazzy"
@@ -298,7 +294,6 @@ def _quiet(reason: str, *keys: str) -> dict[str, Unsupported]:
 
 
 _CONTACTS = ("condim", "priority", "solmix", "solref", "solimp", "margin", "gap")
-_FOR_NODES = "for launch files, and the table of frames"
 # How MuJoCo sees and simulates a robot, in words that formats for other programs do not have.
 OF_MUJOCO: Mapping[str, Unsupported] = {
     **_quiet("how MuJoCo couples joints", *(f"joints.*.mimic.{key}" for key in ("name", *_CONTACTS))),
@@ -314,7 +309,7 @@ OF_MUJOCO: Mapping[str, Unsupported] = {
 }
 # Who publishes a frame; the name of a sensor's joint matters to publishers alone. What frames sensors have is read.
 OF_PUBLISHERS: Mapping[str, Unsupported] = {
-    **_quiet(_FOR_NODES, "joints.*.publisher", "sensors.*.publisher", "sensors.*.optical.publisher"),
+    **_quiet("for launch files", "joints.*.publisher", "sensors.*.publisher", "sensors.*.optical.publisher"),
     "sensors": Unsupported("sensors are read as links", one_way=True),
 }
 

@@ -16,6 +16,7 @@ from contextlib import suppress
 from functools import cache
 from importlib import import_module
 from io import BytesIO
+from operator import attrgetter
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -255,12 +256,9 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         help = "add template: FILE, a Jinja template"
         return "", [error("template-not-named", f'output "{output.name}" names no template', None, help)]
     values = {"robot": robot, "output": output, "number": short, "exact": exact, "six": six, "fixed": to_fixed}
-    values |= {"degrees": math.degrees, "radians": math.radians, "source": describe, "vector": vector, "kind": _kind}
+    values |= {"degrees": math.degrees, "radians": math.radians, "source": describe, "vector": vector}
+    values["kind"] = attrgetter("__class__.__name__")  # of a geometry, such as Box
     return templates.render(name, values), []
-
-
-def _kind(geometry: object) -> str:
-    return type(geometry).__name__
 
 
 _TEMPLATE = "A Jinja template in the folder of the description, for an artifact of your own."

@@ -18,14 +18,7 @@ from types import MappingProxyType
 from typing import Any
 
 from rosorin_compile.formats.ros_packages import is_launch_file
-from rosorin_compile.model import (
-    ROBOT_STATE_PUBLISHER,
-    STATIC_TRANSFORM_PUBLISHER,
-    Joint,
-    Pose,
-    Robot,
-    Transform,
-)
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Pose, Robot, Transform
 from rosorin_compile.output import is_generated
 from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source, Span

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.model import Output, Robot, Sensor
+from rosorin_compile.model import Robot, Sensor
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, error, phrase
 
@@ -104,15 +104,14 @@ def _topics(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str, s
     if not port.each:
         yield port.parameter, port.name(values), port.message(values)
         return
-    last, found = port.each.rpartition(".")[2], False
-    for key, value in values.items():
-        if key.rpartition(".")[2] == last:
-            for name in value.split() if isinstance(value, str) else value:
-                words = ("topic", "data_type", "type")
-                own = {word: values.get(f"{key.removesuffix(last)}{name}.{word}") for word in words}
-                yield key, str(own["topic"] or name), source_message(own)
-                found = True
-    if port.role == OBSTACLES and not found:
+    last = port.each.rpartition(".")[2]
+    lists = {key: value for key, value in values.items() if key.rpartition(".")[2] == last}
+    for key, value in lists.items():
+        for name in value.split() if isinstance(value, str) else value:
+            words = ("topic", "data_type", "type")
+            own = {word: values.get(f"{key.removesuffix(last)}{name}.{word}") for word in words}
+            yield key, str(own["topic"] or name), source_message(own)
+    if port.role == OBSTACLES and not any(lists.values()):
         yield "", "scan", _SCANS  # of nav2_bringup/params/nav2_params.yaml
 
 
@@ -126,9 +125,7 @@ def source_message(values: Mapping[str, Any]) -> str:
 def graph_of(robot: Robot, starts: Sequence[str]) -> Graph:
     """Return the graph of what a package starts."""
     made = Graph(starts=tuple(starts))
-    first: dict[str, Output] = {}
-    for output in robot.outputs:
-        first.setdefault(output.backend, output)
+    first = {output.backend: output for output in reversed(robot.outputs)}
     control, navigation = first.get("controllers"), first.get(NAV2) if NAV2 in starts else None
     namespace = namespace_of(control) if control else ""
     made.add("robot_state_publisher", ports("", node="robot_state_publisher"), {}, namespace)
@@ -149,7 +146,7 @@ def graph_of(robot: Robot, starts: Sequence[str]) -> Graph:
     if navigation is not None:
         frames, distribution = frames_of(robot, navigation)[0], distro_of(navigation)
         if frames is not None:  # the launch file has them
-            parameters.setdefault("slam_toolbox", nav2.seen_by_slam(robot, navigation, frames))
+            parameters.setdefault("slam_toolbox", nav2.slam_parameters(robot, navigation, frames))
         for port in ports(distribution):
             values = parameters.get(port.node, {})
             silent = values.get("tf_broadcast") is False or values.get("transform_publish_period") == 0.0
@@ -174,12 +171,10 @@ def graph_of(robot: Robot, starts: Sequence[str]) -> Graph:
 
 def topics_of_sensors(robot: Robot) -> Iterator[tuple[Sensor, str, str]]:
     """Yield the sensors with a topic in the description, with it and the type of its messages."""
-    given: dict[str, str] = {}
-    for backend, key in ((NAV2, "sources"), ("robot_localization", "inputs")):
-        output = next((one for one in robot.outputs if one.backend == backend), None)
-        for entry in ((output.options.get(key) or {}) if output is not None else {}).values():
-            if entry.get("sensor") and entry.get("topic"):
-                given.setdefault(entry["sensor"], entry["topic"])
+    first = {output.backend: output.options for output in reversed(robot.outputs)}
+    keys = ((NAV2, "sources"), ("robot_localization", "inputs"))
+    entries = [entry for backend, key in keys for entry in (first.get(backend, {}).get(key) or {}).values()]
+    given = {one["sensor"]: one["topic"] for one in reversed(entries) if one.get("sensor") and one.get("topic")}
     for sensor in robot.sensors:
         topic, message = given.get(sensor.name) or stated_topic(robot, sensor.name), message_of_sensor(sensor.type)
         if topic and message:
@@ -205,7 +200,7 @@ def open_ends(robot: Robot, made: Graph) -> Iterator[Diagnostic]:
             yield error("package-open", mismatch, None, "make the publisher reliable")
         if not fitting and (end.topic, end.type) not in reported:
             reported.add((end.topic, end.type))
-            yield from _open(robot, made, end, others)
+            yield from _open(robot, made, made.readers(end), others)
     for end in made.published:
         known = end.topic in {topic for topic, _ in reported}
         if end.port.role == VELOCITY and CONTROL in made.starts and not known and not made.readers(end):
@@ -214,9 +209,9 @@ def open_ends(robot: Robot, made: Graph) -> Iterator[Diagnostic]:
             yield error("package-open", f"{message}: the robot does not move", None, help)
 
 
-def _open(robot: Robot, made: Graph, end: End, others: Sequence[End]) -> Iterator[Diagnostic]:
+def _open(robot: Robot, made: Graph, readers: Sequence[End], others: Sequence[End]) -> Iterator[Diagnostic]:
     """Yield an error if the robot or the package can close an end, a note if a driver has to, or nothing."""
-    readers = [one for one in made.read if (one.topic, one.type) == (end.topic, end.type)]
+    end = readers[0]
     who, role = phrase(dict.fromkeys(one.node for one in readers)), end.port.role
     what = f"{who} {'reads' if who == end.node else 'read'} {short_type(end.type)} on {end.topic}"
     symptom = next((one.port.missing for one in readers if "the robot" in one.port.missing), end.port.missing)
@@ -283,9 +278,9 @@ class RobotGraph:
         """Return the graph as text: each topic with its type, its publishers and its readers."""
         lines = []
         for one in self.topics:
-            lines += [f"{one.topic}  {one.type}"]
             publishers, readers = ", ".join(one.published_by), ", ".join(one.read_by)
-            lines += [f"  {publishers or '(no publisher)'} -> {readers or '(no reader)'}"]
+            ends = f"{publishers or '(no publisher)'} -> {readers or '(no reader)'}"
+            lines.append(f"{one.topic}  {one.type}\n  {ends}")
         return "\n".join(lines)
 
     def svg(self) -> str:
@@ -318,10 +313,11 @@ def graph(
     backends = {output.backend for output in compiled.robot.outputs}
     needed = {CONTROL: {"controllers"}, MOVEIT: {"srdf"}, NAV2: {NAV2, "robot_localization"}}
     made = graph_of(compiled.robot, [word for word, formats in needed.items() if backends & formats])
-    found: dict[tuple[str, str], tuple[list[str], list[str]]] = {}
-    for index, ends in enumerate((made.published, made.read)):
-        for end in ends:
-            found.setdefault((end.topic, end.type), ([], []))[index].append(end.node)
-    topics = [Topic(*key, *(tuple(dict.fromkeys(names)) for names in both)) for key, both in sorted(found.items())]
+
+    def nodes_at(ends: Sequence[End], *topic: str) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(end.node for end in ends if (end.topic, end.type) == topic))
+
+    pairs = sorted({(end.topic, end.type) for end in (*made.published, *made.read)})
+    topics = tuple(Topic(*pair, nodes_at(made.published, *pair), nodes_at(made.read, *pair)) for pair in pairs)
     nodes, others = (tuple(name for name, kind in made.nodes.items() if kind == each) for each in (NODE, DRIVER))
-    return RobotGraph(compiled.robot.name, nodes, others, tuple(topics), tuple(open_ends(compiled.robot, made)))
+    return RobotGraph(compiled.robot.name, nodes, others, topics, tuple(open_ends(compiled.robot, made)))

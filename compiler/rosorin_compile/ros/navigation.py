@@ -66,15 +66,14 @@ def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Problem
     def wrong(message: str, help: Help, path: Path = ()) -> tuple[None, list[Problem]]:
         return None, [Problem("navigation-frames", message, path, help, key=not path)]
 
-    edges = enumerate(robot.edges)
-    nodes = [(index, edge) for index, edge in edges if edge.publisher.kind != UNPUBLISHED and not edge.joint]
+    nodes = [one for one in enumerate(robot.edges) if one[1].publisher.kind != UNPUBLISHED and not one[1].joint]
     leads = [Lead(edge.parent, edge.child, edge.publisher, ("edges", index)) for index, edge in nodes]
-    entering = [lead for lead in leads if lead.child in robot.link and lead.parent not in robot.link]
-    every = dict.fromkeys((lead.parent, lead.child) for lead in entering)
+    ends = ((one.parent, one.child) for one in leads)
+    every = dict.fromkeys(pair for pair in ends if pair[1] in robot.link and pair[0] not in robot.link)
     if not every:
-        message = f"no edge leads to the robot: it has no publisher for odom -> {robot.root}"
         edge = f"{{parent: odom, child: {robot.root}, publisher: NAME}}"
-        return wrong(message, f"add one to edges: {edge}, with a node of publishers")
+        help = f"add one to edges: {edge}, with a node of publishers"
+        return wrong(f"no edge leads to the robot: it has no publisher for odom -> {robot.root}", help)
     odom_frame, map_frame = output.options.get("odom_frame"), output.options.get("map_frame")
     pairs = [pair for pair in every if odom_frame in (None, pair[0])]
     if not pairs:
@@ -115,12 +114,9 @@ def owners_of_odom(robot: Robot, frames: Frames) -> set[str]:
 
 def stated_topic(robot: Robot, name: str) -> str:
     """Return the topic that the description sets for a sensor; empty if it sets none, or just the sensor's name."""
-    for sensor in robot.sensors:
-        for simulated in sensor.gazebo if sensor.name == name else ():
-            for element in simulated.elements:
-                if element.name == "topic" and element.value not in (name, None):
-                    return str(element.value)
-    return ""
+    simulated = (one for sensor in robot.sensors if sensor.name == name for one in sensor.gazebo)
+    topics = (element.value for one in simulated for element in one.elements if element.name == "topic")
+    return next((str(one) for one in topics if one not in (name, None)), "")
 
 
 def diagnose(case: Case, output: Output, find: Callable[[Robot, Output], Sequence[Problem]]) -> Iterator[Diagnostic]:

@@ -128,13 +128,10 @@ class Kind:
         """Return the candidates for a misspelt key; patterns have its words and its first number."""
         words, number = name.split("."), next(iter(re.findall(r"\d+", name)), "0")
         found = set()
-        for key in self.own_keys():
-            pieces = key.name.replace("<n>", number).split(".")
-            if not key.many or "<n>" in key.name:
-                found.add(".".join(pieces))
-            elif len(pieces) == len(words):
-                pairs = zip(pieces, words, strict=True)
-                found.add(".".join(word if _VARIABLE.fullmatch(piece) else piece for piece, word in pairs))
+        for pieces in (key.name.replace("<n>", number).split(".") for key in self.own_keys()):
+            variables = [index for index, piece in enumerate(pieces) if _VARIABLE.fullmatch(piece)]
+            if not variables or len(pieces) == len(words):
+                found.add(".".join(words[at] if at in variables else piece for at, piece in enumerate(pieces)))
         return found
 
 
@@ -143,17 +140,15 @@ def is_of(name: str, kind: Kind | None, publisher: Publisher, publishers: Iterab
 
     A node whose name matches another publisher is not matched by its package.
     """
-    if publisher.kind != NODE or name == publisher.name:
-        return publisher.kind == NODE
-    named = any(name == other.name for other in publishers)
-    return not named and kind is not None and publisher.package in kind.packages
+    of_package = kind is not None and publisher.package in kind.packages
+    is_named = any(name == other.name for other in publishers)
+    return publisher.kind == NODE and (name == publisher.name or (of_package and not is_named))
 
 
 @cache
 def kinds(distribution: str) -> Mapping[str, Kind]:
     """Return the kinds of nodes that are not controllers, by name."""
-    found = facts("ros2_nodes")["nodes"]
-    return {name: _kind(name, entry, entry["keys"], (entry["package"],), distribution) for name, entry in found.items()}
+    return {name: _kind(name, entry, {}, (), distribution) for name, entry in facts("ros2_nodes")["nodes"].items()}
 
 
 @cache
@@ -163,8 +158,7 @@ def controller(plugin: str, distribution: str) -> Kind | None:
     entry = table["controllers"].get(plugin, {})
     if "keys" not in entry:
         return None
-    keys = {**table["every_controller"], **entry["keys"]}
-    return _kind(plugin, entry, keys, (entry["package"], *_OF_CONTROLLERS), distribution)
+    return _kind(plugin, entry, table["every_controller"], _OF_CONTROLLERS, distribution)
 
 
 def plugins(distribution: str) -> Mapping[str, str]:
@@ -174,19 +168,20 @@ def plugins(distribution: str) -> Mapping[str, str]:
 
 
 def _kind(
-    name: str, entry: Mapping[str, Any], keys: Mapping[str, Any], packages: tuple[str, ...], distribution: str
+    name: str, entry: Mapping[str, Any], shared: Mapping[str, Any], packages: tuple[str, ...], distribution: str
 ) -> Kind:
+    """Return a kind of node from its entry; ``shared`` are keys, and ``packages`` packages, of all nodes like it."""
     known, port = distribution and distribution_of_ports(distribution), port_of(name, "", TF)
     known = known if known in entry.get("only", DISTRIBUTIONS) else ""
     made = {}
-    for key, of in keys.items():
+    for key, of in {**shared, **entry["keys"]}.items():
         values = {**of, **of.get(HUMBLE, {})} if known == HUMBLE else of
         fields = {field: values[field] for field in Key._fields if values.get(field) is not None}
         if fields["type"] == "double" and isinstance(fields.get("default"), str):
             fields["default"] = float(fields["default"])  # JSON has no nan
         made[key] = Key(key, **fields)
     words = {word: entry[word] for word in ("complete", "names", "signs", "strips_slash", "transform") if word in entry}
-    return Kind(name, made, known, packages, odometry=port.topic if port else "", **words)
+    return Kind(name, made, known, (entry["package"], *packages), odometry=port.topic if port else "", **words)
 
 
 def by_signs(keys: Mapping[str, object], distribution: str) -> Kind | None:
@@ -204,30 +199,17 @@ def controller_by_keys(keys: Mapping[str, object], distribution: str) -> Kind | 
     return max(found, key=lambda kind: sum(kind.key(name) is not None for name in keys))
 
 
-def by_name(name: str, distribution: str) -> Kind | None:
-    """Return the kind of node that usually has this name, or None."""
-    return next((kind for kind in kinds(distribution).values() if name in kind.names), None)
-
-
-# Values
-
-
 def fits(value: Any, kind: str) -> bool:
     """Return True if a value is of a type of the tables, as rcl takes it: 1 is not a double.
 
     >>> fits(1, "double"), fits(1.0, "double"), fits([1, 2.0], "double_array"), fits("a", "string or string_array")
     (False, True, False, True)
     """
-    for one in kind.split(" or "):
-        if one == "none":
-            return True
-        if one.endswith("_array"):
-            item = one.removesuffix("_array")
-            if isinstance(value, (list, tuple)) and all(fits(each, item) for each in value):
-                return True
-        elif isinstance(value, _TYPES[one]) and (one == "bool" or not isinstance(value, bool)):
-            return True
-    return False
+    if " or " in kind:
+        return any(fits(value, one) for one in kind.split(" or "))
+    if kind.endswith("_array"):
+        return isinstance(value, (list, tuple)) and all(fits(each, kind.removesuffix("_array")) for each in value)
+    return kind == "none" or (isinstance(value, _TYPES[kind]) and (kind == "bool" or not isinstance(value, bool)))
 
 
 def convert(value: Any, kind: str) -> Any:
@@ -312,13 +294,12 @@ def against_kind(name: str, kind: Kind | None, values: Mapping[str, Any]) -> Ite
     for key, value in values.items():
         known = kind.key(key) if kind is not None else None
         if kind is None:
-            types = {type(one) for one in value} if isinstance(value, (list, tuple)) else {type(value)}
+            types = set(map(type, value if isinstance(value, (list, tuple)) else [value]))
             if len(types) > 1 or types & {list, tuple, NoneType}:
                 message = f'"{key}" of {name} is {as_yaml(value)}: no parameter can be that'
                 yield Finding("parameters-wrong-type", message, key, "write a value, or a list of values of one type")
         elif known is None or not kind.has(known):
-            is_of_all_nodes = key in _ANY_NODE or key.startswith(_ANY_BELOW)
-            if known is not None or not is_of_all_nodes:
+            if known is not None or not (key in _ANY_NODE or key.startswith(_ANY_BELOW)):
                 yield from _unknown(name, kind, key, values, known)
         else:
             yield from _wrong_value(name, key, value, known)

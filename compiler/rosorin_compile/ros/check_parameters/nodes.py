@@ -17,11 +17,11 @@ from ..node_kinds import (
     REMOVE,
     Kind,
     against_kind,
-    by_name,
     by_signs,
     controller,
     controller_by_keys,
     is_of,
+    kinds,
     plugins,
 )
 from ..parameter_files import Parameter, Section
@@ -183,7 +183,8 @@ def _node(full: str, sections: list[Section], of_type: tuple[str, Span] | None, 
     if plugin in plugins(""):
         kind = controller(plugin, distribution)
     else:
-        kind = None if plugin else by_name(full.rpartition("/")[2], distribution)
+        usual = (one for one in kinds(distribution).values() if full.rpartition("/")[2] in one.names)
+        kind = None if plugin else next(usual, None)
         kind = kind or controller_by_keys(parameters, distribution)
         kind = kind if kind or plugin else by_signs(parameters, distribution)
     return Node(full, places[0], kind, parameters, plugin, place, shared)

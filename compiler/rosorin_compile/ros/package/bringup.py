@@ -203,7 +203,7 @@ class Bringup:
             return {"slam": "False"}
         owners = owners_of_odom(self.robot, frames)
         has_section = any(kind_of(one) == SLAM for one in self.robot.publishers)
-        seen = {} if has_section else nav2.seen_by_slam(self.robot, output, frames)
+        seen = {} if has_section else nav2.slam_parameters(self.robot, output, frames)
         return {"slam": str(SLAM in owners and AMCL not in owners), "seen_by_slam": seen}
 
     def _moveit(self) -> dict[str, Any]:

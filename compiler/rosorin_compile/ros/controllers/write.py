@@ -219,13 +219,6 @@ def fill(robot: Robot, distribution: str) -> list[ControllerParameters]:
     return made
 
 
-def distribution_of(robot: Robot, controllers: str) -> str:
-    """Return the distribution, humble or jazzy, of the output ``controllers``, or that of another output without it."""
-    outputs = sorted(robot.outputs, key=lambda one: one.name != controllers)
-    words = (one.options.get("distribution") or one.options.get("control") for one in outputs)
-    return known_distribution(str(next(filter(None, words), JAZZY)))
-
-
 def manager_parameters(output: Output, distribution: str) -> dict[str, Any]:
     """Return the parameters of the controller_manager itself."""
     values = {"update_rate": output.options.get("update_rate", UPDATE_RATE)} | flat(output.options.get("manager") or {})

@@ -94,14 +94,9 @@ def launch_values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
     always, in_modes, _ = static_transforms(robot, FORMATS.feeding(robot, STATIC_TRANSFORM_PUBLISHER))
     modes = mode_arguments(robot)
     conditions = {one.when: condition(robot, one.when) for one in in_modes}
-    more = [
-        LaunchArgument(name, "false", f"the robot is run in the mode {mode}", STATES) for mode, name in modes.items()
-    ]
-    if carried is None:
-        passed_on = [one for one in ARGUMENTS if one.name in (*COMMON, "use_sim_time")]
-    else:
-        more += carried.passed
-        passed_on = [*(one for one in ARGUMENTS if one.name in COMMON), *more]
+    more = [LaunchArgument(name, "false", f"the robot is run in the mode {it}", STATES) for it, name in modes.items()]
+    more += carried.passed if carried else ()
+    passed_on = [one for one in ARGUMENTS if one.name in COMMON or (one.name == "use_sim_time" and not carried)]
     joints = robot.published_by(ROBOT_STATE_PUBLISHER)
 
     def plain(text: str) -> str:
@@ -119,7 +114,7 @@ def launch_values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
 
     return {
         "arguments": [*ARGUMENTS, *more],
-        "passed_on": passed_on,
+        "passed_on": [*passed_on, *(more if carried else ())],
         "included": STATICS if carried else PUBLISHER,
         "publisher": joints[0].publisher.name if joints else ROBOT_STATE_PUBLISHER,
         "statics": [*always, *in_modes],
@@ -144,12 +139,14 @@ def launch_files(carried: Carried | None) -> Iterator[PackageFile]:
     kind, about = "compiled_launch" if carried else "launch", "publishers of the frames; the three forms do the same"
     for form in ("py", "xml", "yaml"):
         yield PackageFile(f"launch/{LAUNCH}.{form}", f"{kind}.{form}", about)
+    name, template, about = PUBLISHER, "publisher", "robot_state_publisher; the XML and the YAML form include it"
     if carried:
-        about = "publishers of the static frames; the three forms include it"
-        yield PackageFile(f"launch/{STATICS}", "compiled_statics.launch.py", about)
-    else:
-        about = "robot_state_publisher; the XML and the YAML form include it"
-        yield PackageFile(f"launch/{PUBLISHER}", "publisher.launch.py", about)
+        name, template, about = (
+            STATICS,
+            "compiled_statics",
+            "publishers of the static frames; the three forms include it",
+        )
+    yield PackageFile(f"launch/{name}", f"{template}.launch.py", about)
 
 
 @dataclass(frozen=True)
@@ -199,11 +196,8 @@ def carry(compiled: Compiled, request: Request, options: Options) -> tuple[Carri
     taken = [*(argument.name for argument in ARGUMENTS), *mode_arguments(compiled.robot).values(), WORDS]
     arguments = declared_arguments(path, values)[0]
     names = free_names([one.name for one in arguments], taken, "arg_")
-    read = (
-        name
-        for name, folder in packages.items()
-        if str(folder) in main.text or any(one.is_relative_to(folder) for one in inputs)
-    )
+    read = {name for name, at in packages.items() if any(one.is_relative_to(at) for one in inputs)}
+    read |= {name for name, at in packages.items() if str(at) in main.text}
     return Carried(
         description=places[_absolute(path)],
         files={place: read_bytes(file) for file, place in places.items()},
@@ -237,12 +231,10 @@ def _problems(top: Path, files: Sequence[Path], main: Artifact, package: str) ->
 
 def _mention(name: str, files: Iterable[Path]) -> Span | None:
     """Return the first place of a name in the descriptions among some files."""
-    for file in files:
-        if file.suffix in Description.ENDINGS:
-            source = Source(str(file), read_bytes(file).decode("utf-8", "replace"))
-            for number, line in enumerate(source.text.splitlines(), 1):
-                if name in line:
-                    return Span(source, number, line.index(name) + 1, len(name))
+    for file in (one for one in files if one.suffix in Description.ENDINGS):
+        source = Source(str(file), read_bytes(file).decode("utf-8", "replace"))
+        if name in source.text:
+            return source.span(source.text.index(name), len(name))
     return None
 
 
@@ -252,14 +244,11 @@ def _passed(one: Argument, launch_name: str, values: Mapping[str, Any]) -> Launc
         value = values[one.name]
         default = value if isinstance(value, str) else _unquoted(one.value)
     choices = [_unquoted(text) for text in one.allowed]
-    if default is not None and choices and default not in choices:
-        choices.append(default)
-    if any(text.endswith("...") for text in choices):  # which are shortened
-        choices = []
+    choices += [default] if default is not None and choices and default not in choices else []
+    is_shortened = any(text.endswith("...") for text in choices)
     help = one.help or f"the argument {one.name} of the description"
-    if one.help and launch_name != one.name:
-        help += f" ({one.name} of the description)"
-    return LaunchArgument(launch_name, default, help, tuple(choices), one.name, own)
+    help += f" ({one.name} of the description)" if one.help and launch_name != one.name else ""
+    return LaunchArgument(launch_name, default, help, () if is_shortened else tuple(choices), one.name, own)
 
 
 def _unquoted(written: str) -> str:

@@ -13,7 +13,6 @@ from rosorin_compile.rules.publishers import Step, all_steps, steps_in_modes
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Suggestion, error, quote
 
 from ..node_kinds import Key, as_yaml
-from ..ports import full_topic
 from .nodes import Node, Setting
 
 BASE, ODOM, MAP, SENSOR = "base", "odom", "map", "sensor"
@@ -29,9 +28,8 @@ class Remap(NamedTuple):
 
 def remapped_topics(node: Node, remaps: Iterable[Remap]) -> dict[str, str]:
     """Map the full names of a node's remapped topics to their new names; the first remap of a topic wins."""
-    space, name = node.namespace, node.name
-    mine = [one for one in remaps if one.node in ("", name)]
-    return {full_topic(one.name, space, name): full_topic(one.to, space, name) for one in reversed(mine)}
+    mine = [one for one in remaps if one.node in ("", node.name)]
+    return {node.topic(one.name): node.topic(one.to) for one in reversed(mine)}
 
 
 @dataclass(frozen=True)
@@ -76,9 +74,8 @@ def claims(nodes: Iterable[Node], remaps: Sequence[Remap]) -> list[Claim]:
         if not claim.switch.value:
             claim = replace(claim, silent=claim.because)
         name = kind.odometry or "/tf"
-        full = full_topic(name, node.namespace, node.name)
-        full = remapped_topics(node, remaps).get(full, full)
-        if not claim.silent and full not in ("/tf", full_topic("tf", node.namespace, "")):
+        full = remapped_topics(node, remaps).get(node.topic(name), node.topic(name))
+        if not claim.silent and full not in ("/tf", node.topic("tf")):
             fix = f"remap {full} to /tf: --remap {node.name}:{name}:=/tf, if the launch file does"
             claim = replace(claim, silent=f"publishes on {full}, which nothing remaps to /tf", fix=fix)
         found.append(claim)
@@ -90,12 +87,10 @@ def _of_keys(node: Node, names: Mapping[str, str]) -> Claim | None:
     if not names:
         return None
     parent, child, switch = _frame(node, names["parent"]), _frame(node, names["child"]), node.setting(names["switch"])
-    if child.value == "" and "else" in names:
-        child = _frame(node, names["else"])
-    if not parent.value or not child.value or switch.value is None:
-        return None
+    child = _frame(node, names["else"]) if child.value == "" and "else" in names else child
     fix = f"{names['switch']}: {'0.05' if isinstance(switch.value, float) else 'true'}"
-    return Claim(node, parent, child, names["switch"], switch, fix=fix)
+    is_complete = parent.value and child.value and switch.value is not None
+    return Claim(node, parent, child, names["switch"], switch, fix=fix) if is_complete else None
 
 
 def _of_filter(node: Node) -> Claim | None:

@@ -139,14 +139,12 @@ def launch_files(carried: Carried | None) -> Iterator[PackageFile]:
     kind, about = "compiled_launch" if carried else "launch", "publishers of the frames; the three forms do the same"
     for form in ("py", "xml", "yaml"):
         yield PackageFile(f"launch/{LAUNCH}.{form}", f"{kind}.{form}", about)
-    name, template, about = PUBLISHER, "publisher", "robot_state_publisher; the XML and the YAML form include it"
     if carried:
-        name, template, about = (
-            STATICS,
-            "compiled_statics",
-            "publishers of the static frames; the three forms include it",
-        )
-    yield PackageFile(f"launch/{name}", f"{template}.launch.py", about)
+        about = "publishers of the static frames; the three forms include it"
+        yield PackageFile(f"launch/{STATICS}", "compiled_statics.launch.py", about)
+    else:
+        about = "robot_state_publisher; the XML and the YAML form include it"
+        yield PackageFile(f"launch/{PUBLISHER}", "publisher.launch.py", about)
 
 
 @dataclass(frozen=True)

@@ -87,7 +87,7 @@ class Component:
 
 @dataclass(frozen=True)
 class End:
-    """A joint or an actuator of a transmission; ``reduction`` and ``offset`` (rad or m) None where not given."""
+    """A joint or an actuator of a transmission; ``reduction`` and ``offset`` (rad or m) are None if not set."""
 
     name: str
     role: str = ""
@@ -135,8 +135,8 @@ class Block:
 
 def hardware_distro(output: Output) -> str:
     """Return the distribution that an output has hardware blocks for, humble or jazzy; empty for none."""
-    said = output.options.get(OPTION)
-    return described_by(str(said)) if said else ""
+    option = output.options.get(OPTION)
+    return described_by(str(option)) if option else ""
 
 
 def blocks(robot: Robot, output: Output, number: NumberFormat) -> list[str]:
@@ -154,41 +154,35 @@ def blocks(robot: Robot, output: Output, number: NumberFormat) -> list[str]:
 
     texts = []
     for block in robot.control if distribution else ():
-        mimics = {}
+        mimics: dict[str, dict[str, dict[str, Any]]] = {}
         for one in block.joints:
-            joint = robot.joint[one.name]
-            mimics[one.name] = written = {"attributes": dict[str, Any](), "params": dict[str, Any]()}
-            if not humble and joint.mimic is not None:
-                written["attributes"] = {"mimic": follows(joint, one)}
-            elif humble and joint.mimic is not None and follows(joint, one):
-                written["params"] = {"mimic": joint.mimic.joint, "multiplier": joint.mimic.multiplier}
-        attributes = {"rw_rate": block.rate, "is_async": block.is_async, "thread_priority": block.thread_priority}
-        values = {
-            "word": word,
-            "given": given,
-            "humble": humble,
-            "block": block,
-            "mimics": mimics,
-            "joints": [_joint(robot, block, one) for one in block.joints],
-            "attributes": {} if humble else given(attributes),
-        }
+            joint, attributes, params = robot.joint[one.name], dict[str, Any](), dict[str, Any]()
+            if joint.mimic is not None and not humble:
+                attributes = {"mimic": follows(joint, one)}
+            elif joint.mimic is not None and follows(joint, one):
+                params = {"mimic": joint.mimic.joint, "multiplier": joint.mimic.multiplier}
+            mimics[one.name] = {"attributes": attributes, "params": params}
+        values = {"word": word, "given": given, "humble": humble, "block": block, "mimics": mimics}
+        values["joints"] = [_joint(robot, block, one) for one in block.joints]
+        later = {"rw_rate": block.rate, "is_async": block.is_async, "thread_priority": block.thread_priority}
+        values["attributes"] = {} if humble else given(later)
         texts.append(Templates.own("ros/ros2_control.xml.jinja", values).rstrip("\n"))
     return texts
 
 
 def _joint(robot: Robot, block: Block, one: Component) -> Component:
     """Return a joint with the limits of its commands and with the positions of the pose of its block."""
-    joint, command, state = robot.joint[one.name], [], []
-    for interface in one.command:
-        low, high = joint.limits_of(interface.name) if one.limits is True else (None, None)
-        low = interface.min if interface.min is not None else low
-        high = interface.max if interface.max is not None else high
-        command.append(replace(interface, min=low, max=high))
-    for interface in one.state:
-        starts = interface.name == POSITION and interface.initial is None and block.pose
-        initial = robot.position(joint, robot.positions(block.pose)) if starts else interface.initial
-        state.append(replace(interface, initial=initial))
-    return replace(one, command=tuple(command), state=tuple(state))
+    joint = robot.joint[one.name]
+
+    def command(it: Interface) -> Interface:
+        low, high = joint.limits_of(it.name) if one.limits is True else (None, None)
+        return replace(it, min=low if it.min is None else it.min, max=high if it.max is None else it.max)
+
+    def state(it: Interface) -> Interface:
+        starts = it.name == POSITION and it.initial is None and block.pose
+        return replace(it, initial=robot.position(joint, robot.positions(block.pose))) if starts else it
+
+    return replace(one, command=tuple(map(command, one.command)), state=tuple(map(state, one.state)))
 
 
 def follows(joint: Joint | None, component: Component) -> bool:
@@ -220,8 +214,7 @@ def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
         unread: list[Path] = [(key,) for field, key in _LATER.items() if getattr(block, field) not in (None, "")]
         for section, one in block.components():
             for key, _, interface in _interfaces(one) if section != "gpio" else ():
-                values = {"data_type": interface.data_type, "size": interface.size}
-                words = [word for word, value in values.items() if value not in (None, "")]
+                words = [word for word in ("data_type", "size") if getattr(interface, word) not in (None, "")]
                 unread += [(section, one.name, key, interface.name, word) for word in words]
         for path in unread:
             message = f"Humble does not read {path[-1]}{' here' if path[1:] else ''}"

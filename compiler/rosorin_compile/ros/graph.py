@@ -16,23 +16,7 @@ from . import nav2, robot_localization
 from .controllers.write import COMMAND, drivers, fill, namespace_of
 from .navigation import frames_of, stated_topic
 from .parameter_files import distro_of
-from .ports import (
-    IMU,
-    IN,
-    JOINT_STATES,
-    OBSTACLES,
-    ODOMETRY,
-    OUT,
-    SCAN,
-    TF,
-    VELOCITY,
-    Port,
-    controller_ports,
-    full_topic,
-    message_of_sensor,
-    ports,
-    short_type,
-)
+from .ports import IN, OUT, Port, Role, controller_ports, full_topic, message_of_sensor, ports, short_type
 
 CONTROL, MOVEIT, NAV2 = "control", "moveit", "nav2"
 DRIVER, NODE = "driver", "node"
@@ -111,7 +95,7 @@ def _topics(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str, s
             words = ("topic", "data_type", "type")
             own = {word: values.get(f"{key.removesuffix(last)}{name}.{word}") for word in words}
             yield key, str(own["topic"] or name), source_message(own)
-    if port.role == OBSTACLES and not any(lists.values()):
+    if port.role == Role.OBSTACLES and not any(lists.values()):
         yield "", "scan", _SCANS  # of nav2_bringup/params/nav2_params.yaml
 
 
@@ -135,7 +119,7 @@ def graph_of(robot: Robot, starts: Sequence[str]) -> Graph:
         made.add("controller_manager", ports(distribution, node="controller_manager"), {}, namespace)
         for one in fill(robot, distribution):
             name, those = one.controller.name, controller_ports(one.type, distribution)
-            remaps = [(port.topic, "/tf") for port in those if port.role == TF and port.topic != "/tf"]
+            remaps = [(port.topic, "/tf") for port in those if port.role == Role.TF and port.topic != "/tf"]
             remaps += [(commands[name], COMMAND)] if name in commands else []
             if not one.controller.inactive:
                 made.add(name, those, one.values, namespace, remaps)
@@ -203,7 +187,7 @@ def open_ends(robot: Robot, made: Graph) -> Iterator[Diagnostic]:
             yield from _open(robot, made, made.readers(end), others)
     for end in made.published:
         known = end.topic in {topic for topic, _ in reported}
-        if end.port.role == VELOCITY and CONTROL in made.starts and not known and not made.readers(end):
+        if end.port.role == Role.VELOCITY and CONTROL in made.starts and not known and not made.readers(end):
             message = f"{end.node} sends {short_type(end.type)} on {end.topic}, and no node of the package takes that"
             help = "give the controllers and nav2 the same distribution, and the package a controller of the drive"
             yield error("package-open", f"{message}: the robot does not move", None, help)
@@ -220,7 +204,7 @@ def _open(robot: Robot, made: Graph, readers: Sequence[End], others: Sequence[En
     if others:
         why = f"{others[0].node} publishes {short_type(others[0].type)} there"
         help = "give both the same distribution"
-    elif role in (OBSTACLES, SCAN):
+    elif role in (Role.OBSTACLES, Role.SCAN):
         seeing = [one for one in robot.sensors if message_of_sensor(one.type) in _OBSTACLE_MESSAGES]
         if not seeing:
             why = "the robot has no sensor for that"
@@ -233,15 +217,15 @@ def _open(robot: Robot, made: Graph, readers: Sequence[End], others: Sequence[En
             help = f"start a node that makes it of what {seeing[0].name} sees"
         else:
             help = f"nav2: sources: {{scan: {{sensor: {seeing[0].name}, topic: NAME}}}}"
-    elif role in (ODOMETRY, IMU):
+    elif role in (Role.ODOMETRY, Role.IMU):
         heard = {one.topic for one in made.read if one.node == end.node}
         there = next((one for one in same_type if one.port.group == CONTROL), None)
         if there is not None and not heard & {one.topic for one in same_type}:
             why = f"{there.node} publishes on {there.topic}"
             help = f"topic: {there.topic.removeprefix('/')}"
-            if role == ODOMETRY and end.port.node == "ekf":
+            if role == Role.ODOMETRY and end.port.node == "ekf":
                 help += f"; or controller: {there.node}, where another node publishes {end.topic} without --control"
-    elif role == JOINT_STATES and CONTROL in made.starts:
+    elif role == Role.JOINT_STATES and CONTROL in made.starts:
         what, help = f"{what}, and no joint_state_broadcaster is started", "add it to controllers, or start the driver"
         yield Diagnostic("package-external", NOTE, f"{what}: {symptom}", help=help)
         return

@@ -82,11 +82,9 @@ class LaunchNode:
 
 def nodes_of(source: Source) -> Iterator[LaunchNode]:
     """Yield the nodes of a launch file in Python, YAML or XML, chosen by its file extension. Raises LaunchError."""
+    read = {".py": _python, ".yaml": _yaml, ".yml": _yaml}.get(Path(source.path).suffix, _xml)
     try:
-        if source.path.endswith(".py"):
-            yield from _python(source)
-        else:
-            yield from _yaml(source) if source.path.endswith((".yaml", ".yml")) else _xml(source)
+        yield from read(source)
     except RecursionError:
         raise LaunchError("nested too deep") from None
 
@@ -119,8 +117,7 @@ def _yaml(source: Source) -> Iterator[LaunchNode]:
     for one in maps:
         node = one.get("node")
         if isinstance(node, dict):
-            remaps = node.get("remap")
-            pairs = [each for each in remaps if isinstance(each, Map)] if isinstance(remaps, list) else []
+            pairs = [each for each in _list(node.get("remap")) if isinstance(each, Map)]
             found = [Remap(str(each.get("from", "")), str(each.get("to", "")), each.locate(()).span) for each in pairs]
             program, arguments = str(node.get("exec", "")), _words(str(node.get("args", "")), variables)
             yield LaunchNode(str(node.get("name") or program), program, arguments, tuple(found), one.key_spans["node"])
@@ -129,8 +126,12 @@ def _yaml(source: Source) -> Iterator[LaunchNode]:
 def _maps(tree: Any) -> Iterator[Any]:
     if isinstance(tree, dict):
         yield tree
-    for child in tree.values() if isinstance(tree, dict) else tree if isinstance(tree, list) else ():
+    for child in tree.values() if isinstance(tree, dict) else _list(tree):
         yield from _maps(child)
+
+
+def _list(value: Any) -> list[Any]:
+    return value if isinstance(value, list) else []
 
 
 def _words(arguments: str, variables: Mapping[str, str]) -> tuple[str | None, ...] | None:
@@ -161,10 +162,7 @@ def _python(source: Source) -> Iterator[LaunchNode]:
             yield _python_node(words, names, Span(source, call.lineno, call.col_offset + 1))
             continue
         # A helper: its parameters have the values of each call.
-        uses: list[ast.Call | None] = [
-            use for use, _ in calls if isinstance(use.func, ast.Name) and use.func.id == function.name
-        ]
-        for use in uses or [None]:
+        for use in [use for use, _ in calls if ast.unparse(use.func) == function.name] or [None]:
             scope, place = _constants(function, _bind(function, use, names)), use or call
             yield _python_node(words, scope, Span(source, place.lineno, place.col_offset + 1))
 
@@ -187,17 +185,14 @@ def _python_node(words: Mapping[str, ast.expr], names: Names, span: Span) -> Lau
         if found is None and isinstance(node, ast.List | ast.Tuple):
             found = [_known(item, names) for item in node.elts]
         is_known = is_known and isinstance(found, list)
-        for one in found if isinstance(found, list) else ():  # launch joins an argument that is a list of pieces
+        for one in _list(found):  # launch joins an argument that is a list of pieces
             word = "".join(one) if isinstance(one, list) and all(isinstance(each, str) for each in one) else one
             arguments.append(word if isinstance(word, str) else None)
-    pairs = known.get("remappings", [])
     is_for_all = "src" in known and "dst" in known
-    if is_for_all:
-        pairs = [[known["src"], known["dst"]]]
-    remaps: tuple[Remap, ...] | None = None
-    if isinstance(pairs, list) and all(isinstance(pair, list) and len(pair) == 2 for pair in pairs):
-        is_plain = all(isinstance(name, str) for pair in pairs for name in pair)
-        remaps = tuple(Remap(old, new, span) for old, new in pairs) if is_plain else None
+    pairs = [[known["src"], known["dst"]]] if is_for_all else known.get("remappings", [])
+    is_plain = isinstance(pairs, list) and all(isinstance(one, list) and len(one) == 2 for one in pairs)
+    is_plain = is_plain and all(isinstance(name, str) for pair in pairs for name in pair)
+    remaps = tuple(Remap(old, new, span) for old, new in pairs) if is_plain else None
     name = "" if is_for_all else str(known.get("name") or program)
     return LaunchNode(name, program, tuple(arguments) if is_known else None, remaps, span)
 
@@ -297,12 +292,11 @@ def parse_arguments(arguments: Sequence[str | None] | None) -> StaticTransform |
     words = [word for word in arguments or () if word is not None]
     if arguments is None or len(words) < len(arguments):
         return None
+    texts, is_refused = dict(zip(words[::2], words[1::2], strict=False)), len(words) % 2
     if len(words) in _WITHOUT_FLAGS and not words[0].startswith("--"):
-        texts = dict(zip(_WITHOUT_FLAGS[len(words)], words, strict=True))
-    else:
-        texts = dict(zip(words[::2], words[1::2], strict=False))
-        if len(words) % 2 or not texts.keys() <= {*_XYZ, *_RPY, *_QUATERNION, *_FRAMES}:
-            return None
+        texts, is_refused = dict(zip(_WITHOUT_FLAGS[len(words)], words, strict=True)), 0
+    if is_refused or not texts.keys() <= {*_XYZ, *_RPY, *_QUATERNION, *_FRAMES}:
+        return None
     if not all(texts.get(flag) for flag in _FRAMES) or (texts.keys() & {*_RPY} and texts.keys() & {*_QUATERNION}):
         return None
     try:
@@ -339,11 +333,9 @@ def check_node(robot: Robot, node: LaunchNode) -> Iterator[Diagnostic]:
         if parts := list(_differences(joint, static)):
             yield report("deployed-launch-differs", f"{edge} is not as described: {', '.join(parts)}", node.span)
     else:
-        names = dict[str, None]()
-        for owner in owners:
-            of_urdf = ", from the URDF" if owner.kind == ROBOT_STATE_PUBLISHER else ""
-            names[f"{owner.name}{of_urdf}" if owner.publishes else "nobody"] = None
-        message = f"{edge} is published here, but the description gives it to {' or '.join(names)}"
+        source = {ROBOT_STATE_PUBLISHER: ", from the URDF"}
+        names = [f"{one.name}{source.get(one.kind, '')}" if one.publishes else "nobody" for one in owners]
+        message = f"{edge} is published here, but the description gives it to {' or '.join(dict.fromkeys(names))}"
         yield report("deployed-launch-owner", message, node.span)
 
 

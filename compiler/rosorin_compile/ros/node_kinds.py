@@ -20,21 +20,11 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats.format import HUMBLE, JAZZY
 from rosorin_compile.model import Publisher
 from rosorin_compile.model.joint import NODE
-from rosorin_compile.source.diagnostics import (
-    ERROR,
-    WARNING,
-    Diagnostic,
-    Help,
-    Related,
-    Span,
-    Suggestion,
-    diagnostic,
-    phrase,
-    quote,
-)
+from rosorin_compile.rules.case import report
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Help, Related, Span, Suggestion, phrase, quote
 from rosorin_compile.source.wording import suggest
 
-from .ports import TF, distribution_of_ports, facts, port_of
+from .ports import Role, distribution_of_ports, facts, port_of
 
 DISTRIBUTIONS = (HUMBLE, JAZZY, "kilted")  # those of the tables; "" as a distribution is any of them
 MANAGER = "controller_manager"
@@ -167,14 +157,12 @@ def plugins(distribution: str) -> Mapping[str, str]:
     return {name: of["package"] for name, of in found.items() if not known or known in of.get("only", DISTRIBUTIONS)}
 
 
-def _kind(
-    name: str, entry: Mapping[str, Any], shared: Mapping[str, Any], packages: tuple[str, ...], distribution: str
-) -> Kind:
-    """Return a kind of node from its entry; ``shared`` are keys, and ``packages`` packages, of all nodes like it."""
-    known, port = distribution and distribution_of_ports(distribution), port_of(name, "", TF)
+def _kind(name: str, entry: Mapping[str, Any], keys: Mapping[str, Any], packages: tuple[str, ...], distro: str) -> Kind:
+    """Return a kind of node from its entry; ``keys`` and ``packages`` are those of all nodes like it."""
+    known, port = distro and distribution_of_ports(distro), port_of(name, "", Role.TF)
     known = known if known in entry.get("only", DISTRIBUTIONS) else ""
     made = {}
-    for key, of in {**shared, **entry["keys"]}.items():
+    for key, of in {**keys, **entry["keys"]}.items():
         values = {**of, **of.get(HUMBLE, {})} if known == HUMBLE else of
         fields = {field: values[field] for field in Key._fields if values.get(field) is not None}
         if fields["type"] == "double" and isinstance(fields.get("default"), str):
@@ -190,7 +178,7 @@ def by_signs(keys: Mapping[str, object], distribution: str) -> Kind | None:
     return best if any(sign in keys for sign in best.signs) else None
 
 
-def controller_by_keys(keys: Mapping[str, object], distribution: str) -> Kind | None:
+def drive_by_keys(keys: Mapping[str, object], distribution: str) -> Kind | None:
     """Return the drive controller that has most of the keys, or None if they are not those of a drive controller."""
     if "enable_odom_tf" not in keys:
         return None
@@ -270,20 +258,23 @@ def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
 
 
 class Finding(NamedTuple):
-    """A problem of a parameter (of its name with ``at_key``) or of a node; ``known`` may replace an ``unknown`` one."""
+    """A problem of a parameter (of its name with ``at_key``) or of a node; ``known`` may replace an ``unknown`` one.
+
+    The severity is that of the rule unless it is set.
+    """
 
     rule: str
     message: str
     key: str = ""
     help: Help = ""
-    severity: str = ERROR
+    severity: str = ""
     at_key: bool = False
     unknown: str = ""
     known: Collection[str] = ()
 
     def place(self, span: Span | None, related: Iterable[Related] = ()) -> Diagnostic:
         """Return the diagnostic at a place in a file."""
-        return diagnostic(self.rule, self.severity, self.message, span, self.help, related)
+        return report(self.rule, self.message, span, self.help, related, self.severity)
 
 
 def against_kind(name: str, kind: Kind | None, values: Mapping[str, Any]) -> Iterator[Finding]:
@@ -315,7 +306,7 @@ def against_kind(name: str, kind: Kind | None, values: Mapping[str, Any]) -> Ite
 
 def _unknown(name: str, kind: Kind, key: str, values: Mapping[str, Any], of_others: Key | None) -> Iterator[Finding]:
     """Report that a kind does not have a key; ``of_others`` is the key in other distributions."""
-    names, severity = kind.like(key), ERROR
+    names, severity = kind.like(key), ""
     help: Help = ""
     if kind.complete:
         help = Suggestion(key, names, instead=REMOVE)

@@ -186,11 +186,8 @@ class _Reader:
         read = self.values(name, value) if _is_list(value) else self.scalar(value)[0]
         made = Parameter(read, self.span(key), self.span(value))
         if before := section.parameters.get(name):
-            message, related = (
-                f'"{name}" is repeated for {section.name}; the last one counts',
-                ("first set here", before.key),
-            )
-            self.diagnostics.append(report("parameters-twice", message, made.key, related=[Related(*related)]))
+            message, first = f'"{name}" is repeated for {section.name}; the last one counts', "first set here"
+            self.diagnostics.append(report("parameters-twice", message, made.key, "", [Related(first, before.key)]))
         if made.value == []:
             message = f'"{name}" is an empty list, and ROS 2 does not know of what: nodes in C++ do not start '
             message += '("No parameter value set")'

@@ -11,10 +11,15 @@ from typing import Any
 from rosorin_compile.source import files
 from rosorin_compile.source.project import data_folder
 
-VELOCITY, ODOMETRY, OBSTACLES, SCAN = "velocity", "odometry", "obstacles", "scan"
-IMU, TF, JOINT_STATES = "imu", "tf", "joint_states"
 IN, OUT = "in", "out"
 _STAMPED = "Stamped"
+
+
+class Role:
+    """What the topic of a port is for."""
+
+    VELOCITY, ODOMETRY, OBSTACLES, SCAN = "velocity", "odometry", "obstacles", "scan"
+    IMU, TF, JOINT_STATES = "imu", "tf", "joint_states"
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,6 @@ from rosorin_compile.model.joint import NODE
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import Case, report
 from rosorin_compile.source.diagnostics import (
-    ERROR,
     NOTE,
     WARNING,
     Diagnostic,
@@ -26,16 +25,13 @@ from rosorin_compile.source.diagnostics import (
     RequestError,
     Source,
     Span,
-    count_of,
-    error,
     has_errors,
-    phrase,
-    quote,
 )
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.load import LoadError, read_utf8
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.project import no_file
+from rosorin_compile.source.wording import count_of, phrase, quote
 
 from ..controllers import against_robot, missing, of_type
 from ..controllers.write import derive
@@ -43,7 +39,7 @@ from ..graph import End, Graph, mismatched_qos, source_message, topics_of_sensor
 from ..launch_files import LaunchError, nodes_of
 from ..node_kinds import MANAGER
 from ..parameter_files import PARAMETERS, NoParameters, Section, read_sections
-from ..ports import IMU, ODOMETRY, SCAN, VELOCITY, controller_ports, full_topic, full_type, ports, short_type
+from ..ports import Role, controller_ports, full_topic, full_type, ports, short_type
 from .nodes import Node, check_node, nodes_in_files
 from .transforms import Remap, check_edges, check_frames, claims, remapped_topics
 
@@ -102,7 +98,7 @@ def check_parameters(
     understood = Request.of(robot, arguments, packages, trust=trust).understand()
     case = understood.case
     if case is None:
-        return CheckedParameters(diagnostics=tuple(one for one in understood.diagnostics if one.severity == ERROR))
+        return CheckedParameters(diagnostics=tuple(one for one in understood.diagnostics if has_errors([one])))
     if not distribution:
         every = {str(one.options["distribution"]) for one in case.robot.outputs if "distribution" in one.options}
         distribution = every.pop() if len(every) == 1 else ""
@@ -116,7 +112,7 @@ def check_parameters(
         help = f"{MANAGER}: {{ros__parameters: {{NAME: {{type: TYPE}}}}}}"
         spans = [section.span for of_file in sections for section in of_file]
         span = [*spans, Span(Source(str(managers[0]), ""), 1, 1)][0]
-        found.append(error("controllers-none", "no controller has a type here", span, help))
+        found.append(report("controllers-none", "no controller has a type here", span, help))
     for node in known:
         found += _check_node(case, node, distribution)
     owned = claims(known, moved)
@@ -154,7 +150,7 @@ def _check_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnosti
     """Validate the parameters of a node; those of a controller are also compared with the robot."""
     wrong = of_type(node.shown, node.type, distribution) if node.type else None
     yield from (one.place(node.type_span) for one in [wrong] if one)
-    if wrong is not None and wrong.severity == ERROR:
+    if wrong is not None and wrong.severity not in (WARNING, NOTE):
         return  # every key would be reported as wrong
     diagnostics = list(check_node(node))
     yield from diagnostics
@@ -162,13 +158,13 @@ def _check_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnosti
         return
     if wrong is None and (needed := missing(node.kind, node.parameters)):
         message = f"{node.shown} needs {quote(needed, most=4)}: it does not start"
-        yield error("controller-missing", message, node.span, f"add {needed[0]}: VALUE")
+        yield report("controller-missing", message, node.span, f"add {needed[0]}: VALUE")
     places = {one.span for one in diagnostics}
     values = {key: value for key, value in node.values.items() if node.parameters[key].span not in places}
     kind = full_type(node.type)
     known = derive(case.robot, Controller(node.name, kind, values), kind)
     moving = any(not joint.is_fixed for joint in case.robot.joints)
-    for one in against_robot(node.shown, kind, values, known, case.robot, ERROR):
+    for one in against_robot(node.shown, kind, values, known, case.robot, ""):
         if one.rule == "controller-name" and not moving:
             continue  # a description of where things are mounted
         if wrong is not None:  # the package is unknown, so its keys may have another meaning
@@ -225,23 +221,21 @@ def _of_arguments(words: Sequence[str], node: str) -> Iterator[Remap]:
 # Topics
 
 
-def _check_topics(
-    robot: Robot, nodes: Sequence[Node], remaps: Sequence[Remap], distribution: str
-) -> Iterator[Diagnostic]:
+def _check_topics(robot: Robot, nodes: Sequence[Node], remaps: Sequence[Remap], distro: str) -> Iterator[Diagnostic]:
     """Yield topics without a publisher, with mismatched types or QoS, and obstacle sources that do not work."""
     graph, by_name = Graph(), {node.full: node for node in nodes}
     for node in nodes:  # topics that a launch file names are unknown
-        values, of_kind = node.values, ports(distribution, node=node.kind.name) if node.kind else ()
-        known = controller_ports(full_type(node.type), distribution) if node.type else of_kind
+        values, of_kind = node.values, ports(distro, node=node.kind.name) if node.kind else ()
+        known = controller_ports(full_type(node.type), distro) if node.type else of_kind
         those = [one for one in known if not one.each and node.setting(one.parameter).value != ""]
         those = [one for one in those if one.parameter in values or one.parameter not in node.parameters]
         graph.add(node.full, those, values, node.namespace, remapped_topics(node, remaps).items())
     sensors = {full_topic(topic, "", ""): message for _, topic, message in topics_of_sensors(robot)}
     for end in graph.read:
         node = by_name[end.node]
-        if end.port.role == SCAN:
+        if end.port.role == Role.SCAN:
             yield from _unseen(node, end.topic, end.type, sensors, node.setting(end.key).span)
-        yield from _unheard(node, end, graph, by_name, bool(distribution))
+        yield from _unheard(node, end, graph, by_name, bool(distro))
     for node, key in ((one, key) for one in nodes if one.kind for key in one.values):
         plugins, (layer, _, last) = node.setting("plugins").value, key.rpartition(".")
         if last == "observation_sources" and (not layer or not isinstance(plugins, list) or layer in plugins):
@@ -257,26 +251,26 @@ def _unheard(node: Node, end: End, graph: Graph, by_name: Mapping[str, Node], is
     fitting = [one for one in there if one.type == end.type]
     if mismatch := mismatched_qos(end, fitting):
         yield report("parameters-topic", mismatch, node.span, f"qos_overrides.{heard}.publisher.reliability: reliable")
-    if not fitting and there and is_decided and role == VELOCITY:
+    if not fitting and there and is_decided and role == Role.VELOCITY:
         message = f"{node.shown} takes {short_type(end.type)} on {heard}, and {there[0].node.strip('/')} sends "
         message += f"{short_type(there[0].type)}: {end.port.missing}"
         yield report("parameters-topic", message, node.span, "give both the same value of enable_stamped_cmd_vel")
         return
     of_control = [one for one in graph.published if one.port.role == role and one.port.group == "control"]
     sources = {by_name[one.node]: one.topic for one in of_control}
-    if fitting or role not in (ODOMETRY, IMU) or not sources:
+    if fitting or role not in (Role.ODOMETRY, Role.IMU) or not sources:
         return
     meant = next((one for one in sources if one.full == heard.rpartition("/")[0] and sources[one] != heard), None)
     of_drive = heard in (node.topic(_ODOM), f"/{_ODOM}") or _OF_CONTROLLER.search(heard)
-    if meant is None and not of_drive and role != IMU:
+    if meant is None and not of_drive and role != Role.IMU:
         return  # the topic belongs to another node, such as a camera driver
     source, setting = meant or next(iter(sources)), node.setting(end.key)
-    what = "IMU" if role == IMU else "odometry"
+    what = "IMU" if role == Role.IMU else "odometry"
     message = f'{node.shown} listens to the {what} {heard} ("{end.key}"{setting.how}), and '
     message += f"no node in the files publishes that: {source.shown} publishes {sources[source]}"
     help = f"{end.key}: {sources[source].strip('/')}" + ("" if meant else "; or say the remap: --remap NODE:FROM:=TO")
     related = (Related(f"{source.shown} is here", source.span),)
-    rule = "parameters-topic" if role == IMU else "parameters-odometry"
+    rule = "parameters-topic" if role == Role.IMU else "parameters-odometry"
     yield report(rule, message, setting.span, help, related, WARNING if meant else NOTE)
 
 

@@ -13,18 +13,7 @@ from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, Suggestion, error, nearest, quote
 from rosorin_compile.source.wording import suggest
 
-from ..node_kinds import (
-    MANAGER,
-    REMOVE,
-    Kind,
-    against_kind,
-    by_signs,
-    controller,
-    controller_by_keys,
-    is_of,
-    kinds,
-    plugins,
-)
+from ..node_kinds import MANAGER, REMOVE, Kind, against_kind, by_signs, controller, drive_by_keys, is_of, kinds, plugins
 from ..parameter_files import Parameter, Section
 from ..ports import facts, full_topic, full_type
 
@@ -182,7 +171,7 @@ def _node(full: str, sections: list[Section], of_type: tuple[str, Span] | None, 
     if plugin in plugins(""):
         kind = controller(plugin, distribution)
     else:
-        kind = (None if plugin else next(usual, None)) or controller_by_keys(parameters, distribution)
+        kind = (None if plugin else next(usual, None)) or drive_by_keys(parameters, distribution)
         kind = kind if kind or plugin else by_signs(parameters, distribution)
     return Node(full, places[0], kind, parameters, plugin, place, shared)
 

@@ -217,10 +217,8 @@ def check_frames(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> I
                 suggestion = Suggestion(value, known, "name a frame of the robot")
                 yield error("parameters-frame", f"{name}: there is no such frame", setting.span, suggestion)
             elif not any(value in part for part in parts) and len(known) > 1:
-                message = f"{name}, a frame that no node publishes"
-                yield error(
-                    "parameters-frame", message, setting.span, "say who publishes it", _unpublished(case, value)
-                )
+                message, help = f"{name}, a frame that no node publishes", "add its publisher"
+                yield error("parameters-frame", message, setting.span, help, _unpublished(case, value))
 
 
 def _named(node: Node) -> Iterator[tuple[Key, str, Setting]]:
@@ -247,17 +245,15 @@ def _check_base(
     named = {other.value for one, _, other in _named(node) if one.frame == ODOM}
     moved = [step for step in leading if step.parent in named] or leading
     part: Collection[str] = next((part for part in parts if moved and moved[0].parent in part), ())
-    if value in part or not moved:
-        return
     related = [case.related(f"{step.parent} -> {step.child} is described here", step.path) for step in moved]
-    help = f"{key.name}: {moved[0].child}"
-    if value not in links:
+    help = f"{key.name}: {moved[0].child}" if moved else ""
+    if moved and value not in part and value not in links:
         suggestion = Suggestion(value, part, instead=help)
         yield error("parameters-frame", f"{name}: there is no such frame", setting.span, suggestion, related)
-        return
-    message = f'{name}, and no transform leads to it from "{moved[0].parent}": the odometry moves '
-    message += quote(step.child for step in moved)
-    yield error("parameters-base", message, setting.span, help, [*related, *_unpublished(case, value)])
+    elif moved and value not in part:
+        message = f'{name}, and no transform leads to it from "{moved[0].parent}": the odometry moves '
+        message += quote(step.child for step in moved)
+        yield error("parameters-base", message, setting.span, help, [*related, *_unpublished(case, value)])
 
 
 def _unpublished(case: Case, frame: str) -> list[Related]:

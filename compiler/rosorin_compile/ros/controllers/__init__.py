@@ -21,9 +21,7 @@ from .write import ControllerParameters, RobotParameters, edges_of, fill, is_who
 _ENDS = (("odom_frame_id", "odom"), ("base_frame_id", "base_link"))
 _TOLERANCE = 0.005  # relative: people round sizes, and measure wheels that are compressed
 _LEAST = 0.0005  # m
-_JOINTS = re.compile(
-    r"(?!extra_joints)(?:\w+_)?(?:joints?|joint_name|wheels?_names|joints_names|dof_names|state_names)"
-)
+_JOINTS = re.compile(r"(?!extra_joints)(?:\w+_)?(?:joints?|joint_name|(?:wheels?|joints|dof|state)_names)")
 _FRAMES = ("base_frame_id", "frame_id", "odom_frame_id")
 _WORLD = ("map", "odom", "world", "earth")
 _SIZES = ("radius", "separation", "wheelbase", "track", "width", "axis")

@@ -21,9 +21,8 @@ from rosorin_compile.source.diagnostics import Diagnostic
 from .. import node_kinds
 from ..node_kinds import MANAGER, Kind, convert, is_of, kinds
 from ..parameter_files import Node, Parameters, distro_of, parameters_of, text
-from ..ports import ODOMETRY, VELOCITY, facts, full_topic, full_type, interfaces_of, port_of
-from ..sections.control.hardware import EFFORT, JOINT_WORDS, POSITION
-from ..sections.control.hardware import VELOCITY as SPEED
+from ..ports import Role, facts, full_topic, full_type, interfaces_of, port_of
+from ..sections.control.hardware import EFFORT, JOINT_WORDS, POSITION, VELOCITY
 from ..sections.controllers import flat
 
 UPDATE_RATE = 100  # Hz
@@ -86,7 +85,7 @@ def _of_drive(robot: Robot, controller: Controller, kind: str) -> RobotParameter
     values |= {key: known[what] for key, what in keys.items() if what in known}
     wheels = {wheel.joint for wheel in driving.wheels}
     states = [one.states for block in robot.control for one in block.joints if one.name in wheels]
-    if states and not any(POSITION in words for words in states) and all(SPEED in words for words in states):
+    if states and not any(POSITION in words for words in states) and all(VELOCITY in words for words in states):
         values["position_feedback"] = False
     rounded = {key: float(f"{value:.9g}") for key, value in values.items() if isinstance(value, float)}
     return RobotParameters(values | rounded)
@@ -159,7 +158,7 @@ def _spread(numbers: list[float]) -> float:
 
 def _speeds(robot: Robot, driving: Driving, around: float) -> dict[str, Any]:
     """Return the velocity limits of the base if all wheels have one; a turn by 1 rad rolls wheels by ``around`` (m)."""
-    rims = [(robot.joint[one.joint].limits_of(SPEED)[1] or 0.0) * one.radius for one in driving.wheels]
+    rims = [(robot.joint[one.joint].limits_of(VELOCITY)[1] or 0.0) * one.radius for one in driving.wheels]
     least = min(rims, default=0.0)
     if not least or not around:
         return {}
@@ -174,7 +173,7 @@ def _of_joints(robot: Robot, controller: Controller, about: Mapping[str, Any]) -
     names = [one.name for one in moved]
     if command and about.get("joints") == "joint":  # a gripper
         joint = robot.joint.get(str(controller.params.get("joint", names[0] if len(names) == 1 else "")))
-        limits = {f"max_{key}": joint.limits_of(key)[1] for key in (EFFORT, SPEED)} if joint else {}
+        limits = {f"max_{key}": joint.limits_of(key)[1] for key in (EFFORT, VELOCITY)} if joint else {}
         return {"joint": joint.name if joint else None, **limits}
     values: dict[str, Any] = {"joints": names or None, "joint": names[0] if len(names) == 1 else None}
     if "states" in about and "action" in about:
@@ -183,7 +182,7 @@ def _of_joints(robot: Robot, controller: Controller, about: Mapping[str, Any]) -
         names = list(map(str, given)) if given and isinstance(given, (list, tuple)) else names
         found = [one for block in robot.control for one in block.joints if one.name in names]
         if names and len(found) >= len(names):
-            commands = [word for word in (POSITION, SPEED, EFFORT) if all(word in one.commands for one in found)][:1]
+            commands = [word for word in (POSITION, VELOCITY, EFFORT) if all(word in one.commands for one in found)][:1]
             states = list(takewhile(lambda word: all(word in one.states for one in found), JOINT_WORDS[:3]))
             values |= {"command_interfaces": commands or None, "state_interfaces": states or None}
     return values
@@ -294,7 +293,7 @@ def drivers(robot: Robot) -> list[Driver]:
         return []
     found = []
     for one in fill(robot, distro_of(output)):
-        command, odometry = (port_of(one.type, distro_of(output), role) for role in (VELOCITY, ODOMETRY))
+        command, odometry = (port_of(one.type, distro_of(output), role) for role in (Role.VELOCITY, Role.ODOMETRY))
         if command is not None and odometry is not None:
             stamped = command.is_stamped(one.values)
             found.append(Driver(one, namespace_of(output), command.name(one.values), odometry.topic, stamped))

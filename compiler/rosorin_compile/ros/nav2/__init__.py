@@ -21,18 +21,7 @@ from rosorin_compile.source.tree import Path
 from ..controllers.write import drivers, edges_of
 from ..navigation import AMCL, FILTER, SLAM, Frames, Problem, diagnose, frames_of, kind_of, stated_topic
 from ..parameter_files import Node, Parameters, distro_of, parameter_file, parameters_of, text
-from ..ports import (
-    IN,
-    OBSTACLES,
-    ODOMETRY,
-    SCAN,
-    VELOCITY,
-    distribution_of_ports,
-    facts,
-    message_of_sensor,
-    ports,
-    short_type,
-)
+from ..ports import IN, Role, distribution_of_ports, facts, message_of_sensor, ports, short_type
 from .footprint import CORNERS, footprint, holds, pad, solids_of
 
 _LAYERS = {"local_costmap": "voxel_layer", "global_costmap": "obstacle_layer"}  # nav2_bringup/params/nav2_params.yaml
@@ -249,9 +238,9 @@ def _nodes(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> I
     moving = [one.publisher for one in frames.leads if (one.parent, one.child) == (frames.odom, frames.moved)]
     topics = {"odometry/filtered" if kind_of(one) == FILTER else of_drive.get(one.name, "") for one in moving}
     odometry = topics.pop() if len(topics) == 1 else ""
-    for port in ports(distribution, role=ODOMETRY, direction=IN, group="nav2") if odometry else ():
+    for port in ports(distribution, role=Role.ODOMETRY, direction=IN, group="nav2") if odometry else ():
         found.setdefault(port.node, {})[port.parameter] = odometry
-    for port in ports(distribution, role=VELOCITY, group="nav2") if driving else ():
+    for port in ports(distribution, role=Role.VELOCITY, group="nav2") if driving else ():
         if port.stamp_parameter:
             found.setdefault(port.node, {})[port.stamp_parameter] = driving[0].stamped
     if robot.drive is not None and robot.drive.slides:  # Nav2's own limits keep every base from going sideways
@@ -293,7 +282,7 @@ def _monitored(robot: Robot, output: Output, made: _Basics, size: _Size | None) 
     """Return the sources of the collision_monitor, with heights in the base frame."""
     up = robot.transform(made.frames.moved, made.base, made.positions).xyz[2]
     values: dict[str, Any] = {}
-    for port in ports(distro_of(output), node="collision_monitor", role=OBSTACLES) if made.sources else ():
+    for port in ports(distro_of(output), node="collision_monitor", role=Role.OBSTACLES) if made.sources else ():
         values[port.each] = [source.name for source in made.sources]
         for source in made.sources:
             name, kind = source.name, _MONITORED[source.type]
@@ -310,7 +299,7 @@ def _scan(robot: Robot, output: Output, node: str) -> dict[str, Any]:
     if not topics:
         topics = {stated_topic(robot, one.name) for one in robot.sensors if one.type == _PLANAR}
     topic = topics.pop() if len(topics) == 1 else ""
-    return {port.parameter: topic for port in ports(distro_of(output), node=node, role=SCAN)} if topic else {}
+    return {port.parameter: topic for port in ports(distro_of(output), node=node, role=Role.SCAN)} if topic else {}
 
 
 def slam_parameters(robot: Robot, output: Output, frames: Frames) -> dict[str, Any]:

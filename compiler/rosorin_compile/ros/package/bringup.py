@@ -21,7 +21,7 @@ from ..graph import DRIVER, graph_of, open_ends
 from ..navigation import AMCL, SLAM, frames_of, kind_of, owners_of_odom
 from ..node_kinds import as_yaml, plugins
 from ..parameter_files import distro_of, nodes_of
-from ..ports import IMU, ODOMETRY, interfaces_of, short_type
+from ..ports import Role, interfaces_of, short_type
 from ..srdf.planning import planning_of
 from .launch import PackageFile
 from .options import CONTROL, MOVEIT, NAV2, STARTS
@@ -109,7 +109,7 @@ class Bringup:
             if graph.nodes[end.node] == DRIVER and graph.readers(end):
                 outside[end.topic] = (end.node, short_type(end.type), end.topic)
         for end in graph.read:
-            if end.port.role in (IMU, ODOMETRY) and not graph.publishers(end):
+            if end.port.role in (Role.IMU, Role.ODOMETRY) and not graph.publishers(end):
                 outside.setdefault(end.topic, ("another driver", short_type(end.type), end.topic))
         fixed = next((self.outputs[key] for key in (_CONTROLLERS, NAV2) if key in self.outputs), None)
         values: dict[str, Any] = {

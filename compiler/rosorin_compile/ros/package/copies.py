@@ -197,7 +197,7 @@ def difference_lines(place: str, found: Comparison, full: bool) -> list[str]:
     return lines + [line for one in found.texts[:1] for line in (one.lines if full else shorten(one.lines))]
 
 
-def move_artifact(robot: Robot, artifact: Artifact, place: str, urdf: str) -> Artifact:
+def relocate(robot: Robot, artifact: Artifact, place: str, urdf: str) -> Artifact:
     """Return an artifact for a place; a launch file reads the URDF at ``urdf`` by a relative name."""
     if not FORMATS[artifact.backend].located or not urdf:
         return replace(artifact, file=place)
@@ -215,7 +215,7 @@ def forms(robot: Robot, artifact: Artifact, place: str, urdfs: Iterable[str], pa
     """
     folder, plain = posixpath.dirname(place) or ".", replace(artifact, file=place)
     near = sorted(urdfs, key=lambda urdf: (len(posixpath.relpath(urdf, folder)), urdf))
-    found = [move_artifact(robot, artifact, place, urdf) for urdf in near if FORMATS[artifact.backend].located]
+    found = [relocate(robot, artifact, place, urdf) for urdf in near if FORMATS[artifact.backend].located]
     if FORMATS.names_meshes(artifact) and package:
         found.append(replace(plain, text=place_meshes(artifact.text, package, (), Path(folder)).text))
     return [*found, plain]

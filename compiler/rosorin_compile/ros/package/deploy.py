@@ -28,10 +28,10 @@ from .copies import (
     difference_lines,
     forms,
     missing_files,
-    move_artifact,
     other_robot,
     place_meshes,
     protect,
+    relocate,
 )
 from .launch import LAUNCH, PUBLISHER, STATICS, carry
 from .options import NOWHERE, STAMP, Options, stored_options
@@ -169,7 +169,7 @@ def _plan(
     urdf = next((chosen[one.output] for one in going if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), "")
     planned, package = [], package_of(folder)
     for artifact in going:
-        moved = move_artifact(robot, artifact, chosen[artifact.output], urdf)
+        moved = relocate(robot, artifact, chosen[artifact.output], urdf)
         if package is not None and package[0] == resolve(folder) and FORMATS.names_meshes(moved):
             meshes = place_meshes(moved.text, package[1], (), folder)
             diagnostics += meshes.diagnostics

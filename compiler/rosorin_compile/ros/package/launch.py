@@ -13,20 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats import FORMATS, static_tf
 from rosorin_compile.formats.format import Artifact, describe
-from rosorin_compile.formats.static_tf import ARGUMENTS as COMMON
-from rosorin_compile.formats.static_tf import (
-    STATES,
-    StaticTransform,
-    condition,
-    free_names,
-    if_condition,
-    import_substitutions,
-    in_frontends,
-    in_python,
-    static_transforms,
-)
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 from rosorin_compile.rules.case import report
 from rosorin_compile.rules.publishers import modes_in
@@ -75,7 +63,7 @@ class PackageFile(NamedTuple):
 
 
 ARGUMENTS = (
-    *(LaunchArgument(name, "", help) for name, help in COMMON.items()),
+    *(LaunchArgument(name, "", help) for name, help in static_tf.ARGUMENTS.items()),
     LaunchArgument("use_sim_time", "false", "take the time from /clock, as simulators and recordings publish it"),
     LaunchArgument("joint_state_publisher", "false", "publish all joints at zero, where no driver does"),
     LaunchArgument("joint_state_publisher_gui", "false", "publish the joints from sliders in a window"),
@@ -85,18 +73,21 @@ ARGUMENTS = (
 
 def mode_arguments(robot: Robot) -> dict[str, str]:
     """Return the launch arguments of the modes that static transforms depend on, by mode."""
-    modes = modes_in(robot, [one.when for one in static_transforms(robot)[1]])
-    return free_names(modes, [argument.name for argument in ARGUMENTS], "mode_")
+    modes = modes_in(robot, [one.when for one in static_tf.static_transforms(robot)[1]])
+    return static_tf.free_names(modes, [argument.name for argument in ARGUMENTS], "mode_")
 
 
 def launch_values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
     """Return the values of the templates of launch files; ``carried`` is compiled at launch."""
-    always, in_modes, _ = static_transforms(robot, FORMATS.feeding(robot, STATIC_TRANSFORM_PUBLISHER))
+    always, in_modes, _ = static_tf.static_transforms(robot, FORMATS.feeding(robot, STATIC_TRANSFORM_PUBLISHER))
     modes = mode_arguments(robot)
-    conditions = {one.when: condition(robot, one.when) for one in in_modes}
-    more = [LaunchArgument(name, "false", f"the robot is run in the mode {it}", STATES) for it, name in modes.items()]
+    conditions = {one.when: static_tf.condition(robot, one.when) for one in in_modes}
+    about = "the robot is run in the mode"
+    more = [LaunchArgument(name, "false", f"{about} {mode}", static_tf.STATES) for mode, name in modes.items()]
     more += carried.passed if carried else ()
-    passed_on = [one for one in ARGUMENTS if one.name in COMMON or (one.name == "use_sim_time" and not carried)]
+    common = (*static_tf.ARGUMENTS, *(() if carried else ("use_sim_time",)))
+    passed_on = [one for one in ARGUMENTS if one.name in common]
+    commands = ("Command",) if carried else ()
     joints = robot.published_by(ROBOT_STATE_PUBLISHER)
 
     def plain(text: str) -> str:
@@ -107,7 +98,7 @@ def launch_values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
         """Escape a word of a command line for XML and YAML."""
         return plain(shlex.quote(text))
 
-    def args(transform: StaticTransform) -> str:
+    def args(transform: static_tf.StaticTransform) -> str:
         """Return the arguments of a static_transform_publisher for XML and YAML."""
         words = (f"{flag} {PREFIX if is_frame else ''}{in_args(value)}" for flag, value, is_frame in transform.words())
         return " ".join(words)
@@ -119,12 +110,12 @@ def launch_values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
         "publisher": joints[0].publisher.name if joints else ROBOT_STATE_PUBLISHER,
         "statics": [*always, *in_modes],
         "modes": modes,
-        "conditions": {when: in_python(one, modes, 4) for when, one in conditions.items()},
-        "python_conditions": {when: if_condition(one, modes, 12) for when, one in conditions.items()},
-        "frontend_conditions": {when: in_frontends(one, modes) for when, one in conditions.items()},
+        "conditions": {when: static_tf.in_python(one, modes, 4) for when, one in conditions.items()},
+        "python_conditions": {when: static_tf.if_condition(one, modes, 12) for when, one in conditions.items()},
+        "frontend_conditions": {when: static_tf.in_frontends(one, modes) for when, one in conditions.items()},
         "describe": describe,
         "args": args,
-        "imports": import_substitutions(conditions.values(), "LaunchConfiguration", *(("Command",) if carried else ())),
+        "imports": static_tf.import_substitutions(conditions.values(), "LaunchConfiguration", *commands),
         "plain": plain,
         "in_args": in_args,
         "prefix": PREFIX,
@@ -193,7 +184,7 @@ def carry(compiled: Compiled, request: Request, options: Options) -> tuple[Carri
     places = {one: prefix + one.relative_to(top).as_posix() for one in own}
     taken = [*(argument.name for argument in ARGUMENTS), *mode_arguments(compiled.robot).values(), WORDS]
     arguments = declared_arguments(path, values)[0]
-    names = free_names([one.name for one in arguments], taken, "arg_")
+    names = static_tf.free_names([one.name for one in arguments], taken, "arg_")
     read = {name for name, at in packages.items() if any(one.is_relative_to(at) for one in inputs)}
     read |= {name for name, at in packages.items() if str(at) in main.text}
     return Carried(

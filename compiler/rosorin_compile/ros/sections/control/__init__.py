@@ -47,12 +47,7 @@ def control_unused(case: Case) -> Iterator[Diagnostic]:
         yield case.problem("control-unused", message, ("control",), help, severity=NOTE, key=True)
 
 
-@rule(
-    "control-pose",
-    "A hardware block starts in a pose that the robot does not have.",
-    "Name one of `poses`.",
-    Heading.CONTROL,
-)
+@rule("control-pose", "A hardware block starts in a pose that does not exist.", "Name one of `poses`.", Heading.CONTROL)
 @rule(
     "control-transmission",
     "A transmission moves a joint that its block does not have, or has no joint or no actuator.",

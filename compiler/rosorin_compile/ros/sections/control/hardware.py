@@ -326,9 +326,8 @@ def _check_joint(case: Case, block: Block, one: Component, output: Output, is_ca
     if not follows(joint, one) or joint.mimic is None:
         return
     name = f'{name} follows "{joint.mimic.joint}"'
-    problem = partial(
-        problem, "control-mimic", related=[case.related("its mimic", case.joint(joint, "mimic"), key=True)]
-    )
+    mimic = case.related("its mimic", case.joint(joint, "mimic"), key=True)
+    problem = partial(problem, "control-mimic", related=[mimic])
     if one.command and not humble:
         yield problem(f"{name}: on Jazzy a follower has no command", (*path, "command"))
     if joint.mimic.joint not in [other.name for other in block.joints]:

@@ -162,7 +162,8 @@ def _python(source: Source) -> Iterator[LaunchNode]:
             yield _python_node(words, names, Span(source, call.lineno, call.col_offset + 1))
             continue
         # A helper: its parameters have the values of each call.
-        for use in [use for use, _ in calls if ast.unparse(use.func) == function.name] or [None]:
+        uses: list[Any] = [use for use, _ in calls if ast.unparse(use.func) == function.name]
+        for use in uses or [None]:
             scope, place = _constants(function, _bind(function, use, names)), use or call
             yield _python_node(words, scope, Span(source, place.lineno, place.col_offset + 1))
 

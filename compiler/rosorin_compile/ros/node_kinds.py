@@ -254,9 +254,6 @@ def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
     return "", ""
 
 
-# The parameters of a node, of a description or of a file
-
-
 class Finding(NamedTuple):
     """A problem of a parameter (of its name with ``at_key``) or of a node; ``known`` may replace an ``unknown`` one.
 
@@ -294,24 +291,19 @@ def against_kind(name: str, kind: Kind | None, values: Mapping[str, Any]) -> Ite
                 yield from _unknown(name, kind, key, values, known)
         else:
             yield from _wrong_value(name, key, value, known)
-            match = _pattern(known.name).fullmatch(key) if "__map_" in known.name and key not in kind.keys else None
-            if match:  # about one of a list: gains.joint1.p of joints
-                many = known.name.partition("__map_")[2].partition(".")[0]
-                listed = values.get(many)
-                if isinstance(listed, (list, tuple)) and match[1] not in listed:
-                    message = f'"{key}" of {name} is about "{match[1]}", which is not in its {many}: it has no effect'
-                    help = Suggestion(match[1], set(map(str, listed)))
-                    yield Finding("parameters-unknown-key", message, key, help, at_key=True)
+            many = known.name.partition("__map_")[2].partition(".")[0]  # about one of a list: gains.joint1.p of joints
+            match, listed = _pattern(known.name).fullmatch(key), values.get(many)
+            if match and many and key not in kind.keys and isinstance(listed, (list, tuple)) and match[1] not in listed:
+                message = f'"{key}" of {name} is about "{match[1]}", which is not in its {many}: it has no effect'
+                help = Suggestion(match[1], set(map(str, listed)))
+                yield Finding("parameters-unknown-key", message, key, help, at_key=True)
 
 
 def _unknown(name: str, kind: Kind, key: str, values: Mapping[str, Any], of_others: Key | None) -> Iterator[Finding]:
     """Report that a kind does not have a key; ``of_others`` is the key in other distributions."""
     names, severity = kind.like(key), ""
-    help: Help = ""
-    if kind.complete:
-        help = Suggestion(key, names, instead=REMOVE)
-    elif close := difflib.get_close_matches(key, names - values.keys(), n=1, cutoff=_SIMILAR):
-        help = suggest(close[0])
+    close = difflib.get_close_matches(key, names - values.keys(), n=1, cutoff=_SIMILAR)
+    help = Suggestion(key, names, instead=REMOVE) if kind.complete else suggest(close[0]) if close else ""
     if of_others is not None:
         others = phrase(map(str.capitalize, of_others.only))
         message = f'{name} of {kind.distribution.capitalize()} has no key "{key}"; it is one of {others}'

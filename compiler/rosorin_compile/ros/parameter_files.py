@@ -167,7 +167,7 @@ class _Reader:
             if empty:
                 message = f'"{text}" follows "{empty}", which is empty: ROS 2 refuses or misreads the file'
                 raise self.fail(message, key, "leave the empty one out")
-            name, items = f"{above}{text}", value.value if _is_list(value) else ()
+            name, items = f"{above}{text}", list(value.value) if _is_list(value) else []
             has_map = any(isinstance(one, yaml.MappingNode) for one in items)
             if isinstance(value, yaml.MappingNode):
                 empty = self.parameters(section, f"{name}.", value) if value.value else name

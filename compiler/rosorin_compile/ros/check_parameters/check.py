@@ -92,8 +92,8 @@ def check_parameters(
         RequestError: A file does not exist, or a remap is invalid.
     """
     paths, managers, launches = ([Path(file) for file in some] for some in (files, controllers, launch))
-    if absent := [path for path in (*paths, *managers, *launches) if not is_file(path)]:
-        raise RequestError(no_file(absent[0]))
+    if unread := [path for path in (*paths, *managers, *launches) if not is_file(path)]:
+        raise RequestError(no_file(unread[0]))
     moved = [_parse_remap(word) for word in remaps]
     understood = Request.of(robot, arguments, packages, trust=trust).understand()
     case = understood.case

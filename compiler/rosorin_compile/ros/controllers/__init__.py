@@ -187,11 +187,10 @@ def of_type(name: str, kind: str, distribution: str) -> Finding | None:
     help = Suggestion(kind, words, instead=f"short words: {', '.join(short)}; any other is PACKAGE/CLASS")
     if "/" not in kind or package in packages:
         return Finding("controller-type", f"{message}, which does not exist", "type", help)
-    message += ", of a package that is not known: its parameters are not checked"
     meant = nearest(package, packages)  # vendors name their packages after well-known ones
-    if meant and abs(len(meant) - len(package)) < 2 and nearest(kind, words):
-        return Finding("controller-type", message, "type", help, WARNING)
-    return Finding("controller-type", message, "type", "", NOTE)
+    is_near = meant and abs(len(meant) - len(package)) < 2 and nearest(kind, words)
+    message += ", of a package that is not known: its parameters are not checked"
+    return Finding("controller-type", message, "type", help if is_near else "", WARNING if is_near else NOTE)
 
 
 def missing(kind: Kind | None, given: Iterable[str]) -> list[str]:

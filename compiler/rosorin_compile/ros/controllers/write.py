@@ -16,7 +16,7 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Controller, Edge, Output, Robot
 from rosorin_compile.model.drive import DIFFERENTIAL, MECANUM, OMNI, Driving, Steering, Wheel, driving_of
 from rosorin_compile.rules.case import report
-from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 
 from .. import node_kinds
 from ..node_kinds import MANAGER, Kind, convert, is_of, kinds
@@ -236,7 +236,9 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     name, notes, controllers = distro_of(output).capitalize(), [], fill(robot, distro_of(output))
     made = text(robot, output, templates, [f"Controllers of ros2_control, for {name}."], _nodes(output, controllers))
     if distro_of(output) not in (HUMBLE, JAZZY):
-        notes.append(report("controllers-later", f"{name} has no table of controllers: that of Jazzy is used"))
+        notes.append(
+            Diagnostic("controllers-later", NOTE, f"{name} has no table of controllers: Jazzy's is used")
+        )
     for one in controllers:
         for topic, to in one.remaps:
             full = full_topic(topic, namespace_of(output), one.controller.name)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import posixpath
 import re
+from collections import defaultdict
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from html import escape
@@ -65,10 +66,8 @@ def place_meshes(
     Files are ``known`` by name, or searched for in ``folders`` and in ``target``, the folder of the package. Missing
     files get a warning, unless they have already been ``reported``.
     """
-    addresses: dict[str, str] = {}
-    files: dict[str, Path] = {}
-    packages: set[str] = set()
-    missing: dict[tuple[str, str], list[str]] = {}  # names by what is wrong and the fix
+    addresses, files, packages = dict[str, str](), dict[str, Path](), set[str]()
+    missing: dict[tuple[str, str], list[str]] = defaultdict(list)  # names by what is wrong and the fix
     where = "neither in the package nor next to the description" if folders else "not in the package"
     is_sdf = place.endswith(".sdf")
     for name in file_names(text, is_sdf):
@@ -79,30 +78,25 @@ def place_meshes(
             continue
         if not match and not is_copied and ("://" in name or name.startswith("/")):
             help = f"copy the file into a package and write package://{package}/{MESHES}/... in the description"
-            missing.setdefault(("found on machines that have this very file", help), []).append(name)
+            missing["found on machines that have this very file", help].append(name)
             continue
-        if match:
-            inside = match[2]
-        else:
+        inside = searched = match[2] if match else name
+        if not match:
             parts = [part for part in urdf_file_name(name).split("/") if part not in ("", ".", "..")]
             inside = "/".join([MESHES, *(parts[1:] if parts[0] == MESHES and len(parts) > 1 else parts)])
             relative = posixpath.relpath(inside, posixpath.dirname(place))
             addresses[name] = relative if is_sdf else f"package://{package}/{inside}"
         leads_out = ".." in inside.split("/")
-        searched = match[2] if match else name
         source = known.get(name) or next((one / searched for one in folders if is_file(one / searched)), None)
         if source is not None and not leads_out:
             files[inside] = source
         elif name not in reported and (leads_out or not is_file(target / inside)):
-            help = f"put the file into {posixpath.dirname(inside) or '.'}/ of the package"
-            missing.setdefault((where, help), []).append(name)
-    for inside, source in list(files.items()):
-        for name, file in companions(inside, source).items():
-            if name.startswith(f"{MESHES}/"):
-                files[name] = file
-            else:
-                help = f"put the file below the folder of the mesh: a package installs {MESHES}/"
-                missing.setdefault((f"named by {inside} and not in the package", help), []).append(name)
+            missing[where, f"put the file into {posixpath.dirname(inside) or '.'}/ of the package"].append(name)
+    named = [(inside, *one) for inside, source in files.items() for one in companions(inside, source).items()]
+    files |= {name: file for _, name, file in named if name.startswith(f"{MESHES}/")}
+    for inside, name in [(inside, name) for inside, name, _ in named if not name.startswith(f"{MESHES}/")]:
+        help = f"put the file below the folder of the mesh: a package installs {MESHES}/"
+        missing[f"named by {inside} and not in the package", help].append(name)
 
     def renamed(match: re.Match[str]) -> str:
         name = addresses.get(unescape(match[2], _ENTITIES))

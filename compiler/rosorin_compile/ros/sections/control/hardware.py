@@ -20,7 +20,7 @@ from rosorin_compile.model.link import NO_SOURCE, Source
 from rosorin_compile.rules.case import Case, number
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Help, Suggestion, count_of, quote
 from rosorin_compile.source.numbers import NumberFormat
-from rosorin_compile.source.tree import Path, value_at
+from rosorin_compile.source.tree import Map, Path, Seq, value_at
 from rosorin_compile.source.units import Quantity, describe, parse_unit
 from rosorin_compile.source.wording import suggest, swaps
 
@@ -222,14 +222,13 @@ def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
 
 
 def _problem(case: Case, block: Block, rule: str, message: str, path: Path, help: Help = "", **more: Any) -> Diagnostic:
-    """Return a diagnostic at a path in a hardware block."""
     return case.problem(rule, f'hardware block "{block.name}": {message}', ("control", block.name, *path), help, **more)
 
 
 def _interfaces(one: Component) -> Iterator[tuple[str, int, Interface]]:
     """Yield the interfaces of a component with the key and the place in the list."""
-    for key, interfaces in (("command", one.command), ("state", one.state)):
-        yield from ((key, index, interface) for index, interface in enumerate(interfaces))
+    yield from (("command", *numbered) for numbered in enumerate(one.command))
+    yield from (("state", *numbered) for numbered in enumerate(one.state))
 
 
 def _block(case: Case, block: Block, owners: dict[tuple[str, str, str], Block]) -> Iterator[Diagnostic]:
@@ -252,15 +251,14 @@ def _block(case: Case, block: Block, owners: dict[tuple[str, str, str], Block]) 
         yield from _words(case, block, section, one, of)
         if section == "joints" and one.name not in case.robot.joint:
             continue  # which has a rule of its own
-        is_sliding = section == "joints" and case.robot.joint[one.name].type == "prismatic"
         for key, _, interface in _interfaces(one) if section == "joints" else ():
-            wanted, name = _UNITS.get(interface.name, ("", ""))[is_sliding], f'{interface.name} of joint "{one.name}"'
+            is_sliding, name = case.robot.joint[one.name].type == "prismatic", f'{interface.name} of joint "{one.name}"'
+            wanted = _UNITS.get(interface.name, ("", ""))[is_sliding]
             unit = parse_unit(wanted) if wanted else None
-            for word in ("min", "max", "initial"):
-                value = value_at(case.tree, ("control", block.name, *path, key, interface.name, word))
+            for place in [(*path, key, interface.name, word) for word in ("min", "max", "initial")]:
+                value = value_at(case.tree, ("control", block.name, *place))
                 if unit is not None and isinstance(value, Quantity) and value.dimension != unit[1]:
                     message = f"the {name} is {describe(unit[1])}, but {value.text or number(value)} is "
-                    place = (*path, key, interface.name, word)
                     yield problem("wrong-unit", message + describe(value.dimension), place, f"write it in {wanted}")
             low, high = interface.min, interface.max
             if low is not None and high is not None and low > high:
@@ -293,11 +291,9 @@ def _words(case: Case, block: Block, section: str, one: Component, of: str) -> I
         yield problem(f"{of} has no interface", path, help, severity=severity, key=True)
     known = {"joints": JOINT_WORDS, "sensors": sensor_words(types.get(one.name, ""))}.get(section, ())
     for key, index, interface in _interfaces(one):
-        entry = value_at(case.tree, ("control", block.name, *path, key))  # one word, a list, or a mapping
-        place: Path = (*path, key)
-        if isinstance(entry, (Mapping, list)):
-            place = (*place, interface.name if isinstance(entry, Mapping) else index)
-        word = interface.name
+        entry, word = value_at(case.tree, ("control", block.name, *path, key)), interface.name
+        steps = {Map: (word,), Seq: (index,)}.get(type(entry), ())  # or it is one word
+        place: Path = (*path, key, *steps)
         near = _WORDS.get(word.casefold(), "")
         if near not in known:
             near = next(iter(difflib.get_close_matches(word.casefold(), known, n=1, cutoff=_SIMILAR)), "")

@@ -10,7 +10,8 @@ from typing import Annotated, Any
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Robot, Sensor
 from rosorin_compile.request import FilePath, Packages, Request, Values
-from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, error, phrase
+from rosorin_compile.rules.case import report
+from rosorin_compile.source.diagnostics import Diagnostic, has_errors, phrase
 
 from . import nav2, robot_localization
 from .controllers.write import COMMAND, drivers, fill, namespace_of
@@ -181,7 +182,7 @@ def open_ends(robot: Robot, made: Graph) -> Iterator[Diagnostic]:
         others = made.publishers(end)
         fitting = [one for one in others if one.type == end.type]
         if mismatch := mismatched_qos(end, fitting):
-            yield error("package-open", mismatch, None, "make the publisher reliable")
+            yield report("package-open", mismatch, None, "make the publisher reliable")
         if not fitting and (end.topic, end.type) not in reported:
             reported.add((end.topic, end.type))
             yield from _open(robot, made, made.readers(end), others)
@@ -190,7 +191,7 @@ def open_ends(robot: Robot, made: Graph) -> Iterator[Diagnostic]:
         if end.port.role == Role.VELOCITY and CONTROL in made.starts and not known and not made.readers(end):
             message = f"{end.node} sends {short_type(end.type)} on {end.topic}, and no node of the package takes that"
             help = "give the controllers and nav2 the same distribution, and the package a controller of the drive"
-            yield error("package-open", f"{message}: the robot does not move", None, help)
+            yield report("package-open", f"{message}: the robot does not move", None, help)
 
 
 def _open(robot: Robot, made: Graph, readers: Sequence[End], others: Sequence[End]) -> Iterator[Diagnostic]:
@@ -227,15 +228,12 @@ def _open(robot: Robot, made: Graph, readers: Sequence[End], others: Sequence[En
                 help += f"; or controller: {there.node}, where another node publishes {end.topic} without --control"
     elif role == Role.JOINT_STATES and CONTROL in made.starts:
         what, help = f"{what}, and no joint_state_broadcaster is started", "add it to controllers, or start the driver"
-        yield Diagnostic("package-external", NOTE, f"{what}: {symptom}", help=help)
+        yield report("package-external", f"{what}: {symptom}", None, help)
         return
     else:
         return
-    if why:
-        yield error("package-open", f"{what}, and {why}: {symptom}", None, help)
-    else:
-        message = f"{what}, which no node of the package publishes: without it, {symptom}"
-        yield Diagnostic("package-external", NOTE, message, help=help)
+    message = f"and {why}: {symptom}" if why else f"which no node of the package publishes: without it, {symptom}"
+    yield report("package-open" if why else "package-external", f"{what}, {message}", None, help)
 
 
 @dataclass(frozen=True)
@@ -291,7 +289,7 @@ def graph(
         ['sensor_msgs/msg/LaserScan']
     """
     compiled = Request.of(robot, arguments, packages, trust=trust).compile()
-    errors = tuple(one for one in compiled.diagnostics if one.severity == ERROR)
+    errors = tuple(one for one in compiled.diagnostics if has_errors([one]))
     if compiled.robot is None or errors:
         return RobotGraph(diagnostics=errors)
     backends = {output.backend for output in compiled.robot.outputs}

@@ -62,11 +62,12 @@ class _Unknown(Exception):
 
 @dataclass(frozen=True)
 class Remap:
-    """A remap of a launch file: the two names as they are written, and its place."""
+    """A remap with the names as they are written; ``node`` is the name of the node that it is for, empty for all."""
 
     name: str
     to: str
-    span: Span
+    span: Span | None = None
+    node: str = ""
 
 
 @dataclass(frozen=True)

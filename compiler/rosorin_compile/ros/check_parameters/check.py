@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -36,12 +36,12 @@ from rosorin_compile.source.wording import count_of, phrase, quote
 from ..controllers import against_robot, missing, of_type
 from ..controllers.write import derive
 from ..graph import End, Graph, mismatched_qos, source_message, topics_of_sensors
-from ..launch_files import LaunchError, nodes_of
+from ..launch_files import LaunchError, Remap, nodes_of
 from ..node_kinds import MANAGER
 from ..parameter_files import PARAMETERS, NoParameters, Section, read_sections
 from ..ports import Role, controller_ports, full_topic, full_type, ports, short_type
 from .nodes import Node, check_node, nodes_in_files
-from .transforms import Remap, check_edges, check_frames, claims, remapped_topics
+from .transforms import check_edges, check_frames, claims, remapped_topics
 
 # Keys of the configuration files of MoveIt, which are not parameter files.
 _MOVEIT = re.compile(
@@ -181,7 +181,7 @@ def _parse_remap(word: str) -> Remap:
     node, colon, name = left.rpartition(":")
     if not name or not to or (colon and not node):
         raise RequestError(f'"{word}" is not a remap: write NODE:FROM:=TO, as in controller:~/tf_odometry:=/tf')
-    return Remap(node.strip("/").rsplit("/", 1)[-1], name, to)
+    return Remap(name, to, node=node.strip("/").rsplit("/", 1)[-1])
 
 
 def _launch_remaps(path: Path, diagnostics: list[Diagnostic]) -> list[Remap]:
@@ -202,7 +202,7 @@ def _launch_remaps(path: Path, diagnostics: list[Diagnostic]) -> list[Remap]:
         for span, what in [*spans, *((one.span, "which topic is remapped") for one in unknown)]:
             message, help = f"{what} is known only when the launch file runs", "pass it: --remap NODE:FROM:=TO"
             diagnostics.append(report("parameters-launch", message, span, help, severity=WARNING))
-        remaps += [Remap(name, one.name, one.to) for one in node.remaps or () if one not in unknown]
+        remaps += [replace(one, node=name) for one in node.remaps or () if one not in unknown]
         remaps += _of_arguments([word or "" for word in node.arguments or ()], name)
     return remaps
 
@@ -212,7 +212,7 @@ def _of_arguments(words: Sequence[str], node: str) -> Iterator[Remap]:
         if flag in ("-r", "--remap"):
             with suppress(RequestError):  # which the node refuses, too
                 remap = _parse_remap(word)
-                yield remap if remap.node else remap._replace(node=node)
+                yield replace(remap, node=remap.node or node)
         elif flag == "--controller-ros-args":
             spawned = next((one for one in words if not one.startswith("-")), "")
             yield from _of_arguments(word.split(), spawned)

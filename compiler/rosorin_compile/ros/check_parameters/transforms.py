@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 from rosorin_compile.model.joint import NODE
 from rosorin_compile.rules.case import Case
@@ -12,18 +11,11 @@ from rosorin_compile.rules.joints import pieces
 from rosorin_compile.rules.publishers import Step, all_steps, steps_in_modes
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Suggestion, error, quote
 
+from ..launch_files import Remap
 from ..node_kinds import Key, as_yaml
 from .nodes import Node, Setting
 
 BASE, ODOM, MAP, SENSOR = "base", "odom", "map", "sensor"
-
-
-class Remap(NamedTuple):
-    """A remap, with the names as they are written. ``node`` is the name of the node that it is for; empty for all."""
-
-    node: str
-    name: str
-    to: str
 
 
 def remapped_topics(node: Node, remaps: Iterable[Remap]) -> dict[str, str]:
@@ -181,15 +173,15 @@ def _other_edge(case: Case, claim: Claim, near: Step | None, end: Setting) -> Di
     if prefix:
         help = f'the controller writes "{prefix}" before its frames, unless tf_frame_prefix_enable is false'
     message = f"{claim.node.shown} publishes {claim.edge}"
-    if near is not None:
-        message += f"{end.how}, but in the description it is {near.parent} -> {near.child}"
-        related = [case.related(f"described here, of {near.owner}", near.path)]
-        help = help or f'name the frame "{near.parent if end is claim.parent else near.child}", or correct the edge'
-        return error("parameters-other-edge", message, end.span, help, related)
-    ends = f"parent: {claim.parent.value}, child: {claim.child.value}, publisher: {claim.node.name}"
-    help = help or f"{claim.off}, or add it to edges: {{{ends}}}"
-    message += ", an edge that the description does not have"
-    return Diagnostic("parameters-other-edge", WARNING, message, claim.switch.span, help=help)
+    if near is None:
+        ends = f"parent: {claim.parent.value}, child: {claim.child.value}, publisher: {claim.node.name}"
+        help = help or f"{claim.off}, or add it to edges: {{{ends}}}"
+        message += ", an edge that the description does not have"
+        return Diagnostic("parameters-other-edge", WARNING, message, claim.switch.span, help=help)
+    message += f"{end.how}, but in the description it is {near.parent} -> {near.child}"
+    related = [case.related(f"described here, of {near.owner}", near.path)]
+    help = help or f'name the frame "{near.parent if end is claim.parent else near.child}", or correct the edge'
+    return error("parameters-other-edge", message, end.span, help, related)
 
 
 def check_frames(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> Iterator[Diagnostic]:
@@ -205,13 +197,12 @@ def check_frames(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> I
             is_end = (node.full, setting.span) in ends and key.frame != SENSOR
             if is_end and setting.value not in case.robot.simulated_frames:
                 continue
-            name, value = f'"{full}" of {node.shown} is "{setting.value}"{setting.how}', str(setting.value)
-            if value.startswith("/") and not (node.kind and node.kind.strips_slash):
+            name, text = f'"{full}" of {node.shown} is "{setting.value}"{setting.how}', str(setting.value)
+            value = text.removeprefix("/")
+            if value != text and not (node.kind and node.kind.strips_slash):
                 message = f'{name}: tf2 refuses names of frames that begin with "/"'
-                yield error("parameters-frame", message, setting.span, f'write "{value.lstrip("/")}"')
-                continue
-            value = value.removeprefix("/")
-            if key.frame == BASE:
+                yield error("parameters-frame", message, setting.span, f'write "{text.lstrip("/")}"')
+            elif key.frame == BASE:
                 yield from _check_base(case, node, key, name, value, setting, parts)
             elif value not in known:
                 suggestion = Suggestion(value, known, "name a frame of the robot")
@@ -223,12 +214,10 @@ def check_frames(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> I
 
 def _named(node: Node) -> Iterator[tuple[Key, str, Setting]]:
     """Yield the keys of a node that name frames, with their full names and their values, set or default."""
-    if node.kind is None:
-        return
-    unused = MAP if node.kind.name == "ekf" else ""
-    given = [(node.kind.key(name), name) for name in node.parameters]
-    defaults = [(key, key.name) for key in node.kind.keys.values() if key.default and key.name not in node.parameters]
-    for key, name in (*given, *defaults):
+    kind, unset = node.kind, [key for key in node.kind.keys.values() if key.default] if node.kind else []
+    keys = {name: kind.key(name) for name in node.parameters} if kind else {}
+    for name, key in ({key.name: key for key in unset} | keys).items():
+        unused = MAP if kind and kind.name == "ekf" else ""
         if key is not None and key.frame not in ("", unused) and not (key.many and name == key.name):
             setting = node.setting(name)
             if isinstance(setting.value, str) and (setting.value or key.frame != SENSOR):

@@ -236,9 +236,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     name, notes, controllers = distro_of(output).capitalize(), [], fill(robot, distro_of(output))
     made = text(robot, output, templates, [f"Controllers of ros2_control, for {name}."], _nodes(output, controllers))
     if distro_of(output) not in (HUMBLE, JAZZY):
-        notes.append(
-            Diagnostic("controllers-later", NOTE, f"{name} has no table of controllers: Jazzy's is used")
-        )
+        notes.append(Diagnostic("controllers-later", NOTE, f"{name} has no table of controllers: Jazzy's is used"))
     for one in controllers:
         for topic, to in one.remaps:
             full = full_topic(topic, namespace_of(output), one.controller.name)

@@ -391,7 +391,7 @@ def check_launch_files(robot: Robot, folder: Path, files: Sequence[str], ours: S
     if ours and children:
         own = ", ".join(dict.fromkeys(published[child] for child in children))
         yield report("deployed-static-twice", f"{own} and {', '.join(ours)} both publish {', '.join(children)}")
-    for joint in joints if not ours and complete and any_publisher else ():
-        if joint.child not in published:
-            message = f"no launch file in {folder} publishes {joint.parent} -> {joint.child} ({joint.publisher.name})"
-            yield report("deployed-static-missing", message)
+    absent = [joint for joint in joints if joint.child not in published]
+    for joint in absent if not ours and complete and any_publisher else ():
+        message = f"no launch file in {folder} publishes {joint.parent} -> {joint.child} ({joint.publisher.name})"
+        yield report("deployed-static-missing", message)

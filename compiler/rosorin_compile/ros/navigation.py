@@ -79,8 +79,7 @@ def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Problem
     if not pairs:
         parents = Suggestion(str(odom_frame), {parent for parent, _ in every})
         return wrong(f'"{odom_frame}" is not the frame of an odometry', parents, ("odom_frame",))
-    below = {lead.child for lead in leads}
-    pairs = [pair for pair in pairs if pair[0] in below] or pairs
+    pairs = [pair for pair in pairs if pair[0] in {lead.child for lead in leads}] or pairs
     if len(pairs) > 1:
         message = f"there is more than one odometry: {phrase(f'{parent} -> {child}' for parent, child in pairs)}"
         return wrong(message, "say which: odom_frame: NAME")
@@ -99,10 +98,8 @@ def kind_of(publisher: Publisher) -> str:
     """Return which kind of node a publisher is: AMCL, SLAM or FILTER; empty for another one."""
     if publisher.kind != NODE or _NO_FILTER in publisher.name:
         return ""
-    for kind in (AMCL, SLAM, FILTER):
-        if publisher.package in kinds("")[kind].packages or publisher.name in kinds("")[kind].names:
-            return kind
-    return ""
+    known = [kinds("")[kind] for kind in (AMCL, SLAM, FILTER)]
+    return next((one.name for one in known if publisher.package in one.packages or publisher.name in one.names), "")
 
 
 def owners_of_odom(robot: Robot, frames: Frames) -> set[str]:

@@ -225,8 +225,7 @@ def against_robot(
 
 
 def _texts(value: Any) -> list[str]:
-    values = value if isinstance(value, (list, tuple)) else [value]
-    return [one for one in values if isinstance(one, str) and one]
+    return [one for one in (value if isinstance(value, (list, tuple)) else [value]) if isinstance(one, str) and one]
 
 
 def _differing(name: str, key: str, value: Any, expected: Any, severity: str) -> Iterator[Finding]:
@@ -288,11 +287,10 @@ def _interfaces(name: str, kind: str, values: Mapping[str, Any], robot: Robot) -
             yield Finding("controller-interface", message, key, help, WARNING)
             break
     sensors = {one.name for block in robot.control for one in block.sensors}
-    for sensor in _texts(values.get("sensor_name")):
-        if sensor not in sensors:
-            message = f'"sensor_name" of {name} is "{sensor}", and no hardware block has a sensor of this name'
-            help_ = Suggestion(sensor, sensors, none=f"in control: sensors: {{{sensor}: {{}}}}")
-            yield Finding("controller-interface", message, "sensor_name", help_, WARNING)
+    for sensor in [one for one in _texts(values.get("sensor_name")) if one not in sensors]:
+        message = f'"sensor_name" of {name} is "{sensor}", and no hardware block has a sensor of this name'
+        help_ = Suggestion(sensor, sensors, none=f"in control: sensors: {{{sensor}: {{}}}}")
+        yield Finding("controller-interface", message, "sensor_name", help_, WARNING)
 
 
 _UNSUPPORTED = {"controllers.*.inactive": Unsupported("the launch file of a package starts it so", quiet=True)}

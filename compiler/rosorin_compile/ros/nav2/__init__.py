@@ -89,10 +89,9 @@ def _basics(robot: Robot, output: Output) -> tuple[_Basics | None, list[Problem]
             message = f'sensor "{sensor}" has the type {sensors[sensor]}, which sees no obstacles for a costmap'
             add("nav2-source", message, path, "name a lidar or a depth camera")
     sources = _sources(robot, output)
-    for one in sources:
-        if not one.topic:
-            path = ("sources", one.name, "sensor")
-            add("nav2-source", f'sensor "{one.sensor.name}" has no topic', path, "add topic: NAME")
+    for one in [one for one in sources if not one.topic]:
+        path = ("sources", one.name, "sensor")
+        add("nav2-source", f'sensor "{one.sensor.name}" has no topic', path, "add topic: NAME")
     if frames is None:
         return None, wrong
     base = str(output.options.get("base_frame", frames.moved))

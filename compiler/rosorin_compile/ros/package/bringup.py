@@ -72,8 +72,7 @@ class Bringup:
 
     @cached_property
     def _distribution(self) -> str:
-        first = [self.outputs[_CONTROLLERS]] if _CONTROLLERS in self.outputs else []
-        outputs = (*first, *self.robot.outputs)
+        outputs = (*filter(None, [self.outputs.get(_CONTROLLERS)]), *self.robot.outputs)
         words = (one.options.get("distribution") or one.options.get("control") for one in outputs)
         return described_by(str(next(filter(None, words), JAZZY)))
 
@@ -229,8 +228,6 @@ def bringup(robot: Robot, placed: Mapping[str, Artifact], starts: Sequence[str])
         MOVEIT: "" if _SRDF in outputs else "an SRDF",
         NAV2: "" if outputs.keys() & {NAV2, _EKF} else "their parameters",
     }
-    for word in made.starts:
-        if missing[word]:
-            message = f"--{word} is for {_FILES[word][1]}: no output has {missing[word]}"
-            return made, error("package-start", message, None, _OUTPUTS[word])
-    return made, None
+    wrong = next((word for word in made.starts if missing[word]), "")
+    message = f"--{wrong} is for {_FILES[wrong][1]}: no output has {missing[wrong]}" if wrong else ""
+    return made, error("package-start", message, None, _OUTPUTS[wrong]) if wrong else None

@@ -129,7 +129,7 @@ def deploy(
     except (LoadError, OutputError) as problem:
         diagnostics.append(problem.diagnostic)
     except OSError as problem:
-        diagnostics.append(_unreadable(folder, problem))
+        diagnostics.append(report("deploy-unreadable", f"cannot read {folder}: {problem.strerror or problem}"))
     return replace(result, diagnostics=tuple(diagnostics))
 
 
@@ -177,8 +177,8 @@ def _plan(
         planned.append(moved)
     for artifact in planned:
         if beside := FORMATS[artifact.backend].beside:
-            places_of_all = {one.file for one in planned}
-            diagnostics += missing_files(artifact.file, beside(artifact.text), places_of_all, folder)
+            files_of_all = {one.file for one in planned}
+            diagnostics += missing_files(artifact.file, beside(artifact.text), files_of_all, folder)
     if left := [one.output for one in artifacts if one.output not in chosen and places.get(one.output) != NOWHERE]:
         message = f"no copy of {', '.join(left)} is in {folder}, and none is put there"
         diagnostics.append(report("deploy-nowhere", message))
@@ -208,10 +208,6 @@ def _check_use(planned: Sequence[Artifact], folder: Path) -> Iterator[Diagnostic
 
 def _last(artifact: Artifact) -> str:
     return artifact.file.rpartition("/")[2]
-
-
-def _unreadable(folder: Path, problem: OSError) -> Diagnostic:
-    return report("deploy-unreadable", f"cannot read {folder}: {problem.strerror or problem}")
 
 
 @dataclass(frozen=True)
@@ -262,7 +258,7 @@ def check_deployed(
         except LoadError as problem:
             diagnostics.append(problem.diagnostic)
         except OSError as problem:
-            diagnostics.append(_unreadable(folder, problem))
+            diagnostics.append(report("deploy-unreadable", f"cannot read {folder}: {problem.strerror or problem}"))
     inputs = tuple(map(str, request.inputs(compiled)))
     return replace(result, inputs=inputs, diagnostics=tuple(diagnostics))
 
@@ -301,8 +297,8 @@ def _compare(
     if others := ", ".join(_last(one) for one in absent if one not in needed):
         diagnostics.append(report("deployed-missing", f"there is no copy of {others} in {folder}", severity=NOTE))
     diagnostics += check_launch_files(robot, folder, files, [place for place in by_place if place.endswith(".py")])
-    differing = tuple(place for place, _ in unlike)
-    return CheckedCopies(robot.name, tuple(same), differing, tuple(lines), tuple(unlike))
+    differing = (place for place, _ in unlike)
+    return CheckedCopies(robot.name, tuple(same), tuple(differing), tuple(lines), tuple(unlike))
 
 
 def _written_by_package(

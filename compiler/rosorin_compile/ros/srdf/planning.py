@@ -266,8 +266,7 @@ def stale_text(pairs: list[Pair]) -> str:
 
 
 def _hash(contents: Any, length: int = 16) -> str:
-    text = json.dumps(contents, sort_keys=True, separators=(",", ":"))
-    return sha256(text.encode()).hexdigest()[:length]
+    return sha256(json.dumps(contents, sort_keys=True, separators=(",", ":")).encode()).hexdigest()[:length]
 
 
 def _solid(shape: Shape) -> list[Any]:

@@ -244,10 +244,9 @@ def _block(case: Case, block: Block, owners: dict[tuple[str, str, str], Block]) 
             message = f'"{one.name}" has commands, and a sensor takes none'
             yield problem("control-type", message, (*path, "command"), key=True)
         yield from _params(case, block, one.params, of, path)
-        for name in ("mimic", "multiplier") if section == "joints" else ():
-            if name in one.params:
-                message = f'{of} has a parameter "{name}", which comes from the mimic of the joint'
-                yield problem("control-param", message, (*path, "params", name), key=True)
+        for name in [name for name in ("mimic", "multiplier") if section == "joints" and name in one.params]:
+            message = f'{of} has a parameter "{name}", which comes from the mimic of the joint'
+            yield problem("control-param", message, (*path, "params", name), key=True)
         yield from _words(case, block, section, one, of)
         if section == "joints" and one.name not in case.robot.joint:
             continue  # which has a rule of its own

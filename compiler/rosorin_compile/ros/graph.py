@@ -21,25 +21,24 @@ from .ports import IN, OUT, Port, Role, controller_ports, full_topic, message_of
 
 CONTROL, MOVEIT, NAV2 = "control", "moveit", "nav2"
 DRIVER, NODE = "driver", "node"
+_Remaps = Iterable[tuple[str, str]]
 _SCANS = "sensor_msgs/msg/LaserScan"
 _OBSTACLE_MESSAGES = (_SCANS, "sensor_msgs/msg/PointCloud2")
 
 
 @dataclass(frozen=True)
 class End:
-    """An end of a topic: the node, the full name of the topic, the type of its messages, the port and its parameter."""
+    """An end of a topic: the node, the full name of the topic, the type of its messages, the port and its parameter.
+
+    ``reliable`` messages are sent until they arrive.
+    """
 
     node: str
     topic: str
     type: str
     port: Port
     key: str = ""
-    reliability: str = ""
-
-    @property
-    def is_reliable(self) -> bool:
-        """Return True if messages are sent until they arrive: by the node's default, or by a parameter of its QoS."""
-        return (self.reliability or self.port.qos) != "best_effort"
+    reliable: bool = True
 
 
 @dataclass
@@ -60,24 +59,19 @@ class Graph:
         return [one for one in self.read if one.topic == end.topic and one.type == end.type]
 
     def add(
-        self,
-        name: str,
-        those: Iterable[Port],
-        values: Mapping[str, Any],
-        namespace: str = "",
-        remaps: Iterable[tuple[str, str]] = (),
+        self, name: str, those: Iterable[Port], values: Mapping[str, Any], space: str = "", remaps: _Remaps = ()
     ) -> None:
-        """Add a node with its ports, its parameters by full key, and the remaps of its launch file."""
+        """Add a node with its ports, its parameters by full key, its namespace, and the remaps of its launch file."""
         self.nodes[name] = NODE
         own = name.rpartition("/")[2]
-        moved = {full_topic(old, namespace, own): new for old, new in remaps}
+        moved = {full_topic(old, space, own): new for old, new in remaps}
         for port in those:
             for key, topic, message in _topics(port, values) if port.exists(values) else ():
-                full = full_topic(topic, namespace, own)
-                full = full_topic(moved.get(full, full), namespace, own)
+                full = full_topic(topic, space, own)
+                full = full_topic(moved.get(full, full), space, own)
                 side, ends = ("subscription", self.read) if port.direction == IN else ("publisher", self.published)
-                override = str(values.get(f"qos_overrides.{full}.{side}.reliability", ""))
-                ends.append(End(name, full, message, port, key, override))
+                qos = values.get(f"qos_overrides.{full}.{side}.reliability") or port.qos
+                ends.append(End(name, full, message, port, key, qos != "best_effort"))
 
 
 def _topics(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
@@ -148,9 +142,8 @@ def graph_of(robot: Robot, starts: Sequence[str]) -> Graph:
         if sensor.name not in broadcast:
             node = f"driver of {sensor.name}"
             made.nodes[node] = DRIVER
-            qos = "reliable" if sensor.type == "imu" else "best_effort"  # as drivers of such sensors publish
-            port = Port(node, OUT, topic, sensor.type, qos=qos)
-            made.published.append(End(node, full_topic(topic, "", ""), message, port))
+            port, reliable = Port(node, OUT, topic, sensor.type), sensor.type == "imu"  # as drivers publish
+            made.published.append(End(node, full_topic(topic, "", ""), message, port, reliable=reliable))
     return made
 
 
@@ -168,7 +161,7 @@ def topics_of_sensors(robot: Robot) -> Iterator[tuple[Sensor, str, str]]:
 
 def mismatched_qos(reader: End, publishers: Sequence[End]) -> str:
     """Return a message if a reader needs reliable messages and its publishers send none, else an empty text."""
-    if not reader.is_reliable or not publishers or any(one.is_reliable for one in publishers):
+    if not reader.reliable or not publishers or any(one.reliable for one in publishers):
         return ""
     who, sender = reader.node.strip("/"), publishers[0].node.strip("/")
     message = f"{who} needs reliable messages on {reader.topic} and gets none: {sender} sends them as best effort"

@@ -1,7 +1,4 @@
-"""Launch files of users: the nodes that they start, and their static transforms, compared with the description.
-
-The files are parsed, but never run. In Python files, only plain values are evaluated; other values are unknown.
-"""
+"""Launch files of users: their nodes, and their static transforms against the description; no file is ever run."""
 
 from __future__ import annotations
 

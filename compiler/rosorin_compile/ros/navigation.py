@@ -6,8 +6,8 @@ that leads to its parent is the map (REP 105). The kind of a node follows from i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
 
 from rosorin_compile.model import Output, Publisher, Robot
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
@@ -116,12 +116,11 @@ def stated_topic(robot: Robot, name: str) -> str:
     return next((str(one) for one in topics if one not in (name, None)), "")
 
 
-def diagnose(case: Case, output: Output, find: Callable[[Robot, Output], Sequence[Problem]]) -> Iterator[Diagnostic]:
-    """Yield the problems that ``find`` returns for an output, with positions; none if the robot is not a tree."""
-    if not case.robot.is_tree:
-        return
+def diagnose(case: Case, output: Output, find: Callable[[Robot, Output], tuple[Any, ...]]) -> Iterator[Diagnostic]:
+    """Yield the problems that ``find`` returns last, with positions; none if the robot is not a tree."""
     entry: Path = ("outputs", output.name)
-    for one in find(case.robot, output):
+    problems: list[Problem] = find(case.robot, output)[-1] if case.robot.is_tree else []
+    for one in problems:
         path = one.path if one.absolute else (*entry, *one.path)
         key = one.key or not exists(case.tree, path)
         yield case.problem(one.rule, one.message, path, one.help, severity=one.severity, key=key)

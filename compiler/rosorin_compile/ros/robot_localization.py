@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.drive import driving_of
-from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Suggestion, phrase, quote
 
 from .controllers.write import drivers, is_whole
@@ -147,11 +147,6 @@ def topic(robot: Robot, name: str, one: Mapping[str, Any]) -> str:
     return stated_topic(robot, one.get("sensor") or (known[0] if len(known) == 1 else ""))
 
 
-def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Yield what is wrong with an entry."""
-    yield from diagnose(case, output, lambda robot, output: _content(robot, output)[2])
-
-
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the parameters of a filter. The options are in the record."""
     node, lead, _ = _content(robot, output)
@@ -174,7 +169,7 @@ FORMAT = parameter_file(
     rank=63,
     covers=("robot", "edges.parent", "edges.child", "edges.publisher", "publishers.node"),
     file="ekf.yaml",
-    check=check,
+    check=partial(diagnose, find=_content),
     write=write,
     view=view,
 )

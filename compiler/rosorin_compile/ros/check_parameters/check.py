@@ -1,7 +1,4 @@
-"""Check parameter files and remaps against one robot.
-
-Remaps of the command line and of launch files decide which topic a node reads or publishes.
-"""
+"""Check parameter files, with the remaps of the command line and of launch files, against one robot."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The controllers of a description with all their parameters, and the text of controllers.yaml.
-
-Values from the description override those derived from the robot (``derive``). Each number is written as its type.
-"""
+"""The controllers of a description with their parameters, set or derived from the robot, and controllers.yaml."""
 
 from __future__ import annotations
 
@@ -62,10 +59,6 @@ def derive(robot: Robot, controller: Controller, plugin: str) -> RobotParameters
 
 
 def _of_drive(robot: Robot, controller: Controller, kind: str) -> RobotParameters:
-    """Return the parameters of a controller of the drive.
-
-    By default, the controller would prefix the frames with its namespace; here they keep the names of the description.
-    """
     if robot.drive is None or robot.drive.kind != kind:
         why = f"the drive is {robot.drive.kind}, not {kind}" if robot.drive else "the description has no drive"
         return RobotParameters({}, why)
@@ -75,6 +68,7 @@ def _of_drive(robot: Robot, controller: Controller, kind: str) -> RobotParameter
         return RobotParameters({}, str(problem))
     base = _base(robot, driving.frame)
     edges, navigates = [edge for edge in robot.edges if edge.child == base], _navigates(robot)
+    # Without the switch, the controller prefixes the frames with its namespace.
     values: dict[str, Any] = {"base_frame_id": base, "tf_frame_prefix_enable": False}
     # Nav2 of Humble sends no header; a key of Humble alone.
     values |= {"use_stamped_vel": False} if navigates else {}

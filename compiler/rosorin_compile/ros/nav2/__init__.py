@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from functools import partial
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import HUMBLE
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Mesh, Output, Robot, Sensor
 from rosorin_compile.model.mesh_vertices import clouds_of, why_unread
-from rosorin_compile.rules.case import Case, report
+from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Help, Suggestion, error, phrase
 from rosorin_compile.source.tree import Path
 
@@ -187,11 +188,6 @@ def _round(height: float) -> float:
     return round(height * 1000) / 1000 + 0.0
 
 
-def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Yield what is wrong with an entry."""
-    yield from diagnose(case, output, lambda robot, output: _basics(robot, output)[1])
-
-
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the parameters of a robot for Nav2. The options are in the record."""
     made, found = _basics(robot, output)
@@ -314,7 +310,7 @@ FORMAT = parameter_file(
     rank=62,
     covers=("robot", "edges.parent", "edges.child"),
     file="nav2.yaml",
-    check=check,
+    check=partial(diagnose, find=_basics),
     write=write,
     view=view,
     measures=True,

@@ -1,7 +1,4 @@
-"""The launch files of a package that start controllers, MoveIt and navigation, and the files that MoveIt needs.
-
-The parameters of the other nodes are artifacts: controllers.yaml, the SRDF, those of Nav2 and of robot_localization.
-"""
+"""The launch files of a package that start controllers, MoveIt and navigation, and the files that MoveIt needs."""
 
 from __future__ import annotations
 

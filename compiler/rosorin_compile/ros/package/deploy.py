@@ -102,7 +102,8 @@ def deploy(
     try:
         with open_package_folder(folder, dry_run) as target:
             files = files_below(folder, skip_built=True)
-            planned = _plan(made, compiled.artifacts, folder, files, chosen, diagnostics)
+            planned, found = _plan(made, compiled.artifacts, folder, files, chosen)
+            diagnostics += found
             texts = {one.file: one.text.encode() for one in planned}
             old = {name: read_bytes(folder / name) for name in texts if is_file(folder / name)}
             for one in planned:
@@ -134,15 +135,10 @@ def deploy(
 
 
 def _plan(
-    robot: Robot,
-    artifacts: Sequence[Artifact],
-    folder: Path,
-    files: Sequence[str],
-    places: Mapping[str, str],
-    diagnostics: list[Diagnostic],
-) -> list[Artifact]:
+    robot: Robot, artifacts: Sequence[Artifact], folder: Path, files: Sequence[str], places: Mapping[str, str]
+) -> tuple[list[Artifact], list[Diagnostic]]:
     """Return each artifact for its place: by ``places``, else where a copy is, else by its kind; none on an error."""
-    chosen: dict[str, str] = {}
+    chosen, diagnostics = dict[str, str](), list[Diagnostic]()
     for artifact in artifacts:
         format, help = FORMATS[artifact.backend], f"say --map {artifact.output}=PLACE ({NOWHERE} for nowhere)"
         place, problem = places.get(artifact.output, ""), ""
@@ -164,7 +160,7 @@ def _plan(
         if problem:
             diagnostics.append(report("deploy-ambiguous", problem, None, help))
     if has_errors(diagnostics):
-        return []
+        return [], diagnostics
     going = [one for one in artifacts if one.output in chosen]
     urdf = next((chosen[one.output] for one in going if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), "")
     planned, package = [], package_of(folder)
@@ -182,7 +178,7 @@ def _plan(
     if left := [one.output for one in artifacts if one.output not in chosen and places.get(one.output) != NOWHERE]:
         message = f"no copy of {', '.join(left)} is in {folder}, and none is put there"
         diagnostics.append(report("deploy-nowhere", message))
-    return planned
+    return planned, diagnostics
 
 
 def _check_use(planned: Sequence[Artifact], folder: Path) -> Iterator[Diagnostic]:

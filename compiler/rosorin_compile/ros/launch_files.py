@@ -9,10 +9,9 @@ import re
 import shlex
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 from rosorin_compile.formats.ros_packages import is_launch_file
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Pose, Robot, Transform
@@ -57,8 +56,7 @@ class _Unknown(Exception):
     """The value of an expression is known only when the program runs."""
 
 
-@dataclass(frozen=True)
-class Remap:
+class Remap(NamedTuple):
     """A remap with the names as they are written; ``node`` is the name of the node that it is for, empty for all."""
 
     name: str
@@ -67,8 +65,7 @@ class Remap:
     node: str = ""
 
 
-@dataclass(frozen=True)
-class LaunchNode:
+class LaunchNode(NamedTuple):
     """A node in a launch file, or, without a name, a remap of all nodes; None means a value only known at runtime."""
 
     name: str
@@ -270,8 +267,7 @@ def _value(node: ast.expr, names: Names) -> Any:
     raise _Unknown
 
 
-@dataclass(frozen=True)
-class StaticTransform:
+class StaticTransform(NamedTuple):
     """A transform of a launch file, with the texts of its arguments by flag."""
 
     parent: str

@@ -12,7 +12,6 @@ import math
 import operator
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import cache
 from types import NoneType
 from typing import Any, NamedTuple
@@ -72,8 +71,7 @@ def _pattern(name: str) -> re.Pattern[str]:
     return re.compile("".join(pieces))
 
 
-@dataclass(frozen=True)
-class Kind:
+class Kind(NamedTuple):
     """A kind of node, with its keys by name; ``complete`` means that it has no others.
 
     The keys are those of all distributions; types and defaults are of ``distribution``. ``names`` are those that the
@@ -91,7 +89,7 @@ class Kind:
     signs: Sequence[str] = ()
     strips_slash: bool = False
     odometry: str = ""
-    transform: Mapping[str, str] = field(default_factory=dict)
+    transform: Mapping[str, str] = {}
 
     def key(self, name: str) -> Key | None:
         """Return the key that matches a name; one without variables is preferred."""

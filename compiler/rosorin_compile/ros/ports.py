@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from rosorin_compile.source import files
 from rosorin_compile.source.project import data_folder
@@ -22,8 +21,7 @@ class Role:
     IMU, TF, JOINT_STATES = "imu", "tf", "joint_states"
 
 
-@dataclass(frozen=True)
-class Port:
+class Port(NamedTuple):
     """A topic that a node, or a type of controller, reads or publishes; the fields are explained in the file.
 
     ``topic`` is the name after the remaps of nav2_bringup. ``stamp_parameter`` chooses between messages with and
@@ -93,7 +91,7 @@ def short_type(message: str) -> str:
 
 def _port(owner: str, entry: Mapping[str, Any], distribution: str, group: str) -> Port:
     direction = IN if IN in entry else OUT
-    known = {key: entry[key] for key in Port.__dataclass_fields__ if key in entry}
+    known = {key: entry[key] for key in Port._fields if key in entry}
     known |= {"node": owner, "direction": direction, "group": group, "when": tuple(entry.get("when", {}).items())}
     known |= {"topic": entry.get("bringup", {}).get(distribution, entry[direction]), "stamped": False}
     for key, defaults in entry.get("stamped", {}).items():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -199,7 +199,7 @@ def _launch_remaps(path: Path, diagnostics: list[Diagnostic]) -> list[Remap]:
         for span, what in [*spans, *((one.span, "which topic is remapped") for one in unknown)]:
             message, help = f"{what} is known only when the launch file runs", "pass it: --remap NODE:FROM:=TO"
             diagnostics.append(report("parameters-launch", message, span, help, severity=WARNING))
-        remaps += [replace(one, node=name) for one in node.remaps or () if one not in unknown]
+        remaps += [one._replace(node=name) for one in node.remaps or () if one not in unknown]
         remaps += _of_arguments([word or "" for word in node.arguments or ()], name)
     return remaps
 
@@ -209,7 +209,7 @@ def _of_arguments(words: Sequence[str], node: str) -> Iterator[Remap]:
         if flag in ("-r", "--remap"):
             with suppress(RequestError):  # which the node refuses, too
                 remap = _parse_remap(word)
-                yield replace(remap, node=remap.node or node)
+                yield remap._replace(node=remap.node or node)
         elif flag == "--controller-ros-args":
             spawned = next((one for one in words if not one.startswith("-")), "")
             yield from _of_arguments(word.split(), spawned)

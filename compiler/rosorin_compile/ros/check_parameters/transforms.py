@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from rosorin_compile.model.joint import NODE
 from rosorin_compile.rules.case import Case
@@ -24,8 +24,7 @@ def remapped_topics(node: Node, remaps: Iterable[Remap]) -> dict[str, str]:
     return {node.topic(one.name): node.topic(one.to) for one in reversed(mine)}
 
 
-@dataclass(frozen=True)
-class Claim:
+class Claim(NamedTuple):
     """A transform that a node publishes or could publish; ``silent`` is why it does not reach tf, or empty if it does.
 
     ``switch`` is the value of the parameter ``key``, which decides that; ``fix`` is how the node would publish it.
@@ -64,12 +63,12 @@ def claims(nodes: Iterable[Node], remaps: Sequence[Remap]) -> list[Claim]:
         if kind is None or claim is None:
             continue
         if not claim.switch.value:
-            claim = replace(claim, silent=claim.because)
+            claim = claim._replace(silent=claim.because)
         name = kind.odometry or "/tf"
         full = remapped_topics(node, remaps).get(node.topic(name), node.topic(name))
         if not claim.silent and full not in ("/tf", node.topic("tf")):
             fix = f"remap {full} to /tf: --remap {node.name}:{name}:=/tf, if the launch file does"
-            claim = replace(claim, silent=f"publishes on {full}, which nothing remaps to /tf", fix=fix)
+            claim = claim._replace(silent=f"publishes on {full}, which nothing remaps to /tf", fix=fix)
         found.append(claim)
     return found
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import shlex
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -138,8 +137,7 @@ def launch_files(carried: Carried | None) -> Iterator[PackageFile]:
         yield PackageFile(f"launch/{PUBLISHER}", "publisher.launch.py", about)
 
 
-@dataclass(frozen=True)
-class Carried:
+class Carried(NamedTuple):
     """A description in a package: its main file, all its files by place, and its arguments.
 
     ``urdf`` and ``statics`` are the outputs that are printed at launch; ``packages`` are the ROS packages it reads.

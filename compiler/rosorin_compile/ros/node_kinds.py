@@ -19,9 +19,8 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats.format import HUMBLE, JAZZY
 from rosorin_compile.model import Publisher
 from rosorin_compile.model.joint import NODE
-from rosorin_compile.rules.case import report
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Help, Related, Span, Suggestion, phrase, quote
-from rosorin_compile.source.wording import suggest
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Help, Related, Span, Suggestion, diagnostic
+from rosorin_compile.source.wording import phrase, quote, suggest
 
 from .ports import Role, distribution_of_ports, facts, port_of
 
@@ -253,23 +252,20 @@ def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
 
 
 class Finding(NamedTuple):
-    """A problem of a parameter (of its name with ``at_key``) or of a node; ``known`` may replace an ``unknown`` one.
-
-    The severity is that of the rule unless it is set.
-    """
+    """A problem of a parameter (of its name with ``at_key``) or of a node; ``known`` may replace an ``unknown`` one."""
 
     rule: str
     message: str
     key: str = ""
     help: Help = ""
-    severity: str = ""
+    severity: str = ERROR
     at_key: bool = False
     unknown: str = ""
     known: Collection[str] = ()
 
     def place(self, span: Span | None, related: Iterable[Related] = ()) -> Diagnostic:
         """Return the diagnostic at a place in a file."""
-        return report(self.rule, self.message, span, self.help, related, self.severity)
+        return diagnostic(self.rule, self.severity, self.message, span, self.help, related)
 
 
 def against_kind(name: str, kind: Kind | None, values: Mapping[str, Any]) -> Iterator[Finding]:
@@ -299,7 +295,7 @@ def against_kind(name: str, kind: Kind | None, values: Mapping[str, Any]) -> Ite
 
 def _unknown(name: str, kind: Kind, key: str, values: Mapping[str, Any], of_others: Key | None) -> Iterator[Finding]:
     """Report that a kind does not have a key; ``of_others`` is the key in other distributions."""
-    names, severity = kind.like(key), ""
+    names, severity = kind.like(key), ERROR
     close = difflib.get_close_matches(key, names - values.keys(), n=1, cutoff=_SIMILAR)
     help = Suggestion(key, names, instead=REMOVE) if kind.complete else suggest(close[0]) if close else ""
     if of_others is not None:

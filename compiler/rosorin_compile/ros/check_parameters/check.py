@@ -147,7 +147,7 @@ def _check_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnosti
     """Validate the parameters of a node; those of a controller are also compared with the robot."""
     wrong = of_type(node.shown, node.type, distribution) if node.type else None
     yield from (one.place(node.type_span) for one in [wrong] if one)
-    if wrong is not None and wrong.severity not in (WARNING, NOTE):
+    if wrong is not None and wrong.severity == "error":
         return  # every key would be reported as wrong
     diagnostics = list(check_node(node))
     yield from diagnostics
@@ -161,7 +161,7 @@ def _check_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnosti
     kind = full_type(node.type)
     known = derive(case.robot, Controller(node.name, kind, values), kind)
     moving = any(not joint.is_fixed for joint in case.robot.joints)
-    for one in against_robot(node.shown, kind, values, known, case.robot, ""):
+    for one in against_robot(node.shown, kind, values, known, case.robot, "error"):
         if one.rule == "controller-name" and not moving:
             continue  # a description of where things are mounted
         if wrong is not None:  # the package is unknown, so its keys may have another meaning

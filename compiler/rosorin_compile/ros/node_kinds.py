@@ -95,8 +95,8 @@ class Kind(NamedTuple):
         patterns = (key for key in self.keys.values() if key.many and _pattern(key.name).fullmatch(name))
         return self.keys.get(name) or next(patterns, None)
 
-    def __contains__(self, name: str) -> bool:
-        key = self.key(name)
+    def __contains__(self, name: object) -> bool:
+        key = self.key(str(name))
         return key is not None and self.has(key)
 
     def has(self, key: Key) -> bool:

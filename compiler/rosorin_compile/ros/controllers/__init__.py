@@ -293,15 +293,13 @@ def _interfaces(name: str, kind: str, values: Mapping[str, Any], robot: Robot) -
         yield Finding("controller-interface", message, "sensor_name", help_, WARNING)
 
 
-_UNSUPPORTED = {"controllers.*.inactive": Unsupported("the launch file of a package starts it so", quiet=True)}
-
 FORMAT = parameter_file(
     "controllers",
     word="controllers.yaml",
     about="the parameters of ros2_control's controllers",
     rank=61,
     covers=("robot", "controllers", "drive"),
-    unsupported=_UNSUPPORTED,
+    unsupported={"controllers.*.inactive": Unsupported("the launch file of a package starts it so", quiet=True)},
     file="controllers.yaml",
     check=check,
     write=write,

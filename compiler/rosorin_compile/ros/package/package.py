@@ -16,7 +16,8 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 from rosorin_compile.output import OutputError, digest, open_package_folder
 from rosorin_compile.request import FilePath, Packages, Request, Values
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, has_errors
+from rosorin_compile.rules.case import report
+from rosorin_compile.source.diagnostics import Diagnostic, error, has_errors
 from rosorin_compile.source.files import exists, is_file, read_bytes
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.yaml_text import Scalar
@@ -199,11 +200,11 @@ def make(
     if undecided:
         message = f"package.xml does not name the maintainer or the license yet ({', '.join(undecided)})"
         help = "--maintainer 'NAME <MAIL>', --license with an SPDX name such as Apache-2.0"
-        remarks.append(Diagnostic("package-defaults", NOTE, message, None, (), help))
+        remarks.append(report("package-defaults", message, None, help))
     if options.license not in (*LICENSES, NO_LICENSE) and not is_file(target / LICENSE):
         message = f"there is no LICENSE in the package: the tool does not carry the text of {options.license}"
         help = f"put the text of the license into {target / LICENSE}; it stays there"
-        remarks.append(Diagnostic("package-license", NOTE, message, None, (), help))
+        remarks.append(report("package-license", message, None, help))
     return files, [*diagnostics, *remarks]
 
 

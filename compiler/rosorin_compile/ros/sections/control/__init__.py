@@ -9,7 +9,7 @@ from typing import Any
 from rosorin_compile.language.lower import Problem, entries_of, record_of
 from rosorin_compile.model.sections import Section
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, first_of
+from rosorin_compile.source.diagnostics import Diagnostic, first_of
 from rosorin_compile.source.rule_registry import Heading, rule
 from rosorin_compile.source.tree import Path
 
@@ -32,19 +32,13 @@ def control_of(tree: Mapping[str, Any], _: Problem) -> tuple[Block, ...]:
     return tuple(made)
 
 
-@rule(
-    "control-unused",
-    "A note: no output asks for the hardware blocks of the description.",
-    "`outputs: {urdf: {file: ..., control: jazzy}}`.",
-    Heading.CONTROL,
-)
+@rule("control-unused", "A note: no output has the hardware blocks.", "`control: jazzy` in the URDF.", Heading.CONTROL)
 def control_unused(case: Case) -> Iterator[Diagnostic]:
     """Find hardware blocks that go nowhere: an output asks for them by an option that is called as the section."""
     blocks = case.robot.control
     if blocks and not any(output.options.get("control") for output in case.robot.outputs):
         message = f"no output asks for the hardware blocks ({first_of([one.name for one in blocks], 3)})"
-        help = "in a URDF: control: humble, or jazzy"
-        yield case.problem("control-unused", message, ("control",), help, severity=NOTE, key=True)
+        yield case.problem("control-unused", message, ("control",), "in a URDF: control: humble, or jazzy", key=True)
 
 
 @rule("control-pose", "A hardware block starts in a pose that does not exist.", "Name one of `poses`.", Heading.CONTROL)

@@ -111,10 +111,9 @@ def _basics(robot: Robot, output: Output) -> tuple[_Basics | None, list[Problem]
     if not frames.map and not others:
         message = f"no publisher is described for map -> {frames.odom}: what needs the frame of a map is left out"
         add("navigation-no-map", message, severity=WARNING, key=True)
-    for driver in drivers(robot) if distro_of(output) == HUMBLE else ():
-        if driver.stamped:
-            message = f'controller "{driver.name}" takes TwistStamped, and Nav2 of {HUMBLE.capitalize()} sends Twist'
-            add("nav2-command", message, ("controllers", driver.name), severity=WARNING, absolute=True, key=True)
+    for driver in [one for one in drivers(robot) if one.stamped and distro_of(output) == HUMBLE]:
+        message = f'controller "{driver.name}" takes TwistStamped, and Nav2 of {HUMBLE.capitalize()} sends Twist'
+        add("nav2-command", message, ("controllers", driver.name), severity=WARNING, absolute=True, key=True)
     return _Basics(frames, base, poses.get(str(pose), {}), sources), wrong
 
 
@@ -235,9 +234,9 @@ def _nodes(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> I
     odometry = topics.pop() if len(topics) == 1 else ""
     for port in ports(distribution, role=Role.ODOMETRY, direction=IN, group="nav2") if odometry else ():
         found.setdefault(port.node, {})[port.parameter] = odometry
-    for port in ports(distribution, role=Role.VELOCITY, group="nav2") if driving else ():
-        if port.stamp_parameter:
-            found.setdefault(port.node, {})[port.stamp_parameter] = driving[0].stamped
+    stamping = [one for one in ports(distribution, role=Role.VELOCITY, group="nav2") if one.stamp_parameter]
+    for port in stamping if driving else ():
+        found.setdefault(port.node, {})[port.stamp_parameter] = driving[0].stamped
     if robot.drive is not None and robot.drive.slides:  # Nav2's own limits keep every base from going sideways
         for name, limits in facts_of["sideways"][distribution].items():
             found[name] |= limits

@@ -48,8 +48,8 @@ class Meshes(NamedTuple):
 
 def file_names(text: str, is_sdf: bool = False) -> list[str]:
     """Return the names of the mesh and texture files of a URDF or an SDF, each once, in their order."""
-    pattern = _OF_SDF if is_sdf else _FILE
-    return list(dict.fromkeys(unescape(match[2], _ENTITIES) for match in pattern.finditer(text)))
+    found = (_OF_SDF if is_sdf else _FILE).finditer(text)
+    return list(dict.fromkeys(unescape(match[2], _ENTITIES) for match in found))
 
 
 def place_meshes(

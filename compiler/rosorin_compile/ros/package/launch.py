@@ -201,19 +201,17 @@ def _absolute(path: Path) -> Path:
 
 def _problems(top: Path, files: Sequence[Path], main: Artifact, package: str) -> Iterator[Diagnostic]:
     """Yield the files that the description, and the meshes that its URDF, would not find from the package."""
-    for one in files:
-        if not one.is_relative_to(top):
-            message = f"{one} is read, and is outside the project {top}: no package can carry it"
-            yield report(_RULE, message, _mention(one.name, files))
+    for one in [one for one in files if not one.is_relative_to(top)]:
+        message = f"{one} is read, and is outside the project {top}: no package can carry it"
+        yield report(_RULE, message, _mention(one.name, files))
     if span := _mention(f"{top}{os.sep}", files):
         message = "a file is named by its absolute path, which another machine does not have"
         yield report(_RULE, message, span, "name it relative to the file that names it")
-    for name in file_names(main.text):
-        if "://" not in name and not name.startswith("/"):
-            message = f"mesh {name} is named by a path, and a URDF that is compiled at launch is in no folder"
-            inside = name if name.startswith("meshes/") else f"meshes/{name.rpartition('/')[2]}"
-            help = f"write package://{package}/{inside} in the description; the file is copied into the package"
-            yield report(_RULE, message, _mention(name, files), help)
+    for name in [name for name in file_names(main.text) if "://" not in name and not name.startswith("/")]:
+        message = f"mesh {name} is named by a path, and a URDF that is compiled at launch is in no folder"
+        inside = name if name.startswith("meshes/") else f"meshes/{name.rpartition('/')[2]}"
+        help = f"write package://{package}/{inside} in the description; the file is copied into the package"
+        yield report(_RULE, message, _mention(name, files), help)
 
 
 def _mention(name: str, files: Iterable[Path]) -> Span | None:

@@ -120,9 +120,8 @@ def picture(
         if transparent:
             pixels[..., :3] = pixels[..., :3].astype("uint16") * 255 // pixels[..., 3:].clip(1)
         pixels = pixels if transparent else pixels[..., :3]
-        write_file(
-            target, png(pixels, f" picture: the robot {shown.name}"), looked.files, None if force else may_replace
-        )
+        content = png(pixels, f" picture: the robot {shown.name}")
+        write_file(target, content, looked.files, None if force else may_replace)
     except MemoryError:
         message = f"{shown.name} cannot be drawn: out of memory; --collision draws simpler shapes"
         return replace(failed, diagnostics=(*diagnostics, error("picture-file", message, None)))
@@ -165,9 +164,9 @@ def _direction(text: str) -> Vector:
     """Return the direction to the camera of a named view, or of two angles. Raises RequestError."""
     if text in VIEWS:
         return VIEWS[text]
-    parts = [Quantity.parse(part.strip()) for part in text.split(",")]
-    if len(parts) == 1:
+    if "," not in text:
         raise UnknownName("view", text, (*VIEWS, "AZIMUTH,ELEVATION, such as 30deg,20deg"))
+    parts = [Quantity.parse(part.strip()) for part in text.split(",")]
     angles = [float(part) for part in parts if part is not None and part.unit == "rad"]
     if len(parts) != 2 or len(angles) != 2:
         raise RequestError(f'"{text}" is not AZIMUTH,ELEVATION, such as 30deg,20deg')

@@ -82,7 +82,7 @@ class Scene:
             own = own_colours(robot)[link.name]
             veil = (_OVERLAY if collision else own) if robot.has_looks else robot.look_of(link) or own
             lost = any(isinstance(shape.geometry, Mesh) and shape.geometry not in meshes for shape in link.visual)
-            solids = [(solid, robot.colour(solid), 1) for shape in link.visual for solid in shape.drawn()]
+            solids = [(solid, robot.colour(solid), robot.has_looks) for shape in link.visual for solid in shape.drawn()]
             drawn = collision or lost or not robot.has_looks
             solids += [(solid, veil, drawn) for shape in link.collision for solid in shape.drawn()]
             for solid, rgba, visible in solids:
@@ -123,19 +123,16 @@ def _surface(geometry: Box | Cylinder | Capsule | Sphere | Ellipsoid | HeightMap
     return quads[..., [(0, 1, 2), (2, 3, 0)], :].reshape(-1, 3, 3)
 
 
-def _unit(vectors: Floats) -> Floats:
-    scaled: Floats = vectors / np.linalg.norm(vectors, axis=-1, keepdims=True).clip(1e-300)
-    return scaled
-
-
 def _normals(triangles: Floats) -> Floats:
     """Return normals (n, 3, 3): averaged over the faces at a corner where the surface is round, else of the face."""
     faces = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]).repeat(3, axis=0)
     size = np.linalg.norm(faces, axis=1, keepdims=True)
     flat = faces / size.clip(max(1e-6 * size.max(initial=0.0), 1e-300))  # the narrowest faces do not count
     corner = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1)
-    mean = _unit(np.stack([np.bincount(corner, weights=side) for side in flat.T], axis=-1))[corner]
-    return np.where((mean * flat).sum(axis=1, keepdims=True) > _SMOOTH, mean, flat).reshape(-1, 3, 3)
+    total = np.stack([np.bincount(corner, weights=side) for side in flat.T], axis=-1)[corner]
+    mean = total / np.linalg.norm(total, axis=1, keepdims=True).clip(1e-300)
+    normals: Floats = np.where((mean * flat).sum(axis=1, keepdims=True) > _SMOOTH, mean, flat)
+    return normals.reshape(-1, 3, 3)
 
 
 class Camera(NamedTuple):
@@ -157,10 +154,11 @@ class Camera(NamedTuple):
         """Return the camera in a direction from a box (2, 3), so that its picture contains the box, as on the page."""
         radius = max(math.dist(*bounds) / 2, 0.02)
         distance = _MARGIN * radius / math.sin(_FIELD_OF_VIEW / 2) / min(1.0, width / height)
-        back = _unit(np.array(direction))
-        right = _unit(np.cross((0.0, 0.0, 1.0) if math.hypot(*back[:2]) > 1e-9 else (1.0, 0.0, 0.0), back))
-        axes, focal = np.stack([right, np.cross(right, back), -back]), height / _FRAME
-        return Camera(bounds.mean(axis=0) + back * distance, axes, focal, width, height, height / 2)
+        back = np.array(direction) / math.hypot(*direction)
+        right = np.cross((0.0, 0.0, 1.0) if math.hypot(*back[:2]) > 1e-9 else (1.0, 0.0, 0.0), back)
+        right /= math.hypot(*right)
+        axes = np.stack([right, np.cross(right, back), -back])
+        return Camera(bounds.mean(axis=0) + back * distance, axes, height / _FRAME, width, height, height / 2)
 
     def project(self, points: Floats) -> tuple[Floats, Floats, Floats]:
         """Return x and y (pixels) of points (..., 3) in the picture, and their depth (m) along the optical axis."""
@@ -329,18 +327,23 @@ def draw_markers(pixels: Pixels, robot: Robot, poses: Mapping[str, Transform], c
 
 def draw_frames(pixels: Pixels, frames: Mapping[str, Transform], camera: Camera, length: float, theme: str) -> None:
     """Draw the axes of frames (m) by their poses in the root frame, and their names where there is room."""
-    names: list[tuple[float, float, float, str]] = []  # left end, right end and middle of a name
+    names: list[tuple[float, float, float, str]] = []  # left end, width and middle of a name
     for name, pose in frames.items():
         x, y, depth = camera.project(np.array([pose.apply(end) for end in (np.eye(4, 3, -1) * length).tolist()]))
         if depth.min() <= 0:
             continue
         for tip, colour in enumerate(AXIS_COLOURS, 1):
             _draw_lines(pixels, [[(x[0], y[0]), (x[tip], y[tip])]], colour, 2.0)
-        wide, least, most = len(name) * _ADVANCE, _LINE / 2, camera.height - _LINE / 2
-        rows = [y[0] + 3 + step * _LINE / 2 for step in sorted(range(-30, 31), key=abs)]
-        places = [(left, left + wide, row, name) for row in rows for left in (x[0] - _GAP - wide, x[0] + _GAP)]
-        inside = [one for one in places if one[0] >= 0 and one[1] <= camera.width and least <= one[2] <= most]
-        names.append(next((one for one in inside if not any(_overlap(one, other) for other in names)), places[1]))
+        wide, rows = len(name) * _ADVANCE, [y[0] + 3 + step * _LINE / 2 for step in sorted(range(-30, 31), key=abs)]
+        places = [(left, row) for row in rows for left in (x[0] - _GAP - wide, x[0] + _GAP)]
+        for left, row in places:
+            near = [one for one in names if abs(row - one[2]) < _LINE and -wide - _GAP < left - one[0] < one[1] + _GAP]
+            inside = 0 <= left <= camera.width - wide and _LINE / 2 <= row <= camera.height - _LINE / 2
+            if inside and not near:
+                break
+        else:
+            left, row = places[1]
+        names.append((left, wide, row, name))
     for pen, colour in ((4.2, THEMES[theme][5]), (1.9, THEMES[theme][4])):
         for left, _, row, name in names:
             for number, letter in enumerate(name):
@@ -350,10 +353,6 @@ def draw_frames(pixels: Pixels, frames: Mapping[str, Transform], camera: Camera,
                 ]
                 points = np.array(dots).reshape(-1, 2) * _DOT + [left + number * _ADVANCE, row - 3 * _DOT]
                 _draw_lines(pixels, np.stack([points, points], axis=1), colour, pen)
-
-
-def _overlap(one: tuple[float, float, float, str], other: tuple[float, float, float, str]) -> bool:
-    return abs(one[2] - other[2]) < _LINE and one[0] < other[1] + _GAP and other[0] < one[1] + _GAP
 
 
 def _draw_lines(pixels: Pixels, lines: ArrayLike, colour: Sequence[int], pen: float) -> None:

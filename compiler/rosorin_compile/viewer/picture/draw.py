@@ -22,7 +22,7 @@ from rosorin_compile.source.system import is_installed, pip_install
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.viewer.frames import check_target
 from rosorin_compile.viewer.page.images import mesh_names
-from rosorin_compile.viewer.showing import Shown, look
+from rosorin_compile.viewer.robot_view import RobotView, load
 
 if TYPE_CHECKING:
     import numpy as np
@@ -94,10 +94,10 @@ def picture(
     if target.suffix.lower() != ".png":
         raise RequestError(f'{target}: unsupported picture format "{target.suffix}": use .png')
     check_target(target, force)
-    looked, failed = look(request), Picture(request.description.name, target, *size)
-    if looked.shown is None:
-        return replace(failed, diagnostics=tuple(one for one in looked.diagnostics if one.severity == ERROR))
-    shown = looked.shown.robot
+    (robot_view, found, inputs), failed = load(request), Picture(request.description.name, target, *size)
+    if robot_view is None:
+        return replace(failed, diagnostics=tuple(one for one in found if one.severity == ERROR))
+    shown = robot_view.robot
     chosen = _frames(shown, frames, published_frames, check_modes(shown, modes or {}))
     needed = {"numpy": ""} | (dict.fromkeys(("trimesh", "scipy"), " of meshes") if any(mesh_names(shown)) else {})
     for package, purpose in needed.items():
@@ -108,10 +108,10 @@ def picture(
     from .render import Camera, Scene, draw_frames, draw_markers, render
 
     state = positions(shown, pose, joints, pulses)
-    diagnostics = beyond_limits(looked.shown.case, [state], WARNING)
+    diagnostics = beyond_limits(robot_view.case, [state], WARNING)
     try:
         poses = shown.poses_in_root(state)
-        scene = Scene(shown, poses, _meshes(looked.shown, diagnostics), collision)
+        scene = Scene(shown, poses, _meshes(robot_view, diagnostics), collision)
         camera = Camera.fit(scene.bounds, direction, *size)
         pixels = render(scene, camera, theme, transparent)
         draw_markers(pixels, shown, poses, camera)
@@ -121,7 +121,7 @@ def picture(
             pixels[..., :3] = pixels[..., :3].astype("uint16") * 255 // pixels[..., 3:].clip(1)
         pixels = pixels if transparent else pixels[..., :3]
         content = png(pixels, f" picture: the robot {shown.name}")
-        write_file(target, content, looked.files, None if force else may_replace)
+        write_file(target, content, inputs, None if force else may_replace)
     except MemoryError:
         message = f"{shown.name} cannot be drawn: out of memory; --collision draws simpler shapes"
         return replace(failed, diagnostics=(*diagnostics, error("picture-file", message, None)))
@@ -130,7 +130,7 @@ def picture(
     return replace(failed, drawn=True, diagnostics=tuple(diagnostics))
 
 
-def _meshes(shown: Shown, diagnostics: list[Diagnostic]) -> dict[Mesh, MeshParts]:
+def _meshes(shown: RobotView, diagnostics: list[Diagnostic]) -> dict[Mesh, MeshParts]:
     """Return the meshes of a robot that can be read, and report the others once each."""
     found: dict[Mesh, MeshParts | None] = {}
     for link, purpose in product(shown.robot.links, ("collision", "visual")):

@@ -28,6 +28,7 @@ _FRAME = 2 * math.tan(_FIELD_OF_VIEW / 2)  # the height of the picture of a plan
 _FINE, _BAND = 3, 1_000_000  # samples along the side of a pixel, and samples that are drawn at once
 _NEAREST, _LAST = 2**24, 2**32 - 1
 _SEGMENTS, _SMOOTH = 40, 0.82  # of a circle; cosine of the largest angle between a face and a smooth surface
+_MOST_SMOOTH = 400_000  # triangles; larger meshes are drawn with flat faces
 # The faces of a box: numbers of its corners in the order of itertools.product, counter-clockwise from outside.
 _BOX_FACES = [(4, 6, 7, 5), (2, 0, 1, 3), (6, 2, 3, 7), (0, 4, 5, 1), (1, 5, 7, 3), (2, 6, 4, 0)]
 _OVERLAY = (0xE8 / 255, 0x83 / 255, 0x3A / 255, 0.35)  # collision shapes where visuals are drawn as well
@@ -127,7 +128,9 @@ def _normals(triangles: Floats) -> Floats:
     """Return normals (n, 3, 3): averaged over the faces at a corner where the surface is round, else of the face."""
     faces = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]).repeat(3, axis=0)
     size = np.linalg.norm(faces, axis=1, keepdims=True)
-    flat = faces / size.clip(max(1e-6 * size.max(initial=0.0), 1e-300))  # the narrowest faces do not count
+    flat: Floats = faces / size.clip(max(1e-6 * size.max(initial=0.0), 1e-300))  # the narrowest faces do not count
+    if len(triangles) > _MOST_SMOOTH:
+        return flat.reshape(-1, 3, 3)
     corner = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1)
     total = np.stack([np.bincount(corner, weights=side) for side in flat.T], axis=-1)[corner]
     mean = total / np.linalg.norm(total, axis=1, keepdims=True).clip(1e-300)
@@ -186,16 +189,14 @@ class Raster:
         self.y, self.area = y, lines[..., 2].sum(axis=1)
         self.weights = lines / np.where(self.area == 0, 1.0, self.area)[:, None, None]
 
-    def visible(self, chosen: Ints, near: Floats, columns: int, rows: int) -> Ints:
+    def visible(self, near: Floats, columns: int, rows: int) -> Ints:
         """Return the largest key of each sample, or -1: nearness * 2^32, and 2^32 - 1 minus the number of a triangle.
 
-        ``near`` (n, 3) is larger for nearer corners, and more than 0.
+        ``near`` (n, 3) is from 0 to 1, larger for nearer corners.
         """
-        keys, scale = np.full(rows * columns, -1, np.int64), _NEAREST / near.max(initial=1e-9)
-        chosen = chosen[self.area[chosen] != 0]
-        top, bottom = self.y[chosen].min(axis=1), self.y[chosen].max(axis=1)
-        number, row = _ranges(np.ceil(top - 0.5).clip(0), np.floor(bottom - 0.5).clip(None, rows - 1))
-        triangle = chosen[number]
+        keys, top = np.full(rows * columns, -1, np.int64), np.ceil(self.y.min(axis=1) - 0.5).clip(0)
+        bottom = np.floor(self.y.max(axis=1) - 0.5).clip(None, rows - 1)
+        triangle, row = _ranges(top, np.where(self.area == 0, -1, bottom))
         a, b, c = np.moveaxis(self.weights[triangle], -1, 0)
         crossing = -(b * (row[:, None] + 0.5) + c) / np.where(a == 0, 1.0, a) - 0.5
         left = np.ceil(np.where(a > 0, crossing, -np.inf).max(axis=1) - 1e-4).clip(0)
@@ -206,7 +207,7 @@ class Raster:
             corners = near[shown]
             a, b, c = (self.weights[shown] * corners[..., None]).sum(axis=1).T
             depth = a * (column + 0.5) + b * (line + 0.5) + c
-            depth = np.rint(depth.clip(corners.min(axis=1), corners.max(axis=1)) * scale).astype(np.int64)
+            depth = np.rint(depth.clip(corners.min(axis=1), corners.max(axis=1)) * _NEAREST).astype(np.int64)
             np.maximum.at(keys, line * columns + column, (depth << 32) | (_LAST - shown))
         return keys
 
@@ -229,7 +230,7 @@ class Floor:
         self.cell = max(np.ptp(ends, axis=0).max(), 1e-9) / (_MAP - 6 * _BLUR)
         self.start = ends.min(axis=0) - 3 * _BLUR * self.cell
         raster = Raster(*np.moveaxis((flat - self.start) / self.cell, -1, 0))
-        covered = raster.visible(np.arange(len(flat)), np.ones(flat.shape[:2]), _MAP, _MAP) >= 0
+        covered = raster.visible(np.ones(flat.shape[:2]), _MAP, _MAP) >= 0
         self.dark = covered.reshape(_MAP, _MAP).astype(np.float64)
         for _ in range(6):  # three box filters along rows and columns in turn
             sums = np.cumsum(np.pad(self.dark, ((0, 0), (_BLUR + 1, _BLUR))), axis=1)
@@ -287,19 +288,23 @@ def render(scene: Scene, camera: Camera, theme: str, transparent: bool) -> Pixel
     away = ((scene.corners - camera.eye) * scene.normals).sum(axis=(1, 2)) > 0
     flip = np.where(away & (two_sided > 0), -1.0, 1.0)[:, None, None]
     colours = _colours(scene.normals * flip, np.stack([red, green, blue], axis=-1))
+    x, y, depth = camera.project(scene.corners)
+    near = depth.min(initial=np.inf) / depth
+    front = (x[:, 1] - x[:, 0]) * (y[:, 2] - y[:, 0]) < (x[:, 2] - x[:, 0]) * (y[:, 1] - y[:, 0])
+    front |= two_sided > 0
     columns, step = camera.width * _FINE, max(1, _BAND // (camera.width * _FINE**2))
     for first in range(0, camera.height, step):
         height = min(step, camera.height - first)
-        band = camera._replace(height=height, middle=camera.middle - first)
-        x, y, depth = band.project(scene.corners)
-        raster, solid = Raster(x * _FINE, y * _FINE), np.array(-1)
-        front = (raster.area < 0) | (two_sided > 0)
+        band, solid = camera._replace(height=height, middle=camera.middle - first), np.array(-1)
+        inside = front & (y.max(axis=1) >= first) & (y.min(axis=1) <= first + height)
         samples = floor.draw(band, theme, transparent).repeat(_FINE, axis=0).repeat(_FINE, axis=1).reshape(-1, 4)
         for kind in (opacity >= 1.0, opacity < 1.0):
-            keys = raster.visible(np.nonzero(front & kind)[0], 1.0 / depth, columns, height * _FINE)
+            chosen = np.nonzero(inside & kind)[0]
+            raster = Raster(x[chosen] * _FINE, (y[chosen] - first) * _FINE)
+            keys = raster.visible(near[chosen], columns, height * _FINE)
             places, solid = np.nonzero(keys > solid)[0], keys
-            triangle = _LAST - (keys[places] & _LAST)
-            lines = raster.weights[triangle]
+            number = _LAST - (keys[places] & _LAST)
+            triangle, lines = chosen[number], raster.weights[number]
             sample = np.stack([places % columns + 0.5, places // columns + 0.5, np.ones(len(places))], axis=-1)
             weights = (lines * sample[:, None]).sum(axis=-1).clip(0.0, 1.0)
             # The distance of a sample from a side is the weight of the opposite corner by its gradient.

@@ -158,9 +158,9 @@ def _compare_masses(pairing: Pairing, origins: Mapping[str, str], report: Report
     units = {"mass": "kg", "inertia": "kg*m^2", "centre of mass": "m"}
     for name in pairing.shared:
         for ((_, _, quantity), old, new), text in describer.describe(found[name]):
-            values = (old, new) if quantity == "mass" else (row(old), row(new))
+            before, after = (old, new) if quantity == "mass" else (row(old), row(new))
             distance = math.dist(old, new) if quantity == "centre of mass" else None
-            report.items.append(Item(MASS, name, quantity, text, *values, units[quantity], distance))
+            report.items.append(Item(MASS, name, quantity, text, before, after, units[quantity], distance))
 
 
 def _whole(bodies: Bodies, names: Sequence[str], frame: str) -> tuple[Inertial | None, Precision]:

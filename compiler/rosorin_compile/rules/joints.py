@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
 from rosorin_compile.language.lower import owner_of_frame
 from rosorin_compile.language.schema import joint_unit, subject
@@ -45,6 +45,19 @@ def pieces(pairs: Iterable[tuple[str, str]]) -> list[set[str]]:
             first |= second
             piece_of.update(dict.fromkeys(second, first))
     return list({id(piece): piece for piece in piece_of.values()}.values())
+
+
+def circles(above: Mapping[str, str]) -> Iterator[list[str]]:
+    """Yield each circle of names in which every name leads to the next one, and the last one to the first."""
+    done: set[str] = set()
+    for start in above:
+        chain, here = list[str](), start
+        while here in above and here not in done:
+            done.add(here)
+            chain.append(here)
+            here = above[here]
+        if here in chain:
+            yield chain[chain.index(here) :]
 
 
 @rule("no-links", "The robot has no link at all.", "Add `links: {base_link: {}}`.", JOINTS)
@@ -120,17 +133,8 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
     """Joints lead back to where they began; if a link of the circle has two parents, that is the cause."""
     above = {child: joints[0] for child, joints in _children(case.robot).items() if len(joints) == 1}
     order = {name: index for index, name in enumerate(case.robot.joint)}
-    done: set[str] = set()
-    for start in above if not case.robot.is_tree else ():
-        walked: dict[str, Joint] = {}
-        here = start
-        while here in above and here not in done:
-            done.add(here)
-            walked[here] = above[here]
-            here = above[here].parent
-        if here not in walked:
-            continue
-        circle = list(walked.values())[list(walked).index(here) :][::-1]
+    for names in circles({child: joint.parent for child, joint in above.items()}) if not case.robot.is_tree else ():
+        circle = [above[name] for name in reversed(names)]
         last = max(circle, key=lambda joint: order[joint.name])
         chain = " -> ".join([circle[0].parent, *(joint.child for joint in circle)])
         message = f'joint "{last.name}" closes a circle: {chain}'
@@ -238,8 +242,8 @@ def units(case: Case) -> Iterator[Diagnostic]:
         for part in ("limit", "dynamics", "actuator", "mimic", "calibration", "safety_controller"):
             path = case.joint(joint, part)
             paths += [(joint, (*path, key)) for key in value_at(case.tree, path) or ()]
-        posed = [pose.name for pose in case.robot.poses if joint.name in pose.positions]
-        paths += [(joint, ("poses", pose, "positions", joint.name)) for pose in posed]
+        posed = [one.name for one in case.robot.poses if joint.name in one.positions]
+        paths += [(joint, ("poses", name, "positions", joint.name)) for name in posed]
     for joint, path in paths:
         value = value_at(case.tree, path)
         leader = case.robot.joint.get(joint.mimic.joint) if joint.mimic is not None else None

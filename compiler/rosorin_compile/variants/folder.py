@@ -67,10 +67,9 @@ class VariantsFolder:
 
     def is_intact(self, name: str, artifacts: Mapping[str, str]) -> bool:
         """Return True if the artifacts of a variant have these digests."""
-        try:
+        with suppress(OSError):
             return all(digest((self.path / name / file).read_bytes()) == d for file, d in artifacts.items())
-        except OSError:
-            return False
+        return False
 
     def put(self, name: str, files: Mapping[str, bytes], record: Mapping[str, Any]) -> None:
         """Make ``files`` the artifacts of a variant; files of others in its folder are kept."""

@@ -238,11 +238,11 @@ def pair(a: Side, b: Side, tolerance: float, prefix: str | None = None) -> Pairi
             mine, theirs = one.joint_to.get(top), other.joint_to.get(goal)
             other_joint = mine is None or theirs is None or mine.name != theirs.name
             rated.append((other_joint, -goals.count(goal), index, top, goal))
-    found_bodies: dict[str, str] = {}
+    goal_of: dict[str, str] = {}
     for _, _, _, top, goal in sorted(rated):
-        if top not in found_bodies and goal not in found_bodies.values():
-            found_bodies[top] = goal
-    bodies = {top: found_bodies[top] for top in first.members if top in found_bodies}
+        if top not in goal_of and goal not in goal_of.values():
+            goal_of[top] = goal
+    bodies = {top: goal_of[top] for top in first.members if top in goal_of}
     return Pairing(first, second, bodies, links, joints, prefix, "AB"[at] if prefix else "", tolerance, steps)
 
 
@@ -274,8 +274,9 @@ def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bo
             how = [f"{joint.type} on {joint.parent}", joint.name] if joint is not None else ["the root"]
             values = (head, None) if word == REMOVED else (None, head)
             yield Item(NAME, head, "existence", existence(word, what, head, how, names[1:]), *values)
-    for top in pairing.bodies:  # a body may have lost its joint, or have a new one
-        mine, theirs = pairing.pair_of_joints(top)
+    for mine, theirs in map(
+        pairing.pair_of_joints, pairing.bodies
+    ):  # a body may have lost its joint, or have a new one
         joint, word = (mine, REMOVED) if mine is not None else (theirs, NEW)
         if joint is not None and (mine is None or theirs is None):
             text = f"{word}: joint {joint.name} ({joint.type}, {joint.parent} to {joint.child})"

@@ -81,16 +81,13 @@ class _Frames:
         for name in names:
             joint = self.a.robot.joint_to.get(name)
             # A pose in the parent is known best: the rounding of poses further away must not hide a difference.
-            near = next((cluster for cluster in found if joint is not None and joint.parent in cluster), [])
-            if near and joint is not None and self._gap(joint.parent, name).closed:
-                near.append(name)
-                continue
-            others = (cluster for cluster in found if cluster is not near)
-            home = next((cluster for cluster in others if self._gap(cluster[0], name).closed), None)
+            parent = joint.parent if joint is not None else ""
+            heads = [(cluster, parent if parent in cluster else cluster[0]) for cluster in found]
+            heads.sort(key=lambda head: head[1] != parent)
+            home = next((cluster for cluster, head in heads if self._gap(head, name).closed), None)
             if home is None:
-                found.append([name])
-            else:
-                home.append(name)
+                found.append(home := [])
+            home.append(name)
         return sorted(found, key=lambda cluster: (self.a.robot.root not in cluster, -len(cluster)))
 
     def _gap(self, source: str, target: str) -> Gap:

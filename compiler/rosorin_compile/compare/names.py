@@ -32,17 +32,15 @@ def new_link_names(old: Leaves, new: Leaves) -> dict[str, str]:
     before, after = links_of(old), links_of(new)
     gone, fresh = before - after, after - before
     found: dict[str, str] = {}
-    again = bool(gone and fresh)
-    while again:
-        again = False
-        for sign in ("joint", "child", "place"):
-            was, now = _signs(old, gone, sign, found), _signs(new, fresh, sign, found)
-            made = {link: now[key] for key, link in was.items() if key in now and link not in found}
-            made = {link: name for link, name in made.items() if name not in found.values()}
-            if made:
-                found |= made
-                again = True
-                break
+    signs = ["joint", "child", "place"] if gone and fresh else []
+    waiting = list(signs)
+    while waiting:  # each name that is found may lead to others
+        sign = waiting.pop(0)
+        was, now = _signs(old, gone, sign, found), _signs(new, fresh, sign, found)
+        made = {link: now[key] for key, link in was.items() if key in now and link not in found}
+        made = {link: name for link, name in made.items() if name not in found.values()}
+        found |= made
+        waiting = list(signs) if made else waiting
     return found
 
 

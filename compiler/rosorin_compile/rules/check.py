@@ -201,9 +201,6 @@ def _definitions(tree: Map, places: Mapping[tuple[str, str], TreePath], name: st
         if path:
             yield (*path, key) if path[0] not in ("links", "joints") and exists(tree, (*path, key)) else path
     yield from ((section, name) for section, _ in named_sections() if name in (tree.get(section) or ()))
-    for group, entry in (tree.get("servos") or {}).items():
-        if name in entry["joints"]:
-            yield "servos", group, "joints", entry["joints"].index(name)
 
 
 def _collect_uses(node: Any, via: Any, path: TreePath, uses: dict[str, list[tuple[TreePath, Place]]]) -> None:

@@ -11,7 +11,6 @@ from rosorin_compile.language.symbols import MOUNT, Symbol
 from rosorin_compile.model import Cylinder, Joint, Robot
 from rosorin_compile.model.geometry import dot, norm, unit
 from rosorin_compile.model.joint import Dynamics, Limit
-from rosorin_compile.model.simulation import Actuator
 from rosorin_compile.source.diagnostics import Diagnostic, Help, Suggestion, nearest
 from rosorin_compile.source.rule_registry import JOINTS, SIMULATED, Check, rule
 from rosorin_compile.source.tree import Path, exists, value_at
@@ -155,12 +154,11 @@ def one_root(case: Case) -> Iterator[Diagnostic]:
     roots = [name for name in robot.link if name not in robot.joint_to and name not in WORLD_FRAMES]
     if robot.is_tree:
         return
-    for joint in robot.joints:
-        if joint.child not in robot.link and joint.child not in WORLD_FRAMES:
-            suggestion = nearest(joint.child, roots)
-            if suggestion is None:
-                return
-            roots.remove(suggestion)
+    for child in [one.child for one in robot.joints if one.child not in {*robot.link, *WORLD_FRAMES}]:
+        suggestion = nearest(child, roots)
+        if suggestion is None:
+            return
+        roots.remove(suggestion)
     left = _orphans(case)
     alone = [name for name in roots if name not in left and name not in robot.joints_from]
     carrying = [name for name in roots if name not in left and name in robot.joints_from]
@@ -220,8 +218,7 @@ def limits(case: Case) -> Iterator[Diagnostic]:
             yield case.problem(id, message, path, f"add {phrase(missing)}", within=True)
         lower, upper = limit.lower, limit.upper
         if joint.type == "continuous":
-            key = "lower" if lower is not None else "upper"
-            if getattr(limit, key) is not None:
+            for key in [key for key in ("lower", "upper") if getattr(limit, key) is not None][:1]:
                 message = f"{called} is continuous: it turns without end and has no {key} limit"
                 yield case.problem("limit-on-continuous", message, (*path, key), key=True)
         elif lower is not None and upper is not None and lower >= upper:
@@ -261,10 +258,10 @@ def without_effect(case: Case) -> Iterator[Diagnostic]:
     """A warning: a key has no effect, such as the axis of a fixed joint."""
     for joint in case.robot.joints:
         path = case.joint(joint)
-        for key in _WITHOUT_EFFECT.get(joint.type, ()) if path[0] == "joints" else ():
-            if exists(case.tree, (*path, key)):
-                message = f'joint "{joint.name}" is {joint.type}: its {key} has no effect'
-                yield case.problem("ignored-key", message, (*path, key), key=True)
+        keys = _WITHOUT_EFFECT.get(joint.type, ()) if path[0] == "joints" else ()
+        for key in (key for key in keys if exists(case.tree, (*path, key))):
+            message = f'joint "{joint.name}" is {joint.type}: its {key} has no effect'
+            yield case.problem("ignored-key", message, (*path, key), key=True)
     for link in case.robot.links:
         path = case.link(link.name, "inertial", "of")
         shapes = value_at(case.tree, path)
@@ -280,14 +277,13 @@ def negative(case: Case) -> Iterator[Diagnostic]:
     for joint in case.robot.joints:
         if joint.limit is not None and min(joint.limit.effort or 0, joint.limit.velocity or 0) < 0:
             continue  # a part calculates the others from it
-        owners: list[tuple[str, str, Dynamics | Actuator | None]]
-        owners = [("dynamics", key, joint.dynamics) for key in ("damping", "friction", "armature", "stiffness")]
-        owners += [("actuator", key, joint.actuator) for key in ("damping", "kp", "kv")]
-        values = [(part, key, getattr(owner, key, 0.0) or 0.0) for part, key, owner in owners]
-        values.append(("mjcf", "springyield", joint.mjcf.get("springyield", 0.0)))
+        values = [("dynamics", key) for key in ("damping", "friction", "armature", "stiffness")]
+        values += [("actuator", key) for key in ("damping", "kp", "kv")]
+        numbers = [(part, key, getattr(getattr(joint, part), key, 0.0) or 0.0) for part, key in values]
         pair = _numbers(joint, "springdamper")
-        values.append(("mjcf", "springdamper", -1.0 if any(pair) and min(pair) <= 0 else 0.0))
-        for part, key, value in values:
+        numbers.append(("mjcf", "springdamper", -1.0 if any(pair) and min(pair) <= 0 else 0.0))
+        numbers.append(("mjcf", "springyield", joint.mjcf.get("springyield", 0.0)))
+        for part, key, value in numbers:
             if value < 0:
                 path = case.joint(joint, part, key)
                 shown = "not above zero" if key == "springdamper" else f"{number(value)}{case.stands_in(path)}"

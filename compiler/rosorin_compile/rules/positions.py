@@ -54,11 +54,10 @@ def within_limits(case: Case) -> Iterator[Diagnostic]:
             message = f'joint "{joint.name}" is continuous: its soft limits have no effect'
             path = case.joint(joint, "safety_controller")
             yield case.problem("beyond-joint-limit", message, path, "make it revolute", within=True)
-        for index, text in enumerate(joint.urdf_elements if ends else ()):
-            for value in map(float, _INITIAL.findall(text)):
-                if not _has(ends, value):
-                    message = f'the initial position of joint "{joint.name}" is {number(value)}, beyond its limits'
-                    yield case.problem("beyond-joint-limit", message, case.joint(joint, "urdf_elements", index))
+        for index, text in enumerate(joint.urdf_elements):
+            for value in (value for value in map(float, _INITIAL.findall(text)) if not _has(ends, value)):
+                message = f'the initial position of joint "{joint.name}" is {number(value)}, beyond its limits'
+                yield case.problem("beyond-joint-limit", message, case.joint(joint, "urdf_elements", index))
 
 
 def _bounded(node: Node | None, value: Any, path: Path, joint: str) -> Iterator[tuple[str, Path, str, Any]]:

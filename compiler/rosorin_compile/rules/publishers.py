@@ -262,10 +262,10 @@ def started(case: Case) -> Iterator[Diagnostic]:
     launched = bool(case.feeding(STATIC_TRANSFORM_PUBLISHER))
     has_urdf = first_fed(robot, ROBOT_STATE_PUBLISHER, case.formats) is not None
     statics = [joint for joint, _, _ in _static_publishers(case)]
-    for kind, joints, is_there, what in (
-        (STATIC_TRANSFORM_PUBLISHER, statics, launched, "launch file that starts it"),
-        (ROBOT_STATE_PUBLISHER, list(robot.published_by(ROBOT_STATE_PUBLISHER)), has_urdf, "URDF that it reads"),
-    ):
+    ours = list(robot.published_by(ROBOT_STATE_PUBLISHER))
+    kinds = [(STATIC_TRANSFORM_PUBLISHER, statics, launched, "launch file that starts it")]
+    kinds += [(ROBOT_STATE_PUBLISHER, ours, has_urdf, "URDF that it reads")]
+    for kind, joints, is_there, what in kinds:
         is_explicit = any(exists(case.tree, case.joint(joint, "publisher")) for joint in joints)
         if not is_there and (is_explicit or (launched and joints)):
             names = first_of([joint.name for joint in joints], 3)
@@ -416,16 +416,7 @@ def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
     """Links that are cut off in some combination of modes alone, because a frame changes its parent (split-tf)."""
     published, silent = steps_in_modes(case)
     modes = modes_in(case.robot, [step.when for step in (*published, *silent)])
-    if not case.robot.is_tree or not modes:
-        return
-    if len(modes) > MAX_MODES:
-        whens: dict[str, list[str]] = {}
-        for step in published:
-            whens.setdefault(step.child, []).append(step.when)
-        if all(len(modes_in(case.robot, some)) <= MAX_MODES for some in whens.values()):
-            last = next(step for step in reversed(published) if step.when)
-            message = f"the transforms depend on {len(modes)} modes together: too many to check"
-            yield case.problem("too-many-modes", message, last.path, "use at most 10 modes", severity=WARNING)
+    if not case.robot.is_tree or not 0 < len(modes) <= MAX_MODES:
         return
     links, claimed = set(case.robot.link), {step.child for step in published}
     for combination in combinations(modes):

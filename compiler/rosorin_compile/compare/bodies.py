@@ -247,14 +247,9 @@ def pair(a: Side, b: Side, tolerance: float, prefix: str | None = None) -> Pairi
 
 
 def _split(one: Robot, other: Robot) -> frozenset[str]:
-    found = []
-    for joint in one.joints:
-        twin = other.joint_to.get(joint.child)
-        if joint.is_fixed and twin is not None and not twin.is_fixed:
-            elsewhere = twin.name in one.joint and not one.joint[twin.name].is_fixed
-            if twin.parent == joint.parent or (twin.name == joint.name and not elsewhere):
-                found.append(joint.name)
-    return frozenset(found)
+    pairs = [(joint, other.joint_to[joint.child]) for joint in one.joints if joint.child in other.joint_to]
+    pairs = [(joint, twin) for joint, twin in pairs if joint.is_fixed and not twin.is_fixed]
+    return frozenset(joint.name for joint, twin in pairs if joint.parent == twin.parent or joint.name == twin.name)
 
 
 def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bool) -> Iterator[Item]:

@@ -70,9 +70,8 @@ def pair_sides(a: Side, b: Side, tolerance: float, prefix: str | None) -> Pairin
         if other.format.names is not None and output is not None:  # a description defines the link names of an artifact
             names = other.format.names(output)
             free = {new: old for new, old in names.items() if old not in other.robot.link}
-            sides = [a, b]
-            sides[at] = other._replace(robot=renamed_robot(other.robot, free, {}))
-            pairing = pair(sides[0], sides[1], tolerance, prefix)
+            other = other._replace(robot=renamed_robot(other.robot, free, {}))
+            pairing = pair(a, other, tolerance, prefix) if at else pair(other, b, tolerance, prefix)
             pairing.steps[at].insert(0, (free, {}))
             return pairing
     return pair(_carrying(a, b), _carrying(b, a), tolerance, prefix)
@@ -80,13 +79,10 @@ def pair_sides(a: Side, b: Side, tolerance: float, prefix: str | None) -> Pairin
 
 def _without_made_visuals(side: Side, other: Side) -> Side:
     """Return a robot without the visuals that an output made of collision shapes, where the other one has none."""
-    links = tuple(
-        replace(link, visual=())
-        if link.name in other.robot.link and not other.robot.link[link.name].visual and shows_collision(link)
-        else link
-        for link in side.robot.links
-    )
-    return side if links == side.robot.links else side._replace(robot=replace(side.robot, links=links))
+    bare = {link.name for link in other.robot.links if not link.visual}
+    made = {link.name for link in side.robot.links if link.name in bare and shows_collision(link)}
+    links = tuple(replace(link, visual=()) if link.name in made else link for link in side.robot.links)
+    return side._replace(robot=replace(side.robot, links=links)) if made else side
 
 
 def _carrying(side: Side, other: Side) -> Side:
@@ -167,15 +163,13 @@ def _whole(bodies: Bodies, names: Sequence[str], frame: str) -> tuple[Inertial |
     """Return the inertial of the links of a body in one of its frames, and how well it is known."""
     links = [(inertial, name) for name in names if (inertial := bodies.robot.link[name].inertial) is not None]
     parts = [(inertial, bodies.relative(frame, name)) for inertial, name in links]
-    if not parts or not any(inertial.mass for inertial, _ in parts):
+    if not any(inertial.mass for inertial, _ in parts):
         return None, bodies.precision
     whole = together([(inertial, place.transform) for inertial, place in parts])
     centres = [place.transform.apply(inertial.pose.xyz) for inertial, place in parts]
     reach = max(math.dist(centre, whole.pose.xyz) for centre in centres)
     length = max(place.length + bodies.precision("xyz", *one.pose.xyz) for one, place in parts)
     masses = math.fsum(bodies.precision("mass", one.mass) for one, _ in parts)
-    spread = {
-        "xyz": length + reach * masses / abs(whole.mass or 1.0),
-        "ixx": masses * reach**2 + 4 * abs(whole.mass) * reach * length,
-    }
+    xyz, ixx = reach * masses / abs(whole.mass or 1.0), masses * reach**2 + 4 * abs(whole.mass) * reach * length
+    spread = {"xyz": length + xyz, "ixx": ixx}
     return whole, lambda key, *values: len(parts) * bodies.precision(key, *values) + spread.get(key, 0.0)

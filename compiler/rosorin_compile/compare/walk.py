@@ -199,8 +199,7 @@ def _robot(robot: Robot, found: Leaves) -> None:
         _joint(joint, found)
     _edges(robot.edges, found)
     _poses(robot.poses, found)
-    if robot.disabled_contacts:
-        pairs = frozenset(" - ".join(sorted(pair)) for pair in robot.disabled_contacts)
+    if pairs := frozenset(" - ".join(sorted(pair)) for pair in robot.disabled_contacts):
         found["contacts", "disabled contacts"] = {"": pairs}
     if robot.modes:
         own["modes"] = robot.modes
@@ -234,16 +233,14 @@ def _link(link: Link, found: Leaves) -> None:
     entry = found.setdefault(("link", link.name), {})
     entry |= inertial_leaves(link.inertial)
     for purpose, shapes in (("collision", link.collision), ("visual", link.visual)):
-        solid = tuple(shape for shape in shapes if not isinstance(shape.geometry, HeightMap))
-        if solid:
+        if solid := tuple(shape for shape in shapes if not isinstance(shape.geometry, HeightMap)):
             entry[purpose] = Shapes(solid)
         for shape in shapes:
             if isinstance(shape.geometry, HeightMap):
                 grid = found.setdefault(("height map", link.name), {})
                 _flatten(shape.geometry, "", grid)
-                _flatten({"pose": shape.pose if shape.pose != IDENTITY else None, "name": shape.name}, "", grid)
-                if shape.stand_in:
-                    grid["stand_in"] = shape.stand_in
+                pose = shape.pose if shape.pose != IDENTITY else None
+                _flatten({"pose": pose, "name": shape.name, "stand_in": shape.stand_in}, "", grid)
     _elements(link.urdf_elements, entry)
     for mark in link.marked:
         _flatten(mark, "", found.setdefault((mark.tag, mark.name), {"link": link.name}))
@@ -282,11 +279,9 @@ def _joint(joint: Joint, found: Leaves) -> None:
 
 
 def _publisher(publisher: Publisher) -> dict[str, Any]:
-    if publisher.simulated:
-        return {"publisher": "simulations"}
-    if publisher.kind != UNPUBLISHED:
-        return {"publisher": publisher.name}
-    return {"publisher": f"nobody: {' '.join(publisher.about.split())}" if publisher.about else "nobody"}
+    nobody = f"nobody: {' '.join(publisher.about.split())}" if publisher.about else "nobody"
+    name = publisher.name if publisher.kind != UNPUBLISHED else nobody
+    return {"publisher": "simulations" if publisher.simulated else name}
 
 
 def _edges(edges: Iterable[Edge], found: Leaves) -> None:

@@ -63,7 +63,7 @@ class VariantsFolder:
             entry = {**record["entry"], "artifacts": dict(record["entry"]["artifacts"])}
             return {"key": record["key"], "inputs": dict(record["inputs"]), "entry": entry}
         except (OSError, ValueError, KeyError, TypeError):
-            return {"key": "", "entry": {"artifacts": {}}}
+            return {"key": "", "inputs": {}, "entry": {"artifacts": {}}}
 
     def is_intact(self, name: str, artifacts: Mapping[str, str]) -> bool:
         """Return True if the artifacts of a variant have these digests."""

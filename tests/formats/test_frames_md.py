@@ -89,9 +89,8 @@ def test_reading_gives_back_the_rows() -> None:
         found = leaves(frames.view(TESTER, output)), leaves(frames.read(text))
         assert compare_leaves(*found, (exact, printed_precision(text))) == []
     found = leaves_of("frames", emit(TESTER))
-    assert found["frame", "laser", "origin"] == Pose(
-        (1 / 3, *found["frame", "laser", "origin"].xyz[1:]), (0, 0, math.pi)
-    )
+    origin = found["frame", "laser", "origin"]
+    assert origin == Pose((1 / 3, *origin.xyz[1:]), (0, 0, math.pi))
     assert found["frame", "base below odom", "publisher"] == "ekf"
     assert found["frame", "odom when not slam", "publisher"] == "amcl"
     assert ("frame", "odom when slam", "origin") not in found

@@ -38,8 +38,6 @@ def compare_frames(pairing: Pairing, report: Report) -> tuple[Mapping[str, str],
 
 
 class _Frames:
-    """Goes through the bodies of A from the root down; collects what differs."""
-
     def __init__(self, pairing: Pairing, items: list[Item]) -> None:
         self.pairing = pairing
         self.a, self.b = pairing.a, pairing.b

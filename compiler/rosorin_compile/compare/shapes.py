@@ -84,8 +84,6 @@ def compare_shapes(
 
 
 class _Comparison:
-    """Goes through bodies; collects what differs."""
-
     def __init__(self, pairing: Pairing, sides: tuple[Side, Side], purpose: str, report: Report) -> None:
         self.sides, self.purpose, self.tolerance = sides, purpose, pairing.tolerance
         self.bodies = pairing.a, pairing.b

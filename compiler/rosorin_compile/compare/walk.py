@@ -94,8 +94,6 @@ def compare_leaves(
 
 
 class _Comparison(NamedTuple):
-    """The comparison of two leaves within the precision of both."""
-
     precisions: tuple[Precision, Precision]
     tolerance: float
 

@@ -203,8 +203,6 @@ def write_sweep(
 
 
 class _Writer:
-    """One run: what it has counted so far."""
-
     def __init__(self, job: Job, variants: Variants, tell: Callable[[Diagnostic], None], prune: bool) -> None:
         self.job, self.variants, self.tell, self.prune = job, variants, tell, prune
         self.folder, self.edited = VariantsFolder(job.request.description.outputs), 0

@@ -416,7 +416,16 @@ def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
     """Links that are cut off in some combination of modes alone, because a frame changes its parent (split-tf)."""
     published, silent = steps_in_modes(case)
     modes = modes_in(case.robot, [step.when for step in (*published, *silent)])
-    if not case.robot.is_tree or not 0 < len(modes) <= MAX_MODES:
+    if not case.robot.is_tree or not modes:
+        return
+    if len(modes) > MAX_MODES:
+        whens: dict[str, list[str]] = {}
+        for step in published:
+            whens.setdefault(step.child, []).append(step.when)
+        if all(len(modes_in(case.robot, some)) <= MAX_MODES for some in whens.values()):  # else reported for a frame
+            last = next(step for step in reversed(published) if step.when)
+            message = f"the transforms depend on {len(modes)} modes together: too many to check"
+            yield case.problem("too-many-modes", message, last.path, "use at most 10 modes", severity=WARNING)
         return
     links, claimed = set(case.robot.link), {step.child for step in published}
     for combination in combinations(modes):

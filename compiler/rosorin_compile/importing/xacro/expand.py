@@ -214,9 +214,9 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
     if mount and read.tree is not None:
         read = read._replace(tree=_without_mount(read.tree, mount), mount=mount)
     packages = {name: Path(folder) for name, folder in answer["packages"].items()}
-    found = map(with_calls, [*read.diagnostics, *_of_this_machine(made, answer["folders"])])
+    more = map(with_calls, [*read.diagnostics, *_of_this_machine(made, answer["folders"])])
     passed = call.passed if call is not None else frozenset()
-    return read._replace(packages=packages, passed=passed, diagnostics=[*diagnostics, *found])
+    return read._replace(packages=packages, passed=passed, diagnostics=[*diagnostics, *more])
 
 
 def _errors(

@@ -318,8 +318,8 @@ def _error(diagnostics: Sequence[Diagnostic], stage: Path, row: Combination) -> 
     errors = [one for one in diagnostics if has_errors([one])]
     macros: list[list[str]] = []
     for one in errors:
-        for span in filter(None, (one.span, *(related.span for related in one.related))):
-            lines = span.source.text.splitlines()[: span.line]
+        for place in filter(None, (one.span, *(related.span for related in one.related))):
+            lines = place.source.text.splitlines()[: place.line]
             macros.append([match[1] for line in lines if (match := re.match(r"  ([\w.-]+)[(:]", line))][-1:])
         macros += [[name] for related in one.related for name in re.findall(r'part "(\w+)"', related.message)]
     span = errors[0].span if errors else None

@@ -19,7 +19,9 @@ from rosorin_compile.formats.imported_robot import Imported, ReadOptions, file_n
 from rosorin_compile.formats.robot_files import join, read_robot
 from rosorin_compile.formats.ros_packages import package_of
 from rosorin_compile.model.joint import MOVING_TYPES
-from rosorin_compile.output import OutputError, open_package_folder, write_set
+from rosorin_compile.output.artifact_set import write_set
+from rosorin_compile.output.atomic_files import OutputError
+from rosorin_compile.output.package_folder import open_package_folder
 from rosorin_compile.request import FilePath, Packages, Values, Warn, read_options
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, count_of, error, has_errors
 from rosorin_compile.source.files import is_file, is_folder, read_bytes, read_text, resolve

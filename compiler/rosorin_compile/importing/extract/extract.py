@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from rosorin_compile.formats.imported_robot import ReadOptions
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Mesh, Pose, Shape
 from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh, load_mesh
-from rosorin_compile.output import OutputError, write_file
+from rosorin_compile.output.atomic_files import OutputError, write_file
 from rosorin_compile.request import FilePath, Packages, Request, Values, Warn, read_options
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, DiagnosticError, RequestError, UnknownName

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.model.mesh_triangles import ExtractProblem, TriangleMesh
-from rosorin_compile.output import write_set
+from rosorin_compile.output.artifact_set import write_set
 from rosorin_compile.request import FilePath, Packages, Values, Warn, read_options
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, DiagnosticError, RequestError, UnknownName, phrase

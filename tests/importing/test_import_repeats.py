@@ -15,8 +15,8 @@ from rosorin_compile.formats.compilation import Compiled, compile_robot
 from rosorin_compile.formats.imported_robot import Imported
 from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.importing import round_trip
-from rosorin_compile.importing.repeats import with_parts
 from rosorin_compile.importing.repeats.nodes import mirror_node, nodes_of
+from rosorin_compile.importing.repeats.parts import with_parts
 from rosorin_compile.importing.round_trip import RoundTrip, _round_trip, check_round_trip
 from rosorin_compile.language.expand.description import expand
 from support.paths import ROOT, data_text

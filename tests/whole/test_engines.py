@@ -26,7 +26,7 @@ from support import stepping_child
 from support.paths import ROOT, ROSORIN
 from support.robots import compiled
 
-pytest.importorskip("mujoco", minversion="4")
+pytest.importorskip("mujoco", minversion="3.12")
 
 pytestmark = pytest.mark.slow
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import yaml
 
-mujoco = pytest.importorskip("mujoco", minversion="4")
+mujoco = pytest.importorskip("mujoco", minversion="3.12")
 
 from rosorin_compile.mujoco.mjcf import compare_models  # noqa: E402
 from support.paths import DATA, data_text  # noqa: E402
@@ -143,6 +143,8 @@ def test_what_mujoco_saves_is_the_same(path: Path) -> None:
     """The same robot in other words: MuJoCo writes it anew, with its own defaults, frames and order of attributes."""
     spec = mujoco.MjSpec.from_file(str(path))
     spec.compile()
+    if not hasattr(spec.compiler, "savecompiled"):
+        pytest.skip("MuJoCo 3.12 saves numbers with six digits")
     spec.compiler.savecompiled = False
     text = spec.to_xml()
     assert text != path.read_text("utf-8")

@@ -18,7 +18,7 @@ from rosorin_compile.mujoco.scenarios import FORCE, FREE, POSITION, VELOCITY, Wo
 from support.paths import ROOT, ROSORIN, data_text
 from support.robots import compiled
 
-pytest.importorskip("mujoco", minversion="4")
+pytest.importorskip("mujoco", minversion="3.12")
 
 pytestmark = pytest.mark.slow  # MuJoCo
 

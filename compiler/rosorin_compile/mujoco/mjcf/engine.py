@@ -197,7 +197,7 @@ def _limit(cpu_seconds: int) -> None:
 def _facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
     """Return the compiled model as lists of plain values by MuJoCo's names, and facts that only the file has."""
     has_digits = hasattr(spec.compiler, "savecompiled")
-    if has_digits:  # before MuJoCo 4 it writes six digits
+    if has_digits:  # else MuJoCo is as old as 3.12 and writes six digits
         spec.compiler.savecompiled = False
     elements = _elements(ElementTree.fromstring(spec.to_xml()))  # noqa: S314 - MuJoCo's own text
     made: dict[str, Any] = {"name": spec.modelname, "elements": elements}

@@ -52,7 +52,7 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
     warnings = [(f"MuJoCo warns: {' '.join(text.split())}", place(markup, text)) for text in answer.warnings]
     if "rounded_by" in answer.facts:
         rounded = f"MuJoCo {answer.facts['rounded_by']} writes actuators, sensors and options with six digits"
-        warnings.append((f"{rounded}; MuJoCo 4 with all", markup.root.span))
+        warnings.append((f"{rounded}; newer versions with all", markup.root.span))
     reading.diagnostics += [Diagnostic("mjcf-warning", WARNING, message, span) for message, span in warnings]
     if not reading.tops:
         outside = next((element for element in markup.everything() if element.tag == "body"), None)

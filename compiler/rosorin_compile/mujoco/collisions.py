@@ -20,8 +20,8 @@ from rosorin_compile.source.diagnostics import Diagnostic, RequestError, count_o
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.yaml_text import Scalar
 
+from .mjcf.bodies import leader_of, range_of
 from .physics import require
-from .rest_pose import leader_of, range_of
 from .solids import Bodies, Meshes, Pair, read_meshes
 
 FILE = "collisions.yaml"

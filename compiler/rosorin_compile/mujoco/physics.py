@@ -33,8 +33,7 @@ from rosorin_compile.source.system import is_installed
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.wording import count_of, phrase
 
-from .mjcf.bodies import weld_groups
-from .rest_pose import nearest_to_zero, range_of
+from .mjcf.bodies import nearest_to_zero, range_of, weld_groups
 from .solids import Meshes, MeshShape, Overlap, Pair, Positions, Scene, Solid, read_meshes, solids_of
 
 # The packages that are imported, and their names for pip.

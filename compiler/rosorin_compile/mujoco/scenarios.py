@@ -19,8 +19,7 @@ from rosorin_compile.model import Joint, Robot, Twist
 from rosorin_compile.model.drive import Drive
 from rosorin_compile.source.progress import Progress
 
-from .mjcf.bodies import body_name
-from .rest_pose import HOME, home_of, leader_of, range_of
+from .mjcf.bodies import HOME, body_name, home_of, leader_of, range_of
 
 POSITION, VELOCITY, FORCE = "position", "velocity", "force"
 FIXED, FREE = "fixed", "free"

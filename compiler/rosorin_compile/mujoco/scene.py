@@ -1,7 +1,7 @@
 """scene: a world for the MJCF of a robot, so that a person who opens it in MuJoCo sees the robot in light, on a floor.
 
 It includes the MJCF; MuJoCo looks for the meshes of that from the folder of the scene, so both are in one folder. The
-floor is at z = 0, where the MJCF puts a free base (see ``rest_pose``), or as low as a robot reaches that is held. The
+floor is at z = 0, where the MJCF puts a free base (see ``stands_at``), or as low as a robot reaches that is held. The
 cameras are placed so that the robot fills the picture. The look is that of the scenes of MuJoCo Menagerie.
 """
 
@@ -106,7 +106,7 @@ def _bounds(robot: Robot, of: Output) -> tuple[Bounds, bool]:
     """Return the box around the robot at home in the world, and whether the size of all its meshes is known."""
     from rosorin_compile.model.bounds import Bounds
     from rosorin_compile.model.mesh_vertices import clouds_of, no_clouds
-    from rosorin_compile.mujoco.rest_pose import home_of, reach, stands_at
+    from rosorin_compile.mujoco.mjcf.bodies import home_of, reach, stands_at
 
     home, clouds = home_of(robot), clouds_of(robot, as_opened=True)
     at = stands_at(robot, home, clouds) if robot.has_free_base(of) else robot.root_in_world.pose

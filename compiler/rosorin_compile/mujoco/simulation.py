@@ -31,8 +31,8 @@ from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.tree import exists
 from rosorin_compile.source.wording import count_of, first_of, phrase
 
+from .mjcf.bodies import leader_of
 from .mjcf.engine import quiet, reason
-from .rest_pose import leader_of
 from .scenarios import FIXED, FREE, Driven, PoseTrial, Result, Swept, Swung, World, run_scenarios
 
 _TIPPED = 0.2  # rad

@@ -7,7 +7,7 @@ mujoco = pytest.importorskip("mujoco", minversion="3.12")
 pinocchio = pytest.importorskip("pinocchio")
 
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Link, Pose, Robot, Shape, Sphere, Transform  # noqa: E402
-from rosorin_compile.mujoco.rest_pose import stands_at  # noqa: E402
+from rosorin_compile.mujoco.mjcf.bodies import stands_at  # noqa: E402
 from support.machines import exact_urdf, machine  # noqa: E402
 from support.simulator import BASES, at_origin, emit, frame, load, matrix, no_warning, pose, random_states  # noqa: E402
 

@@ -218,6 +218,9 @@ def _facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
     for word in ("exclude_signature", "qpos0", "dof_damping", "dof_armature", "dof_frictionloss"):
         made[word] = getattr(model, word).ravel().tolist()
     made["integrator"] = _INTEGRATORS[int(model.opt.integrator)]
+    for kind in ("bodies", *HELD):
+        for thing in getattr(spec, kind):
+            made[kind][thing.id]["line"] = int(re.sub(r"\D", "", thing.info) or 0)
     for geom in spec.geoms:
         made["geoms"][geom.id]["class"] = geom.classname.name if geom.classname else ""
     for body in spec.bodies:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import posixpath
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -30,7 +31,7 @@ FREE, BALL, SLIDE, HINGE = range(4)
 MAX_DEPTH = 20  # of files that include files
 _GROUPING = ("frame", "replicate")
 _MAKERS = ("attach", "replicate", "flexcomp", "composite")
-_TAGS = {**HELD, "bodies": ("body",)}
+_TAGS = {"bodies": ("body",), **HELD}
 _LINE = re.compile(r"\bline (\d+)")
 _TAG = re.compile(r"Element '([^']+)'")
 _QUOTED = re.compile(r"'([^']+)'")
@@ -148,45 +149,30 @@ class Markup:
 
 
 class Places:
-    """Where each body, joint, geom, site, camera and light of the compiled model is in the text."""
+    """Where each body, joint, geom, site, camera and light of the compiled model is in the text, by its line."""
 
     def __init__(self, markup: Markup, facts: Mapping[str, Any]) -> None:
         self.markup = markup
         self.parts: dict[tuple[str, int], Element] = {("bodies", 0): markup.first("worldbody")}
-        held: dict[tuple[str, int], list[int]] = {}
-        for kind in _TAGS:
+        inside: dict[Element, list[Element]] = {}
+        passed = Counter[tuple[Element, str]]()
+        for kind, tags in _TAGS.items():
             for index, thing in list(enumerate(facts[kind]))[kind == "bodies" :]:
-                held.setdefault((kind, thing["parentid" if kind == "bodies" else "bodyid"]), []).append(index)
-        waiting: list[tuple[int, Sequence[Element]]] = [(0, markup.sections("worldbody"))]
-        while waiting:
-            index, containers = waiting.pop()
-            for kind, tags in _TAGS.items():
-                wanted = [(at, str(facts[kind][at]["name"])) for at in held.get((kind, index), ())]
-                for at, element in self._match(containers, tags, wanted).items():
-                    self.parts[kind, at] = element
-                    waiting += [(at, [element])] if kind == "bodies" else []
+                holder, name = self.body(thing["parentid" if kind == "bodies" else "bodyid"]), thing["name"]
+                if holder not in inside:
+                    containers = markup.sections("worldbody") if holder.tag == "worldbody" else [holder]
+                    inside[holder] = [element for one in containers for element in self._direct(one)]
+                found = [one for one in inside[holder] if one.tag in tags and one.span.line == thing["line"]]
+                found = [one for one in found if one.get("name") == name] or found  # a replica has another name
+                found = found or [*(one for one in inside[holder] if one.tag in _MAKERS), holder][:1]
+                self.parts[kind, index] = found[min(passed[found[0], name], len(found) - 1)]
+                passed[found[0], name] += 1  # of several on one line
 
-    def _match(
-        self, containers: Sequence[Element], tags: Sequence[str], wanted: list[tuple[int, str]]
-    ) -> dict[int, Element]:
-        """Return the element of each object: by order where nothing is repeated, else by name, else what holds it."""
-        if not wanted:
-            return {}
-        elements = [element for container in containers for element in self._direct(container, tags)]
-        if len(elements) == len(wanted):
-            return {at: element for (at, _), element in zip(wanted, elements, strict=True)}
-        holders = [e for c in containers for e in self.markup.elements_below(c) if e.tag in _MAKERS]
-        nameless = [element for element in elements if not element.get("name")]
-        fallback = [*nameless, *holders, *containers, self.markup.root][0]
-        names = {element.get("name"): element for element in elements if element.get("name")}
-        return {at: names.get(name) or names.get(name.rstrip("0123456789")) or fallback for at, name in wanted}
-
-    def _direct(self, container: Element, tags: Sequence[str]) -> Iterator[Element]:
+    def _direct(self, container: Element) -> Iterator[Element]:
         for child in self.markup.child_elements(container):
-            if child.tag in tags:
-                yield child
-            elif child.tag in _GROUPING:
-                yield from self._direct(child, tags)
+            yield child
+            if child.tag in _GROUPING:
+                yield from self._direct(child)
 
     def body(self, index: int) -> Element:
         return self.place_of("bodies", index)

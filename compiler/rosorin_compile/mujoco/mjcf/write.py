@@ -32,7 +32,7 @@ from rosorin_compile.model.mesh_vertices import clouds_of
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.model.shape import Material
 from rosorin_compile.model.simulation import POSITION, Attribute
-from rosorin_compile.mujoco.rest_pose import HOME, home_of, stands_at
+from rosorin_compile.mujoco.mjcf.bodies import HOME, home_of, stands_at
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
 from rosorin_compile.source.xml.elements import indent_lines

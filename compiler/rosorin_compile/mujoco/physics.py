@@ -98,9 +98,9 @@ def check_physics(
         found = arrange(apply_acceptances(case, found, "physics"))
         joints = sum(range_of(joint) is not None for joint in case.robot.joints)
         count, of_meshes = len(case.robot.poses), len({shape.mesh.file for shape in shapes})
-        parts = [*([count_of(count, "pose")] if count else []), "zero"]
-        parts += [f"the ranges of {count_of(joints, 'joint')}"] if joints else []
-        looked_at = phrase([*parts, *([count_of(of_meshes, "mesh")] if of_meshes else [])])
+        ranges = [f"the ranges of {count_of(joints, 'joint')}"] * bool(joints)
+        of_poses, of_files = [count_of(count, "pose")] * bool(count), [count_of(of_meshes, "mesh")] * bool(of_meshes)
+        looked_at = phrase([*of_poses, "zero", *ranges, *of_files])
     return CheckedPhysics(description.name, str(description.path), not has_errors(found), looked_at, tuple(found))
 
 
@@ -213,12 +213,11 @@ class State(NamedTuple):
 
 
 class Member(NamedTuple):
-    """A finding that a note sums up: the names that ``accept`` may list, a text, a path, and the depth (m)."""
+    """A finding that a note sums up: the names that ``accept`` may list, a text, and a path."""
 
     names: tuple[str, ...]
     text: str
     path: TreePath
-    depth: float = 0.0
 
 
 def note(case: Case, rule: str, members: Iterable[Member], message: str, key: bool = False) -> Iterator[Diagnostic]:
@@ -261,15 +260,16 @@ def check_overlaps(case: Case, scene: Scene) -> Iterator[Diagnostic]:
             if driven.get((joint.name, pair)) is None:
                 overlaps = dict(zip(positions, moved, strict=True))
                 driven[joint.name, pair] = _driven(case, scene, state, joint, overlaps, pair)
-    warnings, designs, hulls = list[tuple[float, Diagnostic]](), list[Member](), list[Member]()
-    for pair in dict.fromkeys(pair for state in states for pair in state.overlaps):
-        where = [state for state in states if pair in state.overlaps]
-        deepest = max(where, key=lambda state: state.overlaps[pair].depth)
-        overlap, at = deepest.overlaps[pair], deepest.positions
+    pairs = {pair: [one for one in states if pair in one.overlaps] for state in states for pair in state.overlaps}
+    deepest = {pair: max(where, key=lambda one: one.overlaps[pair].depth) for pair, where in pairs.items()}
+    designs, hulls = list[Member](), list[Member]()
+    for pair in sorted(pairs, key=lambda pair: -deepest[pair].overlaps[pair].depth):
+        overlap, at, where = deepest[pair].overlaps[pair], deepest[pair].positions, pairs[pair]
         outer, inner = overlap.solids
         small, large = sorted(pair, key=lambda link: scene.volume[link])
         share, depth = scene.share(small, large, at), f"{1000 * overlap.depth:.1f} mm"
-        member = Member(pair, f"{pair[1]} in {pair[0]} by {depth}", _path(case, inner), overlap.depth)
+        member = Member(pair, f"{pair[1]} in {pair[0]} by {depth}", _path(case, inner))
+        rule, what = "parts-overlap", f'link "{pair[1]}" is {depth} inside link "{pair[0]}"'
         if share >= _MOST_INSIDE and scene.share(small, large, at, exact=True) >= _MOST_INSIDE:
             outer, inner = overlap.solids if inner.link == small else (inner, outer)
             rule, what = "part-inside-part", f'link "{small}" is inside link "{large}" with {share:.0%} of its volume'
@@ -279,23 +279,19 @@ def check_overlaps(case: Case, scene: Scene) -> Iterator[Diagnostic]:
         elif not scene.touches(overlap.solids, at):
             hulls.append(member)
             continue
-        else:
-            rule, what = "parts-overlap", f'link "{pair[1]}" is {depth} inside link "{pair[0]}"'
         # It is reported at its cause: a pose, the joint between neighbours, or the shape.
         between, pose = scene.joint_of(pair), where[0].name
-        related = _shapes_of(case, inner, outer)
         path = ("poses", pose) if pose else case.joint(between, "xyz") if between else _path(case, inner)
         names = quote([state.name for state in where if state.name], _SHOWN)
         places = ["at zero"] * (not pose) + [f"in pose {names}"] * bool(where[-1].name)
         message = f"{what} {' and '.join(places)}: {_name(case, inner)} in {_name(case, outer)}"
-        related = related if pose or between else related[1:]
+        related = _shapes_of(case, *([inner] if pose or between else []), outer)
         found = case.problem(rule, message, path, related=related, key=bool(pose))
-        warnings.append((overlap.depth, replace(found, of=(inner.link, outer.link))))
-    yield from (found for _, found in sorted(warnings, key=lambda warning: -warning[0]))
+        yield replace(found, of=(inner.link, outer.link))
     message = "links that overlap in every position, or at their joint, as parts of one design do ({count}): {names}"
-    yield from note(case, "parts-always-overlap", sorted(designs, key=lambda one: -one.depth), message, key=True)
+    yield from note(case, "parts-always-overlap", designs, message, key=True)
     message = "hulls that overlap though their meshes do not touch ({count}): {names}; simulators push them apart"
-    yield from note(case, "hulls-overlap", sorted(hulls, key=lambda one: -one.depth), message, key=True)
+    yield from note(case, "hulls-overlap", hulls, message, key=True)
     near = [one for one in driven.values() if isinstance(one, Diagnostic)]
     yield from sorted(near, key=lambda one: one.severity != WARNING)
     message = "joints that can each move a link into collision with one that is not adjacent ({count}): {names}"
@@ -312,14 +308,12 @@ def _shapes_of(case: Case, *solids: Solid) -> list[tuple[str, TreePath]]:
 
 def _name(case: Case, solid: Solid) -> str:
     """Return the name of a shape: its kind, its number among several, and whether it is a stand-in."""
-    shapes = case.robot.link[solid.link].collision
+    shapes, place = case.robot.link[solid.link].collision, case.stands_in(_path(case, solid))
     geometry = shapes[solid.number].geometry
-    name = {"HeightMap": "height map"}.get(type(geometry).__name__, type(geometry).__name__.lower())
     if isinstance(geometry, Mesh):
-        name = f"the hull of {geometry.file.rpartition('/')[2]}"
-    elif len(shapes) > 1:
-        name = f"{name} {solid.number + 1} of {len(shapes)}"
-    return name + case.stands_in(_path(case, solid))
+        return f"the hull of {geometry.file.rpartition('/')[2]}{place}"
+    name = type(geometry).__name__.replace("Map", " map").lower()
+    return name + (f" {solid.number + 1} of {len(shapes)}" if len(shapes) > 1 else "") + place
 
 
 def _driven(
@@ -337,9 +331,7 @@ def _driven(
         return pair in several and (not least or scene.share(moved, still, at(position)) >= least)
 
     if pair in state.overlaps:
-        if not is_neighbour:
-            return None
-        least = scene.share(moved, still, at(start)) + _GROWTH
+        least = scene.share(moved, still, at(start)) + _GROWTH if is_neighbour else 1.0
     hits = [position for position in overlaps if least < 1 and meet(position)]
     if not hits:
         return None
@@ -349,9 +341,8 @@ def _driven(
     for _ in range(_HALVINGS):
         middle = (near + beyond) / 2
         near, beyond = (near, middle) if meet(middle) else (middle, beyond)
-    where = f"{float(f'{beyond:.3g}'):.6g} m"
-    if joint.type != "prismatic":
-        where = f"{round(beyond, 2):.6g} rad ({math.degrees(beyond):.0f} deg)"
+    angle = f"{round(beyond, 2):.6g} rad ({math.degrees(beyond):.0f} deg)"
+    where = f"{float(f'{beyond:.3g}'):.6g} m" if joint.type == "prismatic" else angle
     where += f' in pose "{state.name}"' if state.name else ""
     side = "upper" if far > start else "lower"
     path = case.joint(joint, "limit", side)

@@ -42,7 +42,7 @@ class Actuator:
     """An actuator of the model, and the joint that it drives (empty: something else).
 
     Its force is ``gain`` * control + bias: it is a servo for the position or velocity that the bias depends on with
-    ``stiffness``. ``targets`` are the lowest and the highest target for the joint, or None if any is possible.
+    ``stiffness``. ``targets`` are the lowest and the highest target for the joint, empty if any is possible.
     """
 
     number: int
@@ -52,7 +52,7 @@ class Actuator:
     gain: float
     offset: float
     stiffness: float
-    targets: tuple[float, float] | None
+    targets: tuple[float, ...]
 
     def control(self, target: float) -> float:
         """Return the control that makes a length (rad or m) or speed the target of the servo."""
@@ -104,11 +104,10 @@ class World:
             is_servo = gain and model.actuator_biastype[number] == int(mujoco.mjtBias.mjBIAS_AFFINE)
             offset, position, velocity = model.actuator_biasprm[number][:3].tolist() if is_servo else (0.0, 0.0, 0.0)
             kind, stiffness = POSITION if position else VELOCITY if velocity else FORCE, position or velocity
-            targets = None
+            targets = ()
             if model.actuator_ctrllimited[number] and stiffness:
                 ends = model.actuator_ctrlrange[number].tolist()
-                low, high = sorted(-(gain * end + offset) / (stiffness * gear) for end in ends)
-                targets = (low, high)
+                targets = tuple(sorted(-(gain * end + offset) / (stiffness * gear) for end in ends))
             actuators.append(Actuator(number, joint, kind, gear, gain, offset, stiffness, targets))
         return actuators
 
@@ -124,13 +123,12 @@ class World:
                 continue
             if steers:
                 gain = float(self.model.dof_M0[joint.dofadr[0]]) * _STEER**2
-                bias = [0.0, -gain, -2 * gain / _STEER]
             else:
                 gain = max(mass_per_wheel * radius[name] ** 2 / _SPEED_UP, _OVER_DAMPING * float(joint.damping[0]))
-                bias = [0.0, 0.0, -gain]
             servo = spec.add_actuator(target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
             servo.gaintype, servo.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
-            servo.gainprm[0], servo.biasprm[:3] = gain, bias
+            servo.gainprm[0] = gain
+            servo.biasprm[:3] = [0.0, -gain, -2 * gain / _STEER] if steers else [0.0, 0.0, -gain]
             added.append(name)
         return tuple(added)
 
@@ -286,13 +284,12 @@ def run_scenarios(world: World, seconds: float) -> dict[str, Any]:
     runs += [("drive", partial(drive, world, home, *command)) for command in commands]
     runs += [("ranges", partial(sweep, world, home, *joint)) for joint in swept_joints(world)]
     runs += [("energy", partial(swing, world, home))] if world.joints else []
-    results: dict[str, list[Any]] = {"poses": [], "drive": [], "ranges": [], "energy": []}
+    results: dict[str, Any] = {"poses": (), "drive": (), "ranges": (), "energy": ()}
     for number, (kind, run) in enumerate(runs):
         Progress.step("simulating", number, len(runs))
-        results[kind].append(run())
-    (energy,) = results.pop("energy") or [None]
-    idle = {"own_servos": world.own, "undriven": undriven_joints(world)}
-    return {"energy": energy, **idle, **{kind: tuple(several) for kind, several in results.items()}}
+        results[kind] += (run(),)
+    results["energy"] = next(iter(results["energy"]), None)
+    return {**results, "own_servos": world.own, "undriven": undriven_joints(world)}
 
 
 def poses_of(robot: Robot) -> list[tuple[str, Mapping[str, float]]]:
@@ -339,10 +336,10 @@ def drive(world: World, positions: Mapping[str, float], command: str, twist: Twi
     driving, scale = world.robot.driving, 1.0
     for name, speed in driving.speeds(twist).items():  # as fast as the wheels can
         servo, limit = world.servos.get((name, VELOCITY)), world.robot.joint[name].limit
-        ends = (servo.targets if servo else None) or ()
-        fastest = [one for one in (*map(abs, ends), limit.known_value("velocity") if limit else None) if one]
-        if fastest and abs(speed) > min(fastest):
-            scale = min(scale, 0.9 * min(fastest) / abs(speed))
+        ends = [*map(abs, servo.targets if servo else ()), limit.known_value("velocity") if limit else None]
+        fastest = min(filter(None, ends), default=math.inf)
+        if abs(speed) > fastest:
+            scale = min(scale, 0.9 * fastest / abs(speed))
     twist = Twist(*(scale * part for part in twist))
     angles = driving.angles(twist)
     speeds, centre = driving.speeds(twist, angles), (*driving.centre, 0.0)
@@ -384,9 +381,8 @@ def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
     for joint in (joint for joint in world.joints if joint.name not in wheels):
         servo, ends = world.servos.get((joint.name, POSITION)), range_of(joint)
         if servo and ends and joint.limit and joint.type != "continuous":
-            lower, upper = servo.targets or ends
-            ends = (max(lower, ends[0]), min(upper, ends[1]))
-            found += [(joint, ends)] if ends[0] < ends[1] else []
+            low, high = max((ends[0], *servo.targets[:1])), min((ends[1], *servo.targets[1:]))
+            found += [(joint, (low, high))] if low < high else []
         elif joint.mimic is None and (servo or (joint.name, VELOCITY) in world.servos):
             middle = world.robot.position(joint, home)
             found.append((joint, (middle - _TURN, middle + _TURN)))

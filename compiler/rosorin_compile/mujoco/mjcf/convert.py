@@ -49,6 +49,15 @@ def put_some(entry: Map, key: str, value: Any) -> None:
         put(entry, key, value)
 
 
+def mapping(values: Mapping[str, Any], element: Element) -> Map:
+    """Return values that are not empty as an entry at the place of an element; zero is a value."""
+    entry = Map(element.span)
+    for key, value in values.items():
+        if value or value == 0:
+            put(entry, key, value)
+    return entry
+
+
 def put_number(entry: Map, key: str, value: float, element: Element, attribute: str = "", at: int = 0) -> None:
     """Set a number; its place is word ``at`` of the attribute if that word has the same value."""
     words = element.attributes.get(attribute)

@@ -28,7 +28,7 @@ from rosorin_compile.source.xml.markup import Element, MarkupError
 from . import SETTINGS, convert, links, shapes
 from .bodies import STIFF, shift_polynomial
 from .process import ask
-from .reading import BALL, FREE, SLIDE, Markup, Places, Reading, check_source, place, refusal
+from .reading import BALL, FREE, HINGE, SLIDE, Markup, Places, Reading, check_source, place, refusal
 from .shapes import ASSETS, is_scene, keep_asset, whole_geom
 
 _UNNAMED = "MuJoCo Model"
@@ -67,28 +67,26 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
     files += tuple(file for file in named if is_file(file))
     reading = Reading(markup, Places(markup, answer.facts), answer.facts)
     warnings = [(f"MuJoCo warns: {' '.join(text.split())}", place(markup, text)) for text in answer.warnings]
-    if "rounded_by" in answer.facts:
+    if answer.facts["rounded_by"]:
         rounded = f"MuJoCo {answer.facts['rounded_by']} writes actuators, sensors and options with six digits"
         warnings.append((f"{rounded}; newer versions with all", markup.root.span))
     reading.diagnostics += [Diagnostic("mjcf-warning", WARNING, message, span) for message, span in warnings]
     if not reading.tops:
-        outside = next((element for element in markup.everything() if element.tag == "body"), None)
+        outside = next((element for element in markup.everything() if element.tag == "body"), markup.root)
         message, help = "the file has no body: it is a scene without a robot", "name the file that has the robot"
-        if outside is not None:
+        if outside is not markup.root:
             message = "bodies outside of <worldbody>, which MuJoCo ignores: this is a part of an MJCF"
             help = "name the MJCF that includes it, or put them into a <worldbody>"
-        nothing = error("mjcf-no-body", message, (outside or markup.root).span, help)
-        return Imported(None, [nothing], files=files)
+        return Imported(None, [error("mjcf-no-body", message, outside.span, help)], files=files)
     _read(reading, path)
     tree, about_meaning = accept(reading.tree, options.lenient)
     if tree is not None:
         convert.put(tree, "outputs", _outputs(reading))
-    bodies = {index: name for index, name in reading.link_of.items() if index}
-    names = {"body": bodies, "joint": reading.joint_of | reading.ball_of, "material": reading.material_of}
-    names |= {"actuator": reading.actuator_of}
-    names |= {"equality" if kind == "constraint" else kind: given for kind, given in reading.given.items()}
+    names = {"equality" if kind == "constraint" else kind: given for kind, given in reading.given.items()}
+    names |= {"body": {index: name for index, name in reading.link_of.items() if index}}
+    names |= {"joint": reading.joint_of | reading.ball_of, "material": reading.material_of}
     diagnostics = arrange([*reading.diagnostics, *about_meaning])
-    return Imported(tree, diagnostics, _comments(reading), files, names=names)
+    return Imported(tree, diagnostics, _comments(reading), files, names={**names, "actuator": reading.actuator_of})
 
 
 def _read(reading: Reading, path: Path) -> None:
@@ -104,7 +102,9 @@ def _read(reading: Reading, path: Path) -> None:
     convert.put(tree, "links", reading.links)
     convert.put(tree, "joints", reading.joints)
     links.add_root(reading)
-    keep_tendons(reading)
+    tendons = reading.facts["elements"]["tendons"]
+    for index, (node, element) in enumerate(zip(tendons, reading.elements_of("tendon", tendons), strict=True)):
+        _keep_named(reading, "tendon", index, node, element)
     add_equalities(reading)
     _add_poses(reading)
     add_sensors(reading)
@@ -118,26 +118,19 @@ def _read(reading: Reading, path: Path) -> None:
 
 
 def _outputs(reading: Reading) -> Map:
-    outputs, mjcf, groups, root = *(Map(reading.tree.span) for _ in range(3)), reading.markup.root
-    for purpose, group in reading.groups.items():
-        convert.put(groups, purpose, group)
-    has_look = any("visual" in one for one in reading.links.values())
-    is_legacy = any(not one["taken"] for one in reading.facts["meshes"])
+    root = reading.markup.root
     values = {
         "file": "robot.xml",
         "base": "free" if reading.free_base else "",
         "actuators": [] if reading.in_order else convert.listing(reading.actuator_of.values(), root),
         "sensors": convert.listing(reading.sensor_order, root),
         "contacts": "described",
-        "visuals": "" if has_look else "own",
-        "groups": groups,
-        "mesh_inertia": "legacy" if is_legacy else "",
+        "visuals": "" if any("visual" in one for one in reading.links.values()) else "own",
+        "groups": convert.mapping(reading.groups, root),
+        "mesh_inertia": "legacy" if any(not one["taken"] for one in reading.facts["meshes"]) else "",
         "option": _settings(reading),
     }
-    for key, value in values.items():
-        convert.put_some(mjcf, key, value)
-    convert.put(outputs, "mjcf", mjcf)
-    return outputs
+    return convert.mapping({"mjcf": convert.mapping(values, root)}, root)
 
 
 def _settings(reading: Reading) -> Map:
@@ -152,9 +145,8 @@ def _settings(reading: Reading) -> Map:
         found.setdefault(name, (text, root, root.span))
     convert.put(options, "integrator", reading.facts["integrator"])
     for name, (text, element, span) in found.items():
-        flag = name.removeprefix("flag ")
-        if flag != name:
-            convert.put(flags, flag, text, span)
+        if name.startswith("flag "):
+            convert.put(flags, name.removeprefix("flag "), text, span)
         elif name not in SETTINGS:
             reading.lost(f'the setting "{name}"', root.span)
         elif name != "integrator" and (value := convert.value_of(text, SETTINGS[name], element, name)) is not None:
@@ -184,21 +176,18 @@ def _add_poses(reading: Reading) -> None:
             convert.put(pose, "base", base)
         for which, name in sorted(reading.actuator_of.items()):  # those that are not what a pose implies
             fact, held = reading.facts["actuators"][which], reading.servos.get(which)
-            control, usual, follows = key["ctrl"][fact["ctrladr"]], 0.0, False
+            control, usual = key["ctrl"][fact["ctrladr"]], 0.0
             if held is not None:
                 usual = fact["gear"][0] * qpos[reading.facts["joints"][held]["qposadr"]]
-                follows = "mimic" in reading.joints[reading.joint_of[held]]
+            follows = held is not None and "mimic" in reading.joints[reading.joint_of[held]]
             if follows or abs(control - usual) > _NEAR:
                 convert.put_number(controls, name, convert.tidy(control), element)
         convert.put_some(pose, "controls", controls)
         more = {word: text for word, text in attributes.items() if word not in ("name", "ctrl", "qpos")}
         if _is_beyond(reading, qpos, at):  # all, as an MJCF of ours counts them
-            texts = []
-            for joint in reading.facts["joints"]:
-                slides, start = joint["type"] in (FREE, BALL, SLIDE), joint["qposadr"]
-                values = qpos[start : start + _SIZES.get(joint["type"], 1)]
-                texts += [repr(convert.tidy_position(value, slides)) for value in values]
-            more["qpos"] = " ".join(texts)
+            ends = [(one["qposadr"], _SIZES.get(one["type"], 1), one["type"]) for one in reading.facts["joints"]]
+            values = ((value, kind != HINGE) for start, size, kind in ends for value in qpos[start : start + size])
+            more["qpos"] = " ".join(repr(convert.tidy_position(value, slides)) for value, slides in values)
         reading.put_words(pose, more, "pose", element, "a key")
         convert.put(poses, reading.name("key", key["name"], f"key_{number}", number), pose, element.span)
     convert.put_some(reading.tree, "poses", poses)
@@ -207,16 +196,12 @@ def _add_poses(reading: Reading) -> None:
 def _is_beyond(reading: Reading, qpos: list[float], at: Mapping[str, float]) -> bool:
     """Return True if a pose cannot express a keyframe: a mimic joint off its leader, or a moved free or ball joint."""
     zero, floating = reading.facts["qpos0"], (BALL,) if reading.free_base else (BALL, FREE)
-    for joint in (joint for joint in reading.facts["joints"] if joint["type"] in floating):
-        place = range(joint["qposadr"], joint["qposadr"] + _SIZES[joint["type"]])
-        if any(abs(qpos[i] - zero[i]) > _NEAR for i in place):
-            return True
-    for name, value in at.items():
-        if mimic := reading.joints[name].get("mimic"):
-            led = mimic.get("multiplier", 1) * at.get(mimic["joint"], 0.0) + mimic.get("offset", 0)
-            if abs(led - value) > _NEAR_KEY:
-                return True
-    return False
+    loose = [(one["qposadr"], _SIZES[one["type"]]) for one in reading.facts["joints"] if one["type"] in floating]
+    if any(abs(qpos[i] - zero[i]) > _NEAR for start, size in loose for i in range(start, start + size)):
+        return True
+    following = [(value, mimic) for name, value in at.items() if (mimic := reading.joints[name].get("mimic"))]
+    led = [(mimic.get("multiplier", 1) * at.get(mimic["joint"], 0.0), mimic.get("offset", 0)) for _, mimic in following]
+    return any(abs(a + b - value) > _NEAR_KEY for (value, _), (a, b) in zip(following, led, strict=True))
 
 
 def _comments(reading: Reading) -> list[Comment]:
@@ -246,13 +231,6 @@ class _Measured(NamedTuple):
     node: convert.Node
     element: Element
     site: Mapping[str, Any]
-
-
-def keep_tendons(reading: Reading) -> None:
-    """Keep all tendons."""
-    nodes = reading.facts["elements"]["tendons"]
-    for index, (node, element) in enumerate(zip(nodes, reading.elements_of("tendon", nodes), strict=True)):
-        _keep_named(reading, "tendon", index, node, element)
 
 
 def _keep_named(reading: Reading, section: str, index: int, node: convert.Node, element: Element) -> None:
@@ -312,35 +290,26 @@ def add_sensors(reading: Reading) -> None:
 
 def _sensor(reading: Reading, link: str, kind: str, name: str, members: Sequence[_Measured]) -> Map:
     """Return the entry of a sensor: its elements in MuJoCo, and one sensor in Gazebo at the site of the first."""
-    first = members[0]
-    entry, item, elements = Map(first.element.span), Map(first.element.span), []
-    convert.put(entry, "type", kind)
-    convert.put(entry, "frame", link)
+    first, elements, more = members[0], [], {"contact": {"feels": "sensor"}, "force_torque": {"frame": "joint"}}
     for one in members:
-        made, attributes = Map(one.element.span), Map(one.element.span)
-        convert.put(made, "sensor", one.node["tag"])
-        if one.name != name:
-            convert.put(made, "name", one.name.removeprefix(f"{name}_"))
+        attributes: dict[str, Any] = {}
         for word, text in one.node["attributes"].items():
             site = reading.name_of("site", text)
             if word == "site" and site != link:
-                convert.put(attributes, word, site)
+                attributes[word] = site
             elif word not in ("name", "site"):
-                convert.put(attributes, word, convert.number_or_text(text))
-        if attributes:
-            convert.put(made, "attributes", attributes)
-        elements.append(made)
-    convert.put(entry, "mjcf", convert.listing(elements, first.element))
-    convert.put(item, "sensor", kind)
-    if kind == "contact":
-        convert.put(item, "feels", "sensor")
-    elif kind == "force_torque":
-        convert.put(item, "frame", "joint")
-    else:
+                attributes[word] = convert.number_or_text(text)
+        own = "" if one.name == name else one.name.removeprefix(f"{name}_")
+        words = {"sensor": one.node["tag"], "name": own, "attributes": convert.mapping(attributes, one.element)}
+        elements.append(convert.mapping(words, one.element))
+    item = convert.mapping({"sensor": kind, **more.get(kind, {})}, first.element)
+    if kind not in more:
         convert.put_pose(item, convert.transform(first.site["pos"], first.site["quat"]), first.element)
+    entry = {"type": kind, "frame": link, "mjcf": convert.listing(elements, first.element)}
+    made = convert.mapping(entry, first.element)
     # MuJoCo has single rays, from which no scan of Gazebo follows.
-    convert.put(entry, "gazebo", convert.listing([] if kind == "range_finder" else [item], first.element))
-    return entry
+    convert.put(made, "gazebo", convert.listing([] if kind == "range_finder" else [item], first.element))
+    return made
 
 
 def add_equalities(reading: Reading) -> None:

@@ -168,8 +168,6 @@ class Field(NamedTuple):
 
 def has_volume(geometry: model.Geometry) -> bool:
     """Return True if MuJoCo accepts the sizes of a geometry: all above zero; a mesh may be mirrored."""
-    if isinstance(geometry, model.HeightMap):
-        return True
     if isinstance(geometry, model.Mesh):
         return all(geometry.scale)
     return all(size > 0 for size in half_sizes(geometry))
@@ -287,22 +285,19 @@ def reach(
     It is None without shapes. The second value is the number of meshes of unknown size, which are not in it.
     """
     boxes, unknown, root = list[Bounds](), 0, at.transform()
-    for name, place in robot.poses_in_root(dict(positions)).items():
-        for shape in getattr(robot.link[name], purpose):
-            there = root.then(place)
-            if isinstance(shape.geometry, model.Mesh):
-                points, frame = clouds(shape.geometry), there.then(shape.pose.transform())
-                a, b, c = shape.geometry.scale
-                placed = [frame.apply((a * x, b * y, c * z)) for x, y, z in points or ()]
-                unknown += points is None
-                if placed:
-                    (x, y, z), (u, v, w) = (map(limit, zip(*placed, strict=True)) for limit in (min, max))
-                    boxes.append(Bounds((x, y, z), (u, v, w)))
-                continue
-            far = reach_along(shape, there)
-            lower, upper = (
-                (sign * far((sign, 0.0, 0.0)), sign * far((0.0, sign, 0.0)), sign * far((0.0, 0.0, sign)))
-                for sign in (-1.0, 1.0)
-            )
-            boxes += [Bounds(lower, upper)] if lower[0] <= upper[0] else []
+    places = [(name, root.then(place)) for name, place in robot.poses_in_root(dict(positions)).items()]
+    for shape, there in ((shape, there) for name, there in places for shape in getattr(robot.link[name], purpose)):
+        if isinstance(shape.geometry, model.Mesh):
+            points, frame = clouds(shape.geometry), there.then(shape.pose.transform())
+            a, b, c = shape.geometry.scale
+            placed = [frame.apply((a * x, b * y, c * z)) for x, y, z in points or ()]
+            unknown += points is None
+            boxes += [Bounds(*(tuple(map(end, zip(*placed, strict=True))) for end in (min, max)))] if placed else []
+            continue
+        far = reach_along(shape, there)
+        lower, upper = (
+            (sign * far((sign, 0.0, 0.0)), sign * far((0.0, sign, 0.0)), sign * far((0.0, 0.0, sign)))
+            for sign in (-1.0, 1.0)
+        )
+        boxes += [Bounds(lower, upper)] if lower[0] <= upper[0] else []
     return reduce(Bounds.join, boxes) if boxes else None, unknown

@@ -195,10 +195,9 @@ class World:
         pairs, on_floor = set[tuple[str, str]](), set[str]()
         for contact in self.data.contact:
             bodies = self.model.geom_bodyid[contact.geom].tolist()
-            links = sorted({self.link_of[body] for body in bodies if body in self.link_of})
-            if len(links) > 1 and contact.dist < 0:
-                pairs.add((links[0], links[1]))
-            on_floor.update(links if 0 in bodies else ())
+            first, *others = sorted({self.link_of[body] for body in bodies if body in self.link_of}) or [""]
+            pairs |= {(first, other) for other in others if contact.dist < 0}
+            on_floor.update((first, *others) if 0 in bodies else ())
         return sorted(pairs), [name for name in self.robot.link if name in on_floor]
 
     def position(self, joint: str) -> float:

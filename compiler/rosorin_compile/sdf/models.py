@@ -282,13 +282,12 @@ class SdfReader(XmlReader):
         return self._fill(Scope(models[0], file, version, None, self._name(models[0]))) if version else None
 
     def _version(self, root: Element) -> tuple[int, ...] | None:
-        attribute = root.attributes.get("version")
-        version = "" if attribute is None else attribute.value.strip()
+        attribute, version, newest = root.attributes.get("version"), root.get("version").strip(), _VERSIONS[-1]
         self.need(root, "version")
         if attribute is not None and version not in _VERSIONS:
-            message, help = f'SDF of version "{version}" is not read', f"versions {_VERSIONS[0]} to {_VERSIONS[-1]} are"
-            if self.lenient("sdf-version", message, attribute.span, help, f"takes it for {_VERSIONS[-1]}"):
-                version = _VERSIONS[-1]
+            message, help = f'SDF of version "{version}" is not read', f"versions {_VERSIONS[0]} to {newest} are"
+            if self.lenient("sdf-version", message, attribute.span, help, f"takes it for {newest}"):
+                version = newest
         return tuple(map(int, version.split("."))) if version in _VERSIONS else None
 
     def _name(self, element: Element) -> str:
@@ -335,10 +334,9 @@ class SdfReader(XmlReader):
             message = f'the {kind} "{name}" has the name of another {first.kind}'
             related = [Related("first defined here", first.element.span)]
             self.error("duplicate-name", message, name_span(element), "rename or remove one", related)
-        elif name:
-            scope.nodes[name] = Node(kind, name, element, scope, self.pose(self.single(posed, "pose")))
-            return scope.nodes[name]
-        return None
+        if first is not None or not name:
+            return None
+        return scope.nodes.setdefault(name, Node(kind, name, element, scope, self.pose(self.single(posed, "pose"))))
 
     def _include(self, scope: Scope, element: Element) -> None:
         uri = self.text(element, "uri")
@@ -355,13 +353,12 @@ class SdfReader(XmlReader):
         document = None if file is None else self.open_included(file, uri.span)
         if document is None or file is None:
             return
-        root = document.root
-        model = next((child for child in root.children if child.tag == MODEL), None)
-        if root.tag != "sdf" or model is None:
-            message = f"{file.name} holds no model of SDF: its root is <{root.tag}>"
+        model = next((child for child in document.root.children if child.tag == MODEL), None)
+        if document.root.tag != "sdf" or model is None:
+            message = f"{file.name} holds no model of SDF: its root is <{document.root.tag}>"
             self.error("sdf-include", message, uri.span, "include the SDF of a model")
             return
-        version, renamed = self._version(root), self.text(element, "name")
+        version, renamed = self._version(document.root), self.text(element, "name")
         name = str(renamed.value) if renamed is not None else self._name(model)
         if version is not None and name:
             self._add_model(scope, Scope(model, file, version, scope, name, element))
@@ -389,16 +386,15 @@ class SdfReader(XmlReader):
         return Transform() if scope.node is None else self.node_pose(scope.node, visited)
 
     def node_pose(self, node: Node, visited: tuple[Node, ...] = ()) -> Transform:
-        if node in self._poses:
-            return self._poses[node]
-        made = Transform()
-        if node in visited:
+        if node in visited and node not in self._poses:
             path = " -> ".join(one.name for one in (*visited[visited.index(node) :], node))
             message = f"the pose of {name_of(node.element)} is relative to itself: {path}"
             self.error("sdf-name-unknown", message, self.base(node)[1], "let one be relative to __model__")
-        else:
-            made = self.base_pose(node, (*visited, node)).then(node.written.transform)
-        return self._poses.setdefault(node, made)
+            self._poses[node] = Transform()
+        if node not in self._poses:
+            pose = self.base_pose(node, (*visited, node)).then(node.written.transform)
+            self._poses.setdefault(node, pose)
+        return self._poses[node]
 
     def base_pose(self, node: Node, visited: tuple[Node, ...] = ()) -> Transform:
         """Return the pose in the outermost model of the frame that a node is relative to."""
@@ -417,15 +413,14 @@ class SdfReader(XmlReader):
             message = f"{name_of(node.element)} is attached to itself"
             self.error("sdf-name-unknown", message, node.element.span, "attach it to a link")
             return None
-        visited = (*visited, node)
+        visited, attribute = (*visited, node), node.element.attributes.get("attached_to")
         if node.inner is not None:
             return self.canonical(node.inner, visited)
         if node.kind == JOINT:
             found = None if node.child is None else node.scope.find(node.child.text)
+        elif attribute is None or attribute.value in ("", OWN):
+            return self.canonical(node.scope, visited)
         else:
-            attribute = node.element.attributes.get("attached_to")
-            if attribute is None or attribute.value in ("", OWN):
-                return self.canonical(node.scope, visited)
             what = f"attached_to of {name_of(node.element)}"
             found = self.require(node.scope, attribute.value, attribute.span, what)
         return None if found is None else self.link_of(found, visited)

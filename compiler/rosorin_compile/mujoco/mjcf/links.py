@@ -298,11 +298,10 @@ def _put_details(reading: Reading, which: int, entry: Map, element: Element, ref
 
 
 def _put_dynamics(entry: Map, attributes: Mapping[str, str], element: Element) -> dict[str, str]:
-    dynamics = Map(element.span)
-    words = {key: text for key, text in attributes.items() if key in _OF_DYNAMICS and any(map(float, text.split()))}
-    pair = [float(number) for number in attributes.get("springdamper", "").split()]
-    if pair and min(pair) > 0:  # of which MuJoCo makes both, whatever the others are
-        words = {key: text for key, text in words.items() if key not in ("damping", "stiffness")}
+    dynamics, pair = Map(element.span), convert.floats(attributes, "springdamper")
+    # A pair above zero decides both, whatever the others are.
+    known = ("frictionloss", "armature") if pair and min(pair) > 0 else _OF_DYNAMICS
+    words = {key: text for key, text in attributes.items() if key in known and any(map(float, text.split()))}
     rest = convert.put_words(dynamics, words, "dynamics", element, _OF_DYNAMICS)
     convert.put_some(entry, "dynamics", dynamics)
     return rest | {key: text for key, text in attributes.items() if key not in _READ and key not in _OF_DYNAMICS}
@@ -403,16 +402,16 @@ def _fill(
     rest = {key: text for key, text in more.items() if key not in _ACTUATOR_READ}
     joint = reading.facts["joints"][index] if index is not None else None
     inherits = float(attributes.get("inheritrange", 0)) and kind in ("position", "general")
-    is_position = kind == "position"
+    is_position, limits = kind == "position", joint["range"] if joint is not None and joint["limited"] else None
     if not inherits and (fact["ctrllimited"] or "ctrlrange" in attributes):
         # The range of its joint is the usual one of a position servo.
-        ends = [fact["gear"][0] * end for end in joint["range"]] if joint is not None and joint["limited"] else None
-        if not is_position or not fact["ctrllimited"] or ends != fact["ctrlrange"]:
+        is_usual = limits is not None and [fact["gear"][0] * end for end in limits] == fact["ctrlrange"]
+        if not (is_usual and is_position and fact["ctrllimited"]):
             slides = not is_position or joint is None or joint["type"] == SLIDE
             values = [convert.tidy_position(value, slides) for value in fact["ctrlrange"]]
             convert.put(entry, "range", convert.numbers(values, element, "ctrlrange"))
         rest |= {} if fact["ctrllimited"] else {"ctrllimited": "false"}
-    elif not inherits and is_position and joint is not None and joint["limited"]:
+    elif not inherits and is_position and limits is not None:
         convert.put(entry, "unlimited", True)
     if fact["forcelimited"] or "forcerange" in attributes:
         convert.put(entry, "force", convert.listing([convert.tidy(value) for value in fact["forcerange"]], element))
@@ -422,21 +421,21 @@ def _fill(
 
 def _kind(attributes: Mapping[str, str]) -> tuple[str, Mapping[str, float], Mapping[str, str]]:
     """Return the type of an actuator by its numbers, its gains, and the other attributes."""
-    gain, bias = convert.floats(attributes, "gainprm", [1, 0, 0]), convert.floats(attributes, "biasprm", [0, 0, 0])
+    (kp, *gain), bias = convert.floats(attributes, "gainprm", [1, 0, 0]), convert.floats(attributes, "biasprm", [0] * 3)
     gains, dynamics = attributes.get("gaintype", "fixed"), attributes.get("dyntype", "none")
     attributes = {key: text for key, text in attributes.items() if key != "inheritrange" or float(text)}  # 0 is none
+    if gains != "fixed" or dynamics not in ("none", "filterexact") or any(gain) or any(bias[3:]):
+        return "general", {}, attributes
     plain = {key: text for key, text in attributes.items() if key not in _OF_KIND}
     no_servo = {key: text for key, text in plain.items() if key != "inheritrange"}
-    if gains == "fixed" and dynamics in ("none", "filterexact") and not any(gain[1:]) and not any(bias[3:]):
-        bias_type, kp = attributes.get("biastype", "none"), gain[0]
-        filtered = {"timeconst": attributes.get("dynprm", "1").split()[0]} if dynamics == "filterexact" else {}
-        if bias_type == "affine" and kp > 0 and bias[:2] == [0, -kp]:
-            word = "kv" if bias[2] <= 0 else "damping_ratio"
-            return "position", {"kp": kp} | ({word: abs(bias[2])} if bias[2] else {}), plain | filtered
-        if bias_type == "affine" and kp > 0 and bias[:3] == [0, 0, -kp] and not filtered:
-            return "velocity", {"kv": kp}, no_servo
-        if bias_type == "none" and "body" in attributes and not filtered:
-            return "adhesion", {}, no_servo | ({"gain": repr(kp)} if kp != 1 else {})
-        if bias_type == "none" and kp == 1 and not filtered:
-            return "motor", {}, no_servo
-    return "general", {}, attributes
+    filtered = {"timeconst": attributes.get("dynprm", "1").split()[0]} if dynamics == "filterexact" else {}
+    is_affine = attributes.get("biastype", "none") == "affine" and kp > 0
+    is_plain = attributes.get("biastype", "none") == "none" and not filtered
+    if is_affine and bias[:2] == [0, -kp]:
+        word = "kv" if bias[2] <= 0 else "damping_ratio"
+        return "position", {"kp": kp} | ({word: abs(bias[2])} if bias[2] else {}), plain | filtered
+    if is_affine and bias[:3] == [0, 0, -kp] and not filtered:
+        return "velocity", {"kv": kp}, no_servo
+    if is_plain and "body" in attributes:
+        return "adhesion", {}, no_servo | ({"gain": repr(kp)} if kp != 1 else {})
+    return ("motor", {}, no_servo) if is_plain and kp == 1 else ("general", {}, attributes)

@@ -242,9 +242,8 @@ def _keep_named(reading: Reading, section: str, index: int, node: convert.Node, 
 def _keep_of_scene(reading: Reading, kind: str, name: str) -> None:
     """Keep a site or geom of the world that something of the robot names, if the tree does not have it."""
     for index, thing in enumerate(reading.facts[f"{kind}s"] if kind in ("site", "geom") else ()):
-        if reading.ground and not (kind == "geom" and is_scene(thing)):
-            continue
-        if thing["name"] == name and thing["bodyid"] == 0 and (kind, name) not in reading.of_scene:
+        is_left = not reading.ground or (kind == "geom" and is_scene(thing))
+        if is_left and thing["name"] == name and thing["bodyid"] == 0 and (kind, name) not in reading.of_scene:
             reading.of_scene.add((kind, name))
             node = whole_geom(reading, thing) if kind == "geom" else thing["element"]
             span = reading.places.place_of(f"{kind}s", index).span
@@ -343,12 +342,9 @@ def add_equalities(reading: Reading) -> None:
 
 def _is_mimic(reading: Reading, fact: Mapping[str, Any]) -> bool:
     """Return True if an equality lets one joint follow another in proportion, and neither leads to a circle."""
-    first, second = fact["obj1id"], fact["obj2id"]
-    if fact["type"] != _EQ_JOINT or not fact["active0"] or any(fact["data"][2:5]):
+    follower, here = (reading.joint_of.get(fact[end], "") for end in ("obj1id", "obj2id"))
+    if fact["type"] != _EQ_JOINT or not fact["active0"] or any(fact["data"][2:5]) or not (follower and here):
         return False
-    if first not in reading.joint_of or second not in reading.joint_of:
-        return False
-    follower, here = reading.joint_of[first], reading.joint_of[second]
     while here and here != follower:
         here = (reading.joints[here].get("mimic") or {}).get("joint", "")
     return not here and "mimic" not in reading.joints[follower]
@@ -423,11 +419,10 @@ def _filtered(reading: Reading, excluded: set[frozenset[str]]) -> Iterator[tuple
     several joints move is attached here to links without mass, which become its neighbours instead of the parent.
     """
     touching = {geom["bodyid"] for geom in reading.facts["geoms"] if geom["contype"] or geom["conaffinity"]}
-    if not touching or reading.facts["elements"]["options"].get("flag filterparent") == "disable":
+    if reading.facts["elements"]["options"].get("flag filterparent") == "disable":
         return
     balls = {joint["bodyid"] for joint in reading.facts["joints"] if joint["type"] == BALL}
-    top: dict[int, int] = {}  # the topmost body of those that are welded together
-    groups: dict[int, list[int]] = {}
+    top, groups = dict[int, int](), dict[int, list[int]]()  # the topmost body of those that are welded together
     for index, body in enumerate(reading.facts["bodies"]):
         top[index] = index if not index or reading.joints_in.get(index) else top[body["parentid"]]
         groups.setdefault(top[index], []).append(index)
@@ -450,12 +445,11 @@ def add_kept(reading: Reading) -> None:
     for kept, tag, span, link in reading.elements:  # which grow: elements name others
         _keep_named_by(reading, kept, span)
         nodes, node = by_link.setdefault(link, []), _renamed(reading, kept)
-        same = (each for each in nodes if each["tag"] == node["tag"] and not each["attributes"] | node["attributes"])
-        section = None if link else next(same, None)
-        if section is None:
+        same = [each for each in nodes if each["tag"] == node["tag"] and not each["attributes"] | node["attributes"]]
+        if link or not same:
             nodes.append(node)
         else:
-            section["inner"].extend(node["inner"])
+            same[0]["inner"].extend(node["inner"])
         by_tag.setdefault(tag, []).append(span)
     for link, nodes in by_link.items():
         texts = convert.listing(map(convert.text_of, nodes), reading.markup.root)

@@ -124,9 +124,10 @@ class Classes:
         if solids or bodies.COLLISION in used:
             made.append(named(bodies.COLLISION, "geom", solid, solids))
         made.append(named(bodies.FRAME, "site", {"group": str(bodies.FRAME_GROUP)}))
-        for name, shared in self.shared.items():
-            made.append(Class(name, [Part(one.tag, attributes(**one.values)) for one in shared]))
-        return Class(self.outer, (), made)
+        shared = [
+            (name, [Part(one.tag, attributes(**one.values)) for one in many]) for name, many in self.shared.items()
+        ]
+        return Class(self.outer, (), [*made, *(Class(*one) for one in shared)])
 
     def _groups(self) -> Iterator[_Shared]:
         """Yield what elements share that move alike; those of one axis and range alone, where their names say so."""
@@ -189,10 +190,8 @@ def _words_of(names: Sequence[str]) -> str:
     ('joint', '')
     """
     split = list(map(_WORD.findall, names))
-    shortest = min(map(len, split))
-    begin = next((at for at in range(shortest) if len({tuple(words[at : at + 1]) for words in split}) > 1), shortest)
-    rest = range(shortest - begin)
-    end = next((at for at in rest if len({words[len(words) - 1 - at] for words in split}) > 1), len(rest))
+    begin = len(posixpath.commonprefix(split))
+    end = len(posixpath.commonprefix([words[begin:][::-1] for words in split]))
     words = split[0][:begin] + split[0][len(split[0]) - end :]
     return "_".join([word for word in words if word != "joint"] or words[:1])
 
@@ -388,10 +387,10 @@ def _damaged(sensor: Sensor, part: simulation.Simulated, text: str) -> Iterator[
     from xml.etree import ElementTree
 
     what, around = f'what {part.element} makes for sensor "{sensor.name}"', part.section or "body"
+    help = "MJCF is XML: close every element, put every value in quotes"
     try:
         made = ElementTree.fromstring(f"<{around}>{text}</{around}>")  # noqa: S314 - no entities without a DOCTYPE
     except ElementTree.ParseError as problem:
-        help = "MJCF is XML: close every element, put every value in quotes"
         yield error("template-failed", f"{what} is not XML: {problem}", None, help)
         return
     if any(True for name in ("joint", "freejoint") for _ in made.iter(name)):

@@ -199,9 +199,12 @@ def _is_beyond(reading: Reading, qpos: list[float], at: Mapping[str, float]) -> 
     loose = [(one["qposadr"], _SIZES[one["type"]]) for one in reading.facts["joints"] if one["type"] in floating]
     if any(abs(qpos[i] - zero[i]) > _NEAR for start, size in loose for i in range(start, start + size)):
         return True
-    following = [(value, mimic) for name, value in at.items() if (mimic := reading.joints[name].get("mimic"))]
-    led = [(mimic.get("multiplier", 1) * at.get(mimic["joint"], 0.0), mimic.get("offset", 0)) for _, mimic in following]
-    return any(abs(a + b - value) > _NEAR_KEY for (value, _), (a, b) in zip(following, led, strict=True))
+    for name, value in at.items():
+        if mimic := reading.joints[name].get("mimic"):
+            led = mimic.get("multiplier", 1) * at.get(mimic["joint"], 0.0) + mimic.get("offset", 0)
+            if abs(led - value) > _NEAR_KEY:
+                return True
+    return False
 
 
 def _comments(reading: Reading) -> list[Comment]:

@@ -124,10 +124,9 @@ class Classes:
         if solids or bodies.COLLISION in used:
             made.append(named(bodies.COLLISION, "geom", solid, solids))
         made.append(named(bodies.FRAME, "site", {"group": str(bodies.FRAME_GROUP)}))
-        shared = [
-            (name, [Part(one.tag, attributes(**one.values)) for one in many]) for name, many in self.shared.items()
-        ]
-        return Class(self.outer, (), [*made, *(Class(*one) for one in shared)])
+        for name, shared in self.shared.items():
+            made.append(Class(name, [Part(one.tag, attributes(**one.values)) for one in shared]))
+        return Class(self.outer, (), made)
 
     def _groups(self) -> Iterator[_Shared]:
         """Yield what elements share that move alike; those of one axis and range alone, where their names say so."""
@@ -151,10 +150,8 @@ class Classes:
         """Return the attributes that all elements have, in the order of the first one."""
         elements = [self._elements[place] for place in members]
         shared = set.intersection(*(set(one.values.items()) for one in elements))
-        common = {
-            word: text for word, text in elements[0].values.items() if (word, text) in shared and word not in _OWN
-        }
-        return _Shared(elements[0].tag, common, members, _words_of([one.joint for one in elements]))
+        common = [pair for pair in elements[0].values.items() if pair in shared and pair[0] not in _OWN]
+        return _Shared(elements[0].tag, dict(common), members, _words_of([one.joint for one in elements]))
 
     def _with_joints(self, shared: _Shared) -> str:
         """Return the class that has all joints of these actuators, and can have them, too; empty if there is none."""
@@ -358,8 +355,10 @@ def sensor_elements(
             names: dict[str, Any] = {"robot": robot, "sensor": sensor, "element": part, "number": number}
             text = templates.render(part.element, {**names, "vector": partial(vector, number=number)}).strip()
             made.diagnostics.extend(_damaged(sensor, part, text))
-            made.sections.extend([(part.section, text)] * bool(part.section))
-            of_body.extend([Part("", text=text)] * (not part.section))
+            if part.section:
+                made.sections.append((part.section, text))
+            else:
+                of_body.append(Part("", text=text))
         elif part.kind == simulation.BODY_ELEMENT:
             of_body.append(Part(part.element, attributes(**{"name": part.name, **place, **more}), around))
         elif part.kind == simulation.SENSOR_ELEMENT:

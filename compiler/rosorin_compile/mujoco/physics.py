@@ -126,29 +126,26 @@ def _check_meshes(case: Case, shapes: Sequence[MeshShape], meshes: Meshes) -> It
     skipped = {shape.link for shape in shapes if shape.mesh not in meshes}
     boxes = [bounds_of([shape]) for link in case.robot.links for shape in link.collision]
     sizes = [*(math.dist((0, 0, 0), one.origin.xyz) for one in case.robot.joints), *(max(b.size) for b in boxes if b)]
-    wrong_size: dict[Mesh, Diagnostic] = {}
+    wrong_size, holes = dict[Mesh, Diagnostic](), dict[str, Member]()
     for shape in read:
-        others = sorted(surface.extents.max() for mesh, surface in meshes.items() if mesh.file != shape.mesh.file)
+        surface, file = meshes[shape.mesh], shape.mesh.file.rpartition("/")[2]
+        others = sorted(other.extents.max() for mesh, other in meshes.items() if mesh.file != shape.mesh.file)
         rest = max([*sizes, *others[len(others) // 2 : len(others) // 2 + 1]], default=0.0)
-        longest = float(meshes[shape.mesh].extents.max())
+        longest = float(surface.extents.max())
         is_long = longest > _LONGEST or (rest > _SHORTEST and longest > _TIMES * rest)
         if is_long or longest < _SHORTEST:
-            file, key = shape.mesh.file.rpartition("/")[2], "scale" if shape.mesh.scale != (1, 1, 1) else "file"
+            key = "scale" if shape.mesh.scale != (1, 1, 1) else "file"
             looks = "looks like millimetres" if is_long else "looks shrunk by 1,000"
             message = f'the mesh {file} of link "{shape.link}" is {longest:.3g} m long: that {looks}'
             path = case.link(shape.link, shape.purpose, shape.number, "mesh", key)
             wrong_size.setdefault(shape.mesh, case.problem("mesh-size", message, path))
             skipped.add(shape.link)
-    yield from wrong_size.values()
-    for name in dict.fromkeys(shape.link for shape in read):
-        if name not in skipped:
-            yield from _check_link(case, meshes, case.robot.link[name])
-    holes: dict[str, Member] = {}
-    for shape in read:
-        surface, file = meshes[shape.mesh], shape.mesh.file.rpartition("/")[2]
         if shape.purpose == "collision" and not (surface.is_watertight and surface.volume >= 0):
             path = case.link(shape.link, shape.purpose, shape.number, "mesh", "file")
             holes[file] = Member((shape.link,), file, path)
+    yield from wrong_size.values()
+    for name in dict.fromkeys(shape.link for shape in read if shape.link not in skipped):
+        yield from _check_link(case, meshes, case.robot.link[name])
     message = "collision meshes that are not closed, or inside out ({count}): {names}; simulators take the hull"
     yield from note(case, "mesh-not-closed", holes.values(), message)
 
@@ -173,10 +170,10 @@ def _check_link(case: Case, meshes: Meshes, link: Link) -> Iterator[Diagnostic]:
     inertial, points = link.inertial, corners(fixed, "collision", "visual")
     if inertial is not None and inertial.mass > 0 and len(points):
         densities = []
-        for purpose in ("collision", "visual"):
-            for links in ([link], fixed) if solids([link], purpose) else ():
-                mass = sum(one.inertial.mass for one in links if one.inertial)
-                densities.append(mass / sum(solid.hull.volume for solid in solids(links, purpose)))
+        purposes = [purpose for purpose in ("collision", "visual") if solids([link], purpose)]
+        for purpose, links in product(purposes, ([link], fixed)):
+            mass = sum(one.inertial.mass for one in links if one.inertial)
+            densities.append(mass / sum(solid.hull.volume for solid in solids(links, purpose)))
         centre, lower, upper = np.array(inertial.pose.xyz), points.min(axis=0), points.max(axis=0)
         beyond = float(np.maximum(lower - centre, centre - upper).max())
         reach = float(np.linalg.norm(points - centre, axis=1).max())

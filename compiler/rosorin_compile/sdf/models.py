@@ -434,7 +434,7 @@ class SdfReader(XmlReader):
             return None if found is None else self.link_of(found, visited)
         links = (node for node in scope.nodes.values() if node.kind == LINK)
         inner = (self.canonical(node.inner, visited) for node in scope.nodes.values() if node.inner is not None)
-        return next(links, None) or next((one for one in inner if one is not None), None)
+        return next(links, None) or next(filter(None, inner), None)
 
     def text_of(self, element: Element, scope: Scope, owner: Element | None = None) -> str:
         """Return an element as it is, with the names that the description gives to the frames in it.

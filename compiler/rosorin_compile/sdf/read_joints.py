@@ -130,14 +130,14 @@ class Bodies:
 
     def _end(self, node: Node, end: str) -> tuple[Node | None, Span] | None:
         """Return the link or frame at an end of a joint, None for the world, with its place; None after an error."""
-        text, reading = self.reading.text(node.element, end), self.reading
+        text, reading, name = self.reading.text(node.element, end), self.reading, name_of(node.element)
         if text is None:
-            message = f"{name_of(node.element)} has no <{end}>"
-            reading.error("missing-element", message, node.element.span, f"add <{end}>LINK</{end}>")
+            help = f"add <{end}>LINK</{end}>"
+            reading.error("missing-element", f"{name} has no <{end}>", node.element.span, help)
             return None
         if text.value == WORLD and node.scope.find(WORLD) is None:
             return None, text.span
-        found = reading.require(node.scope, text.value, text.span, f"the {end} of {name_of(node.element)}")
+        found = reading.require(node.scope, text.value, text.span, f"the {end} of {name}")
         member = found if found is None or found.kind in (LINK, FRAME) else reading.link_of(found)
         if member is None and found is not None:
             reading.error("sdf-name-unknown", f'"{text.value}" has no link', text.span, "name a link or a frame")
@@ -223,13 +223,10 @@ class Joints:
             entry[end] = Placed(link, place(next(one for one in element.children if one.tag == end)))
         entry |= pose.entry(element.span)
         self.entries.joints[node.called] = Placed(entry, models.name_span(element))
-        kept = []
-        for one in reading.rest(element, _READ, ("name", "type")):
-            if one.tag in OF_JOINT:
-                self.entries.gazebo.setdefault(node.called, []).append((one, reading.text_of(one, node.scope)))
-            else:
-                kept.append(reading.text_of(one, node.scope))
-        if kept:
+        texts = [(one, reading.text_of(one, node.scope)) for one in reading.rest(element, _READ, ("name", "type"))]
+        if of_gazebo := [(one, text) for one, text in texts if one.tag in OF_JOINT]:
+            self.entries.gazebo.setdefault(node.called, []).extend(of_gazebo)
+        if kept := [text for one, text in texts if one.tag not in OF_JOINT]:
             keep(entry, element, wrap("sdf", kept))
         if has_axis:
             there = joint.there if is_at and not is_near(joint.there) else Transform()

@@ -299,10 +299,10 @@ class _Writer:
 
         message = f"readers of SDF take a moving link without mass for 1 kg, so {LEAST.mass:g} kg is written"
         lost(message, content.weightless, "give it an inertial", "sdf-without-mass")
-        planar = [joint.name for joint in robot.joints if joint.type == "planar"]
-        message = "SDF has no planar joint, so the child is free to move in every direction"
-        lost(message, planar, "if it should not be, make it two prismatic joints and a continuous one")
         axleless = [joint for joint in robot.joints if not joint.moves and not joint.is_fixed]
+        names = [joint.name for joint in axleless if joint.type == "planar"]
+        message = "SDF has no planar joint, so the child is free to move in every direction"
+        lost(message, names, "if it should not be, make it two prismatic joints and a continuous one")
         names = [joint.name for joint in axleless if joint.dynamics and any(astuple(joint.dynamics))]
         message = "SDF has no dynamics of joints that move in several directions"
         lost(message, names, "make each of them several joints, one for each axis")
@@ -320,12 +320,11 @@ class _Writer:
         lost("SDF has no constraints between joints but mimic", couplings, "use mimic")
         lost("constraints are not in the SDF", self.open, "both ends have to be links of the SDF")
         closed = [one.name for one in self.loops if one.name not in self.open]
-        if not self.gazebo:
-            message, help = "only Drake reads constraints", 'write gazebo: "classic" for joints that close the loops'
-            lost(message, closed, help)
-        elif self.gazebo != CLASSIC:
+        message, help = "only Drake reads constraints", 'write gazebo: "classic" for joints that close the loops'
+        if self.gazebo:
+            message = f"Gazebo {distribution(self.gazebo)} does not close kinematic loops"
             help = "see github.com/gazebosim/gz-physics/issues/25; Gazebo classic closes them"
-            lost(f"Gazebo {distribution(self.gazebo)} does not close kinematic loops", closed, help)
+        lost(message, closed if self.gazebo != CLASSIC else [], help)
         if self.kept.left_out:
             message = f"SDF cannot express {first_of(list(self.kept.left_out), 3)}: only readers of URDF know it"
             found.append(Diagnostic("not-in-format", NOTE, message))

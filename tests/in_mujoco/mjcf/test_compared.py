@@ -141,10 +141,9 @@ def test_another_motion_is_told(old: str, new: str) -> None:
 @pytest.mark.parametrize("path", sorted(Path(DATA, "mjcf", "public").glob("*.xml")), ids=lambda path: path.stem)
 def test_what_mujoco_saves_is_the_same(path: Path) -> None:
     """The same robot in other words: MuJoCo writes it anew, with its own defaults, frames and order of attributes."""
+    pytest.importorskip("mujoco", minversion="3.17")  # MuJoCo 3.12 saves numbers with six digits
     spec = mujoco.MjSpec.from_file(str(path))
     spec.compile()
-    if not hasattr(spec.compiler, "savecompiled"):
-        pytest.skip("MuJoCo 3.12 saves numbers with six digits")
     spec.compiler.savecompiled = False
     text = spec.to_xml()
     assert text != path.read_text("utf-8")

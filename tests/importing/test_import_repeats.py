@@ -94,7 +94,7 @@ BODY = """<body name="{0}" pos="0 {y} 0"><joint name="{0}_axle" axis="0 1 0" dam
 @pytest.mark.parametrize(("order", "parts"), [("left right caster", 0), ("caster left right", 1)])
 def test_the_order_of_an_mjcf_stays(order: str, parts: int, tmp_path: Path) -> None:
     """A controller counts by it."""
-    pytest.importorskip("mujoco", minversion="4")
+    pytest.importorskip("mujoco", minversion="3.12")
     bodies = {name: BODY.format(f"{name}_wheel", 1, y=y) for y, name in ((1, "left"), (-1, "right"))}
     bodies["caster"] = '<body name="caster"><joint name="swivel" axis="0 0 1"/><geom size="0.05"/></body>'
     inside = "".join(bodies[name] for name in order.split())

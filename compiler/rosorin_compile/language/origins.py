@@ -223,9 +223,7 @@ class Origins:
             return ()
         scope = scope_of(self.root, holder)
         if scope is self.root:  # a named value of a file of parts is evaluated in the scope of that file
-            home = scope_of(self.root, via)
-            while home.parent is not None:
-                home = home.parent
+            *_, home = scope_of(self.root, via).ancestors()
             is_there = any(place.span.source.path == piece.span.source.path for place in home.places.values())
             scope = home if is_there else scope
         return tuple(self._names(piece.value, scope, 0))

@@ -58,23 +58,27 @@ class Parameter(NamedTuple):
 
 
 def declare(
-    scope: Scope, declared: Any, given: Mapping[str, Any], places: Mapping[str, Place], owner: str, user: Place | None
+    scope: Scope,
+    declared: Any,
+    given: Mapping[str, Any],
+    places: Mapping[str, Place],
+    owner: str,
+    user: Place | None = None,
+    lets: Any = None,
 ) -> None:
     """Bind every declared parameter in a scope: to the given value, else to its default, evaluated in that scope.
 
     ``places`` has the place of each given value; ``owner`` is what declares the parameters, ``user`` the place that
-    should pass the arguments, None for the command line. Values of the wrong type, unknown names and missing values
-    are reported; a name without a value stays broken, so that nothing that uses it is reported too.
+    should pass the arguments, None for the command line; defaults may use the named values ``lets``. Values of the
+    wrong type, unknown names and missing values are reported; a name without a value stays broken, so that nothing that
+    uses it is reported too.
     """
     known = scope.declared = _parameters(scope, declared)
-    suggested: set[str | None] = set()
-    for name in given:
-        if name not in known:
-            suggested.add(nearest(name, known))
-            help = Suggestion(
-                name, known, none="it has none", places={key: one.place.span for key, one in known.items()}
-            )
-            scope.report("unknown-argument", f'{owner} has no argument "{name}"', places[name], help)
+    unknown, spans = [name for name in given if name not in known], {key: one.place.span for key, one in known.items()}
+    for name in unknown:
+        help = Suggestion(name, known, none="it has none", places=spans)
+        scope.report("unknown-argument", f'{owner} has no argument "{name}"', places[name], help)
+    suggested = [nearest(name, known) for name in unknown]
     missing = [one for name, one in known.items() if name not in given and not one.has_default]
     scope.broken.update(one.name for one in missing)
     # The default or the argument may exist under a misspelt key, which is reported separately.
@@ -90,20 +94,14 @@ def declare(
     for name, parameter in known.items():
         if name in given:
             scope.bind(name, given[name], places[name])
-        elif not parameter.has_default:
-            continue
-        elif scope.expansion.is_constant(parameter.default):
+        elif parameter.has_default and scope.expansion.is_constant(parameter.default):
             scope.bind(name, parameter.default, parameter.place)
             scope.local[name] = parameter.place
-        else:
+        elif parameter.has_default:
             scope.define(name, parameter.default, parameter.place)
+    scope.define_all(lets)
+    for name, parameter in known.items():
         _check(scope, parameter, places.get(name, parameter.place), owner)
-
-
-def given_places(given: Map, declared: Any) -> dict[str, Place]:
-    """Return the place of each argument of a ``with``: its value, or its key if there is no such argument."""
-    known = declared if isinstance(declared, Map) else ()
-    return {key: value_place(given, key) if key in known else key_place(given, key) for key in given}
 
 
 def _parameters(scope: Scope, declared: Any) -> dict[str, Parameter]:
@@ -155,9 +153,7 @@ def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None
         texts = [one for one in allowed if isinstance(one, str)]
         help = Suggestion(value, texts, details=details) if isinstance(value, str) else details
     elif is_number(value) and not ((low is None or value >= low) and (high is None or value <= high)):
-        least, most, shown = (
-            getattr(one, "text", "") or f"{one:g}" if one is not None else "" for one in (low, high, value)
-        )
+        least, most, shown = (getattr(n, "text", "") or f"{n:g}" if n is not None else "" for n in (low, high, value))
         bounds = f"from {least} to {most}" if least and most else f"at least {least}" if least else f"at most {most}"
         message, help = f'"{name}" of {owner} is {bounds}, not {shown}', parameter.help
     else:
@@ -173,13 +169,9 @@ def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None
 
 
 def _fits(value: Any, wanted: str) -> bool:
-    if wanted in TYPES:
-        if isinstance(value, bool) and wanted in ("integer", "number"):
-            return False
-        if isinstance(value, Quantity) and wanted == "number":
-            return value.dimension == NUMBER
-        return isinstance(value, TYPES[wanted])
-    return is_number(value) and (not isinstance(value, Quantity) or value.dimension == DIMENSIONS.get(wanted))
+    if wanted not in TYPES or wanted == "number":
+        return is_number(value, DIMENSIONS.get(wanted, NUMBER))
+    return isinstance(value, TYPES[wanted]) and not (wanted == "integer" and isinstance(value, bool))
 
 
 def check_part(name: str, parts: Map, scope: Scope) -> bool:

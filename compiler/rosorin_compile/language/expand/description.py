@@ -195,7 +195,7 @@ def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, 
             span.via = (Related(f"given to this run: {name}={str(value)[:MAX_SHOWN]}", None),)
         places[name] = Place(span, None)
         given[name] = _given(value, kind, span)
-    declare(scope, declared, given, places, "the description", None)
+    declare(scope, declared, given, places, "the description")
 
 
 def _given(value: Any, kind: Any, span: Span) -> Any:

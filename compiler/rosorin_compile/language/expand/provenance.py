@@ -162,12 +162,8 @@ class _Search:
     def definition(self, scope: Scope, name: str, keys: str = "") -> _Definition | None:
         """Return where the value of a name, or of an entry of it, comes from; None if nobody wrote it."""
         if name == _MOUNT:
-            user: Scope | None = scope
-            while user is not None and user.mount is None:
-                user = user.parent
-            if user is None or user.mount is None:
-                return None
-            return _Definition(user.mount.span, self.outside(user), None, True, False)
+            users = ((user.mount, user) for user in scope.ancestors() if user.mount is not None)
+            return next((_Definition(mount.span, self.outside(user), None, True, False) for mount, user in users), None)
         owner = scope.owner(name)
         if owner is None:
             return None
@@ -192,9 +188,7 @@ class _Search:
 
     def is_foreign(self, scope: Scope) -> bool:
         """Return True if a scope belongs to a file of parts: of the library or of another package."""
-        while scope.parent is not None:
-            scope = scope.parent
-        return scope is not self.root
+        return self.root not in scope.ancestors()
 
 
 def _first(arguments: Iterable[tuple[Span, Any]]) -> Origin | None:

@@ -150,14 +150,10 @@ class Scope:
         is_good = all(map(str.isidentifier, (own, *parameters))) and len(set(parameters)) == len(parameters)
         is_taken = call is not None and (own in functions() or own in OF_DESCRIPTIONS)
         if is_taken or not is_good:
-            message = (
-                f'"{own}" is a function of the language' if is_taken else f'"{name}" cannot be used in an expression'
-            )
+            why = f'{own}" is a function of the language' if is_taken else f'{name}" cannot be used in an expression'
             form = "NAME(FIRST, SECOND)" if call else "a name"
-            self.report("bad-name", message, place, f"write {form} of letters, digits and underscores")
-            if call:
-                return
-        if own in self.places:
+            self.report("bad-name", f'"{why}', place, f"write {form} of letters, digits and underscores")
+        elif own in self.places:
             related = [Related("first defined here", self.places[own].span)]
             self.report("duplicate-name", f'the value "{own}" is named twice', place, "rename one", related)
             return
@@ -240,12 +236,16 @@ class Scope:
         here = {name: self.looped.get(name, place.span) for name, place in self.places.items()}
         return {**(self.parent.all_names() if self.parent else {}), **here}
 
+    def ancestors(self) -> Iterator[Scope]:
+        """Yield this scope and those around it, the outermost last."""
+        scope: Scope | None = self
+        while scope is not None:
+            yield scope
+            scope = scope.parent
+
     def owner(self, name: str) -> Scope | None:
         """Return the scope that defines a name that can be used here."""
-        scope: Scope | None = self
-        while scope is not None and name not in scope.places:
-            scope = scope.parent
-        return scope
+        return next((scope for scope in self.ancestors() if name in scope.places), None)
 
     # Errors
 
@@ -334,9 +334,7 @@ class Scope:
                         raise self.fail("duplicate-key", message, Place(key_span, via), help, related)
                     entry = scope.resolve(entry, Place(span, via))
                     if "$" in key and isinstance(entry, Map) and scope is not self:
-                        entry = entry.made_by(
-                            scope.via
-                        )  # an entry that is equal in every round has no reference to its round
+                        entry = entry.made_by(scope.via)  # an entry that is equal in every round lacks its round
                     made.put(name, entry, key_span, span)
             except Failed:
                 failed = True
@@ -402,11 +400,8 @@ class Scope:
                 xacro = _OF_XACRO.search(piece.text)
                 if xacro and "<" not in text:  # elements of XML may be meant for another program
                     name = (xacro[2].split() or ["NAME"])[0]
-                    help = (
-                        f"write package://{name}"
-                        if xacro[1] == "find"
-                        else f"declare {name} in args and write ${{{name}}}"
-                    )
+                    help = f"declare {name} in args and write ${{{name}}}"
+                    help = f"write package://{name}" if xacro[1] == "find" else help
                     where = _within(place, text, piece.offset + xacro.start())
                     raise self.fail("expression", f'"{xacro[0]}" has a meaning in xacro, but none here', where, help)
                 parts.append(piece.text)

@@ -27,14 +27,10 @@ def describe_path(path: Steps, whole: Mapping[str, Any]) -> str:
     """Return a path in words, such as ``joint "joint1" limit lower``; ``whole`` is the schema of descriptions."""
     if not path:
         return "the description"
-    words: str = str(path[0])
-    rest = path[1:]
-    called = whole["properties"].get(path[0], {}).get("x-called")
-    if called and rest:
-        words, rest = f'{called} "{rest[0]}"', rest[1:]
-    for step in rest:
-        words += f"[{step}]" if isinstance(step, int) else f" {step}"
-    return words
+    first, *rest = path
+    if (called := whole["properties"].get(first, {}).get("x-called")) and rest:
+        first, *rest = f'{called} "{rest[0]}"', *rest[1:]
+    return str(first) + "".join(f"[{step}]" if isinstance(step, int) else f" {step}" for step in rest)
 
 
 # Kinds whose names are also valid where a name of another kind is required: every frame is also a site in the MJCF,
@@ -85,10 +81,6 @@ class Node(NamedTuple):
     def value_of(self, key: str) -> Node | None:
         """Return the annotations for the value of a key of a mapping, or ``None`` if there are none."""
         return self.properties.get(key, self.others)
-
-    def step_to(self, step: str | int) -> Node | None:
-        """Return the annotations for one step of a path: a key of a mapping or an index of a list."""
-        return self.items if isinstance(step, int) else self.value_of(step)
 
     def left_out(self, entry: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
         """Yield each omitted key whose name is derived from other keys, with its kind and the derived name."""
@@ -154,7 +146,7 @@ def check_annotations(piece: Any, own: Mapping[str, Any]) -> None:
         for unit in (value if isinstance(value, list) else [value]) if word == "x-unit" else ():
             if unit and parse_unit(unit) is None:
                 raise UnknownName("unit for x-unit", unit, UNITS)
-    for part in _mappings(piece):
+    for part in mappings_in(piece):
         keys = part.get("properties", {})
         for way in part.get(MIRROR, ()):
             if way not in MIRRORED_KEYS:
@@ -171,13 +163,14 @@ def kinds_of(piece: Any, annotation: str) -> set[str]:
     return {value for word, value in _annotations(piece) if word == annotation}
 
 
-def _mappings(piece: Any) -> Iterator[Mapping[str, Any]]:
+def mappings_in(piece: Any) -> Iterator[Mapping[str, Any]]:
+    """Yield all mappings in a piece of the schema, itself first."""
     if isinstance(piece, Mapping):
         yield piece
     for inner in piece.values() if isinstance(piece, Mapping) else piece if isinstance(piece, list) else ():
-        yield from _mappings(inner)
+        yield from mappings_in(inner)
 
 
 def _annotations(piece: Any) -> Iterator[tuple[str, Any]]:
-    for part in _mappings(piece):
+    for part in mappings_in(piece):
         yield from ((word, value) for word, value in part.items() if word.startswith("x-"))

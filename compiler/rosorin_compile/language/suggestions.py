@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cache
 from itertools import pairwise
 from types import NoneType
@@ -26,10 +26,12 @@ from rosorin_compile.source.tree import Map, Path, Seq, Text, prefix_at
 from rosorin_compile.source.units import UNITS, Dimension, Quantity, parse_unit
 from rosorin_compile.source.wording import suggest
 
+from .annotations import mappings_in
 from .expression import ExpressionError, compile_expression
 from .schema import keys_of_xml, of_parts, resolve, schema
 from .symbols import MOUNT
 
+Names = Collection[str]
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 MAX_SHOWN = 60
 SPELLED_OUT = 5  # a word of so many letters is not a symbol of a unit: it may be the name of one, misspelt
@@ -65,7 +67,8 @@ def words_for(kind: str) -> Mapping[str, str]:
     elif kind in definitions:
         known = definitions[kind].get("properties", {})
     else:  # a section whose entries are defined in place
-        known = dict(_keys_within(root.get(kind, {})))
+        parts = mappings_in(root.get(kind, {}))
+        known = dict(entry for part in parts for entry in part.get("properties", {}).items())
     instead = definitions.get(kind, {}).get("x-instead", {})
     if isinstance(instead, str):  # as for another kind
         instead = definitions[instead].get("x-instead", {})
@@ -74,13 +77,6 @@ def words_for(kind: str) -> Mapping[str, str]:
         also = f"{fragment.get('x-also', '')} {resolve(dict(fragment)).get('x-also', '')}"
         found |= dict.fromkeys(also.split(), key)
     return found
-
-
-def _keys_within(fragment: Any) -> Iterator[tuple[str, Mapping[str, Any]]]:
-    if isinstance(fragment, Mapping):
-        yield from fragment.get("properties", {}).items()
-    for inner in fragment.values() if isinstance(fragment, Mapping) else fragment if isinstance(fragment, list) else ():
-        yield from _keys_within(inner)
 
 
 def _meaning(word: str, table: Mapping[str, str]) -> str:
@@ -143,9 +139,8 @@ def number_meant(text: str, wanted: Sequence[str], key: str = "") -> str:
         if key and not wanted:
             return "write a plain number, without a unit"
         if unit := unit_meant(found[2], wanted):
-            return (
-                f"unknown unit {found[2]}; write {found[1]} {unit}" if found[2] != unit else f"write {found[1]} {unit}"
-            )
+            unknown = f"unknown unit {found[2]}; " if found[2] != unit else ""
+            return f"{unknown}write {found[1]} {unit}"
         if re.fullmatch(r"[A-Za-z][\w^*/-]*", found[2]):
             return f'unknown unit "{found[2]}"; {Suggestion(found[2], _units_like(wanted))()}'
     if help := _expression_meant(number):
@@ -368,13 +363,7 @@ def word_meant(word: str, known: Iterable[str], kind: str = "") -> str:
 
 
 def suggest_name(
-    tree: Map,
-    path: Path,
-    word: str,
-    known: Collection[str],
-    otherwise: str = "",
-    more: Sequence[str] = (),
-    none: str = "",
+    tree: Map, path: Path, word: str, known: Names, otherwise: str = "", more: Names = (), none: str = ""
 ) -> Suggestion:
     """Return the help for an unknown name at a path.
 

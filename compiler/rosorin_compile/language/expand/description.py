@@ -173,11 +173,10 @@ def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, 
     """Bind the arguments: those of the command line, else those that an include gives, else their defaults."""
     declared = root.get("args")
     declared = declared if isinstance(declared, Map) else Map(root.span)
-    given: dict[str, Any] = {}
-    places: dict[str, Place] = {}
+    given: dict[str, tuple[Any, Place]] = {}
     for name, (value, place) in reader.given.items():
         with suppress(Failed):
-            given[name], places[name] = scope.resolve(value, place), place
+            given[name] = scope.resolve(value, place), place
     spans: Mapping[str, Span] = getattr(arguments, "value_spans", {})
     for name, value in arguments.items():
         if name not in declared:
@@ -193,9 +192,8 @@ def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, 
         if span is None:  # the command line or Python: the place of the declaration
             span = MadeSpan(*declared.key_spans[name])
             span.via = (Related(f"given to this run: {name}={str(value)[:MAX_SHOWN]}", None),)
-        places[name] = Place(span, None)
-        given[name] = _given(value, kind, span)
-    declare(scope, declared, given, places, "the description")
+        given[name] = _given(value, kind, span), Place(span, None)
+    declare(scope, declared, given, "the description")
 
 
 def _given(value: Any, kind: Any, span: Span) -> Any:

@@ -10,20 +10,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile.source import project
 from rosorin_compile.source.diagnostics import Diagnostic, Span
 from rosorin_compile.source.files import exists, is_file, label, resolve
 from rosorin_compile.source.load import LoadError, load_mapping, parse_yaml, read_utf8
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.project import (
-    ENDINGS,
-    PYTHON_PACKAGE,
-    ROS_PACKAGE,
-    Description,
-    Resolved,
-    data_folder,
-    python_folder,
-)
+from rosorin_compile.source.project import Description, Resolved
 from rosorin_compile.source.tree import Include, Instance, Map, Place, Seq
 from rosorin_compile.source.wording import suggest
 
@@ -36,6 +29,8 @@ from .scope import Expansion, Scope, key_place, value_place
 if TYPE_CHECKING:
     from rosorin_compile.formats.compilation import RobotReader
 
+
+Cache = dict[Any, Any] | None  # parsed files, kept between calls
 
 ADDRESS = "package://"
 MAX_FILES = 10_000  # files that include several others multiply
@@ -64,11 +59,7 @@ class Reader:
     """Reads a file and what it includes; collects named values, included robots, files and diagnostics."""
 
     def __init__(
-        self,
-        root: Path,
-        robots: RobotReader | None,
-        packages: Mapping[str, Path] | None = None,
-        cache: dict[Any, Any] | None = None,
+        self, root: Path, robots: RobotReader | None, packages: Mapping[str, Path] | None = None, cache: Cache = None
     ) -> None:
         # Without a reader of robots every file that is not YAML is taken for one.
         self.robot_endings = robots.endings if robots else lambda: ("",)
@@ -120,7 +111,7 @@ class Reader:
                     entry.put("file", item, span, span)
                 name = entry.get("file") if isinstance(entry.get("file"), str) else ""
                 is_foreign = "package" in entry or name.lower().endswith(self.robot_endings())
-                if is_foreign and not name.endswith(ENDINGS):
+                if is_foreign and not name.endswith(project.ENDINGS):
                     self.robots.append(RobotInclude(entry, place, path))
                 elif (included := self._include(entry, path, place, here)) is not None:
                     join(made, included, self.scope)
@@ -208,7 +199,7 @@ class Reader:
         """Return the folder of a ROS package that the file ``by`` names; None if it is not found."""
         folder = Packages(packages, os.environ, by).find(name)
         if name not in packages and folder is not None:
-            self.resolved.append(Resolved(ROS_PACKAGE, name, Path(os.path.abspath(folder))))
+            self.resolved.append(Resolved(project.ROS_PACKAGE, name, Path(os.path.abspath(folder))))
         return folder
 
     def inside(self, target: Path) -> bool:
@@ -244,9 +235,9 @@ class Reader:
     def parts_file(self, name: str) -> Path | None:
         """Return a file of parts by name: of the library, or ``PACKAGE:FILE`` of an installed Python package."""
         package, colon, file = name.rpartition(":")
-        folder = python_folder(package) if colon else data_folder("parts_library")
+        folder = project.python_folder(package) if colon else project.data_folder("parts_library")
         if colon and folder is not None:
-            self.resolved.append(Resolved(PYTHON_PACKAGE, package, Path(os.path.abspath(folder))))
+            self.resolved.append(Resolved(project.PYTHON_PACKAGE, package, Path(os.path.abspath(folder))))
         if folder is None or not file or os.sep in file or file.startswith("."):
             return None
         path = folder / f"{file}.yaml"

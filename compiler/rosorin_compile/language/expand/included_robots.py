@@ -163,17 +163,18 @@ class IncludedRobots:
         for diagnostic in foreign.diagnostics:
             is_here = diagnostic.span is not None and diagnostic.span.source is entry.span.source
             self._report(with_nearest_file(diagnostic, entry["file"], path), via.parent if is_here else via)
-        if "macro" in entry and not foreign.takes_arguments and foreign.tree is not None:
+        takes_none = foreign.tree is not None and not foreign.takes_arguments
+        if takes_none and "macro" in entry:
             message = f"{path.name} defines no macros: only a xacro does"
             help = "remove macro to include it as a robot"
             scope.report("unknown-macro", message, place_of(entry, "macro", scope), help)
-            return None
-        if texts and not foreign.takes_arguments and foreign.tree is not None:
+        elif takes_none and texts:
             place = Place(entry["args"].key_spans[next(iter(texts))], via.parent)
             message = f"{path.name} has no arguments: only a xacro has them"
             scope.report("unknown-argument", message, place, "remove args")
-            return None
-        return foreign if foreign.tree is not None else None
+        elif foreign.tree is not None:
+            return foreign
+        return None
 
     def _warn(self, rule: str, message: str, span: Span, help: str, include: Included) -> None:
         self._report(Diagnostic(rule, WARNING, message, span, (), help), include.via.parent)
@@ -229,11 +230,9 @@ class IncludedRobots:
         """
         entry, via = include.entry, include.via
         is_on_parent = foreign.mount != "" and foreign.mount == entry.get("parent")
-        keys = [
-            key
-            for key in ("parent", "xyz", "rpy", "joint", "publisher")
-            if entry.get(key) is not None and key not in foreign.passed and not (key == "publisher" and is_on_parent)
-        ]
+        others = (*foreign.passed, "publisher") if is_on_parent else foreign.passed
+        keys = [key for key in ("parent", "xyz", "rpy", "joint", "publisher") if entry.get(key) is not None]
+        keys = [key for key in keys if key not in others]
         have = made.get("joints") or Map(made.span)
         if foreign.mount or "parent" not in keys:
             if keys:
@@ -318,10 +317,9 @@ def _moving_joints(tree: Map) -> int:
 def _check_include(entry: Map, scope: Scope) -> None:
     good = check_include(entry, scope, _KINDS, _KEYS)
     if "with" in entry and "macro" not in entry:
+        message = "with has values for a macro, and there is no macro"
         help = "write macro: NAME; args has values of arguments of a file"
-        scope.report(
-            "missing-key", "with has values for a macro, and there is no macro", place_of(entry, "with", scope), help
-        )
+        scope.report("missing-key", message, place_of(entry, "with", scope), help)
         good = False
     prefix = entry.get("prefix")
     if isinstance(prefix, str) and not _PREFIX.fullmatch(prefix):

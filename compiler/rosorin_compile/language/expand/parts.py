@@ -208,8 +208,10 @@ def _bind(scope: Scope, owner: str, body: Map, entry: Map, user: Place) -> None:
     given = Map(entry.span, entry.via) if given is None else given
     if not isinstance(given, Map):
         raise Failed  # validation reports it
-    places = {key: (value_place if key in (params or ()) else key_place)(given, key) for key in given}
-    declare(scope, params, given, places, owner, user, body.get("let"))
+    arguments = {
+        key: (value, (value_place if key in (params or ()) else key_place)(given, key)) for key, value in given.items()
+    }
+    declare(scope, params, arguments, owner, user, body.get("let"))
     if len(scope.expansion.diagnostics) > before:
         raise Failed
 

@@ -18,9 +18,9 @@ from rosorin_compile.source.units import UNITS
 from rosorin_compile.source.wording import MAX_LISTED, count_of, first_of
 from rosorin_compile.source.xml.elements import escape_for
 
-from ..expression import CHOICES, Piece, compile_expression, evaluate, names_in, pieces
+from ..expression import Piece, compile_expression, evaluate, names_in, pieces
 from ..expression.functions import CONSTANTS, FUNCTIONS, OF_DESCRIPTIONS, ExpressionError, KindError, functions, kind_of
-from ..expression.syntax import EFFORT, weight
+from ..expression.syntax import CHOICES, EFFORT, weight
 from ..schema import keys_of_xml
 from ..suggestions import flag_meant, number_meant, unit_meant
 from .provenance import OF_KINDS, Origin, argument_at, argument_of, is_like_a_number
@@ -249,18 +249,9 @@ class Scope:
 
     # Errors
 
-    def report(
-        self,
-        rule: str,
-        message: str,
-        place: Place,
-        help: Help = "",
-        related: Sequence[Related] = (),
-        of_kinds: bool | None = None,
-    ) -> None:
+    def report(self, rule: str, message: str, place: Place, help: Help = "", related: Sequence[Related] = ()) -> None:
         """Add an error at a place, or at the argument behind it, with the includes and parts that led to it."""
-        kinds = rule in OF_KINDS if of_kinds is None else of_kinds
-        origin = None if rule in _OF_ENTRIES else argument_at(self, place.span, kinds)
+        origin = None if rule in _OF_ENTRIES else argument_at(self, place.span, rule in OF_KINDS)
         self.report_origin(rule, message, place, help, related, origin)
 
     def fail(self, rule: str, message: str, place: Place, help: Help = "", related: Sequence[Related] = ()) -> Failed:

@@ -71,7 +71,7 @@ class Edge(NamedTuple):
     stack: tuple[Step, ...] = ()
 
 
-class Placed(NamedTuple):
+class FramePose(NamedTuple):
     """The pose of a frame relative to its root, in a named pose of the joints; "" is all joints at zero."""
 
     pose: str
@@ -96,7 +96,7 @@ class Explanation(NamedTuple):
     stack: tuple[Step, ...]
     chain: tuple[Edge, ...]
     others: tuple[Edge, ...]
-    placed: tuple[Placed, ...]
+    placed: tuple[FramePose, ...]
     children: tuple[str, ...]
     joint: tuple[Number, ...] = ()
     inertial: tuple[Number, ...] = ()
@@ -153,9 +153,10 @@ def explain(
     for name in (name for name in unknown if name not in entries):
         if any(_is_called(number, name) for number in numbers):
             words.append(name)
-        elif (meaning := origins.meaning_of(name)) is not None:
+        elif name in expanded.scope.places:
             uses = (use for use in expanded.symbols.references(("value",)) if (use.name, use.owner) == (name, ""))
             spans = dict.fromkeys(use.place.span for use in uses if use.place)
+            meaning = origins.meaning(name, "", origins.root, origins.root)
             values.append(NamedValue(name, meaning, tuple(map(origins.where, spans))))
         else:
             known = {*frames.names, *robot.joint, *entries, *expanded.scope.places}
@@ -250,7 +251,7 @@ class _Frames:
         joints = self.robot.chain(frame) if frame in self.robot.link else ()
         return (*map(self._edge_of_joint, joints), *below)
 
-    def _placed(self, frame: str, chain: Sequence[Edge], pose: str) -> Placed:
+    def _placed(self, frame: str, chain: Sequence[Edge], pose: str) -> FramePose:
         positions = next((known.positions for known in self.robot.poses if known.name == pose), {})
         root, found = chain[0].parent if chain else frame, Rigid()
         for ends in dict.fromkeys((edge.parent, edge.child) for edge in chain):
@@ -261,9 +262,9 @@ class _Frames:
             poses = {edge.pose for edge in self.robot.edges if (edge.parent, edge.child) == ends}
             step = poses.pop()
             if step is None or poses:
-                return Placed(pose, root, None)
+                return FramePose(pose, root, None)
             found = found.then(step.transform())
-        return Placed(pose, root, Transform.from_rigid(found))
+        return FramePose(pose, root, Transform.from_rigid(found))
 
     def _edge_of_joint(self, joint: Joint) -> Edge:
         path = self.places["joint", joint.name]

@@ -192,14 +192,6 @@ def numbers_in(text: str) -> list[str]:
     return found
 
 
-def number_in(value: Any, key: str) -> str:
-    """Return the help for a mapping or a list where a number belongs, under a key."""
-    inner = list(value.values()) if isinstance(value, Map) else list(value) if isinstance(value, Seq) else []
-    if len(inner) == 1 and isinstance(value, Map) and inner[0] is None:
-        return f'write "${{{next(iter(value))}}}" for a named value, in quotes'
-    return f"write {key}: {_short(inner[0])}" if len(inner) == 1 and isinstance(inner[0], (int, float)) else ""
-
-
 def list_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
     """Return the help for a value where a list belongs, under a key, by its fragment of the schema."""
     items = fragment.get("items", {})
@@ -209,7 +201,7 @@ def list_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
         small = {name.casefold(): name for name in value}
         names = next((names for names in _VECTORS if small and set(small) <= set(names)), ())
         if names:
-            numbers = [_short(value[small[name]]) if name in small else "01"[name == "a"] for name in names]
+            numbers = [shown(value[small[name]]) if name in small else "01"[name == "a"] for name in names]
             return f"write the numbers alone: [{', '.join(numbers)}]"
         return f"write {example}" if is_of_numbers else 'each item begins with "- "'
     if isinstance(value, str):
@@ -221,7 +213,7 @@ def list_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
             return f"write [{', '.join(value.replace(',', ' ').split())}]"
         return f"write {example}" if is_of_numbers else 'each item begins with "- "'
     if isinstance(value, (int, float)) and not isinstance(value, bool):
-        text = _short(value)
+        text = shown(value)
         known = {"scale": f"write [{', '.join([text] * 3)}]", "rpy": f"write [0, 0, {text}] for a turn about z"}
         return known.get(key) or (f"write {example}" if is_of_numbers else f"write [{text}]")
     return ""
@@ -254,17 +246,8 @@ def mapping_meant(value: Any, fragment: Mapping[str, Any]) -> str:
     if isinstance(value, str) and value and not legal:
         return f'a ":" is missing: write {value}: ...'
     keys = required or [key for key in legal if key not in {"source", *keys_of_xml()}][:4]
-    only = _short(value) if len(keys) == 1 and isinstance(value, (str, int, float)) else "..."
+    only = shown(value) if len(keys) == 1 and isinstance(value, (str, int, float)) else "..."
     return f"write {{{', '.join(f'{key}: {only}' for key in keys)}}}" if keys else ""
-
-
-def text_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
-    """Return the help for a value where a text belongs, under a key, by its fragment of the schema."""
-    if isinstance(value, (bool, int, float)):
-        return "put it in quotes to make it text"
-    if isinstance(value, Map) and fragment is schema()["$defs"]["element"]:
-        return "an element is a text of XML: write - <NAME .../>"
-    return f"write {key}: NAME"
 
 
 def flag_meant(value: Any) -> str:
@@ -276,7 +259,8 @@ def flag_meant(value: Any) -> str:
     return f"write {flag}, without quotes" if flag else ""
 
 
-def _short(value: Any) -> str:
+def shown(value: Any) -> str:
+    """Return a scalar as a suggestion writes it."""
     if isinstance(value, Quantity):
         return value.text
     return f"{value:g}" if isinstance(value, float) else str(value)[:MAX_SHOWN]

@@ -102,35 +102,31 @@ def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]
     if not missing:
         return diagnostics
     rounds: Counter[int] = Counter()
-    dropped: dict[tuple[int, str], tuple[Disabled, bool]] = {}  # each once: several rounds may drop the same
+    dropped: dict[tuple[int, str], Disabled] = {}  # each once: several rounds may drop the same
     for entry in scope.expansion.disabled:
         rounds[id(entry.item)] += 1
-        if rounds[id(entry.item)] <= MAX_ROUNDS + 1:
-            wild = entry.is_empty or rounds[id(entry.item)] > MAX_ROUNDS
-            dropped.setdefault((id(entry.item), _pattern(entry, wild)), (entry, wild))
+        if rounds[id(entry.item)] <= MAX_ROUNDS:
+            dropped.setdefault((id(entry.item), _pattern(entry)), entry)
     causes: dict[str, tuple[int, str]] = {}
     for name in missing:
-        for key, (entry, _) in dropped.items():
+        for key, entry in dropped.items():
             begin = re.match(key[1], name) if entry.is_use else re.fullmatch(key[1], name)
             # A name belongs to a dropped use if no other name has the same prefix.
             if begin is not None and not (entry.is_use and any(one.startswith(begin[0]) for one in existing)):
                 causes.setdefault(name, key)
-    groups: dict[tuple[tuple[int, str], str], list[Diagnostic]] = {}
-    others = []
+    groups: dict[tuple[tuple[int, str] | None, str], list[Diagnostic]] = {}
     for diagnostic in diagnostics:
         names = _QUOTED.findall(diagnostic.message) if diagnostic.severity != NOTE else ()
         cause = next((causes[name] for name in names if name in causes), None)
-        if cause is None:
-            others.append(diagnostic)
-        else:
-            groups.setdefault((cause, diagnostic.severity), []).append(diagnostic)
-    return [*others, *(_explained(*dropped[cause], arrange(group)) for (cause, _), group in groups.items())]
+        groups.setdefault((cause, diagnostic.severity), []).append(diagnostic)
+    explained = [_explained(dropped[cause], arrange(group)) for (cause, _), group in groups.items() if cause]
+    return [*(one for (cause, _), group in groups.items() if not cause for one in group), *explained]
 
 
-def _pattern(entry: Disabled, wild: bool) -> str:
+def _pattern(entry: Disabled) -> str:
     """Return a pattern that matches the names of a dropped entry, or the prefix of its part.
 
-    Names are evaluated as if the entry were not dropped; with ``wild``, an expression in them matches any text.
+    Names are evaluated as if the entry were not dropped; in a loop without rounds, an expression matches any text.
     """
     scope, expansion, key, item = entry.scope, entry.scope.expansion, entry.key, entry.item
     texts, patterns = [text for text in (key, *_frames(item)) if text], []
@@ -138,7 +134,7 @@ def _pattern(entry: Disabled, wild: bool) -> str:
         prefix = item.get("prefix", f"{key}_")
         texts = [prefix] if isinstance(prefix, str) and prefix else []
     for text in texts:
-        if wild:
+        if entry.is_empty:
             patterns.append("".join(".+?" if one.is_expression else re.escape(one.text) for one in pieces(text)))
             continue
         reported = len(expansion.diagnostics)
@@ -149,14 +145,14 @@ def _pattern(entry: Disabled, wild: bool) -> str:
     return f"(?:{re.escape(scope.prefix)})?(?:{'|'.join(patterns) or '(?!)'})"
 
 
-def _explained(entry: Disabled, wild: bool, group: list[Diagnostic]) -> Diagnostic:
+def _explained(entry: Disabled, group: list[Diagnostic]) -> Diagnostic:
     """Return the first diagnostic that a dropped entry causes, with the others as related places."""
     (first, *others), item, key = group, entry.item, entry.key
     span, why = item.value_spans["for" if entry.is_empty else "if"], "its loop has no rounds"
     if not entry.is_empty:
         why = f"its condition is false: {item['if']}" if isinstance(item["if"], str) else "its condition is false"
-    with suppress(Failed):
-        key = key if wild or "$" not in key else entry.scope.name(key, item.span, entry.scope.via)
+        with suppress(Failed):
+            key = entry.scope.name(key, item.span, entry.scope.via) if "$" in key else key
     what = f'"{key}"' if key else "an item of a list"
     message = f"{first.message}: {what} is left out at {span.source.path}:{span.line} ({why})"
     related = [Related("left out here", span)]

@@ -22,6 +22,7 @@ from ..element_names import rename_references, with_names
 from ..schema import holds_many, is_one_entry, keys_of, merged_sections, sections
 from ..suggestions import word_meant
 from ..symbols import IN_MJCF, IN_PARAMETERS, IN_URDF, MOUNT, SymbolTable
+from ..validate import validate
 from .provenance import argument_behind
 from .scope import Scope
 
@@ -361,6 +362,11 @@ def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
                 tree.put(section, copy(value), more.key_spans[section], more.value_spans[section])
         elif value is not None and section not in joined:
             good = _report("duplicate-key", f'"{section}" is defined twice', "remove one", section, tree, more, scope)
+            for fragment in (tree, more) if scope.expansion.parts else ():
+                alone = Map(fragment.span, fragment.via)
+                alone.put("robot", "robot", fragment.span, fragment.span)
+                alone.put(section, fragment[section], fragment.key_spans[section], fragment.value_spans[section])
+                scope.expansion.diagnostics += validate(alone, {})
             continue
         elif isinstance(have, Seq) and isinstance(value, Seq) and section in merged_sections(ITEMS):
             _extend(have, value)

@@ -140,7 +140,10 @@ class _Search:
 
     def follow_names(self, scope: Scope, span: Span, steps: int) -> tuple[Span, Scope]:
         """Follow values that are a single name to the last place where a person may have written a value."""
-        name, keys = _lone_name(span) if steps else ("", "")
+        text = _text_at(span)
+        found = pieces(text) if steps else ()
+        match = _LONE_NAME.match(found[0].text.strip()) if len(found) == 1 and found[0].is_whole else None
+        name, keys = (match[1], match[2]) if match else (_MOUNT if steps and text == MOUNT else "", "")
         definition = self.definition(scope, name, keys) if name else None
         # A default of a part of another file is not a value of the description.
         if definition is None or self.is_foreign(definition.scope) or (self.of_kinds and definition.keeps_kind):
@@ -204,13 +207,6 @@ def is_like_a_number(value: Any) -> bool:
 
 def _text_at(span: Span) -> str:
     return span.source.line(span.line)[span.column - 1 : span.column - 1 + span.length].strip("\"'")
-
-
-def _lone_name(span: Span) -> tuple[str, str]:
-    text = _text_at(span)
-    found = pieces(text)
-    match = _LONE_NAME.match(found[0].text.strip()) if len(found) == 1 and found[0].is_whole else None
-    return (match[1], match[2]) if match else (_MOUNT if text == MOUNT else "", "")
 
 
 def _names_at(span: Span) -> list[str]:

@@ -481,7 +481,15 @@ def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
         inner_scopes: list[Scope] = []
         counted = 0
         for scope in scopes:
-            items, spans = _loop_values(scope, values, where)
+            items, spans = scope.resolve(values, where), list[Span]()
+            if isinstance(items, Mapping):
+                spans = [getattr(items, "key_spans", {}).get(key, where.span) for key in items]
+                items = list(items)
+            elif isinstance(items, list):
+                spans = items.value_spans if isinstance(items, Seq) else [where.span] * len(items)
+            else:
+                help = "write a list, or ${range(4)}"
+                raise scope.fail("wrong-type", "a loop runs over a list or a table", where, help)
             if len(items) > counted:  # assume that every round has this many, so that a huge product is refused at once
                 outer.count((len(items) - counted) * len(scopes), where.span, where.via)
                 counted = len(items)
@@ -500,16 +508,6 @@ def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
                 inner_scopes.append(inner)
         scopes = inner_scopes
     yield from scopes
-
-
-def _loop_values(scope: Scope, values: Any, place: Place) -> tuple[Sequence[Any], Sequence[Span]]:
-    resolved = scope.resolve(values, place)
-    if isinstance(resolved, Mapping):
-        spans = resolved.key_spans if isinstance(resolved, Map) else {}
-        return list(resolved), [spans.get(key, place.span) for key in resolved]
-    if isinstance(resolved, list):
-        return resolved, resolved.value_spans if isinstance(resolved, Seq) else [place.span] * len(resolved)
-    raise scope.fail("wrong-type", "a loop runs over a list or a table", place, "write a list, or ${range(4)}")
 
 
 def _short(value: Any) -> str:

@@ -14,6 +14,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from contextlib import suppress
 from functools import cache
 from itertools import pairwise
 from types import NoneType
@@ -46,9 +47,8 @@ _FALSE = ("no", "n", "off", "false", "0", "disabled")
 
 
 @cache
-def _data() -> dict[str, dict[str, Any]]:
-    loaded: dict[str, dict[str, Any]] = json.loads((data_folder("schemas") / "synonyms.json").read_text("utf-8"))
-    return loaded
+def _data() -> Any:
+    return json.loads((data_folder("schemas") / "synonyms.json").read_text("utf-8"))
 
 
 @cache
@@ -64,10 +64,8 @@ def words_for(kind: str) -> Mapping[str, str]:
     root, definitions = schema()["properties"], schema()["$defs"]
     if kind in ("top", "part"):
         known = root if kind == "top" else {section: root[section] for section in of_parts()}
-    elif kind in definitions:
-        known = definitions[kind].get("properties", {})
-    else:  # a section whose entries are defined in place
-        parts = mappings_in(root.get(kind, {}))
+    else:  # a definition, or a section whose entries are defined in place
+        parts = [definitions[kind]] if kind in definitions else mappings_in(root.get(kind, {}))
         known = dict(entry for part in parts for entry in part.get("properties", {}).items())
     instead = definitions.get(kind, {}).get("x-instead", {})
     if isinstance(instead, str):  # as for another kind
@@ -100,8 +98,7 @@ def unit_meant(text: str, wanted: Sequence[str]) -> str:
     split = re.sub(r"^(kg|g)(mm|cm|m)(?![a-z])", r"\1*\2", unit)  # kgm2 is kg*m2
     guesses = [_factors(unit, {}), _factors(unit, {"nm": "Nm", "kg": "kgf"}), _factors(split, {})]
     known = [guess for guess in guesses if guess and parse_unit(guess) is not None]
-    dimensions = _dimensions(wanted)
-    fitting = [guess for guess in known if (parse_unit(guess) or (0, None))[1] in dimensions]
+    fitting = [guess for guess in known if _dimensions([guess])[0] in _dimensions(wanted)]
     return (fitting or known or [""])[0]
 
 
@@ -117,8 +114,8 @@ def _factors(unit: str, others: Mapping[str, str]) -> str:
         small = word.casefold()
         same = [name for name in UNITS if name.casefold() == small]
         name = others.get(small) or (word if word in UNITS else spellings.get(small) or (same[0] if same else ""))
-        close = nearest(small, spellings) if not name and len(small) >= SPELLED_OUT else None
-        name = spellings[close] if close else name
+        close = nearest(small, spellings) if len(small) >= SPELLED_OUT else None
+        name = name or (spellings[close] if close else "")
         if not name:
             return ""
         pieces += [sign, name, f"^{power}" if power else ""]
@@ -167,11 +164,10 @@ def _expression_meant(text: str) -> str:
     formula = text.replace("math.", "").replace("^", "**").replace("M_PI", "pi")
     formula = formula[1:-1] if formula.startswith("{") and formula.endswith("}") else formula
     is_sum = re.search(r"[-+*/(]", formula) and re.search(r"\d|pi|\w\s*[-+*/]\s*\w", formula)
-    try:
-        is_expression = formula in ("pi", "tau") or (is_sum and len(text) <= MAX_SHOWN and compile_expression(formula))
-    except ExpressionError:
-        return ""
-    return f'a calculation is an expression: "${{{formula}}}"' if is_expression else ""
+    with suppress(ExpressionError):
+        if formula in ("pi", "tau") or (is_sum and len(text) <= MAX_SHOWN and compile_expression(formula)):
+            return f'a calculation is an expression: "${{{formula}}}"'
+    return ""
 
 
 def _is_number(text: str) -> bool:
@@ -268,10 +264,9 @@ def shown(value: Any) -> str:
 
 def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str, path: Sequence[str | int] = ()) -> str:
     """Return the help for a key that the entry at a path cannot have."""
-    table, word, inner = words_for(kind), key.removeprefix("xacro:"), entry.get(key)
+    table, word, inner, keys = words_for(kind), key.removeprefix("xacro:"), entry.get(key), list(entry)
     if (written := _key_and_value(word)) and written[0] in known:
         return f"write {written[0]}: {'...' if written[1][:1] in '{[' else written[1]}"
-    keys = list(entry)
     before = keys[keys.index(key) - 1] if key in keys[1:] else ""
     if help := text_meant_by(key, entry) or way_out(word, table):
         return help
@@ -286,9 +281,8 @@ def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str, path: S
     legal, other = f"legal: {', '.join(sorted(known))}", _data()["others"].get(kind)
     if close in known:
         return f"{suggest(close)} ({legal})"
-    instead = f"{other} ({legal})" if other else ""
-    if kind == "pose":
-        instead = f"joints belong in positions: {{{key}: ...}} or in pulses: {{{key}: ...}}"
+    of_pose = f"joints belong in positions: {{{key}: ...}} or in pulses: {{{key}: ...}}"
+    instead = of_pose if kind == "pose" else f"{other} ({legal})" if other else ""
     return Suggestion(word, known, instead=instead, details=legal)()
 
 

@@ -130,7 +130,7 @@ def read(text: str) -> Robot:
     try:
         return _robot_of(model)
     except (AttributeError, KeyError, TypeError, ValueError):
-        from rosorin_compile.language.validator import misfits_of, validator, words_of
+        from rosorin_compile.language.annotations import misfits_of, validator, words_of
 
         for misfit in misfits_of(validator("robot_model"), model):  # a sentence about the damage
             raise ValueError(f"not a driver's model: {words_of(misfit)}") from None
@@ -159,8 +159,8 @@ def _robot_of(model: Mapping[str, Any]) -> Robot:
 
 
 def _load(opened: Opened) -> Imported:
+    from rosorin_compile.language.annotations import misfits_of, validator, words_of
     from rosorin_compile.language.schema import subject
-    from rosorin_compile.language.validator import misfits_of, validator, words_of
 
     from .imported_robot import Imported, as_tree
     from .robot_files import accept

@@ -21,9 +21,8 @@ from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, find
 from rosorin_compile.source.units import UNITS, parse_unit
 
 from . import annotations as schema_words
-from .annotations import ANNOTATIONS, GIVES, NAMES, WITHIN, Node, describe_path, kinds_of, own_schema
+from .annotations import ANNOTATIONS, GIVES, NAMES, WITHIN, Node, check_schema, describe_path, kinds_of, own_schema
 from .annotations import Steps as Steps
-from .validator import check_schema
 
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format

@@ -14,9 +14,9 @@ from rosorin_compile.source.units import Dimension, Quantity, describe, parse_un
 from rosorin_compile.source.wording import count_of, hidden_letter, in_words, suggest, swaps
 
 from . import suggestions
+from .annotations import Misfit, misfits_of, validator_of
 from .expand.provenance import problem_at
 from .schema import Steps, backend_of, part_at, resolve, subject, unit_at, with_outputs
-from .validator import Misfit, misfits_of, validator_of
 
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format

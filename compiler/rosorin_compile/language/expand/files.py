@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -80,11 +80,10 @@ class Reader:
 
     def whole(self) -> Map | None:
         """Return the description, joined; None if its first file cannot be read."""
-        return self._read(self.root, label(self.root), None, None, ())
+        return self._read(self.root)
 
-    def _read(
-        self, path: Path, name: str, include: Span | None, via: Instance | None, within: tuple[Path, ...]
-    ) -> Map | None:
+    def _read(self, path: Path, via: Instance | None = None, within: tuple[Path, ...] = ()) -> Map | None:
+        name, include = label(path), via.span if via else None
         self.files.append(path)
         Progress.step("reading files", len(self.files))
         try:
@@ -158,7 +157,7 @@ class Reader:
         via = Include("included here", place.span, place.via)
         via.included = self._includes
         self._includes.setdefault(label(target), via)
-        made = self._read(target, label(target), place.span, via, within)
+        made = self._read(target, via, within)
         if made is None:
             self.diagnostics[before:] = [with_nearest_file(one, name, target) for one in self.diagnostics[before:]]
         return made
@@ -247,41 +246,38 @@ class Reader:
 
     def load_function(self) -> Callable[[Any], Any]:
         """Return the function ``load`` of expressions: a YAML file of the project or of a package, read once."""
-        loaded: dict[str, Any] = {}
 
+        @cache
         def load(name: Any) -> Any:
             if not isinstance(name, str):
                 raise ExpressionError("load takes the name of a YAML file")
-            if name not in loaded:
-                try:
-                    path = self.target(name, None, self.root, self.packages)
-                    path = path if name.startswith(ADDRESS) else self.folder / name
-                    self.files.append(path)
-                    read = partial(parse_yaml, read_utf8(path, label(path)))
-                    loaded[name] = self._cached(path, path, label(path), None, read)
-                except IncludeError as problem:
-                    raise ExpressionError(problem.message, help=problem.help) from None
-                except LoadError as problem:
-                    found, span = problem.diagnostic, problem.diagnostic.span
-                    where = f" ({span.source.path}:{span.line}:{span.column})" if span else ""
-                    raise ExpressionError(f"{found.message}{where}", help=found.suggest or found.help) from None
-            return loaded[name]
+            try:
+                path = self.target(name, None, self.root, self.packages)
+                path = path if name.startswith(ADDRESS) else self.folder / name
+                self.files.append(path)
+                read = partial(parse_yaml, read_utf8(path, label(path)))
+                return self._cached(path, path, label(path), None, read)
+            except IncludeError as problem:
+                raise ExpressionError(problem.message, help=problem.help) from None
+            except LoadError as problem:
+                found, span = problem.diagnostic, problem.diagnostic.span
+                where = f" ({span.source.path}:{span.line}:{span.column})" if span else ""
+                raise ExpressionError(f"{found.message}{where}", help=found.suggest or found.help) from None
 
         return load
 
     def find_function(self) -> Callable[..., Any]:
         """Return the function ``find`` of expressions: the folder of a ROS package, found as for ``include``."""
-        found: dict[str, Path | None] = {}
+        package = cache(partial(self.package, packages=self.packages, by=self.root))
 
         def find(name: Any, *fallback: Any) -> Any:
             if not isinstance(name, str) or len(fallback) > 1:
                 raise ExpressionError("find takes the name of a ROS package, and a value for where there is none")
-            if name not in found:
-                found[name] = self.package(name, self.packages, self.root)
-            if found[name] is None and not fallback:
+            folder = package(name)
+            if folder is None and not fallback:
                 help = f"say where it is, --package {name}=FOLDER, or source its workspace"
                 raise ExpressionError(f'the package "{name}" is not found', help=help)
-            return fallback[0] if found[name] is None else str(found[name])
+            return fallback[0] if folder is None else str(folder)
 
         return find
 

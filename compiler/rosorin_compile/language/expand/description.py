@@ -134,8 +134,8 @@ def expand(
 def _without_misnamed(root: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
     """Return the diagnostics without missing names that are caused by a misspelt section or loop."""
     sections = root.copy()
-    for key in (*schema("description")["properties"], *_FORMS):
-        sections.pop(key, None)
+    for key in sections.keys() & {*schema("description")["properties"], *_FORMS}:
+        del sections[key]
     misnamed = [one for one in validate(sections, {}) if one.rule == "unknown-key"] if sections else []
     waiting: list[Any] = [root]
     while waiting:
@@ -159,16 +159,14 @@ def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None])
     for key, value in root.items():
         if key in _FORMS:
             continue
-        made = value
         try:
             if key not in _NOT_EVALUATED:
                 if key in merged_sections(ENTRIES) and not check_controls("", root, (key,), scope):
                     raise Failed
-                made = scope.resolve(value, Place(root.value_spans[key], None), key in keys_of_xml())
+                value = scope.resolve(value, Place(root.value_spans[key], None), key in keys_of_xml())
+            own.put(key, copy(value) if key in of_parts() else value, root.key_spans[key], root.value_spans[key])
         except Failed:
             good = False
-            continue
-        own.put(key, copy(made) if key in of_parts() else made, root.key_spans[key], root.value_spans[key])
     for key, help in _FORMS.items():
         if not isinstance(root.get(key) or {}, dict):
             what = "types" if key == "sensor_types" else "parts"

@@ -209,12 +209,10 @@ class IncludedRobots:
         # The nearest folder, that of the robot or one above it, that contains all of them: artifacts find them there.
         top = Path(os.path.commonpath([base, *places.values()]))
         above = [folder for folder in (base, *base.parents) if folder.is_relative_to(top)]
-        new = {}
-        for name, path in places.items():
-            found = Path(os.path.relpath(path, top)).as_posix()
-            existing = [folder for folder in above if files.is_file(folder / found)]
-            if existing == [top]:  # and no other file of that name nearer to the robot
-                new[name] = found
+        new = {name: Path(os.path.relpath(path, top)).as_posix() for name, path in places.items()}
+        for name, found in list(new.items()):
+            if [folder for folder in above if files.is_file(folder / found)] != [top]:  # or one nearer to the robot
+                del new[name]
         missed = [name for name in names if name not in new]
         if missed:
             seen = f"seen from {file}, but readers look from the artifacts"
@@ -236,11 +234,10 @@ class IncludedRobots:
         have = made.get("joints") or Map(made.span)
         if foreign.mount or "parent" not in keys:
             if keys:
-                message = f'an include has "{keys[0]}", but what it includes is attached to nothing'
-                help = "write parent: FRAME"
-                if foreign.mount:
-                    message = f'an include has "{keys[0]}", but the macro attaches what it makes to "{foreign.mount}"'
-                    help = "remove it"
+                attached = f'the macro attaches what it makes to "{foreign.mount}"'
+                attached = attached if foreign.mount else "what it includes is attached to nothing"
+                help = "remove it" if foreign.mount else "write parent: FRAME"
+                message = f'an include has "{keys[0]}", but {attached}'
                 self._warn("ignored-key", message, entry.key_spans[keys[0]], help, include)
             if is_on_parent:  # the values of its joint that the include sets have the places of the include
                 made["joints"] = joints = copy(have)
@@ -271,9 +268,8 @@ class IncludedRobots:
         named = entry.value_spans["joint" if entry.get("joint") else "parent"]
         joints = Map(made.span)
         joints.put(name, joint, named, named)
-        joints.update(have)
-        joints.key_spans |= have.key_spans
-        joints.value_spans |= have.value_spans
+        for other, value in have.items():
+            joints.put(other, value, have.key_spans[other], have.value_spans[other])
         made.put("joints", joints, made.span, made.span)
         return made
 

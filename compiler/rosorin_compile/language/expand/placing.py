@@ -440,11 +440,7 @@ def copy(value: Any) -> Any:
     """Return a mapping or a list of the same entries, which may grow."""
     if isinstance(value, Map):
         return value.copy()
-    if isinstance(value, Seq):
-        made = Seq(value.span, value.via)
-        _extend(made, value)
-        return made
-    return value
+    return map_items(value, lambda item: item) if isinstance(value, Seq) else value
 
 
 def with_source(tree: Map, owner: Map) -> Map:

@@ -351,14 +351,12 @@ def _types(types: list[str], fragment: Schema) -> Schema:
         return made
     units = fragment.get("x-unit", [])
     units = [units] if isinstance(units, str) else units
-    parsed = {unit: parse_unit(unit) for unit in units}
+    dimensions = {unit[1] for unit in map(parse_unit, units) if unit is not None}
     patterns, what = [_WHOLE], f"{_WORDS.get(types[0], types[0])} "
-    if "number" in types and any(parsed.values()):
-        dimensions = {unit[1] for unit in parsed.values() if unit is not None}
+    if "number" in types and dimensions:
         fitting = "|".join(re.escape(name) for name, (_, dimension) in UNITS.items() if dimension in dimensions)
         every = "|".join(map(re.escape, UNITS))
-        factor = rf"({every})(\^-?\d)?"
-        compound = rf"{factor}([*/]{factor})+|({every})\^-?\d"
+        compound = rf"({every})(\^-?\d)?([*/]({every})(\^-?\d)?)+|({every})\^-?\d"
         patterns.append(rf"{_NUMBER}({'|'.join(filter(None, [fitting, compound]))})$")
         what = f"a number in {' or '.join(filter(None, units))}, one with a unit, "
     made["pattern"] = "|".join(patterns)

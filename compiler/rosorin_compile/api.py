@@ -32,7 +32,8 @@ from rosorin_compile.formats.imported_robot import Imported
 from rosorin_compile.formats.mesh_files import opened_by
 from rosorin_compile.language.arguments import Argument, declared_arguments, takes_no_arguments
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.output import OutputError, read_set, write_artifacts
+from rosorin_compile.output.artifact_set import read_set, write_artifacts
+from rosorin_compile.output.atomic_files import OutputError
 from rosorin_compile.request import EXECUTED, FilePath, Packages, Request, Values
 from rosorin_compile.rules.check import plugin_checks
 from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, RequestError, UnknownName, error, has_errors
@@ -406,7 +407,7 @@ def explain_rules(ids: Sequence[str] = ()) -> Rules:
         >>> rosorin_compile.explain_rules(["axis-zero"]).rules[0].help
         'Name one, such as `[0, 0, 1]`.'
     """
-    diagnostics = (*plugin_checks().diagnostics, *plugged_diagnostics())
+    diagnostics = (*plugin_checks()[1], *plugged_diagnostics())
     known = {**OF_PLUGINS, **find(ids or None)}
     for id in ids:
         if id not in known:

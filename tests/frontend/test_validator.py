@@ -16,10 +16,10 @@ from jsonschema import Draft7Validator
 from authoring import with_formats
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compilation import RobotReader
+from rosorin_compile.language.annotations import validator_of
 from rosorin_compile.language.expand.description import expand
 from rosorin_compile.language.schema import schema, with_outputs
 from rosorin_compile.language.validate import validate
-from rosorin_compile.language.validator import validator_of
 from rosorin_compile.source.diagnostics import Source, Span
 from rosorin_compile.source.tree import Map, Seq, Text
 from rosorin_compile.source.units import ANGLE, LENGTH, MASS, NUMBER, Quantity

@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 
 from rosorin_compile.compare.artifacts import agreement
 from rosorin_compile.formats.compilation import compile_robot
-from rosorin_compile.language.expression import CONSTANTS, FUNCTIONS, ExpressionError, evaluate
+from rosorin_compile.language.expression import evaluate
+from rosorin_compile.language.expression.functions import CONSTANTS, FUNCTIONS, ExpressionError
 from rosorin_compile.source.diagnostics import Diagnostic, has_errors
 from rosorin_compile.source.units import LENGTH, Quantity
 from support.fuzzing import held, with_a_mistake

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats import FORMATS, Artifact, Format
-from rosorin_compile.language.validator import misfits
+from rosorin_compile.language.annotations import misfits
 from rosorin_compile.model import Output, Robot, Shape
 from rosorin_compile.source.diagnostics import Diagnostic, error
 from rosorin_compile.source.load import json_of

@@ -188,7 +188,7 @@ def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
     found = apply(tree, diagnostics, rules.acceptable())
     diagnostics = found.diagnostics
     if scope and scope.expansion.disabled and any(one.severity != NOTE for one in diagnostics):
-        from rosorin_compile.language.expand.defined_names import explain_missing_names
+        from rosorin_compile.language.expand.description import explain_missing_names
 
         diagnostics = explain_missing_names(scope, tree, diagnostics)
     return Understood(expanded, lowered, arrange(diagnostics), found.used)

@@ -8,8 +8,8 @@ from dataclasses import fields, is_dataclass, replace
 from functools import cache, partial
 from typing import Any
 
+from rosorin_compile.language.annotations import check_schema
 from rosorin_compile.language.schema import schema
-from rosorin_compile.language.validator import check_schema
 from rosorin_compile.source.diagnostics import Diagnostic, has_errors
 from rosorin_compile.source.files import exists
 from rosorin_compile.source.plugins import Plugin, PluginFailed, aside, diagnostic_of, failed_plugin, load

@@ -11,8 +11,8 @@ import math
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from rosorin_compile.language.annotations import misfits_of, validator, words_of
 from rosorin_compile.language.schema import subject
-from rosorin_compile.language.validator import misfits_of, validator, words_of
 from rosorin_compile.model import Box, HeightMap, Joint, Output, Robot, Shape
 from rosorin_compile.model.geometry import IDENTITY
 from rosorin_compile.model.joint import SEVERAL_COORDINATES

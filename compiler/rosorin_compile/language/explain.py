@@ -71,7 +71,7 @@ class Edge(NamedTuple):
     stack: tuple[Step, ...] = ()
 
 
-class Placed(NamedTuple):
+class FramePose(NamedTuple):
     """The pose of a frame relative to its root, in a named pose of the joints; "" is all joints at zero."""
 
     pose: str
@@ -96,11 +96,11 @@ class Explanation(NamedTuple):
     stack: tuple[Step, ...]
     chain: tuple[Edge, ...]
     others: tuple[Edge, ...]
-    placed: tuple[Placed, ...]
+    placed: tuple[FramePose, ...]
     children: tuple[str, ...]
-    joint: tuple[Number, ...]
-    inertial: tuple[Number, ...]
-    shapes: tuple[Shape, ...]
+    joint: tuple[Number, ...] = ()
+    inertial: tuple[Number, ...] = ()
+    shapes: tuple[Shape, ...] = ()
 
     @property
     def numbers(self) -> list[Number]:
@@ -153,9 +153,10 @@ def explain(
     for name in (name for name in unknown if name not in entries):
         if any(_is_called(number, name) for number in numbers):
             words.append(name)
-        elif (meaning := origins.meaning_of(name)) is not None:
+        elif name in expanded.scope.places:
             uses = (use for use in expanded.symbols.references(("value",)) if (use.name, use.owner) == (name, ""))
             spans = dict.fromkeys(use.place.span for use in uses if use.place)
+            meaning = origins.meaning(name, "", origins.root, origins.root)
             values.append(NamedValue(name, meaning, tuple(map(origins.where, spans))))
         else:
             known = {*frames.names, *robot.joint, *entries, *expanded.scope.places}
@@ -209,24 +210,18 @@ class _Frames:
 
     def explanation(self, name: str, pose: str) -> Explanation:
         """Return everything about a frame."""
-        robot, chain = self.robot, self._chain(name)
-        joint, link = robot.joint_to.get(name), robot.link.get(name)
-        where, stack = (None, ()) if link is None else self.origins.place_of(self.places["link", name])
+        robot, chain, roles = self.robot, self._chain(name), tuple(self._roles(name))
+        placed = tuple(self._placed(name, chain, pose) for pose in (["", pose] if pose else [""]))
         children = [joint.child for joint in robot.joints_from.get(name, ())]
-        children += [edge.child for edge in robot.edges if edge.parent == name]
-        return Explanation(
-            name=name,
-            roles=tuple(self._roles(name)),
-            where=where,
-            stack=stack,
-            chain=chain,
-            others=self._edges_to(name) if link is not None else (),
-            placed=tuple(self._placed(name, chain, pose) for pose in (["", pose] if pose else [""])),
-            children=tuple(dict.fromkeys(children)),
-            joint=tuple(self._numbers_of_joint(joint)) if joint is not None else (),
-            inertial=tuple(self._numbers_of_mass(link)) if link is not None else (),
-            shapes=tuple(self._shapes(link)) if link is not None else (),
-        )
+        children = list(dict.fromkeys([*children, *(edge.child for edge in robot.edges if edge.parent == name)]))
+        if name not in robot.link:
+            return Explanation(name, roles, None, (), chain, (), placed, tuple(children))
+        where, stack = self.origins.place_of(self.places["link", name])
+        found = Explanation(name, roles, where, stack, chain, self._edges_to(name), placed, tuple(children))
+        joint, link = robot.joint_to.get(name), robot.link[name]
+        numbers = () if joint is None else tuple(self._numbers_of_joint(joint))
+        mass, shapes = tuple(self._numbers_of_mass(link)), tuple(self._shapes(link))
+        return found._replace(joint=numbers, inertial=mass, shapes=shapes)
 
     def _roles(self, name: str) -> Iterator[str]:
         link, robot = self.robot.link.get(name), self.robot
@@ -256,7 +251,7 @@ class _Frames:
         joints = self.robot.chain(frame) if frame in self.robot.link else ()
         return (*map(self._edge_of_joint, joints), *below)
 
-    def _placed(self, frame: str, chain: Sequence[Edge], pose: str) -> Placed:
+    def _placed(self, frame: str, chain: Sequence[Edge], pose: str) -> FramePose:
         positions = next((known.positions for known in self.robot.poses if known.name == pose), {})
         root, found = chain[0].parent if chain else frame, Rigid()
         for ends in dict.fromkeys((edge.parent, edge.child) for edge in chain):
@@ -267,9 +262,9 @@ class _Frames:
             poses = {edge.pose for edge in self.robot.edges if (edge.parent, edge.child) == ends}
             step = poses.pop()
             if step is None or poses:
-                return Placed(pose, root, None)
+                return FramePose(pose, root, None)
             found = found.then(step.transform())
-        return Placed(pose, root, Transform.from_rigid(found))
+        return FramePose(pose, root, Transform.from_rigid(found))
 
     def _edge_of_joint(self, joint: Joint) -> Edge:
         path = self.places["joint", joint.name]
@@ -286,13 +281,12 @@ class _Frames:
 
     def _edges_to(self, frame: str) -> tuple[Edge, ...]:
         found = []
-        for index, edge in enumerate(self.robot.edges):
-            if edge.child == frame:
-                path: Path = self.places["joint", edge.joint] if edge.joint else ("edges", index)
-                transform = None if edge.pose is None else Transform.from_rigid(edge.pose.transform())
-                numbers = () if edge.pose is None else tuple(self._pose(path, edge.pose))
-                ends = (edge.parent, frame, "", "", _in_words(edge.publisher), "/tf" if edge.moving else "/tf_static")
-                found.append(Edge(*ends, edge.when, transform, numbers, *self.origins.place_of(path)))
+        for index, edge in [(index, edge) for index, edge in enumerate(self.robot.edges) if edge.child == frame]:
+            path: Path = self.places["joint", edge.joint] if edge.joint else ("edges", index)
+            transform = None if edge.pose is None else Transform.from_rigid(edge.pose.transform())
+            numbers = () if edge.pose is None else tuple(self._pose(path, edge.pose))
+            ends = (edge.parent, frame, "", "", _in_words(edge.publisher), "/tf" if edge.moving else "/tf_static")
+            found.append(Edge(*ends, edge.when, transform, numbers, *self.origins.place_of(path)))
         return tuple(found)
 
     def _pose(self, path: Path, pose: Pose) -> Iterator[Number]:

@@ -178,10 +178,6 @@ class Origins:
         """Return where the entry at a path begins, and the includes, parts and loops that lead to it."""
         return self.where(self.tree.locate(path, key=True).span), self._stack(self.tree.locate(path))
 
-    def meaning_of(self, name: str) -> Meaning | None:
-        """Return the meaning of an argument or a named value of the description, or None if there is none."""
-        return self._meaning(name, "", self.root, self.root, 0) if name in self.root.places else None
-
     def _stack(self, place: Place) -> tuple[Step, ...]:
         steps = []
         for related in place.stack():
@@ -223,9 +219,7 @@ class Origins:
             return ()
         scope = scope_of(self.root, holder)
         if scope is self.root:  # a named value of a file of parts is evaluated in the scope of that file
-            home = scope_of(self.root, via)
-            while home.parent is not None:
-                home = home.parent
+            *_, home = scope_of(self.root, via).ancestors()
             is_there = any(place.span.source.path == piece.span.source.path for place in home.places.values())
             scope = home if is_there else scope
         return tuple(self._names(piece.value, scope, 0))
@@ -233,9 +227,10 @@ class Origins:
     def _names(self, value: Any, scope: Scope, level: int) -> Iterator[Meaning]:
         for name, keys in list(dict.fromkeys(_names_used(value)))[:MAX_NAMES]:
             if (owner := scope.owner(name)) is not None:
-                yield self._meaning(name, keys, owner, scope, level)
+                yield self.meaning(name, keys, owner, scope, level)
 
-    def _meaning(self, name: str, keys: str, owner: Scope, scope: Scope, level: int) -> Meaning:
+    def meaning(self, name: str, keys: str, owner: Scope, scope: Scope, level: int = 0) -> Meaning:
+        """Return the meaning of a name of ``owner``, with the keys behind it, in an expression in ``scope``."""
         entry, at = _entry(name, keys, scope)
         place, value = at or owner.places[name], _shown(entry)
         piece = self.written.entry(place.span) or self.written.value(place.span)

@@ -21,9 +21,8 @@ from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, find
 from rosorin_compile.source.units import UNITS, parse_unit
 
 from . import annotations as schema_words
-from .annotations import ANNOTATIONS, GIVES, NAMES, WITHIN, Node, describe_path, kinds_of, own_schema
+from .annotations import ANNOTATIONS, GIVES, NAMES, WITHIN, Node, check_schema, describe_path, kinds_of, own_schema
 from .annotations import Steps as Steps
-from .validator import check_schema
 
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format
@@ -55,10 +54,8 @@ def plugin_sections() -> Plugged:
     sections, problems = [], [*diagnostics]
     for plugin, section in loaded:
         unknown = sorted(kinds_of(section.schema, NAMES) - known)
-        for kind in unknown:
-            problems.append(
-                broken_plugin(plugin, f"has a schema with an unknown name: {UnknownName('kind', kind, known)}")
-            )
+        whys = [f"has a schema with an unknown name: {UnknownName('kind', kind, known)}" for kind in unknown]
+        problems += [broken_plugin(plugin, why) for why in whys]
         if not unknown:
             sections.append((plugin, section))
             OF_PLUGINS.update((rule.id, rule) for check in section.all_checks() for rule in check.rules)
@@ -130,12 +127,6 @@ def keys_of(section: str) -> Collection[str]:
     return keys
 
 
-def has_entries(section: str) -> bool:
-    """Return True if a section has many entries, by name or in a list."""
-    fragment = resolve(schema()["properties"].get(section, {}))
-    return "items" in fragment or isinstance(fragment.get("additionalProperties"), dict)
-
-
 @cache
 def keys_of_xml() -> frozenset[str]:
     """Return the keys whose values are lists of elements of XML."""
@@ -176,10 +167,8 @@ def of_parts() -> tuple[str, ...]:
 @cache
 def of_types() -> tuple[str, ...]:
     """Return the keys of a sensor that a sensor type may set, in the order of the schema."""
-    entries = [node.others for node in sections().values() if node.others is not None]
-    return tuple(
-        key for entry in entries for key, node in entry.properties.items() if node is not None and node.in_types
-    )
+    keys = [item for node in sections().values() if node.others for item in node.others.properties.items()]
+    return tuple(key for key, node in keys if node is not None and node.in_types)
 
 
 def is_one_entry(section: str) -> bool:
@@ -260,8 +249,10 @@ def fragment_at(path: Sequence[str | int]) -> Mapping[str, Any]:
     """Return the fragment of the schema for the value at a path of a description; empty if there is none."""
     # The names of entries and the indices of items make no difference, so all of them share one cached result.
     steps = [0 if isinstance(step, int) else step for step in path]
-    if len(steps) > 1 and has_entries(str(steps[0])):
-        steps[1] = "*"
+    if len(steps) > 1:
+        section = resolve(schema()["properties"].get(steps[0], {}))
+        if "items" in section or isinstance(section.get("additionalProperties"), dict):
+            steps[1] = "*"
     return _fragment_at(tuple(steps))
 
 
@@ -360,14 +351,12 @@ def _types(types: list[str], fragment: Schema) -> Schema:
         return made
     units = fragment.get("x-unit", [])
     units = [units] if isinstance(units, str) else units
-    parsed = {unit: parse_unit(unit) for unit in units}
+    dimensions = {unit[1] for unit in map(parse_unit, units) if unit is not None}
     patterns, what = [_WHOLE], f"{_WORDS.get(types[0], types[0])} "
-    if "number" in types and any(parsed.values()):
-        dimensions = {unit[1] for unit in parsed.values() if unit is not None}
+    if "number" in types and dimensions:
         fitting = "|".join(re.escape(name) for name, (_, dimension) in UNITS.items() if dimension in dimensions)
         every = "|".join(map(re.escape, UNITS))
-        factor = rf"({every})(\^-?\d)?"
-        compound = rf"{factor}([*/]{factor})+|({every})\^-?\d"
+        compound = rf"({every})(\^-?\d)?([*/]({every})(\^-?\d)?)+|({every})\^-?\d"
         patterns.append(rf"{_NUMBER}({'|'.join(filter(None, [fitting, compound]))})$")
         what = f"a number in {' or '.join(filter(None, units))}, one with a unit, "
     made["pattern"] = "|".join(patterns)

@@ -13,7 +13,8 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from contextlib import suppress
 from functools import cache
 from itertools import pairwise
 from types import NoneType
@@ -26,10 +27,12 @@ from rosorin_compile.source.tree import Map, Path, Seq, Text, prefix_at
 from rosorin_compile.source.units import UNITS, Dimension, Quantity, parse_unit
 from rosorin_compile.source.wording import suggest
 
+from .annotations import mappings_in
 from .expression import ExpressionError, compile_expression
 from .schema import keys_of_xml, of_parts, resolve, schema
 from .symbols import MOUNT
 
+Names = Collection[str]
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 MAX_SHOWN = 60
 SPELLED_OUT = 5  # a word of so many letters is not a symbol of a unit: it may be the name of one, misspelt
@@ -44,9 +47,8 @@ _FALSE = ("no", "n", "off", "false", "0", "disabled")
 
 
 @cache
-def _data() -> dict[str, dict[str, Any]]:
-    loaded: dict[str, dict[str, Any]] = json.loads((data_folder("schemas") / "synonyms.json").read_text("utf-8"))
-    return loaded
+def _data() -> Any:
+    return json.loads((data_folder("schemas") / "synonyms.json").read_text("utf-8"))
 
 
 @cache
@@ -62,10 +64,9 @@ def words_for(kind: str) -> Mapping[str, str]:
     root, definitions = schema()["properties"], schema()["$defs"]
     if kind in ("top", "part"):
         known = root if kind == "top" else {section: root[section] for section in of_parts()}
-    elif kind in definitions:
-        known = definitions[kind].get("properties", {})
-    else:  # a section whose entries are defined in place
-        known = dict(_keys_within(root.get(kind, {})))
+    else:  # a definition, or a section whose entries are defined in place
+        parts = [definitions[kind]] if kind in definitions else mappings_in(root.get(kind, {}))
+        known = dict(entry for part in parts for entry in part.get("properties", {}).items())
     instead = definitions.get(kind, {}).get("x-instead", {})
     if isinstance(instead, str):  # as for another kind
         instead = definitions[instead].get("x-instead", {})
@@ -74,13 +75,6 @@ def words_for(kind: str) -> Mapping[str, str]:
         also = f"{fragment.get('x-also', '')} {resolve(dict(fragment)).get('x-also', '')}"
         found |= dict.fromkeys(also.split(), key)
     return found
-
-
-def _keys_within(fragment: Any) -> Iterator[tuple[str, Mapping[str, Any]]]:
-    if isinstance(fragment, Mapping):
-        yield from fragment.get("properties", {}).items()
-    for inner in fragment.values() if isinstance(fragment, Mapping) else fragment if isinstance(fragment, list) else ():
-        yield from _keys_within(inner)
 
 
 def _meaning(word: str, table: Mapping[str, str]) -> str:
@@ -104,8 +98,7 @@ def unit_meant(text: str, wanted: Sequence[str]) -> str:
     split = re.sub(r"^(kg|g)(mm|cm|m)(?![a-z])", r"\1*\2", unit)  # kgm2 is kg*m2
     guesses = [_factors(unit, {}), _factors(unit, {"nm": "Nm", "kg": "kgf"}), _factors(split, {})]
     known = [guess for guess in guesses if guess and parse_unit(guess) is not None]
-    dimensions = _dimensions(wanted)
-    fitting = [guess for guess in known if (parse_unit(guess) or (0, None))[1] in dimensions]
+    fitting = [guess for guess in known if _dimensions([guess])[0] in _dimensions(wanted)]
     return (fitting or known or [""])[0]
 
 
@@ -121,8 +114,8 @@ def _factors(unit: str, others: Mapping[str, str]) -> str:
         small = word.casefold()
         same = [name for name in UNITS if name.casefold() == small]
         name = others.get(small) or (word if word in UNITS else spellings.get(small) or (same[0] if same else ""))
-        close = nearest(small, spellings) if not name and len(small) >= SPELLED_OUT else None
-        name = spellings[close] if close else name
+        close = nearest(small, spellings) if len(small) >= SPELLED_OUT else None
+        name = name or (spellings[close] if close else "")
         if not name:
             return ""
         pieces += [sign, name, f"^{power}" if power else ""]
@@ -143,9 +136,8 @@ def number_meant(text: str, wanted: Sequence[str], key: str = "") -> str:
         if key and not wanted:
             return "write a plain number, without a unit"
         if unit := unit_meant(found[2], wanted):
-            return (
-                f"unknown unit {found[2]}; write {found[1]} {unit}" if found[2] != unit else f"write {found[1]} {unit}"
-            )
+            unknown = f"unknown unit {found[2]}; " if found[2] != unit else ""
+            return f"{unknown}write {found[1]} {unit}"
         if re.fullmatch(r"[A-Za-z][\w^*/-]*", found[2]):
             return f'unknown unit "{found[2]}"; {Suggestion(found[2], _units_like(wanted))()}'
     if help := _expression_meant(number):
@@ -172,11 +164,10 @@ def _expression_meant(text: str) -> str:
     formula = text.replace("math.", "").replace("^", "**").replace("M_PI", "pi")
     formula = formula[1:-1] if formula.startswith("{") and formula.endswith("}") else formula
     is_sum = re.search(r"[-+*/(]", formula) and re.search(r"\d|pi|\w\s*[-+*/]\s*\w", formula)
-    try:
-        is_expression = formula in ("pi", "tau") or (is_sum and len(text) <= MAX_SHOWN and compile_expression(formula))
-    except ExpressionError:
-        return ""
-    return f'a calculation is an expression: "${{{formula}}}"' if is_expression else ""
+    with suppress(ExpressionError):
+        if formula in ("pi", "tau") or (is_sum and len(text) <= MAX_SHOWN and compile_expression(formula)):
+            return f'a calculation is an expression: "${{{formula}}}"'
+    return ""
 
 
 def _is_number(text: str) -> bool:
@@ -197,14 +188,6 @@ def numbers_in(text: str) -> list[str]:
     return found
 
 
-def number_in(value: Any, key: str) -> str:
-    """Return the help for a mapping or a list where a number belongs, under a key."""
-    inner = list(value.values()) if isinstance(value, Map) else list(value) if isinstance(value, Seq) else []
-    if len(inner) == 1 and isinstance(value, Map) and inner[0] is None:
-        return f'write "${{{next(iter(value))}}}" for a named value, in quotes'
-    return f"write {key}: {_short(inner[0])}" if len(inner) == 1 and isinstance(inner[0], (int, float)) else ""
-
-
 def list_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
     """Return the help for a value where a list belongs, under a key, by its fragment of the schema."""
     items = fragment.get("items", {})
@@ -214,7 +197,7 @@ def list_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
         small = {name.casefold(): name for name in value}
         names = next((names for names in _VECTORS if small and set(small) <= set(names)), ())
         if names:
-            numbers = [_short(value[small[name]]) if name in small else "01"[name == "a"] for name in names]
+            numbers = [shown(value[small[name]]) if name in small else "01"[name == "a"] for name in names]
             return f"write the numbers alone: [{', '.join(numbers)}]"
         return f"write {example}" if is_of_numbers else 'each item begins with "- "'
     if isinstance(value, str):
@@ -226,7 +209,7 @@ def list_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
             return f"write [{', '.join(value.replace(',', ' ').split())}]"
         return f"write {example}" if is_of_numbers else 'each item begins with "- "'
     if isinstance(value, (int, float)) and not isinstance(value, bool):
-        text = _short(value)
+        text = shown(value)
         known = {"scale": f"write [{', '.join([text] * 3)}]", "rpy": f"write [0, 0, {text}] for a turn about z"}
         return known.get(key) or (f"write {example}" if is_of_numbers else f"write [{text}]")
     return ""
@@ -259,17 +242,8 @@ def mapping_meant(value: Any, fragment: Mapping[str, Any]) -> str:
     if isinstance(value, str) and value and not legal:
         return f'a ":" is missing: write {value}: ...'
     keys = required or [key for key in legal if key not in {"source", *keys_of_xml()}][:4]
-    only = _short(value) if len(keys) == 1 and isinstance(value, (str, int, float)) else "..."
+    only = shown(value) if len(keys) == 1 and isinstance(value, (str, int, float)) else "..."
     return f"write {{{', '.join(f'{key}: {only}' for key in keys)}}}" if keys else ""
-
-
-def text_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
-    """Return the help for a value where a text belongs, under a key, by its fragment of the schema."""
-    if isinstance(value, (bool, int, float)):
-        return "put it in quotes to make it text"
-    if isinstance(value, Map) and fragment is schema()["$defs"]["element"]:
-        return "an element is a text of XML: write - <NAME .../>"
-    return f"write {key}: NAME"
 
 
 def flag_meant(value: Any) -> str:
@@ -281,7 +255,8 @@ def flag_meant(value: Any) -> str:
     return f"write {flag}, without quotes" if flag else ""
 
 
-def _short(value: Any) -> str:
+def shown(value: Any) -> str:
+    """Return a scalar as a suggestion writes it."""
     if isinstance(value, Quantity):
         return value.text
     return f"{value:g}" if isinstance(value, float) else str(value)[:MAX_SHOWN]
@@ -289,10 +264,9 @@ def _short(value: Any) -> str:
 
 def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str, path: Sequence[str | int] = ()) -> str:
     """Return the help for a key that the entry at a path cannot have."""
-    table, word, inner = words_for(kind), key.removeprefix("xacro:"), entry.get(key)
+    table, word, inner, keys = words_for(kind), key.removeprefix("xacro:"), entry.get(key), list(entry)
     if (written := _key_and_value(word)) and written[0] in known:
         return f"write {written[0]}: {'...' if written[1][:1] in '{[' else written[1]}"
-    keys = list(entry)
     before = keys[keys.index(key) - 1] if key in keys[1:] else ""
     if help := text_meant_by(key, entry) or way_out(word, table):
         return help
@@ -307,9 +281,8 @@ def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str, path: S
     legal, other = f"legal: {', '.join(sorted(known))}", _data()["others"].get(kind)
     if close in known:
         return f"{suggest(close)} ({legal})"
-    instead = f"{other} ({legal})" if other else ""
-    if kind == "pose":
-        instead = f"joints belong in positions: {{{key}: ...}} or in pulses: {{{key}: ...}}"
+    of_pose = f"joints belong in positions: {{{key}: ...}} or in pulses: {{{key}: ...}}"
+    instead = of_pose if kind == "pose" else f"{other} ({legal})" if other else ""
     return Suggestion(word, known, instead=instead, details=legal)()
 
 
@@ -368,13 +341,7 @@ def word_meant(word: str, known: Iterable[str], kind: str = "") -> str:
 
 
 def suggest_name(
-    tree: Map,
-    path: Path,
-    word: str,
-    known: Collection[str],
-    otherwise: str = "",
-    more: Sequence[str] = (),
-    none: str = "",
+    tree: Map, path: Path, word: str, known: Names, otherwise: str = "", more: Names = (), none: str = ""
 ) -> Suggestion:
     """Return the help for an unknown name at a path.
 

@@ -20,13 +20,12 @@ from .validate import not_allowed
 # Rules that cannot be accepted, and why.
 STAYS = {"stand-in": "a stand-in is reported until its value is measured", "accept-unused": "it is about accept itself"}
 
-# An entry of ``accept``: its index, and a name in it, or EVERYTHING; and all entries by rule and name.
-Entry = tuple[int, str]
-_Entries = dict[tuple[str, str], list[Entry]]
+Entry = tuple[int, str]  # of ``accept``: its index, and a name in it, or EVERYTHING
+_Entries = dict[tuple[str, str], list[Entry]]  # by rule and name
 EVERYTHING = ""  # the ``of`` of diagnostics about the entire robot
 
 
-class Settled(NamedTuple):
+class AcceptResult(NamedTuple):
     """The diagnostics that remain, and the entries of ``accept`` that applied to the others."""
 
     diagnostics: list[Diagnostic]
@@ -36,23 +35,21 @@ class Settled(NamedTuple):
 def names_at(tree: Map, path: Path) -> tuple[str, ...]:
     """Return the names under which a problem at a path may be accepted: the link; the joint and its child."""
     found: tuple[str, ...] = ()
-    node: Node = Node(properties=sections())
+    node, is_final = Node(properties=sections()), False
     value: Any = tree
-    is_final = False
     for step in path:
         if not is_final and node.keys is not None and node.keys.names:
             found = (str(step),)
-        below = node.step_to(step)
+        below = node.items if isinstance(step, int) else node.value_of(step)
         if below is None:
             return found
         node, value = below, value[step] if has(value, step) else None
         if node.accepted and isinstance(value, Map):
             known = {**{key: name for key, _, name in node.left_out(value)}, **texts(value)}
-            names = []
+            found, is_final = (), True
             for name in node.accepted:
                 with suppress(KeyError):  # the entry has no such name
-                    names.append(name.format(*path, **known))
-            found, is_final = tuple(names), True
+                    found += (name.format(*path, **known),)
     return (value,) if not is_final and node.names and isinstance(value, str) else found
 
 
@@ -63,8 +60,7 @@ def is_accepted(tree: Map, diagnostic: Diagnostic, acceptable: Mapping[str, Rule
 
 def unknown_rules(tree: Map, acceptable: Mapping[str, Rule]) -> list[Diagnostic]:
     """Return the errors about rule ids in ``accept``; the tree may be of any shape."""
-    diagnostics = []
-    entries = tree.get("accept")
+    diagnostics, entries = [], tree.get("accept")
     for index, entry in enumerate(entries if isinstance(entries, Seq) else ()):
         rule = entry.get("rule") if isinstance(entry, Map) else None
         if not isinstance(rule, str) or rule in acceptable:
@@ -74,29 +70,27 @@ def unknown_rules(tree: Map, acceptable: Mapping[str, Rule]) -> list[Diagnostic]
             diagnostics.append(not_allowed(tree, ["accept", index, "rule"], rule, list(acceptable)))
         elif rule in STAYS or not known.mild:
             why = STAYS.get(rule, "the robot could not be built, or would be built wrongly")
-            place = tree.locate(("accept", index, "rule"))
-            message = f"{rule} cannot be accepted: {why}"
-            diagnostics.append(error("accept-refused", message, place.span, "remove the entry"))
+            span, message = tree.locate(("accept", index, "rule")).span, f"{rule} cannot be accepted: {why}"
+            diagnostics.append(error("accept-refused", message, span, "remove the entry"))
     return diagnostics
 
 
-def apply(tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Mapping[str, Rule]) -> Settled:
+def apply(tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Mapping[str, Rule]) -> AcceptResult:
     """Remove accepted warnings and notes, and merge accepted errors into one note per rule."""
     entries = _entries(tree)
     left: list[Diagnostic] = []
     groups: dict[str, list[Diagnostic]] = {}
     used: set[Entry] = set()
     for found in diagnostics:
-        covering = _covering(entries, found, acceptable)
+        covering, is_error = _covering(entries, found, acceptable), found.severity == ERROR
         used.update(covering)
-        is_acceptable_error = found.severity == ERROR and found.rule in acceptable
-        if covering and found.severity == ERROR:
-            groups.setdefault(found.rule, []).append(found)
-        elif not covering and is_acceptable_error and (found.rule, EVERYTHING) in entries and found.of:
-            way = f"an error is accepted by name: of: [{found.of[0]}]"
-            worded = found.with_help()
-            left.append(replace(worded, help="; ".join(filter(None, (worded.help, way)))))
-        elif not covering:
+        if covering:
+            if is_error:
+                groups.setdefault(found.rule, []).append(found)
+        elif is_error and found.rule in acceptable and (found.rule, EVERYTHING) in entries and found.of:
+            help = (found.with_help().help, f"an error is accepted by name: of: [{found.of[0]}]")
+            left.append(replace(found.with_help(), help="; ".join(filter(None, help))))
+        else:
             left.append(found)
     for group in groups.values():
         covering = [entry for one in group for entry in _covering(entries, one, acceptable)]
@@ -104,7 +98,7 @@ def apply(tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Mapping[str,
         more = f",{and_more(len(group) - 1, 'of this kind')}" if len(group) > 1 else ""
         message = f"accepted: {group[0].message}{more} ({'; '.join(reasons)})"
         left.append(replace(group[0], severity=NOTE, message=message, help="", suggest=None, related=()))
-    return Settled(left, frozenset(used))
+    return AcceptResult(left, frozenset(used))
 
 
 def _entries(tree: Map) -> _Entries:

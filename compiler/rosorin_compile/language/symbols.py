@@ -42,6 +42,7 @@ _OWNERS = {"parts": ("part", ("name", "mirrored")), "sensor_types": ("sensor typ
 WORD = re.compile(r"[^\W\d]\w*")
 # A text, a key of a mapping (the last item is true), or a value that contains names, and what the schema says of it.
 _Occurrence = tuple[Node, Any, Path, bool]
+Condition = Callable[[Any], bool]
 Let = tuple[str, Any, Place, Place]  # a named value of the files: name, value, their places
 
 
@@ -100,11 +101,7 @@ class SymbolTable:
     """
 
     def __init__(
-        self,
-        tree: Map,
-        lets: Sequence[Let] = (),
-        offered: Sequence[Map] = (),
-        is_constant: Callable[[Any], bool] | None = None,
+        self, tree: Map, lets: Sequence[Let] = (), offered: Sequence[Map] = (), is_constant: Condition | None = None
     ) -> None:
         self.tree, self.lets, self.offered = tree, lets, offered
         self.of_files, self.is_constant = is_constant is not None, is_constant or (lambda _: True)

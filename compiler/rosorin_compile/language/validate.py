@@ -14,9 +14,9 @@ from rosorin_compile.source.units import Dimension, Quantity, describe, parse_un
 from rosorin_compile.source.wording import count_of, hidden_letter, in_words, suggest, swaps
 
 from . import suggestions
+from .annotations import Misfit, misfits_of, validator_of
 from .expand.provenance import problem_at
 from .schema import Steps, backend_of, part_at, resolve, subject, unit_at, with_outputs
-from .validator import Misfit, misfits_of, validator_of
 
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from .expand.scope import Scope
 
 
+_validators: dict[tuple[Any, ...], tuple[dict[str, Any], Any]] = {}  # by the options of the outputs
+_MOST_VALIDATORS = 100
 MOST = 1e150  # beyond it, a volume or moment of inertia may be beyond all floats
 
 
@@ -42,7 +44,15 @@ def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = Non
         help = "write a number, or leave the entry out"
         diagnostics.append(problem_at(scope, tree, path, "not-finite", message, help))
     reported = {tuple(path) for path in (*(one[0] for one in walk.misfits), *(one[0] for one in walk.not_finite))}
-    schema, validator = _schema_and_validator(tree.get("outputs"), formats)
+    schema = with_outputs(tree.get("outputs"), formats)
+    options = schema["properties"]["outputs"].get("properties", {})
+    # The options of a format live as long as the program: they are compared by identity.
+    key = tuple((name, *map(id, one["properties"].values())) for name, one in options.items())
+    if key not in _validators:
+        if len(_validators) >= _MOST_VALIDATORS:
+            _validators.clear()
+        _validators[key] = schema, validator_of(schema)
+    schema, validator = _validators[key]
     for misfit in misfits_of(validator, tree):
         if tuple(misfit.path) not in reported:
             diagnostics += _Report(tree, misfit, schema, scope).diagnostics()
@@ -54,22 +64,6 @@ def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = Non
         help = "correct the unit; a bare number is in SI units" if has_unit else "write the number without a unit"
         diagnostics.append(problem_at(scope, tree, path, "wrong-unit", message, help))
     return diagnostics
-
-
-_validators: dict[tuple[Any, ...], tuple[dict[str, Any], Any]] = {}
-_MOST_VALIDATORS = 100
-
-
-def _schema_and_validator(outputs: Any, formats: Mapping[str, Format]) -> tuple[dict[str, Any], Any]:
-    schema = with_outputs(outputs, formats)
-    options = schema["properties"]["outputs"].get("properties", {})
-    # The options of a format live as long as the program: they are compared by identity.
-    key = tuple((name, *map(id, one["properties"].values())) for name, one in options.items())
-    if key not in _validators:
-        if len(_validators) >= _MOST_VALIDATORS:
-            _validators.clear()
-        _validators[key] = schema, validator_of(schema)
-    return _validators[key]
 
 
 _Dimensions = tuple[Dimension, ...]
@@ -257,8 +251,12 @@ class _Report:
             return suggestions.number_meant(value, units, key)
         if "integer" in types and isinstance(value, Quantity):
             return f"write {float(value):g}: a plain number, without a unit"
-        if "number" in types and (help := suggestions.number_in(value, key)):
-            return help
+        if "number" in types and isinstance(value, (Map, Seq)) and len(value) == 1:
+            inner = value[0] if isinstance(value, Seq) else next(iter(value.values()))
+            if isinstance(value, Map) and inner is None:
+                return f'write "${{{next(iter(value))}}}" for a named value, in quotes'
+            if isinstance(inner, (int, float)):
+                return f"write {key}: {suggestions.shown(inner)}"
         if "array" in types:
             return suggestions.list_meant(value, key, self.part)
         if "object" in types:
@@ -267,7 +265,12 @@ class _Report:
             return "write the number behind the colon, or leave the key out"
         if types == ["boolean"]:
             return suggestions.flag_meant(value) or "write true or false"
-        return suggestions.text_meant(value, key, self.part) if "string" in types else ""
+        if "string" not in types:
+            return ""
+        if isinstance(value, (bool, int, float)):
+            return "put it in quotes to make it text"
+        is_element = isinstance(value, Map) and self.defined == "element"
+        return "an element is a text of XML: write - <NAME .../>" if is_element else f"write {key}: NAME"
 
 
 def not_allowed(

@@ -15,12 +15,15 @@ from rosorin_compile.source.units import ANGLE, DIMENSIONS, LENGTH, NUMBER, UNIT
 from rosorin_compile.source.wording import hidden_letter, in_words, quote
 
 from ..annotations import ENTRIES, ITEMS
-from ..expression import CHOICES
 from ..expression.functions import kind_of
+from ..expression.syntax import CHOICES
 from ..schema import merged_sections, of_parts, resolve, schema
 from ..suggestions import flag_meant, key_of_entry_meant, number_meant, text_tails, word_meant
 from .placing import AXES, is_number, is_vector
+from .provenance import argument_at
 from .scope import Failed, Scope, key_place, value_place
+
+Given = Mapping[str, tuple[Any, Place]]  # the values of arguments, and where each is given
 
 KEYS = ("type", "default", "one_of", "help")
 TYPES: dict[str, tuple[type, ...]] = {"any": (object,), "text": (str,), "boolean": (bool,), "integer": (int,)}
@@ -57,24 +60,19 @@ class Parameter(NamedTuple):
         return written and kind_of(value) == kind_of(self.default)
 
 
-def declare(
-    scope: Scope, declared: Any, given: Mapping[str, Any], places: Mapping[str, Place], owner: str, user: Place | None
-) -> None:
+def declare(scope: Scope, declared: Any, given: Given, owner: str, user: Place | None = None, lets: Any = None) -> None:
     """Bind every declared parameter in a scope: to the given value, else to its default, evaluated in that scope.
 
-    ``places`` has the place of each given value; ``owner`` is what declares the parameters, ``user`` the place that
-    should pass the arguments, None for the command line. Values of the wrong type, unknown names and missing values
-    are reported; a name without a value stays broken, so that nothing that uses it is reported too.
+    ``owner`` is what declares the parameters, ``user`` the place that should pass the arguments, None for the command
+    line; defaults may use the named values ``lets``. Values of the wrong type, unknown names and missing values are
+    reported; a name without a value stays broken, so that nothing that uses it is reported too.
     """
     known = scope.declared = _parameters(scope, declared)
-    suggested: set[str | None] = set()
-    for name in given:
-        if name not in known:
-            suggested.add(nearest(name, known))
-            help = Suggestion(
-                name, known, none="it has none", places={key: one.place.span for key, one in known.items()}
-            )
-            scope.report("unknown-argument", f'{owner} has no argument "{name}"', places[name], help)
+    unknown, spans = [name for name in given if name not in known], {key: one.place.span for key, one in known.items()}
+    for name in unknown:
+        help = Suggestion(name, known, none="it has none", places=spans)
+        scope.report("unknown-argument", f'{owner} has no argument "{name}"', given[name][1], help)
+    suggested = [nearest(name, known) for name in unknown]
     missing = [one for name, one in known.items() if name not in given and not one.has_default]
     scope.broken.update(one.name for one in missing)
     # The default or the argument may exist under a misspelt key, which is reported separately.
@@ -89,21 +87,15 @@ def declare(
         scope.expansion.diagnostics.append(error("missing-argument", message, place.span, way, [*related, *stack]))
     for name, parameter in known.items():
         if name in given:
-            scope.bind(name, given[name], places[name])
-        elif not parameter.has_default:
-            continue
-        elif scope.expansion.is_constant(parameter.default):
+            scope.bind(name, *given[name])
+        elif parameter.has_default and scope.expansion.is_constant(parameter.default):
             scope.bind(name, parameter.default, parameter.place)
             scope.local[name] = parameter.place
-        else:
+        elif parameter.has_default:
             scope.define(name, parameter.default, parameter.place)
-        _check(scope, parameter, places.get(name, parameter.place), owner)
-
-
-def given_places(given: Map, declared: Any) -> dict[str, Place]:
-    """Return the place of each argument of a ``with``: its value, or its key if there is no such argument."""
-    known = declared if isinstance(declared, Map) else ()
-    return {key: value_place(given, key) if key in known else key_place(given, key) for key in given}
+    scope.define_all(lets)
+    for name, parameter in known.items():
+        _check(scope, parameter, given[name][1] if name in given else parameter.place, owner)
 
 
 def _parameters(scope: Scope, declared: Any) -> dict[str, Parameter]:
@@ -155,9 +147,7 @@ def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None
         texts = [one for one in allowed if isinstance(one, str)]
         help = Suggestion(value, texts, details=details) if isinstance(value, str) else details
     elif is_number(value) and not ((low is None or value >= low) and (high is None or value <= high)):
-        least, most, shown = (
-            getattr(one, "text", "") or f"{one:g}" if one is not None else "" for one in (low, high, value)
-        )
+        least, most, shown = (getattr(n, "text", "") or f"{n:g}" if n is not None else "" for n in (low, high, value))
         bounds = f"from {least} to {most}" if least and most else f"at least {least}" if least else f"at most {most}"
         message, help = f'"{name}" of {owner} is {bounds}, not {shown}', parameter.help
     else:
@@ -169,17 +159,13 @@ def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None
         return
     scope.broken.add(name)
     scope.values.pop(name, None)
-    scope.report("bad-argument", message, place, help, of_kinds=not limited)
+    scope.report_origin("bad-argument", message, place, help, (), argument_at(scope, place.span, not limited))
 
 
 def _fits(value: Any, wanted: str) -> bool:
-    if wanted in TYPES:
-        if isinstance(value, bool) and wanted in ("integer", "number"):
-            return False
-        if isinstance(value, Quantity) and wanted == "number":
-            return value.dimension == NUMBER
-        return isinstance(value, TYPES[wanted])
-    return is_number(value) and (not isinstance(value, Quantity) or value.dimension == DIMENSIONS.get(wanted))
+    if wanted not in TYPES or wanted == "number":
+        return is_number(value, DIMENSIONS.get(wanted, NUMBER))
+    return isinstance(value, TYPES[wanted]) and not (wanted == "integer" and isinstance(value, bool))
 
 
 def check_part(name: str, parts: Map, scope: Scope) -> bool:
@@ -235,8 +221,7 @@ def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope)
             if control == "for":  # an entry named "for" is a mapping too; a file may add "source" to it
                 entry: Any = schema()["properties"].get(section, {}).get("additionalProperties", {})
                 legal = _USE_KEYS if section == "use" else resolve(entry).get("properties", ())
-                is_control = isinstance(value, Map) and bool(value)
-                is_control = is_control and not any(key in legal for key in value if key != "source")
+                is_control = isinstance(value, Map) and bool(value) and ({*value} - {"source"}).isdisjoint(legal)
             if is_control:
                 place = Place(entries.key_spans[control], scope.via or entries.via)
                 help = f"move it into the entry: NAME: {{{control}: ..., ...}}"

@@ -1,4 +1,4 @@
-"""Expand a description to one plain tree.
+"""Expand a description to one plain tree, and report names that nothing uses, look alike, or that an ``if`` removes.
 
 Scopes are lexical: a description (all its files together), each part, each round of a loop. Sections of the same name
 are joined: first those of included robots; then the entries of the included files, in the order of the includes; then
@@ -7,32 +7,47 @@ those of the including file; then those that parts make, in the order of ``use``
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from dataclasses import replace
+from itertools import chain, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import Diagnostic, MadeSpan, Related, Span, Suggestion, error, has_errors
+from rosorin_compile.source import files
+from rosorin_compile.source.diagnostics import (
+    NOTE,
+    WARNING,
+    Diagnostic,
+    MadeSpan,
+    Related,
+    Suggestion,
+    error,
+    has_errors,
+)
 from rosorin_compile.source.load import plain_scalar
-from rosorin_compile.source.messages import merge_by_name, move_to_name, offer
-from rosorin_compile.source.project import Resolved, data_folder
-from rosorin_compile.source.tree import Map, Place, Seq
-from rosorin_compile.source.wording import suggest, swaps
+from rosorin_compile.source.messages import arrange, merge_by_name, move_to_name, offer
+from rosorin_compile.source.project import ENDINGS, Resolved, data_folder
+from rosorin_compile.source.tree import Map, Place, Seq, value_at
+from rosorin_compile.source.wording import and_more, difference, hidden_letter, in_words, look, suggest, swaps
 
 from ..annotations import ENTRIES
+from ..expression import pieces
 from ..schema import keys_of_xml, merged_sections, of_parts, schema
-from ..symbols import SymbolTable
+from ..symbols import WORD, Symbol, SymbolTable
 from ..validate import validate
 from .declarations import check_controls, check_part, declare
-from .defined_names import check_letters, unused_names
 from .files import Reader
 from .included_robots import IncludedRobots
 from .parts import Parts, apply_types
 from .placing import copy, join
-from .scope import Failed, Scope
+from .scope import Disabled, Failed, Scope
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.compilation import RobotReader
+    from rosorin_compile.source.diagnostics import Span
 
     from .included_robots import Tell
 
@@ -40,6 +55,12 @@ _FORMS = {"parts": "write NAME: {links: ..., joints: ...}", "use": "write NAME: 
 _FORMS |= {"sensor_types": "write NAME: {params: ..., mjcf: ...}"}
 _NOT_EVALUATED = ("args", "modes")
 MAX_SHOWN = 40  # letters of an argument
+_MAX_FILES = 500
+_CHECKED = ("argument", "value", "part", "sensor type", "publisher", "mode")
+_EXPRESSIONS = ("argument", "value", "parameter")
+_QUOTED = re.compile(r'"([^"]+)"')
+MAX_ROUNDS = 100
+MAX_RELATED = 6
 
 
 class Expanded(NamedTuple):
@@ -113,8 +134,8 @@ def expand(
 def _without_misnamed(root: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
     """Return the diagnostics without missing names that are caused by a misspelt section or loop."""
     sections = root.copy()
-    for key in (*schema("description")["properties"], *_FORMS):
-        sections.pop(key, None)
+    for key in sections.keys() & {*schema("description")["properties"], *_FORMS}:
+        del sections[key]
     misnamed = [one for one in validate(sections, {}) if one.rule == "unknown-key"] if sections else []
     waiting: list[Any] = [root]
     while waiting:
@@ -138,16 +159,14 @@ def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None])
     for key, value in root.items():
         if key in _FORMS:
             continue
-        made = value
         try:
             if key not in _NOT_EVALUATED:
                 if key in merged_sections(ENTRIES) and not check_controls("", root, (key,), scope):
                     raise Failed
-                made = scope.resolve(value, Place(root.value_spans[key], None), key in keys_of_xml())
+                value = scope.resolve(value, Place(root.value_spans[key], None), key in keys_of_xml())
+            own.put(key, copy(value) if key in of_parts() else value, root.key_spans[key], root.value_spans[key])
         except Failed:
             good = False
-            continue
-        own.put(key, copy(made) if key in of_parts() else made, root.key_spans[key], root.value_spans[key])
     for key, help in _FORMS.items():
         if not isinstance(root.get(key) or {}, dict):
             what = "types" if key == "sensor_types" else "parts"
@@ -173,11 +192,10 @@ def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, 
     """Bind the arguments: those of the command line, else those that an include gives, else their defaults."""
     declared = root.get("args")
     declared = declared if isinstance(declared, Map) else Map(root.span)
-    given: dict[str, Any] = {}
-    places: dict[str, Place] = {}
+    given: dict[str, tuple[Any, Place]] = {}
     for name, (value, place) in reader.given.items():
         with suppress(Failed):
-            given[name], places[name] = scope.resolve(value, place), place
+            given[name] = scope.resolve(value, place), place
     spans: Mapping[str, Span] = getattr(arguments, "value_spans", {})
     for name, value in arguments.items():
         if name not in declared:
@@ -193,9 +211,8 @@ def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, 
         if span is None:  # the command line or Python: the place of the declaration
             span = MadeSpan(*declared.key_spans[name])
             span.via = (Related(f"given to this run: {name}={str(value)[:MAX_SHOWN]}", None),)
-        places[name] = Place(span, None)
-        given[name] = _given(value, kind, span)
-    declare(scope, declared, given, places, "the description", None)
+        given[name] = _given(value, kind, span), Place(span, None)
+    declare(scope, declared, given, "the description")
 
 
 def _given(value: Any, kind: Any, span: Span) -> Any:
@@ -215,3 +232,142 @@ def _given(value: Any, kind: Any, span: Span) -> Any:
             table.put(key, _given(item, None, span), span, span)
         return table
     return value
+
+
+def check_letters(symbols: SymbolTable, scope: Scope) -> None:
+    """Report invisible letters in names that expansion resolves; warn of names that look alike."""
+    first: dict[tuple[str, ...], Symbol] = {}
+    for one in symbols.definitions():
+        if one.place is None:
+            continue
+        ignore_case = one.kind in ("part", "sensor type")  # in a formula r and R are two names
+        if letter := hidden_letter(one.name):
+            message = f'{one.kind} "{one.name}" has an invisible letter: {in_words(letter)}'
+            scope.report("invisible-letter", message, one.place, "type the name again, without this letter")
+            continue
+        similar = first.setdefault((one.kind, one.owner, look(one.name, ignore_case)), one)
+        if similar.name != one.name and similar.place:
+            other = f'{one.kind} "{similar.name}" only in {difference(one.name, similar.name)}'
+            related = (Related("the other one", similar.place.span), *one.place.stack())
+            message, help = f'{one.kind} "{one.name}" differs from {other}', "give one of them another name"
+            warning = Diagnostic("names-look-alike", WARNING, message, one.place.span, related, help)
+            scope.expansion.diagnostics.append(warning)
+
+
+def unused_names(symbols: SymbolTable, read: Iterable[Path]) -> list[Diagnostic]:
+    """Return a warning for each name that is defined and never used; ``read`` are the files of the description."""
+    tree, uses = symbols.tree, list(symbols.references(_CHECKED))
+    used = {(one.kind, one.name, one.owner) for one in uses if (one.kind, *one.path[:2]) != ("part", "parts", one.name)}
+    hidden = {one.kind for one in uses if "$" in one.name}
+    outputs = tree.get("outputs")
+    if isinstance(outputs, Map):  # a template may print all of them, and options name modes
+        templates = any(isinstance(entry, Map) and "template" in entry for entry in outputs.values())
+        hidden |= {"publisher", "mode"} if templates else set()
+        used |= {("mode", word, "") for word in WORD.findall(str(outputs))}
+    shared: dict[str, bool] = {}
+    warnings = []
+    for one in symbols.definitions():
+        kind = "value" if one.kind in _EXPRESSIONS else one.kind
+        if kind not in _CHECKED or kind in hidden or "$" in one.name or (kind, one.name, one.owner) in used:
+            continue
+        place, entry = one.place or tree.locate(one.path, key=True), value_at(tree, one.path)
+        if one.kind == "publisher" and (isinstance(entry, str) or (entry or {}).get("stamps")):
+            continue
+        what = f'{one.kind} "{one.name}"'
+        message = f"{one.owner} never uses its {what}" if one.owner else f"nothing uses the {what}"
+        file = place.span.source.path
+        if file not in shared:
+            shared[file] = file != tree.span.source.path and _is_shared(place.span, read)
+        if not shared[file]:
+            warnings.append(Diagnostic("unused", WARNING, message, place.span, place.stack(), "use it, or remove it"))
+    return warnings
+
+
+def _is_shared(span: Span, read: Iterable[Path]) -> bool:
+    """Return True if another file near the file of a place names it."""
+    own, file = {files.resolve(path) for path in read}, files.resolve(span.source.path)
+    siblings = chain(file.parent.glob("*"), file.parent.parent.glob("*/*"))
+    nearby = [path for path in islice(siblings, _MAX_FILES) if path.suffix in ENDINGS]
+    try:
+        texts = (files.read_text(path, errors="replace") for path in nearby if files.resolve(path) not in own)
+        return any(file.name in text for text in texts)
+    except OSError:
+        return False
+
+
+def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
+    """Merge the diagnostics about missing names that one dropped entry defines into one that names the entry."""
+    symbols = SymbolTable(tree)
+    existing = {name for kind, some in symbols.of.items() if kind != "robot" for name in some}
+    existing.update(one.name for one in symbols.definitions(implied=True) if one.kind != "robot")
+    missing = {name for one in diagnostics if one.severity != NOTE for name in _QUOTED.findall(one.message)} - existing
+    if not missing:
+        return diagnostics
+    rounds: Counter[int] = Counter()
+    dropped: dict[tuple[int, str], Disabled] = {}  # each once: several rounds may drop the same
+    for entry in scope.expansion.disabled:
+        rounds[id(entry.item)] += 1
+        if rounds[id(entry.item)] <= MAX_ROUNDS:
+            dropped.setdefault((id(entry.item), _pattern(entry)), entry)
+    causes: dict[str, tuple[int, str]] = {}
+    for name in missing:
+        for key, entry in dropped.items():
+            begin = re.match(key[1], name) if entry.is_use else re.fullmatch(key[1], name)
+            # A name belongs to a dropped use if no other name has the same prefix.
+            if begin is not None and not (entry.is_use and any(one.startswith(begin[0]) for one in existing)):
+                causes.setdefault(name, key)
+    groups: dict[tuple[tuple[int, str] | None, str], list[Diagnostic]] = {}
+    for diagnostic in diagnostics:
+        names = _QUOTED.findall(diagnostic.message) if diagnostic.severity != NOTE else ()
+        cause = next((causes[name] for name in names if name in causes), None)
+        groups.setdefault((cause, diagnostic.severity), []).append(diagnostic)
+    explained = [_explained(dropped[cause], arrange(group)) for (cause, _), group in groups.items() if cause]
+    return [*(one for (cause, _), group in groups.items() if not cause for one in group), *explained]
+
+
+def _pattern(entry: Disabled) -> str:
+    """Return a pattern that matches the names of a dropped entry, or the prefix of its part.
+
+    Names are evaluated as if the entry were not dropped; in a loop without rounds, an expression matches any text.
+    """
+    scope, expansion, key, item = entry.scope, entry.scope.expansion, entry.key, entry.item
+    texts, patterns = [text for text in (key, *_frames(item)) if text], []
+    if entry.is_use:
+        prefix = item.get("prefix", f"{key}_")
+        texts = [prefix] if isinstance(prefix, str) and prefix else []
+    for text in texts:
+        if entry.is_empty:
+            patterns.append("".join(".+?" if one.is_expression else re.escape(one.text) for one in pieces(text)))
+            continue
+        reported = len(expansion.diagnostics)
+        with expansion.without_limits(), suppress(Failed):
+            patterns.append(re.escape(scope.name(text, item.span, scope.via)))
+        del expansion.diagnostics[reported:]
+    # In its own part, a name has no prefix.
+    return f"(?:{re.escape(scope.prefix)})?(?:{'|'.join(patterns) or '(?!)'})"
+
+
+def _explained(entry: Disabled, group: list[Diagnostic]) -> Diagnostic:
+    """Return the first diagnostic that a dropped entry causes, with the others as related places."""
+    (first, *others), item, key = group, entry.item, entry.key
+    span, why = item.value_spans["for" if entry.is_empty else "if"], "its loop has no rounds"
+    if not entry.is_empty:
+        why = f"its condition is false: {item['if']}" if isinstance(item["if"], str) else "its condition is false"
+        with suppress(Failed):
+            key = entry.scope.name(key, item.span, entry.scope.via) if "$" in key else key
+    what = f'"{key}"' if key else "an item of a list"
+    message = f"{first.message}: {what} is left out at {span.source.path}:{span.line} ({why})"
+    related = [Related("left out here", span)]
+    related += [Related(f"also missed: {one.message}", one.span) for one in others[:MAX_RELATED]]
+    if len(others) > MAX_RELATED:
+        related.append(Related(f"also missed:{and_more(len(others) - MAX_RELATED)}", None))
+    help = "leave out on the same condition what names it"
+    return replace(first, message=message, help=help, related=(*related, *first.related))
+
+
+def _frames(item: Any) -> list[str]:
+    if not isinstance(item, Map):
+        return []
+    child = [item["child"]] if "publisher" in item and "type" not in item and "child" in item else []
+    found = [*(item[key] for key in ("frame", "joint") if key in item), *child, *_frames(item.get("optical"))]
+    return [one for one in found if isinstance(one, str)]

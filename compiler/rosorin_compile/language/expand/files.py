@@ -6,24 +6,17 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rosorin_compile.source import project
 from rosorin_compile.source.diagnostics import Diagnostic, Span
 from rosorin_compile.source.files import exists, is_file, label, resolve
 from rosorin_compile.source.load import LoadError, load_mapping, parse_yaml, read_utf8
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.project import (
-    ENDINGS,
-    PYTHON_PACKAGE,
-    ROS_PACKAGE,
-    Description,
-    Resolved,
-    data_folder,
-    python_folder,
-)
+from rosorin_compile.source.project import Description, Resolved
 from rosorin_compile.source.tree import Include, Instance, Map, Place, Seq
 from rosorin_compile.source.wording import suggest
 
@@ -36,6 +29,8 @@ from .scope import Expansion, Scope, key_place, value_place
 if TYPE_CHECKING:
     from rosorin_compile.formats.compilation import RobotReader
 
+
+Cache = dict[Any, Any] | None  # parsed files, kept between calls
 
 ADDRESS = "package://"
 MAX_FILES = 10_000  # files that include several others multiply
@@ -64,11 +59,7 @@ class Reader:
     """Reads a file and what it includes; collects named values, included robots, files and diagnostics."""
 
     def __init__(
-        self,
-        root: Path,
-        robots: RobotReader | None,
-        packages: Mapping[str, Path] | None = None,
-        cache: dict[Any, Any] | None = None,
+        self, root: Path, robots: RobotReader | None, packages: Mapping[str, Path] | None = None, cache: Cache = None
     ) -> None:
         # Without a reader of robots every file that is not YAML is taken for one.
         self.robot_endings = robots.endings if robots else lambda: ("",)
@@ -89,11 +80,10 @@ class Reader:
 
     def whole(self) -> Map | None:
         """Return the description, joined; None if its first file cannot be read."""
-        return self._read(self.root, label(self.root), None, None, ())
+        return self._read(self.root)
 
-    def _read(
-        self, path: Path, name: str, include: Span | None, via: Instance | None, within: tuple[Path, ...]
-    ) -> Map | None:
+    def _read(self, path: Path, via: Instance | None = None, within: tuple[Path, ...] = ()) -> Map | None:
+        name, include = label(path), via.span if via else None
         self.files.append(path)
         Progress.step("reading files", len(self.files))
         try:
@@ -120,7 +110,7 @@ class Reader:
                     entry.put("file", item, span, span)
                 name = entry.get("file") if isinstance(entry.get("file"), str) else ""
                 is_foreign = "package" in entry or name.lower().endswith(self.robot_endings())
-                if is_foreign and not name.endswith(ENDINGS):
+                if is_foreign and not name.endswith(project.ENDINGS):
                     self.robots.append(RobotInclude(entry, place, path))
                 elif (included := self._include(entry, path, place, here)) is not None:
                     join(made, included, self.scope)
@@ -167,7 +157,7 @@ class Reader:
         via = Include("included here", place.span, place.via)
         via.included = self._includes
         self._includes.setdefault(label(target), via)
-        made = self._read(target, label(target), place.span, via, within)
+        made = self._read(target, via, within)
         if made is None:
             self.diagnostics[before:] = [with_nearest_file(one, name, target) for one in self.diagnostics[before:]]
         return made
@@ -208,7 +198,7 @@ class Reader:
         """Return the folder of a ROS package that the file ``by`` names; None if it is not found."""
         folder = Packages(packages, os.environ, by).find(name)
         if name not in packages and folder is not None:
-            self.resolved.append(Resolved(ROS_PACKAGE, name, Path(os.path.abspath(folder))))
+            self.resolved.append(Resolved(project.ROS_PACKAGE, name, Path(os.path.abspath(folder))))
         return folder
 
     def inside(self, target: Path) -> bool:
@@ -244,9 +234,9 @@ class Reader:
     def parts_file(self, name: str) -> Path | None:
         """Return a file of parts by name: of the library, or ``PACKAGE:FILE`` of an installed Python package."""
         package, colon, file = name.rpartition(":")
-        folder = python_folder(package) if colon else data_folder("parts_library")
+        folder = project.python_folder(package) if colon else project.data_folder("parts_library")
         if colon and folder is not None:
-            self.resolved.append(Resolved(PYTHON_PACKAGE, package, Path(os.path.abspath(folder))))
+            self.resolved.append(Resolved(project.PYTHON_PACKAGE, package, Path(os.path.abspath(folder))))
         if folder is None or not file or os.sep in file or file.startswith("."):
             return None
         path = folder / f"{file}.yaml"
@@ -256,41 +246,38 @@ class Reader:
 
     def load_function(self) -> Callable[[Any], Any]:
         """Return the function ``load`` of expressions: a YAML file of the project or of a package, read once."""
-        loaded: dict[str, Any] = {}
 
+        @cache
         def load(name: Any) -> Any:
             if not isinstance(name, str):
                 raise ExpressionError("load takes the name of a YAML file")
-            if name not in loaded:
-                try:
-                    path = self.target(name, None, self.root, self.packages)
-                    path = path if name.startswith(ADDRESS) else self.folder / name
-                    self.files.append(path)
-                    read = partial(parse_yaml, read_utf8(path, label(path)))
-                    loaded[name] = self._cached(path, path, label(path), None, read)
-                except IncludeError as problem:
-                    raise ExpressionError(problem.message, help=problem.help) from None
-                except LoadError as problem:
-                    found, span = problem.diagnostic, problem.diagnostic.span
-                    where = f" ({span.source.path}:{span.line}:{span.column})" if span else ""
-                    raise ExpressionError(f"{found.message}{where}", help=found.suggest or found.help) from None
-            return loaded[name]
+            try:
+                path = self.target(name, None, self.root, self.packages)
+                path = path if name.startswith(ADDRESS) else self.folder / name
+                self.files.append(path)
+                read = partial(parse_yaml, read_utf8(path, label(path)))
+                return self._cached(path, path, label(path), None, read)
+            except IncludeError as problem:
+                raise ExpressionError(problem.message, help=problem.help) from None
+            except LoadError as problem:
+                found, span = problem.diagnostic, problem.diagnostic.span
+                where = f" ({span.source.path}:{span.line}:{span.column})" if span else ""
+                raise ExpressionError(f"{found.message}{where}", help=found.suggest or found.help) from None
 
         return load
 
     def find_function(self) -> Callable[..., Any]:
         """Return the function ``find`` of expressions: the folder of a ROS package, found as for ``include``."""
-        found: dict[str, Path | None] = {}
+        package = cache(partial(self.package, packages=self.packages, by=self.root))
 
         def find(name: Any, *fallback: Any) -> Any:
             if not isinstance(name, str) or len(fallback) > 1:
                 raise ExpressionError("find takes the name of a ROS package, and a value for where there is none")
-            if name not in found:
-                found[name] = self.package(name, self.packages, self.root)
-            if found[name] is None and not fallback:
+            folder = package(name)
+            if folder is None and not fallback:
                 help = f"say where it is, --package {name}=FOLDER, or source its workspace"
                 raise ExpressionError(f'the package "{name}" is not found', help=help)
-            return fallback[0] if found[name] is None else str(found[name])
+            return fallback[0] if folder is None else str(folder)
 
         return find
 

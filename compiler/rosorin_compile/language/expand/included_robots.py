@@ -163,17 +163,18 @@ class IncludedRobots:
         for diagnostic in foreign.diagnostics:
             is_here = diagnostic.span is not None and diagnostic.span.source is entry.span.source
             self._report(with_nearest_file(diagnostic, entry["file"], path), via.parent if is_here else via)
-        if "macro" in entry and not foreign.takes_arguments and foreign.tree is not None:
+        takes_none = foreign.tree is not None and not foreign.takes_arguments
+        if takes_none and "macro" in entry:
             message = f"{path.name} defines no macros: only a xacro does"
             help = "remove macro to include it as a robot"
             scope.report("unknown-macro", message, place_of(entry, "macro", scope), help)
-            return None
-        if texts and not foreign.takes_arguments and foreign.tree is not None:
+        elif takes_none and texts:
             place = Place(entry["args"].key_spans[next(iter(texts))], via.parent)
             message = f"{path.name} has no arguments: only a xacro has them"
             scope.report("unknown-argument", message, place, "remove args")
-            return None
-        return foreign if foreign.tree is not None else None
+        elif foreign.tree is not None:
+            return foreign
+        return None
 
     def _warn(self, rule: str, message: str, span: Span, help: str, include: Included) -> None:
         self._report(Diagnostic(rule, WARNING, message, span, (), help), include.via.parent)
@@ -208,12 +209,10 @@ class IncludedRobots:
         # The nearest folder, that of the robot or one above it, that contains all of them: artifacts find them there.
         top = Path(os.path.commonpath([base, *places.values()]))
         above = [folder for folder in (base, *base.parents) if folder.is_relative_to(top)]
-        new = {}
-        for name, path in places.items():
-            found = Path(os.path.relpath(path, top)).as_posix()
-            existing = [folder for folder in above if files.is_file(folder / found)]
-            if existing == [top]:  # and no other file of that name nearer to the robot
-                new[name] = found
+        new = {name: Path(os.path.relpath(path, top)).as_posix() for name, path in places.items()}
+        for name, found in list(new.items()):
+            if [folder for folder in above if files.is_file(folder / found)] != [top]:  # or one nearer to the robot
+                del new[name]
         missed = [name for name in names if name not in new]
         if missed:
             seen = f"seen from {file}, but readers look from the artifacts"
@@ -229,19 +228,16 @@ class IncludedRobots:
         """
         entry, via = include.entry, include.via
         is_on_parent = foreign.mount != "" and foreign.mount == entry.get("parent")
-        keys = [
-            key
-            for key in ("parent", "xyz", "rpy", "joint", "publisher")
-            if entry.get(key) is not None and key not in foreign.passed and not (key == "publisher" and is_on_parent)
-        ]
+        others = (*foreign.passed, "publisher") if is_on_parent else foreign.passed
+        keys = [key for key in ("parent", "xyz", "rpy", "joint", "publisher") if entry.get(key) is not None]
+        keys = [key for key in keys if key not in others]
         have = made.get("joints") or Map(made.span)
         if foreign.mount or "parent" not in keys:
             if keys:
-                message = f'an include has "{keys[0]}", but what it includes is attached to nothing'
-                help = "write parent: FRAME"
-                if foreign.mount:
-                    message = f'an include has "{keys[0]}", but the macro attaches what it makes to "{foreign.mount}"'
-                    help = "remove it"
+                attached = f'the macro attaches what it makes to "{foreign.mount}"'
+                attached = attached if foreign.mount else "what it includes is attached to nothing"
+                help = "remove it" if foreign.mount else "write parent: FRAME"
+                message = f'an include has "{keys[0]}", but {attached}'
                 self._warn("ignored-key", message, entry.key_spans[keys[0]], help, include)
             if is_on_parent:  # the values of its joint that the include sets have the places of the include
                 made["joints"] = joints = copy(have)
@@ -272,9 +268,8 @@ class IncludedRobots:
         named = entry.value_spans["joint" if entry.get("joint") else "parent"]
         joints = Map(made.span)
         joints.put(name, joint, named, named)
-        joints.update(have)
-        joints.key_spans |= have.key_spans
-        joints.value_spans |= have.value_spans
+        for other, value in have.items():
+            joints.put(other, value, have.key_spans[other], have.value_spans[other])
         made.put("joints", joints, made.span, made.span)
         return made
 
@@ -318,10 +313,9 @@ def _moving_joints(tree: Map) -> int:
 def _check_include(entry: Map, scope: Scope) -> None:
     good = check_include(entry, scope, _KINDS, _KEYS)
     if "with" in entry and "macro" not in entry:
+        message = "with has values for a macro, and there is no macro"
         help = "write macro: NAME; args has values of arguments of a file"
-        scope.report(
-            "missing-key", "with has values for a macro, and there is no macro", place_of(entry, "with", scope), help
-        )
+        scope.report("missing-key", message, place_of(entry, "with", scope), help)
         good = False
     prefix = entry.get("prefix")
     if isinstance(prefix, str) and not _PREFIX.fullmatch(prefix):

@@ -28,9 +28,9 @@ from ..schema import keys_of_xml, merged_sections, of_parts, of_types
 from ..suggestions import word_meant
 from ..symbols import MOUNT, SymbolTable
 from . import declarations
-from .declarations import declare, given_places
+from .declarations import declare
 from .placing import Use, copy, join, place_fragment, with_source
-from .scope import Failed, Scope, value_place
+from .scope import Failed, Scope, key_place, value_place
 
 MAX_NESTED = 40
 INSTANCE = 20  # the number of values that an instance is counted as, even if it is empty
@@ -103,7 +103,12 @@ class Parts:
         inner.prefix = via.prefix
         if entry.get("parent") is not None:
             inner.mount = value_place(entry, "parent")
-        self._bind(inner, name, entry, part)
+        at, own = Place(entry.span, entry.via), (part.body.get("params") or (), part.body.get("let") or ())
+        inner.bind("name", name, at)
+        inner.bind("mirrored", entry.get("mirror") is not None, at)
+        if not any("prefix" in names for names in own) and part.scope.owner("prefix") is None:
+            inner.bind("prefix", inner.prefix, at)
+        _bind(inner, f'part "{part.name}"', part.body, entry, Place(place.span, entry.via))
         fragment = self._fragment(part, inner, depth)
         content = entry.get("content")
         good = join(fragment, content, inner, parts=True) if isinstance(content, Map) else True
@@ -125,22 +130,6 @@ class Parts:
             _check_elements(name, fragment, inner)
         made = place_fragment(fragment, use, names)
         return with_source(made, entry) if "source" in entry else made
-
-    def _bind(self, inner: Scope, name: str, entry: Map, part: Part) -> None:
-        params, lets = part.body.get("params"), part.body.get("let")
-        given = entry.get("with")
-        given = Map(entry.span, entry.via) if given is None else given
-        before, place = len(self.expansion.diagnostics), Place(entry.span, entry.via)
-        inner.bind("name", name, place)
-        inner.bind("mirrored", entry.get("mirror") is not None, place)
-        if "prefix" not in (*(params or ()), *(lets or ())) and part.scope.owner("prefix") is None:
-            inner.bind("prefix", inner.prefix, place)
-        inner.define_all(lets)
-        user = Place(inner.via.span if inner.via else entry.span, entry.via)
-        places = given_places(given, params)
-        declare(inner, params, given, places, f'part "{part.name}"', user)
-        if len(self.expansion.diagnostics) > before:
-            raise Failed
 
     def _fragment(self, part: Part, inner: Scope, depth: int) -> Map:
         body = part.body
@@ -213,6 +202,20 @@ class Parts:
         return self.files[path]
 
 
+def _bind(scope: Scope, owner: str, body: Map, entry: Map, user: Place) -> None:
+    """Bind the arguments that an entry passes to a part or a sensor type, and its named values. Raises Failed."""
+    before, params, given = len(scope.expansion.diagnostics), body.get("params"), entry.get("with")
+    given = Map(entry.span, entry.via) if given is None else given
+    if not isinstance(given, Map):
+        raise Failed  # validation reports it
+    arguments = {
+        key: (value, (value_place if key in (params or ()) else key_place)(given, key)) for key, value in given.items()
+    }
+    declare(scope, params, arguments, owner, user, body.get("let"))
+    if len(scope.expansion.diagnostics) > before:
+        raise Failed
+
+
 class ChangedSensor(Seq):
     """The Gazebo sensor of a type with the changes of one sensor; ``brought`` is the Gazebo sensor of the type.
 
@@ -255,7 +258,6 @@ def _with_type(name: str, kind: str, sensor: Map, definition: Map, scope: Scope)
     kinds, keys = dict.fromkeys(("params", "let"), Map), ("help", "params", "let", *of_types())
     if not declarations.check_entry(f'sensor type "{kind}"', definition, scope, keys, kinds, "sensor_type"):
         raise Failed
-    before = len(scope.expansion.diagnostics)
     place = Place(sensor.span, sensor.via)
     scope.bind("name", name, place)
     on = "parent" if "parent" in sensor else "frame"  # without a parent it is on the link that is its frame
@@ -264,15 +266,7 @@ def _with_type(name: str, kind: str, sensor: Map, definition: Map, scope: Scope)
             scope.broken.add(key)  # validation reports that it is missing
         else:
             scope.bind(key, sensor[source], place)
-    given = sensor.get("with")
-    given = Map(sensor.span, sensor.via) if given is None else given
-    if not isinstance(given, Map):
-        raise Failed  # validation reports it
-    params, user = definition.get("params"), Place(sensor.value_spans["type"], sensor.via)
-    declare(scope, params, given, given_places(given, params), f'sensor type "{kind}"', user)
-    scope.define_all(definition.get("let"))
-    if len(scope.expansion.diagnostics) > before:
-        raise Failed
+    _bind(scope, f'sensor type "{kind}"', definition, sensor, Place(sensor.value_spans["type"], sensor.via))
     made = sensor.copy()
     made.pop("with", None)
     changes = sensor["gazebo"] if isinstance(sensor.get("gazebo"), Map) else None

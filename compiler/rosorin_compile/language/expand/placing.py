@@ -17,7 +17,7 @@ from rosorin_compile.source.diagnostics import Related
 from rosorin_compile.source.tree import Include, Instance, Kept, Map, Place, Seq
 from rosorin_compile.source.units import ANGLE, LENGTH, Dimension, Quantity
 
-from ..annotations import ENTRIES, GIVES, INSIDE, ITEMS, MIRROR, WORLD, Node
+from ..annotations import ENTRIES, GIVES, INSIDE, ITEMS, MIRROR, WITHIN, WORLD, Node
 from ..element_names import rename_references, with_names
 from ..schema import holds_many, is_one_entry, keys_of, merged_sections, sections
 from ..suggestions import word_meant
@@ -261,9 +261,8 @@ def _grid(grid: Map, axis: int) -> dict[str, Any]:
         return {"heights": sequence_like(negative, heights)}
     count = len(heights) if axis == AXES["x"] else len(heights[0])
     high = float(origin[axis]) + count * float(cell or 0)
-    changes: dict[str, Any] = {
-        "origin": sequence_like([-high if i == axis else v for i, v in enumerate(origin)], origin)
-    }
+    moved = [-high if i == axis else v for i, v in enumerate(origin)]
+    changes: dict[str, Any] = {"origin": sequence_like(moved, origin)}
     for key in ("heights", "bottom"):
         rows = grid.get(key)
         if isinstance(rows, Seq) and all(isinstance(row, Seq) for row in rows):
@@ -349,7 +348,7 @@ def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
 
     ``parts``: the fragment comes from a part, and its entries refer to the instance that created them.
     """
-    good = True
+    good, joined = True, (*merged_sections(ENTRIES, ITEMS, WITHIN), *OF_PARTS)
     for section, value in more.items():
         have = tree.get(section)
         for key in value if parts and holds_many(section) and isinstance(value, Map) else ():
@@ -361,38 +360,31 @@ def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
         if have is None:
             if value is not None or not parts:
                 tree.put(section, copy(value), more.key_spans[section], more.value_spans[section])
+        elif value is not None and section not in joined:
+            good = _report("duplicate-key", f'"{section}" is defined twice', "remove one", section, tree, more, scope)
+            for fragment in (tree, more) if scope.expansion.parts else ():
+                alone = Map(fragment.span, fragment.via)
+                alone.put("robot", "robot", fragment.span, fragment.span)
+                alone.put(section, fragment[section], fragment.key_spans[section], fragment.value_spans[section])
+                scope.expansion.diagnostics += validate(alone, {})
+            continue
         elif isinstance(have, Seq) and isinstance(value, Seq) and section in merged_sections(ITEMS):
             _extend(have, value)
-        elif isinstance(have, Map) and isinstance(value, Map) and _is_joined(section):
+        elif isinstance(have, Map) and isinstance(value, Map):
             if holds_many(section):
                 good &= _join_within(section, have, value, scope)
             else:  # two calls of a macro have the materials of its file
                 good &= _join_entries(section, have, value, scope, equal=section == "materials")
-        elif value is not None:
-            good &= _report_section(section, tree, more, scope)
+        elif value is not None and isinstance(have, Seq if section in merged_sections(ITEMS) else Map):
+            message = f"{section} is {'a list' if isinstance(have, Seq) else 'a mapping'} in every file"
+            good = _report("wrong-type", message, "write it so in both", section, tree, more, scope)
             continue
-        joined = tree.get(section)
-        holds_others = isinstance(joined, (Map, Seq)) and (have is not None or not is_one_entry(section))
+        result = tree.get(section)
+        holds_others = isinstance(result, (Map, Seq)) and (have is not None or not is_one_entry(section))
         # Each entry of a part knows what made it; an include also leads to the entries of other files.
-        if parts and joined is not None and holds_others and not isinstance(joined.via, Include):
-            joined.via = tree.via
+        if parts and result is not None and holds_others and not isinstance(result.via, Include):
+            result.via = tree.via
     return good
-
-
-def _report_section(section: str, tree: Map, more: Map, scope: Scope) -> bool:
-    if not _is_joined(section):
-        _report("duplicate-key", f'"{section}" is defined twice', "remove one", section, tree, more, scope)
-        for fragment in (tree, more) if scope.expansion.parts else ():
-            alone = Map(fragment.span, fragment.via)
-            alone.put("robot", "robot", fragment.span, fragment.span)
-            alone.put(section, fragment[section], fragment.key_spans[section], fragment.value_spans[section])
-            scope.expansion.diagnostics += validate(alone, {})
-        return False
-    is_list = section in merged_sections(ITEMS)
-    if not isinstance(tree[section], Seq if is_list else Map):
-        return True
-    message = f"{section} is {'a list' if is_list else 'a mapping'} in every file"
-    return _report("wrong-type", message, "write it so in both", section, tree, more, scope)
 
 
 def _report(rule: str, message: str, help: str, name: str, first: Map, second: Map, scope: Scope) -> bool:
@@ -402,10 +394,6 @@ def _report(rule: str, message: str, help: str, name: str, first: Map, second: M
     related = [Related("first defined here", earlier.span), *earlier.stack()]
     scope.report_origin(rule, message, place, help, related, argument_behind(scope.expansion.root, place))
     return False
-
-
-def _is_joined(section: str) -> bool:
-    return section in merged_sections(ENTRIES, ITEMS) or holds_many(section) or section in OF_PARTS
 
 
 def _extend(have: Seq, more: Seq) -> None:
@@ -452,19 +440,13 @@ def copy(value: Any) -> Any:
     """Return a mapping or a list of the same entries, which may grow."""
     if isinstance(value, Map):
         return value.copy()
-    if isinstance(value, Seq):
-        made = Seq(value.span, value.via)
-        _extend(made, value)
-        return made
-    return value
+    return map_items(value, lambda item: item) if isinstance(value, Seq) else value
 
 
 def with_source(tree: Map, owner: Map) -> Map:
     """Return sections in which every entry has a source: its own, or that of ``owner``, a use."""
-    maps = {key: entries for key, entries in tree.items() if isinstance(entries, Map) and not holds_many(key)}
-    return tree.like(
-        {key: (_sourced if is_one_entry(key) else with_sources)(part, owner) for key, part in maps.items()}
-    )
+    maps = [(key, part) for key, part in tree.items() if isinstance(part, Map) and not holds_many(key)]
+    return tree.like({key: (_sourced if is_one_entry(key) else with_sources)(part, owner) for key, part in maps})
 
 
 def with_sources(section: Map, owner: Map) -> Map:

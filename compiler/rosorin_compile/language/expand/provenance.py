@@ -140,7 +140,10 @@ class _Search:
 
     def follow_names(self, scope: Scope, span: Span, steps: int) -> tuple[Span, Scope]:
         """Follow values that are a single name to the last place where a person may have written a value."""
-        name, keys = _lone_name(span) if steps else ("", "")
+        text = _text_at(span)
+        found = pieces(text) if steps else ()
+        match = _LONE_NAME.match(found[0].text.strip()) if len(found) == 1 and found[0].is_whole else None
+        name, keys = (match[1], match[2]) if match else (_MOUNT if steps and text == MOUNT else "", "")
         definition = self.definition(scope, name, keys) if name else None
         # A default of a part of another file is not a value of the description.
         if definition is None or self.is_foreign(definition.scope) or (self.of_kinds and definition.keeps_kind):
@@ -162,12 +165,8 @@ class _Search:
     def definition(self, scope: Scope, name: str, keys: str = "") -> _Definition | None:
         """Return where the value of a name, or of an entry of it, comes from; None if nobody wrote it."""
         if name == _MOUNT:
-            user: Scope | None = scope
-            while user is not None and user.mount is None:
-                user = user.parent
-            if user is None or user.mount is None:
-                return None
-            return _Definition(user.mount.span, self.outside(user), None, True, False)
+            users = ((user.mount, user) for user in scope.ancestors() if user.mount is not None)
+            return next((_Definition(mount.span, self.outside(user), None, True, False) for mount, user in users), None)
         owner = scope.owner(name)
         if owner is None:
             return None
@@ -192,9 +191,7 @@ class _Search:
 
     def is_foreign(self, scope: Scope) -> bool:
         """Return True if a scope belongs to a file of parts: of the library or of another package."""
-        while scope.parent is not None:
-            scope = scope.parent
-        return scope is not self.root
+        return self.root not in scope.ancestors()
 
 
 def _first(arguments: Iterable[tuple[Span, Any]]) -> Origin | None:
@@ -210,13 +207,6 @@ def is_like_a_number(value: Any) -> bool:
 
 def _text_at(span: Span) -> str:
     return span.source.line(span.line)[span.column - 1 : span.column - 1 + span.length].strip("\"'")
-
-
-def _lone_name(span: Span) -> tuple[str, str]:
-    text = _text_at(span)
-    found = pieces(text)
-    match = _LONE_NAME.match(found[0].text.strip()) if len(found) == 1 and found[0].is_whole else None
-    return (match[1], match[2]) if match else (_MOUNT if text == MOUNT else "", "")
 
 
 def _names_at(span: Span) -> list[str]:

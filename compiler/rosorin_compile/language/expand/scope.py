@@ -18,9 +18,9 @@ from rosorin_compile.source.units import UNITS
 from rosorin_compile.source.wording import MAX_LISTED, count_of, first_of
 from rosorin_compile.source.xml.elements import escape_for
 
-from ..expression import CHOICES, Piece, compile_expression, evaluate, names_in, pieces
+from ..expression import Piece, compile_expression, evaluate, names_in, pieces
 from ..expression.functions import CONSTANTS, FUNCTIONS, OF_DESCRIPTIONS, ExpressionError, KindError, functions, kind_of
-from ..expression.syntax import EFFORT, weight
+from ..expression.syntax import CHOICES, EFFORT, weight
 from ..schema import keys_of_xml
 from ..suggestions import flag_meant, number_meant, unit_meant
 from .provenance import OF_KINDS, Origin, argument_at, argument_of, is_like_a_number
@@ -150,14 +150,10 @@ class Scope:
         is_good = all(map(str.isidentifier, (own, *parameters))) and len(set(parameters)) == len(parameters)
         is_taken = call is not None and (own in functions() or own in OF_DESCRIPTIONS)
         if is_taken or not is_good:
-            message = (
-                f'"{own}" is a function of the language' if is_taken else f'"{name}" cannot be used in an expression'
-            )
+            why = f'{own}" is a function of the language' if is_taken else f'{name}" cannot be used in an expression'
             form = "NAME(FIRST, SECOND)" if call else "a name"
-            self.report("bad-name", message, place, f"write {form} of letters, digits and underscores")
-            if call:
-                return
-        if own in self.places:
+            self.report("bad-name", f'"{why}', place, f"write {form} of letters, digits and underscores")
+        elif own in self.places:
             related = [Related("first defined here", self.places[own].span)]
             self.report("duplicate-name", f'the value "{own}" is named twice', place, "rename one", related)
             return
@@ -240,27 +236,22 @@ class Scope:
         here = {name: self.looped.get(name, place.span) for name, place in self.places.items()}
         return {**(self.parent.all_names() if self.parent else {}), **here}
 
+    def ancestors(self) -> Iterator[Scope]:
+        """Yield this scope and those around it, the outermost last."""
+        scope: Scope | None = self
+        while scope is not None:
+            yield scope
+            scope = scope.parent
+
     def owner(self, name: str) -> Scope | None:
         """Return the scope that defines a name that can be used here."""
-        scope: Scope | None = self
-        while scope is not None and name not in scope.places:
-            scope = scope.parent
-        return scope
+        return next((scope for scope in self.ancestors() if name in scope.places), None)
 
     # Errors
 
-    def report(
-        self,
-        rule: str,
-        message: str,
-        place: Place,
-        help: Help = "",
-        related: Sequence[Related] = (),
-        of_kinds: bool | None = None,
-    ) -> None:
+    def report(self, rule: str, message: str, place: Place, help: Help = "", related: Sequence[Related] = ()) -> None:
         """Add an error at a place, or at the argument behind it, with the includes and parts that led to it."""
-        kinds = rule in OF_KINDS if of_kinds is None else of_kinds
-        origin = None if rule in _OF_ENTRIES else argument_at(self, place.span, kinds)
+        origin = None if rule in _OF_ENTRIES else argument_at(self, place.span, rule in OF_KINDS)
         self.report_origin(rule, message, place, help, related, origin)
 
     def fail(self, rule: str, message: str, place: Place, help: Help = "", related: Sequence[Related] = ()) -> Failed:
@@ -334,9 +325,7 @@ class Scope:
                         raise self.fail("duplicate-key", message, Place(key_span, via), help, related)
                     entry = scope.resolve(entry, Place(span, via))
                     if "$" in key and isinstance(entry, Map) and scope is not self:
-                        entry = entry.made_by(
-                            scope.via
-                        )  # an entry that is equal in every round has no reference to its round
+                        entry = entry.made_by(scope.via)  # an entry that is equal in every round lacks its round
                     made.put(name, entry, key_span, span)
             except Failed:
                 failed = True
@@ -402,11 +391,8 @@ class Scope:
                 xacro = _OF_XACRO.search(piece.text)
                 if xacro and "<" not in text:  # elements of XML may be meant for another program
                     name = (xacro[2].split() or ["NAME"])[0]
-                    help = (
-                        f"write package://{name}"
-                        if xacro[1] == "find"
-                        else f"declare {name} in args and write ${{{name}}}"
-                    )
+                    help = f"declare {name} in args and write ${{{name}}}"
+                    help = f"write package://{name}" if xacro[1] == "find" else help
                     where = _within(place, text, piece.offset + xacro.start())
                     raise self.fail("expression", f'"{xacro[0]}" has a meaning in xacro, but none here', where, help)
                 parts.append(piece.text)
@@ -495,7 +481,15 @@ def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
         inner_scopes: list[Scope] = []
         counted = 0
         for scope in scopes:
-            items, spans = _loop_values(scope, values, where)
+            items, spans = scope.resolve(values, where), list[Span]()
+            if isinstance(items, Mapping):
+                spans = [getattr(items, "key_spans", {}).get(key, where.span) for key in items]
+                items = list(items)
+            elif isinstance(items, list):
+                spans = items.value_spans if isinstance(items, Seq) else [where.span] * len(items)
+            else:
+                help = "write a list, or ${range(4)}"
+                raise scope.fail("wrong-type", "a loop runs over a list or a table", where, help)
             if len(items) > counted:  # assume that every round has this many, so that a huge product is refused at once
                 outer.count((len(items) - counted) * len(scopes), where.span, where.via)
                 counted = len(items)
@@ -514,16 +508,6 @@ def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
                 inner_scopes.append(inner)
         scopes = inner_scopes
     yield from scopes
-
-
-def _loop_values(scope: Scope, values: Any, place: Place) -> tuple[Sequence[Any], Sequence[Span]]:
-    resolved = scope.resolve(values, place)
-    if isinstance(resolved, Mapping):
-        spans = resolved.key_spans if isinstance(resolved, Map) else {}
-        return list(resolved), [spans.get(key, place.span) for key in resolved]
-    if isinstance(resolved, list):
-        return resolved, resolved.value_spans if isinstance(resolved, Seq) else [place.span] * len(resolved)
-    raise scope.fail("wrong-type", "a loop runs over a list or a table", place, "write a list, or ${range(4)}")
 
 
 def _short(value: Any) -> str:

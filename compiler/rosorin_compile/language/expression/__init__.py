@@ -14,19 +14,9 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from .functions import CONSTANTS, FUNCTIONS, ExpressionError, KindError, functions
-from .syntax import CHOICES, EFFORT, Literal, Lookup, check, check_size, mask_quantities, mistake, value_of
-
-__all__ = [
-    "CHOICES",
-    "CONSTANTS",
-    "FUNCTIONS",
-    "ExpressionError",
-    "compile_expression",
-    "evaluate",
-    "names_in",
-    "parse_expression",
-]
+from .functions import ExpressionError as ExpressionError
+from .functions import KindError, functions
+from .syntax import EFFORT, Literal, Lookup, check, check_size, mask_quantities, mistake, value_of
 
 MAX_LENGTH = 2_000
 _FAILURES = (TypeError, ValueError, ArithmeticError, LookupError, RecursionError, MemoryError, AttributeError)

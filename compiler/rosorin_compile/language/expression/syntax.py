@@ -450,15 +450,12 @@ def _call(node: ast.Call, lookup: Lookup) -> Any:
     return result
 
 
-def _conditional(node: ast.IfExp, lookup: Lookup) -> Any:
-    return value_of(node.body if value_of(node.test, lookup) else node.orelse, lookup)
-
-
 def _list(node: ast.List | ast.Tuple, lookup: Lookup) -> list[Any]:
     return [value_of(item, lookup) for item in node.elts]
 
 
 _NODES: dict[type[ast.AST], Callable[[Any, Lookup], Any]] = {ast.Constant: _constant, ast.Name: _name, ast.Call: _call}
 _NODES |= {ast.BinOp: _binary, ast.UnaryOp: _unary, ast.BoolOp: _boolean, ast.Compare: _compare}
-_NODES |= {ast.Subscript: _subscript, ast.Attribute: _attribute, ast.IfExp: _conditional, ast.List: _list}
-_NODES |= {ast.Tuple: _list, ast.ListComp: _comprehension, ast.GeneratorExp: _comprehension}
+_NODES |= {ast.Subscript: _subscript, ast.Attribute: _attribute, ast.List: _list, ast.Tuple: _list}
+_NODES |= {ast.ListComp: _comprehension, ast.GeneratorExp: _comprehension}
+_NODES[ast.IfExp] = lambda node, lookup: value_of(node.body if value_of(node.test, lookup) else node.orelse, lookup)

@@ -91,10 +91,9 @@ def lower_shape(
 
 
 def _wrong_sizes(entry: Mapping[str, Any], path: Path) -> Iterator[LoweringError]:
-    steps: list[Path] = [(key,) for key in ("radius", "length", "cell", "step") if key in entry]
-    steps += [(key, index) for key in ("size", "radii") for index in range(len(entry.get(key, ())))]
-    for step in steps:
-        size = entry[str(step[0])] if len(step) == 1 else entry[str(step[0])][step[1]]
+    sizes: dict[Path, float] = {(key,): entry[key] for key in ("radius", "length", "cell", "step") if key in entry}
+    sizes |= {(key, index): size for key in ("size", "radii") for index, size in enumerate(entry.get(key, ()))}
+    for step, size in sizes.items():
         if not size > 0:
             message = f"{' '.join(map(str, (path[-1], *step)))} is {size:g} m; a size is above zero"
             yield LoweringError("shape-size", message, (*path, *step), "correct it")
@@ -138,13 +137,12 @@ def _inertial(lowering: Lowering, entry: Mapping[str, Any], path: Path, own: Map
     """Return the inertial of an entry; ``own`` are the shapes of its link by purpose."""
     if "of" not in entry:
         if "density" in entry:
-            help = "add of: collision"
-            raise LoweringError("ignored-key", "a density needs shapes to fill", (*path, "density"), help)
+            at = (*path, "density")
+            raise LoweringError("ignored-key", "a density needs shapes to fill", at, "add of: collision")
         return record_of(Inertial, {**entry, **entry["inertia"]})
-    for key in ("inertia", "xyz", "rpy"):
-        if key in entry:
-            message = f"{key} is calculated from the shapes of the key of"
-            raise LoweringError("wrong-value", message, (*path, key), "remove one of the two")
+    for key in (key for key in ("inertia", "xyz", "rpy") if key in entry):
+        message = f"{key} is calculated from the shapes of the key of"
+        raise LoweringError("wrong-value", message, (*path, key), "remove one of the two")
     if ("mass" in entry) == ("density" in entry):
         raise LoweringError("missing-key", "shapes have either a mass or a density", path, "give one of the two")
     key = "mass" if "mass" in entry else "density"

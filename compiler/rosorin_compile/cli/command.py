@@ -17,7 +17,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from rosorin_compile.source.cache import cache_refused
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, RequestError
 from rosorin_compile.source.plugins import Plugin, PluginFailed, broken_plugin
 from rosorin_compile.source.system import take_missing
 
@@ -32,9 +32,6 @@ if TYPE_CHECKING:
 
 ROBOT_HELP = "name of a robot in descriptions/, or a folder or file"
 ROBOTS_HELP = f"{ROBOT_HELP}; default: all robots"
-OF_ROBOT = ("robot", "argument")  # kinds of names that a shell completes
-
-
 Work = Callable[["Run"], int]
 Decorator = Callable[[Any], Any]
 
@@ -131,25 +128,19 @@ class Command(click.Command):
             notes.insert(0, Diagnostic("cache-not-private", NOTE, refused[0], help=refused[1]))
         if notes and not console.quiet:
             console.show(notes, listed=True)
-        fail_on = getattr(run, "fail_on", "error")
-        if fail_on == "never" and code == PROBLEMS:
+        if getattr(run, "fail_on", "") == "never" and code == PROBLEMS:
             return FINE
-        has_warnings = console.severities["error"] + console.severities["warning"] > 0
-        return PROBLEMS if fail_on == "warning" and code == FINE and has_warnings else code
+        fails = getattr(run, "fail_on", "") == "warning" and any(console.severities[one] for one in (ERROR, WARNING))
+        return max(code, PROBLEMS) if fails else code
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the arguments, the options and the further sections."""
-        headed: dict[str, list[tuple[str, str]]] = {"Arguments": [], "Options": []}
-        for param in self.get_params(ctx):
-            if (record := param.get_help_record(ctx)) is not None:
-                headed["Arguments" if isinstance(param, Argument) else "Options"].append(record)
-        for head, rows in [*headed.items(), *self.sections().items()]:
+        params = [(isinstance(param, Argument), param.get_help_record(ctx)) for param in self.get_params(ctx)]
+        arguments, options = ([row for is_one, row in params if row and is_one == kind] for kind in (True, False))
+        for head, rows in {"Arguments": arguments, "Options": options, **self.sections()}.items():
             if rows:
                 with formatter.section(head):
                     formatter.write_dl(list(rows))
-
-    def format_arguments(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write nothing: ``format_options`` writes the arguments, also with versions of click that have no help."""
 
 
 def command(name: str, within: str = "", **settings: Any) -> Callable[[Work], Command]:
@@ -199,8 +190,7 @@ def _modes(_: click.Context, __: click.Parameter, values: Sequence[str]) -> dict
     return modes
 
 
-_MAX_ROBOTS = 8
-# The kinds that depend on a robot, each with the kinds of symbols.
+# The kinds of names that depend on a robot, each with the kinds of symbols.
 _OF_ROBOT: dict[str, tuple[str, ...]] = {kind: (kind,) for kind in ("argument", "joint", "pose", "mode", "output")}
 _OF_ROBOT |= {"frame": ("link",), "thing": ("link", "joint", "sensor")}
 
@@ -232,8 +222,7 @@ def _names(kind: str, ctx: click.Context) -> dict[str, str]:
         for word in ctx.params.get("words") or ():
             with suppress(Exception):
                 robots.append(Description.find([word])[0])
-        robots = (robots or here())[:_MAX_ROBOTS]
-        return {name: robot.name for robot in reversed(robots) for name in _names_of_robot(kind, robot, ctx)}
+        return {name: robot.name for robot in (robots or here())[7::-1] for name in _names_of_robot(kind, robot, ctx)}
     if kind == "robot":
         return {path.parent.name: "robot of this project" for path in all_here()}
     if kind == "format":
@@ -252,11 +241,10 @@ def _names_of_robot(kind: str, description: Description, ctx: click.Context) -> 
     def stop(*_: object) -> NoReturn:
         raise PermissionError
 
-    path = description.path
-    arguments = ctx.params.get("arg") or {}
     if kind == "argument":
-        return [argument.name for argument in declared_arguments(path, {})[0]]
-    tree = Request(description, arguments, warn=stop).understand().expanded.tree  # a xacro file can run code
+        return [argument.name for argument in declared_arguments(description.path, {})[0]]
+    request = Request(description, ctx.params.get("arg") or {}, warn=stop)  # a xacro file can run code
+    tree = request.understand().expanded.tree
     symbols = SymbolTable(tree).definitions(implied=True) if tree is not None else ()
     found = dict.fromkeys(symbol.name for symbol in symbols if symbol.kind in _OF_ROBOT[kind])
     return [f"{name}{state}" for name in found for state in ("", "=off")] if kind == "mode" else found
@@ -297,7 +285,9 @@ def argument(*names: str, offers: Sequence[str] = (), **settings: Any) -> Decora
     return lambda function: click.argument(*names, cls=Argument, **settings)(function)
 
 
-def words_argument(metavar: str, help: str = "", required: bool = False, offers: Sequence[str] = OF_ROBOT) -> Decorator:
+def words_argument(
+    metavar: str, help: str = "", required: bool = False, offers: Sequence[str] = ("robot", "argument")
+) -> Decorator:
     """Return the arguments of a command as ``words``."""
     return argument("words", nargs=-1, required=required, metavar=metavar, help=help, offers=offers)
 
@@ -312,12 +302,9 @@ output_options = combine(
     flag("-q", "--quiet", help="print only errors and the result", excludes="verbose"),
     flag("-v", "--verbose", help="print all notes, and the files that were read"),
 )
+_PACKAGE = "folder of a ROS package, for $(find NAME) and package://NAME; repeatable"
 robot_options = combine(
-    repeatable(
-        "--package NAME=PATH",
-        "packages",
-        help="folder of a ROS package, for $(find NAME) and package://NAME; repeatable",
-    ),
+    repeatable("--package NAME=PATH", "packages", help=_PACKAGE),
     flag("--trust", help="do not warn about code that a xacro file can run"),
     option("--xacro-seconds S", type=click.IntRange(1), help="time limit for a xacro file in seconds; default: 30"),
     repeatable("-a", "--arg NAME=VALUE", help="set an argument; also NAME:=VALUE without -a", offers="argument="),
@@ -348,8 +335,9 @@ def check_options(metavar: str = "[ROBOT ...]", help: str = ROBOTS_HELP, **setti
 
 def hook_option(more: str = "") -> Decorator:
     """Return the option for pre-commit."""
-    help = f"for pre-commit: take changed files as arguments and use all robots of their projects{more}"
-    return flag("--hook", help=help)
+    return flag(
+        "--hook", help=f"for pre-commit: take changed files as arguments and use all robots of their projects{more}"
+    )
 
 
 def page_options(what: str) -> Decorator:
@@ -362,11 +350,11 @@ def page_options(what: str) -> Decorator:
     )
 
 
-def depfile_options(target: str, excludes: str = "") -> Decorator:
+def depfile_options(target: str) -> Decorator:
     """Return the options for depfiles; ``target`` describes the default target."""
     help = "write the files that were read as a Make and Ninja depfile"
     return combine(
-        option("--depfile FILE", help=help, excludes=f"hook dry_run every_argument {excludes}"),
+        option("--depfile FILE", help=help, excludes="hook dry_run every_argument"),
         option("--depfile-target NAME", type=PATH, help=f"target in the depfile; {target}", needs="depfile"),
     )
 

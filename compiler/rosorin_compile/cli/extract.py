@@ -112,8 +112,7 @@ def heightmap(run: Run) -> int:
     if not run.into:
         return _print(run, result, result.values)
     failed = run.show(result)
-    for line in result.report:
-        print(line)
+    print("".join(f"{line}\n" for line in result.report), end="")
     return PROBLEMS if failed else FINE
 
 
@@ -150,10 +149,9 @@ def _print(run: Run, result: Any, value: object) -> int:
         return PROBLEMS
     if run.format == "json":
         return run.give(value)
-    lines = [] if run.quiet else [*result.report, *([f"written: {run.output}"] if run.output else [])]
     if run.output is None:
         give(result.text)
-    for line in lines:
+    for line in () if run.quiet else (*result.report, *([f"written: {run.output}"] if run.output else [])):
         print(line, file=sys.stderr if run.output is None else sys.stdout)
     return FINE
 

@@ -69,14 +69,11 @@ def find_command(name: str, group: str = "commands") -> click.Command | None:
 def _load_plugins(group: str, taken: set[str], called: str | None = None) -> tuple[list[Command], list[Diagnostic]]:
     """Load the commands of plug-ins, of one name or all; return them, and diagnostics about invalid ones."""
     found, diagnostics = load(group, Command, lambda one: (one.name or "",), taken.__contains__, called)
-    good, wrong = [], list(diagnostics)
     for plugin, one in found:
-        if one.name != plugin.name:
-            wrong.append(broken_plugin(plugin, f'is called "{one.name}", and its entry point "{plugin.name}"'))
-        else:
-            one.plugin = plugin
-            good.append(one)
-    return good, wrong
+        one.plugin = plugin
+    wrong = [(plugin, one.name) for plugin, one in found if one.name != plugin.name]
+    broken = [broken_plugin(one, f'is called "{name}", and its entry point "{one.name}"') for one, name in wrong]
+    return [one for plugin, one in found if one.name == plugin.name], [*diagnostics, *broken]
 
 
 def _warn(diagnostics: Iterable[Diagnostic]) -> None:
@@ -86,12 +83,6 @@ def _warn(diagnostics: Iterable[Diagnostic]) -> None:
 
 class Program(click.Group):
     """The commands, in groups; a module of a command is imported when it is called."""
-
-    def list_commands(self, ctx: click.Context) -> list[str]:
-        return list(names("commands"))
-
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        return find_command(cmd_name)
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -207,22 +198,24 @@ def _run(words: list[str], console: Console) -> int:
         if isinstance(problem, ModuleNotFoundError) and (package := _REQUIRED.get(problem.name or "")):
             missing = f"the package {package} is not installed, and no robot is read without it"
             return console.fail(f"{missing}: pip install {package}", USAGE)
-        from rosorin_compile.model.servos import NoPulse
+        return console.fail(_reason(problem), PROBLEMS)
 
-        if isinstance(problem, NoPulse):
-            reason = str(problem)
-        elif isinstance(problem, RecursionError):
-            reason = "the input is nested too deeply: includes, parts or expressions refer to each other"
-        elif type(problem) is MemoryError:
-            reason = "not enough memory"
-        elif type(problem) is OverflowError:
-            reason = f"a number is too large: {problem}"
-        elif isinstance(problem, OSError) and (problem.filename is not None or problem.errno not in _STREAM_ERRORS):
-            name = f"{problem.filename}: " if problem.filename is not None else ""
-            reason = f"{name}{problem.strerror or problem}"
-        else:
-            raise
-        return console.fail(reason, PROBLEMS)
+
+def _reason(problem: BaseException) -> str:
+    """Return the reason of an error that no command expects, but a user can cause. Raises any other error."""
+    from rosorin_compile.model.servos import NoPulse
+
+    if isinstance(problem, NoPulse):
+        return str(problem)
+    if isinstance(problem, RecursionError):
+        return "the input is nested too deeply: includes, parts or expressions refer to each other"
+    if type(problem) is MemoryError:
+        return "not enough memory"
+    if type(problem) is OverflowError:
+        return f"a number is too large: {problem}"
+    if isinstance(problem, OSError) and (problem.filename is not None or problem.errno not in _STREAM_ERRORS):
+        return f"{problem.filename}: {problem.strerror or problem}".removeprefix("None: ")
+    raise problem
 
 
 def _usage_message(problem: click.UsageError) -> str:

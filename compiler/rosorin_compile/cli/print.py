@@ -56,10 +56,9 @@ def run_print(run: Run) -> int:
     console.show(compiled.diagnostics)
     console.unlisted.clear()
     if not compiled.artifacts:
-        errors = [one for one in compiled.diagnostics if one.severity == ERROR]
-        unknown = [one for one in errors if one.rule == UNKNOWN]
+        errors = [one.rule for one in compiled.diagnostics if one.severity == ERROR]
         console.warn(f"{description.name}: {count_of(len(errors), 'error')}, nothing printed")
-        return USAGE if len(unknown) == len(errors) else PROBLEMS
+        return USAGE if set(errors) <= {UNKNOWN} else PROBLEMS
     (artifact,) = compiled.artifacts
     data = encode(artifact.file, artifact.text)
     if run.output is not None:

@@ -16,7 +16,6 @@ from rosorin_compile.source.yaml_text import Scalar
 from . import command as cli
 from .console import FINE, PROBLEMS, give
 from .run import Run, refuse_stdin
-from .table import COMMANDS
 
 
 class _Numbers(click.ParamType):  # type: ignore[type-arg] # not generic before click 8.4
@@ -139,7 +138,7 @@ def factory(run: Run) -> int:
     return PROBLEMS if failed else FINE
 
 
-_HELP = COMMANDS["import and compare"]["extract"]
+_HELP = cli.COMMANDS["import and compare"]["extract"]
 run = click.Group("extract", commands={"boxes": boxes, "heightmap": heightmap, "factory": factory}, help=_HELP)
 
 

@@ -26,9 +26,8 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import NoDescription
 from rosorin_compile.source.version import __version__
 
-from .command import Command
+from .command import ALIASES, BUILT_IN, CHECK, COMMANDS, MODULES, Command, Entry, names
 from .console import FINE, PROBLEMS, USAGE, Console, guard
-from .table import ALIASES, BUILT_IN, CHECK, COMMANDS, MODULES, Entry, names
 
 PROGRAM = "rosorin-compile"
 COMPLETE = "_ROSORIN_COMPILE_COMPLETE"  # the variable with which the scripts of shells call the program

@@ -49,13 +49,8 @@ def entry(rule: Rule) -> list[str]:
 
 def _wrapped(text: str) -> list[str]:
     """Wrap a text, with the targets of links as seen from the folder of the project."""
-
-    def target(link: re.Match[str]) -> str:
-        path = link[2] if "://" in link[2] else f"docs/{'rules.md' if link[2].startswith('#') else ''}{link[2]}"
-        return f"{link[1]} ({path})"
-
-    plain = _LINK.sub(target, text)
-    return textwrap.wrap(plain, _WIDTH, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False)
+    text = _LINK.sub(lambda link: f"{link[1]} ({'' if '://' in link[2] else 'docs/'}{link[2]})", text)
+    return textwrap.wrap(text, _WIDTH, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False)
 
 
 def _list(rules: Sequence[Rule]) -> str:

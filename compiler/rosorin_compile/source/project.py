@@ -76,17 +76,16 @@ class Description:
     @staticmethod
     def nearest_file(path: Path) -> Path | None:
         """Return the file in the same folder with a similar name, whatever its extension, or None."""
-        try:
+        with suppress(OSError, ValueError):  # no folder, or a name that no file can have
             stems = {file.stem: file for file in sorted(path.parent.iterdir()) if files.is_file(file)}
-        except (OSError, ValueError):  # no folder, or a name that no file can have
-            return None
-        return stems.get(nearest(path.stem, stems) or "")
+            return stems.get(nearest(path.stem, stems) or "")
+        return None
 
     @property
     def projects(self) -> tuple[Path, ...]:
         """The folders of the projects that it is in, by ``homes``; without one its own folder."""
         return tuple(
-            next((parent.parent for parent in (home, *home.parents) if parent.name == DESCRIPTIONS), home)
+            next((folder.parent for folder in (home, *home.parents) if folder.name == DESCRIPTIONS), home)
             for home in homes(self.path)
         )
 
@@ -138,21 +137,18 @@ def without_first_file(project: Path) -> list[tuple[str, str]]:
 
 
 def _description_folders(project: Path) -> list[Path]:
-    try:
-        return sorted(Path(project, DESCRIPTIONS).iterdir())
-    except (FileNotFoundError, NotADirectoryError):
-        return []
+    folder = Path(project, DESCRIPTIONS)
+    return sorted(folder.iterdir()) if folder.is_dir() else []
 
 
 def _has_first_file(folder: Path) -> bool:
     """Return True if a folder has the main file of a description, even a dangling link or an unreadable file."""
     try:
-        (folder / ROOT_FILE).lstat()
+        return bool((folder / ROOT_FILE).lstat())
     except PermissionError:  # reading the description reports it
         return not folder.name.startswith(".")
     except OSError:
         return False
-    return True
 
 
 def _misnamed(folder: Path) -> Path | None:
@@ -163,10 +159,9 @@ def _misnamed(folder: Path) -> Path | None:
 
 
 def _beginning(file: Path) -> bytes:
-    try:
+    with suppress(OSError):
         return files.read_bytes(file, 1_000_000)
-    except OSError:
-        return b""
+    return b""
 
 
 def _no_first_file(folder: Path) -> tuple[str, str]:
@@ -188,11 +183,10 @@ def _upwards() -> Iterator[Path]:
 def homes(path: Path) -> tuple[Path, ...]:
     """Return the folder of a description, and that of the source if colcon installed a link to a file of the source."""
     here = files.resolve(path.parent)
-    try:
-        there = files.resolve(path).parent if path.is_symlink() else here
-    except (OSError, RuntimeError):  # a loop of links
-        there = here
-    return (here,) if here == there else (here, there)
+    with suppress(OSError, RuntimeError):  # a loop of links
+        if path.is_symlink() and (there := files.resolve(path).parent) != here:
+            return here, there
+    return (here,)
 
 
 def first_file(name: str) -> Path:

@@ -18,7 +18,7 @@ from rosorin_compile.model.mesh_triangles import TriangleMesh
 from rosorin_compile.output import OutputError, may_replace, write_file
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.publishers import check_modes
-from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, UnknownName, error
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, RequestError, UnknownName, error
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.system import is_installed, pip_install
 from rosorin_compile.source.units import Quantity
@@ -112,7 +112,7 @@ def picture(
             return failed((error("extra-missing", message, None, help),))
     check_modes(shown_robot, modes or {})
     state = positions(shown_robot, pose, joints, pulses)
-    diagnostics = beyond_limits(case, [state], WARNING)
+    diagnostics = beyond_limits(case, [state])
     try:
         poses, how = shown_robot.poses_in_root(state), (direction, size, collision, theme, transparent)
         pixels = _pixels(looked.shown, poses, chosen, diagnostics, *how)

@@ -53,11 +53,10 @@ def position(robot: Robot, name: str, text: str) -> Position:
     joint = robot.joint.get(name)
     if joint is None or joint.type not in _COORDINATES:
         return _single(_movable_joint(robot, name), text)
-    parts = [part.strip() for part in text.split(",")]
-    form = next((form for form in _COORDINATES[joint.type] if len(form) == len(parts)), None)
-    if form is None:
-        forms = " or ".join(f"{name}={','.join(form)}" for form in _COORDINATES[joint.type])
-        raise RequestError(f'joint "{name}" is {joint.type}: write {forms}')
+    parts, forms = [part.strip() for part in text.split(",")], _COORDINATES[joint.type]
+    if (form := next((form for form in forms if len(form) == len(parts)), None)) is None:
+        usage = " or ".join(f"{name}={','.join(form)}" for form in forms)
+        raise RequestError(f'joint "{name}" is {joint.type}: write {usage}')
     kinds = [LENGTH if key in "xyz" else NUMBER if key.startswith("q") else ANGLE for key in form]
     numbers = tuple(_number(joint, part, kind) for part, kind in zip(parts, kinds, strict=True))
     if "roll" in form:
@@ -107,20 +106,16 @@ def _single(joint: Joint, text: str) -> float:
 def _number(joint: Joint, text: str, expected: Dimension) -> float:
     """Return a number in SI units from a number, a quantity or an expression. Raises RequestError."""
     subject = f'the position of joint "{joint.name}"'
+    if (unit := units.unknown_unit(text)) is not None:
+        raise RequestError(f'{subject} has an unknown unit: "{unit}"')
     value: object = Quantity.parse(text)
-    if value is None and _NUMBER.fullmatch(text):
-        value = float(text)
-    elif value is None:
-        if (unit := units.unknown_unit(text)) is not None:
-            raise RequestError(f'{subject} has an unknown unit: "{unit}"')
-        try:
-            value = evaluate(text, dict[str, object]().__getitem__)
-        except ExpressionError as problem:
-            raise RequestError(f"{subject} cannot be read: {text}: {problem.message}") from None
+    try:
+        value = evaluate(text, dict[str, object]().__getitem__) if value is None else value
+    except ExpressionError as problem:
+        raise RequestError(f"{subject} cannot be read: {text}: {problem.message}") from None
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         raise RequestError(f"{subject} is not a finite number: {text}")
-    dimension = dimension_of(value)
-    if dimension not in (None, NUMBER, expected):
+    if (dimension := dimension_of(value)) not in (None, NUMBER, expected):
         what = f"{text} is {describe(dimension)}, not {describe(expected)}"
         raise RequestError(f'joint "{joint.name}" is {joint.type}: {what}')
     return float(value)

@@ -302,7 +302,7 @@ def complete(*kinds: str) -> Callable[[click.Context, click.Parameter, str], lis
 def _names(kind: str, ctx: click.Context) -> dict[str, str]:
     """Return the names of a kind, with their help if there is any."""
     from rosorin_compile.formats import FORMATS, schema_names
-    from rosorin_compile.source.project import Description, all_here, here
+    from rosorin_compile.source.project import Description, all_here, nearest_descriptions
     from rosorin_compile.source.rule_registry import find
 
     if kind in _OF_ROBOT:
@@ -310,7 +310,11 @@ def _names(kind: str, ctx: click.Context) -> dict[str, str]:
         for word in ctx.params.get("words") or ():
             with suppress(Exception):
                 robots.append(Description.find([word])[0])
-        return {name: robot.name for robot in (robots or here())[7::-1] for name in _names_of_robot(kind, robot, ctx)}
+        return {
+            name: robot.name
+            for robot in (robots or nearest_descriptions())[7::-1]
+            for name in _names_of_robot(kind, robot, ctx)
+        }
     if kind == "robot":
         return {path.parent.name: "robot of this project" for path in all_here()}
     if kind == "format":
@@ -345,21 +349,20 @@ def option(*names: str, offers: str = "", **settings: Any) -> Decorator:
     choices, and NAME=VALUE is a pair. ``offers`` is the kind of names that a shell completes; the other settings are
     those of click.
     """
-    pairs = [name.partition(" ") for name in names]
-    for metavar in (metavar for _, _, metavar in pairs if metavar):
-        if "|" in metavar:
-            settings["type"] = click.Choice(metavar.split("|"))
-        else:
-            settings["metavar"] = metavar
-        if metavar.startswith(("FILE", "FOLDER")):
-            settings.setdefault("type", PATH)
-        elif "=" in metavar and "type" not in settings:
-            settings["callback"] = _pairs
+    metavar = "".join(name.partition(" ")[2] for name in names)
+    if "|" in metavar:
+        settings["type"] = click.Choice(metavar.split("|"))
+    elif metavar:
+        settings["metavar"] = metavar
+    if metavar.startswith(("FILE", "FOLDER")):
+        settings.setdefault("type", PATH)
+    elif "=" in metavar and "type" not in settings:
+        settings["callback"] = _pairs
     if settings.get("default") and "default: " not in settings.get("help", ""):
         settings["help"] = f"{settings.get('help', '')}; default: {settings['default']}"
     if offers:
         settings["shell_complete"] = complete(offers)
-    return lambda function: click.option(*(name for name, _, _ in pairs), cls=Option, **settings)(function)
+    return lambda function: click.option(*(name.split(" ")[0] for name in names), cls=Option, **settings)(function)
 
 
 flag = partial(option, is_flag=True)

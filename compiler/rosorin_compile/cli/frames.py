@@ -128,7 +128,7 @@ def run_explain(run: Run) -> int:
 @cli.robots_argument()
 def run_args(run: Run) -> int:
     """List the arguments of each robot; those that are set are shown, and checked."""
-    results = [api.arguments(run.request(description)) for description in find_robots(run.words)]
+    results = [api.arguments(run.request(description)) for description in find_robots(run, run.words)]
     for result in results:
         run.show(result)
     if not run.words:

@@ -18,7 +18,7 @@ from rosorin_compile.request import Request
 from rosorin_compile.source import files, project
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, RequestError, has_errors
 from rosorin_compile.source.load import LoadError
-from rosorin_compile.source.plugins import aside
+from rosorin_compile.source.plugins import divert_stdout
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.wording import count_of, phrase
@@ -82,7 +82,8 @@ class Run(SimpleNamespace):
 
     def find_robot(self, name: str = "", usage: str = "ROBOT") -> Description:
         """Return the robot of a name, or the only one here. Raises RequestError with ``usage``, or NoDescription."""
-        found = find_robots([name]) if name else project.here()
+        take_stdin([name])
+        found = Description.find([name]) if name else project.nearest_descriptions()
         if len(found) > 1:
             robots = ", ".join(description.name for description in found)
             how = f"rosorin-compile {self.called} {usage}"
@@ -123,12 +124,11 @@ class Run(SimpleNamespace):
 
     def nothing_written(self, description: Description, diagnostics: Sequence[Diagnostic]) -> int:
         """Print how many errors keep a robot from being compiled; return the exit code."""
-        errors = sum(diagnostic.severity == ERROR for diagnostic in diagnostics)
-        if not errors:
-            self.console.say(f"{description.name}: nothing to emit; say under outputs: what you want")
-            return FINE
-        self.console.warn(f"{description.name}: {count_of(errors, 'error')}, nothing written")
-        return PROBLEMS
+        if errors := sum(diagnostic.severity == ERROR for diagnostic in diagnostics):
+            self.console.warn(f"{description.name}: {count_of(errors, 'error')}, nothing written")
+            return PROBLEMS
+        self.console.say(f"{description.name}: nothing to write: the description lists no outputs")
+        return FINE
 
     def show(self, result: Any) -> bool:
         """Print the files that were read for a result, and its diagnostics; return True if there are errors."""
@@ -188,10 +188,10 @@ def for_each(
     if hook and names:
         raise RequestError(f'with --hook the words are files that changed, and there is no file "{names[0]}"')
     if hook:
-        names = [str(path) for path in project.all_with(run.changed)]
+        names = [str(path) for path in project.descriptions_of(run.changed)]
     elif usage and not names:
         names = [str(run.find_robot("", usage).path)]
-    found = [] if hook and not names else with_folders(run, names)
+    found = [] if hook and not names else find_robots(run, names)
     if getattr(run, "depfile", None) is not None and len(found) > 1:
         several = ", ".join(description.name for description in found)
         raise RequestError(f"a depfile is about one robot, and there are several: {several}; name one")
@@ -205,7 +205,7 @@ def for_each(
         Progress.set_topic(f"{description.name}:" if len(found) > 1 else "")
         console.robots.append({"robot": description.name, "file": str(description.path), "fine": False})
         # A program reads one document on standard output, without what a plug-in prints.
-        with nullcontext() if console.plugin is None or console.for_people else aside():
+        with nullcontext() if console.plugin is None or console.for_people else divert_stdout():
             code = work(run, description)
         console.robots[-1]["fine"] = code == FINE
         console.end(code != FINE)
@@ -221,19 +221,14 @@ def for_each(
     return worst
 
 
-def find_robots(names: list[str], outputs: str | None = None) -> list[Description]:
-    """Return the robots of these names, by default all of the project. Raises RequestError, NoDescription."""
-    take_stdin(names)
-    return Description.find(names, outputs)
+def find_robots(run: Run, names: list[str]) -> list[Description]:
+    """Return the robots of these names, by default all of the project. Raises RequestError, NoDescription.
 
-
-def with_folders(run: Run, names: list[str]) -> list[Description]:
-    """Return the robots of these names, with the folders of their artifacts that -o sets. Raises RequestError.
-
-    One robot gets the folder itself; several, and all robots of a project with --hook, get a folder each in it.
+    With -o, one robot gets that folder for its artifacts; several, or those of --hook, get a folder each in it.
     """
+    take_stdin(names)
     output = getattr(run, "output", None)
-    found = find_robots(names, output)
+    found = Description.find(names, output)
     if output is not None and len(found) == 1 and not getattr(run, "hook", False):
         return [replace(found[0], outputs=Path(output))]
     return found
@@ -264,7 +259,7 @@ def refuse_stdin(words: Sequence[str], help: str = "name a file") -> None:
 
 def warn_of_no_robots(console: Console) -> None:
     """Warn of folders of this project that look like descriptions and have no ``robot.yaml``."""
-    if wrong := project.without_first_file(Description.around()):
+    if wrong := project.without_first_file(Description.project_folder()):
         console.show([Diagnostic("no-robot-file", WARNING, message, help=help) for message, help in wrong])
 
 

@@ -17,7 +17,7 @@ from rosorin_compile.variants.sweep import MAX_FAILED, write_sweep
 
 from .command import PATH, command, flag, option, output_folder_option, robot_argument, robot_options, robots_argument
 from .console import FINE, PROBLEMS
-from .run import Run, count, refuse_stdin, with_folders
+from .run import Run, count, find_robots, refuse_stdin
 
 MAX_SHOWN = 20  # changes of one run, one line each
 _say = partial(print, flush=True)
@@ -30,7 +30,7 @@ def run_watch(run: Run) -> int:
     """Compile robots whenever one of their files changes, until Ctrl-C or SIGTERM."""
     gc.enable()  # it is off in short runs
     refuse_stdin(run.words, "name a file to watch")
-    robots = with_folders(run, run.words)
+    robots = find_robots(run, run.words)
     stopped = False
 
     def stop(*_: object) -> None:
@@ -85,7 +85,7 @@ class WatchedRobot:
             console.warn(f"{name}: {count_of(errors, 'error')}; the artifacts stay as they are")
             return
         if not compiled.artifacts:
-            _say(f"{name}: nothing to emit; say under outputs: what you want")
+            _say(f"{name}: nothing to write: the description lists no outputs")
             return
         files = {artifact.file: artifact.text for artifact in compiled.artifacts}
         try:

@@ -58,7 +58,7 @@ def load(
         if plugin.group != group or called not in (None, plugin.name):
             continue
         try:
-            with aside():
+            with divert_stdout():
                 made = entry_point.load()
             if not isinstance(made, kind):
                 raise TypeError(f"it is of type {type(made).__name__}, not a {kind.__name__} of rosorin_compile")
@@ -94,7 +94,7 @@ def clash(plugin: Plugin, name: str, other: Plugin | None = None) -> Diagnostic:
     return broken_plugin(plugin, f'brings "{name}", {whose}', "plugin-clash")
 
 
-def aside() -> redirect_stdout[TextIO]:
+def divert_stdout() -> redirect_stdout[TextIO]:
     """Send what a plug-in prints to standard error: standard output is for artifacts."""
     return redirect_stdout(sys.stderr)
 

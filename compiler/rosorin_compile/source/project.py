@@ -69,7 +69,7 @@ class Description:
         return cls(name, path, base / name)
 
     @classmethod
-    def around(cls) -> Path:
+    def project_folder(cls) -> Path:
         """Return the folder of the project that this folder is in, relative to here; this folder if there is none."""
         return next((folder for folder in _upwards() if all_in(folder)), Path())
 
@@ -102,7 +102,7 @@ def stdin_of(path: Path) -> bytes | None:
 
 def all_here() -> list[Path]:
     """Return the first files of all descriptions of the project around this folder, sorted by name."""
-    return all_in(Description.around())
+    return all_in(Description.project_folder())
 
 
 def all_in(project: Path) -> list[Path]:
@@ -110,13 +110,13 @@ def all_in(project: Path) -> list[Path]:
     return [folder / ROOT_FILE for folder in _description_folders(project) if _has_first_file(folder)]
 
 
-def all_with(changed: Iterable[str]) -> list[Path]:
+def descriptions_of(changed: Iterable[str]) -> list[Path]:
     """Return the first files of all descriptions of the projects around some files, sorted."""
     projects = (next(filter(None, map(all_in, Path(file).parents)), []) or all_here() for file in changed)
     return sorted({path for project in projects for path in project})
 
 
-def here() -> list[Description]:
+def nearest_descriptions() -> list[Description]:
     """Return the description whose folder this folder is in, or all of the project around it. Raises NoDescription."""
     for folder in _upwards():
         if all_in(folder):
@@ -195,7 +195,7 @@ def first_file(name: str) -> Path:
         return Description.ON_STDIN
     if Path(name).suffix in ENDINGS and _may_be_file(Path(name)):  # without a look at the folders above
         return Path(name)
-    places = (Path(name), Path(DESCRIPTIONS, name), Path(Description.around(), DESCRIPTIONS, name))
+    places = (Path(name), Path(DESCRIPTIONS, name), Path(Description.project_folder(), DESCRIPTIONS, name))
     for path in (*(place / ROOT_FILE for place in places), Path(name)):
         if _may_be_file(path):
             return path

@@ -52,11 +52,6 @@ class Rule:
     imported: str = ""  # a robot in another format is accepted like that: "always", "lenient"
     asked: str = ""  # what a run requests to check it: "meshes", "physics", "simulation"
 
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not isinstance(value, str):
-                raise TypeError(f"{name} of a rule is a text, not {str(value)[:60]!r}")
-
     @property
     def mild(self) -> bool:
         """Whether it can be a warning or a note, by its text."""

@@ -1,7 +1,4 @@
-"""A request: one robot with the arguments, packages and trust to load or compile it with.
-
-Every feature that needs a robot takes a ``Request``. The command line and the Python API both build one.
-"""
+"""A request: one robot, with the arguments, packages and trust to load or compile it with."""
 
 from __future__ import annotations
 

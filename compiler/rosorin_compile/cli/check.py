@@ -1,8 +1,4 @@
-"""rosorin-compile check and diff: compare robots with their committed artifacts, and two robots with each other.
-
-With --every-argument a robot is compiled with every combination of the arguments that have a list of values. Further
-checks, ``check NAME``, are commands of their own.
-"""
+"""rosorin-compile check and diff: compare robots with their committed artifacts, and with each other."""
 
 import os
 import subprocess

@@ -1,8 +1,4 @@
-"""Commands and their options: the table of commands, click commands, one way of running, and completion of names.
-
-``command`` and ``check`` turn a function that takes a ``Run`` and returns an exit code into a ``Command``. Completion
-runs nothing that a description names.
-"""
+"""The table of commands, their options, how a command is run, and completion, which runs no code of a robot."""
 
 from __future__ import annotations
 

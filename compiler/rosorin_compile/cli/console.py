@@ -152,10 +152,7 @@ class Console:
         comparison: Comparison,
         others: Iterable[tuple[str, str]],
     ) -> None:
-        """Report a difference: as lines, for a program as a diagnostic, in Markdown under ``what``.
-
-        ``others`` are further files that differ, each with a remark.
-        """
+        """Report a difference: as lines, for a program as a diagnostic, in Markdown under ``what``."""
         self.severities[diagnostic.severity] += 1
         self.robots[-1]["differences"] = lines
         if self.for_people:

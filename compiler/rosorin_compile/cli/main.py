@@ -1,7 +1,4 @@
-"""The command line: a click group that imports the module of a command, or a plug-in, when it is called.
-
-Exit codes: 0 fine, 1 problems found, 2 wrong usage, 130 interrupted.
-"""
+"""The command line: a click group that imports the module of a command, or a plug-in, when it is called."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""rosorin-compile print: compile one artifact, and print it on standard output and nothing else.
-
-Launch files and build rules call it instead of xacro: without errors nothing is printed on standard error, and nothing
-is written beside the file that ``-o`` names.
-"""
+"""rosorin-compile print: compile one artifact, and print it and nothing else, for launch files and build rules."""
 
 from pathlib import Path
 

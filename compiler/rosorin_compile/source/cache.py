@@ -1,7 +1,4 @@
-"""Results of functions that a robot caches, and the user's cache folder (XDG) of templates and names of artifacts.
-
-Everything works without it: ``ROSORIN_COMPILE_CACHE`` names another folder, or disables the cache if it is ``off``.
-"""
+"""Results that a robot caches, and the user's cache folder (XDG, or ``ROSORIN_COMPILE_CACHE``; off: no cache)."""
 
 from __future__ import annotations
 

@@ -181,7 +181,7 @@ class _Import:
         if imported.tree is None or has_errors(self.diagnostics):
             return self._end(result)
         tree = imported.tree if self.name is None else _with(imported.tree, "robot", self.name)
-        base = self.package.folder if self.package else Description.around()
+        base = self.package.folder if self.package else Description.project_folder()
         folder = self.output or Path(base, Description.FOLDER, imported._replace(tree=tree).file_name)
         result = replace(result, robot=tree["robot"], folder=str(folder))
         words = self._command_line()

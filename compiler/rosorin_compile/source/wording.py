@@ -125,9 +125,13 @@ def look(name: str, case: bool = True) -> str:
 
 def difference(name: str, other: str) -> str:
     """Return a description of how a name differs from another one that looks like it."""
+    from unicodedata import normalize
+
     letters = [letter for letter in name + other if (letter in name) != (letter in other)]
     if hidden := hidden_letter("".join(letters)):
         return f"{in_words(hidden)}, which is invisible"
+    if normalize("NFC", name) == normalize("NFC", other):
+        return "the Unicode form (NFC, NFD)"
     if name.casefold() == other.casefold():
         return "upper and lower case"
     return next((in_words(letter) for letter in letters if not letter.isascii()), "letters that look alike")

@@ -140,10 +140,15 @@ def convert_result(made: object, opened: Opened) -> Imported:
 def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
     """Return plain values as a tree; what has no place of its own has that of its container. Raises TypeError."""
     path = path or []
+    if value is None or isinstance(value, (bool, float)):
+        return value
     if isinstance(value, Placed):
         return as_tree(value.value, value.span, path)
     if len(path) > MAX_DEPTH:
         raise TypeError(f"{subject(path[:3])} is nested deeper than {MAX_DEPTH} levels")
+    if isinstance(value, str):  # text in the place of a number may have a unit, as in YAML
+        quantity = Quantity.parse(value) if unit_at(path) is not None else None
+        return str(value) if quantity is None else quantity
     if isinstance(value, Mapping):
         tree = Map(span)
         for key, item in value.items():
@@ -158,11 +163,6 @@ def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
             default = value.value_spans[index] if isinstance(value, Seq) else span
             items.put(as_tree(item, span, [*path, index]), item.span if isinstance(item, Placed) else default)
         return items
-    if isinstance(value, str):  # text in the place of a number may have a unit, as in YAML
-        quantity = Quantity.parse(value) if unit_at(path) is not None else None
-        return str(value) if quantity is None else quantity
-    if value is None or isinstance(value, (bool, float)):
-        return value
     if isinstance(value, Real):
         return int(value) if isinstance(value, Integral) and abs(int(value)) < _LARGEST else float(value)
     raise TypeError(f"{subject(path)} is of the type {type(value).__name__}, which no description holds")

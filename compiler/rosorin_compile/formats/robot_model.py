@@ -126,13 +126,15 @@ def view(robot: Robot, output: Output) -> Robot:
 
 def read(text: str) -> Robot:
     """Return the robot that a driver's model of ours contains. Raises ValueError if it is damaged."""
-    from rosorin_compile.language.validator import misfits_of, validator, words_of
-
     model = _finite_json(text)
-    for misfit in misfits_of(validator("robot_model"), model):
-        if misfit.keyword not in ("additionalProperties", "enum"):  # which are reported in other ways
-            raise ValueError(f"not a driver's model: {words_of(misfit)}")
-    return _robot_of(model)
+    try:
+        return _robot_of(model)
+    except (AttributeError, KeyError, TypeError, ValueError):
+        from rosorin_compile.language.validator import misfits_of, validator, words_of
+
+        for misfit in misfits_of(validator("robot_model"), model):  # a sentence about the damage
+            raise ValueError(f"not a driver's model: {words_of(misfit)}") from None
+        raise
 
 
 def _finite_json(text: str) -> Any:

@@ -166,30 +166,32 @@ class XmlReader:
         entry["urdf_elements"].put(kept_text(element), element.span)
 
     def numbers(
-        self, words: Sequence[Word], what: str, span: Span, count: int, unit: str = "", tag: str = ""
+        self, words: Sequence[Word], element: Element, name: str, span: Span, count: int, unit: str = "", tag: str = ""
     ) -> list[Placed] | None:
+        """Return the numbers of an attribute of an element, or of its text (no name), or None after an error."""
         # A comma between numbers makes a word that is not a number, which is the better message.
         if len(words) != count and (count == 1 or all(NUMBER.match(word.text) for word in words)):
             have = "is empty" if not words else f"has {count_of(len(words), 'number')}"
-            message = f"{what} {have}; it takes {'one' if count == 1 else count}"
+            message = f"{_described(element, name)} {have}; it takes {'one' if count == 1 else count}"
             self.error("wrong-count", message, span, f"give {'one number' if count == 1 else count}")
             return None
         made = list[Placed]()
         for word in words:
-            value = self.number(word, what, unit, tag)
+            value = self.number(word, element, name, unit, tag)
             if value is None:
                 return None
             made.append(Placed(value, word.span))
         return made
 
-    def number(self, word: Word, what: str, unit: str = "", tag: str = "") -> float | None:
+    def number(self, word: Word, element: Element, name: str, unit: str = "", tag: str = "") -> float | None:
         """Return the number that a word is, or None after an error."""
         # A number that looks like degrees or millimetres becomes a quantity with its unit, because the rules about such
         # numbers are for descriptions. Those in elements with a tag are compared with the other numbers of the file.
         text = word.text
         if not NUMBER.match(text) or not math.isfinite(float(text)):
             wrong = "too large for a number" if NUMBER.match(text) else "not a number"
-            self.error("not-a-number", f'{what}: "{text[:40]}" is {wrong}', word.span, _advice(text))
+            message = f'{_described(element, name)}: "{text[:40]}" is {wrong}'
+            self.error("not-a-number", message, word.span, _advice(text))
             return None
         value: float = int(text) if _INTEGER.match(text) else float(text)
         if unit not in UNITS:
@@ -197,7 +199,8 @@ class XmlReader:
         dimension, far = UNITS[unit]
         is_far = abs(value) > far
         if tag and value:
-            self._sizes[unit].append(_Size(abs(value), tag, f"{what} is {text} {unit}" if is_far else "", word.span))
+            what = f"{_described(element, name)} is {text} {unit}" if is_far else ""
+            self._sizes[unit].append(_Size(abs(value), tag, what, word.span))
         return Quantity(value, dimension, f"{text} {unit}") if is_far else value
 
     def _other_units(self) -> Iterator[Diagnostic]:
@@ -246,6 +249,10 @@ def _advice(text: str) -> str:
     return "write a number such as 0.5 or 1e-3"
 
 
+def _described(element: Element, attribute: str) -> str:
+    return f"{attribute} of {name_of(element)}" if attribute else name_of(element)
+
+
 def lacks(element: Element, names: Sequence[str]) -> str:
     """Return the message about attributes that an element lacks."""
     return f"{name_of(element)} lacks the {plural('attribute', len(names))} {quote(names)}"
@@ -262,7 +269,7 @@ def numbers(element: Element, name: str, count: int, unit: str, reading: XmlRead
         taken = "one number, which is taken for all three" if len(words) == 1 else "more than three numbers"
         reading.note("wrong-count", f"scale of {name_of(element)} has {taken}", attribute.span)
         words = (words * count)[:count]
-    found = reading.numbers(words, f"{name} of {name_of(element)}", attribute.span, count, unit, tag)
+    found = reading.numbers(words, element, name, attribute.span, count, unit, tag)
     made = Seq(attribute.span)
     for one in found or ():
         made.put(one.value, one.span)

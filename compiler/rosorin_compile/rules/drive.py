@@ -183,10 +183,14 @@ def wheels_in_body(case: Case) -> Iterator[Diagnostic]:
         bodies = [joint.parent, *(name for name, _ in robot.fixed_neighbours(joint.parent))] if points else []
         for name in bodies:
             step = places[name].inverse().then(places[joint.child])
-            index = next((i for i, shape in enumerate(robot.link[name].collision) if holds(shape, step, points)), None)
-            if index is not None and frozenset((name, joint.child)) not in apart:
+            around = [
+                index
+                for index, shape in enumerate(robot.link[name].collision)
+                if holds(shape.geometry, shape.pose.transform().inverse().then(step), points)
+            ]
+            if around and frozenset((name, joint.child)) not in apart:
                 place = case.value(case.joint(joint), "xyz")
-                related = [("the shape around it", case.link(name, "collision", index))]
+                related = [("the shape around it", case.link(name, "collision", around[0]))]
                 message = f'wheel "{joint.child}" of the drive is inside a shape of link "{name}"'
                 yield case.problem("wheel-in-body", message, place, related=related, key=place[-1] != "xyz")
                 break

@@ -11,7 +11,7 @@ from typing import Any
 from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, HeightMap, Joint, Link, Mesh, Robot, Shape, Sphere
 from rosorin_compile.model.bounds import ball_of, bounds_of
 from rosorin_compile.model.geometry import Transform, Vector
-from rosorin_compile.model.shape import Material
+from rosorin_compile.model.shape import Geometry, Material
 from rosorin_compile.source.cache import of_robot
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, nearest
 from rosorin_compile.source.rule_registry import JOINTS, NUMBERS, rule
@@ -212,7 +212,8 @@ def contained_links(case: Case) -> Iterator[Diagnostic]:
             ball = ball_of(shape)
             if ball is None:
                 continue
-            middle, to_outer = places[outer.name].apply(ball.middle)[axis], places[outer.name].inverse()
+            middle = places[outer.name].apply(ball.middle)[axis]
+            to_shape = places[outer.name].then(shape.pose.transform()).inverse()
             first = bisect_left(order, (middle - ball.radius, ""))
             inside = [
                 name
@@ -220,7 +221,7 @@ def contained_links(case: Case) -> Iterator[Diagnostic]:
                 if group[name] != group[outer.name]
                 and frozenset((group[name], group[outer.name])) not in near
                 and frozenset((name, outer.name)) not in apart
-                and holds(shape, to_outer, ends[name])
+                and holds(shape.geometry, to_shape, ends[name])
             ]
             for name in inside if len(inside) < ENVELOPE else ():
                 path = case.joint(robot.joint_to[name]) if name in robot.joint_to else case.link(name)
@@ -252,9 +253,8 @@ def _points(link: Link, place: Transform) -> list[Vector]:
     return points
 
 
-def holds(shape: Shape, step: Transform, points: Sequence[Vector]) -> bool:
-    """Return True if points of another frame, at ``step``, are all inside a box, a sphere or a cylinder."""
-    geometry, to_shape = shape.geometry, shape.pose.transform().inverse().then(step)
+def holds(geometry: Geometry, to_shape: Transform, points: Sequence[Vector]) -> bool:
+    """Return True if points, once moved by ``to_shape``, are all inside a box, a sphere or a cylinder."""
     for point in points:
         x, y, z = to_shape.apply(point)
         depth = -math.inf  # of the point; below zero outside

@@ -340,7 +340,7 @@ class Joints:
         for key in _MIMIC:  # a child, or for Drake an attribute
             of_drake, number = element.attributes.get(key), reading.one(element, key)
             if of_drake is not None:
-                found = reading.numbers(of_drake.words(), f"{key} of {name_of(element)}", of_drake.span, 1)
+                found = reading.numbers(of_drake.words(), element, key, of_drake.span, 1)
                 number = found[0] if found else None
             if number is not None:
                 made[key] = number

@@ -93,7 +93,7 @@ class SdfValues(XmlReader):
         return None if child is None or not child.text else Placed(child.text, place(child))
 
     def all_of(self, element: Element, count: int, unit: str = "") -> list[Placed] | None:
-        return self.numbers(words(element), name_of(element), element.span, count, unit)
+        return self.numbers(words(element), element, "", element.span, count, unit)
 
     def one(self, element: Element | None, tag: str, unit: str = "") -> Placed | None:
         child = None if element is None else self.single(element, tag)

@@ -154,7 +154,7 @@ class _Reader(XmlReader):
             self.cannot_carry(f'the version "{version.value}" of <robot>', version.span, "URDF has 1.0, 1.1 and 1.2")
         elements = (one for one in root.iter() if not one.tag.startswith("xacro:"))
         values = (value for one in elements for value in one.attributes.values())
-        found = next((value for value in values if "${" in value.raw or "$(" in value.raw), None)
+        found = next((value for value in values if "${" in value.value or "$(" in value.value), None)
         if found is not None:
             message, help = f'"{found.raw[:40]}" looks like xacro that was not expanded', "name the file NAME.xacro"
             self.diagnostics.append(Diagnostic("not-expanded", WARNING, message, found.span, (), help))

@@ -231,7 +231,7 @@ class _Joining:
             self.reading.cannot_carry(name_of(element), value.span, help)
         else:
             unit = LENGTHS if joint.type == "prismatic" else ANGLES
-            number = self.reading.number(words[0], f"value of {name_of(element)}", unit, "size")
+            number = self.reading.number(words[0], element, "value", unit, "size")
             if number is not None:
                 state.positions[name.value] = Placed(number, words[0].span)
 

@@ -89,25 +89,47 @@ class Word(NamedTuple):
 
 
 class Attribute(NamedTuple):
-    """An attribute: its value, the offsets of its name and of ``raw``, which is the value as written."""
+    """An attribute of an element. Its place in the text is looked up when it is used."""
 
-    document: Document
+    element: Element
     name: str
     value: str
-    name_start: int
-    start: int
-    raw: str
+
+    def _match(self) -> re.Match[str]:
+        element = self.element
+        found = _ATTRIBUTE.finditer(element.document.source.text, element.start + 1 + len(element.tag))
+        return next(match for match in found if match[1] == self.name)
+
+    @property
+    def raw(self) -> str:
+        """The value as written."""
+        return self._match()[3]
+
+    @property
+    def start(self) -> int:
+        """The offset of the value in the text."""
+        return self._match().start(3)
+
+    @property
+    def name_start(self) -> int:
+        """The offset of the name in the text."""
+        return self._match().start(1)
 
     @property
     def span(self) -> Span:
-        return self.document.span(self.start, len(self.raw))
+        document = self.element.document
+        return document.whole or document.span(self.start, len(self.raw))
 
     @property
     def name_span(self) -> Span:
-        return self.document.span(self.name_start, len(self.name))
+        document = self.element.document
+        return document.whole or document.span(self.name_start, len(self.name))
 
     def words(self) -> list[Word]:
-        return self.document.words(self.raw, self.value, self.start, self.span)
+        whole = self.element.document.whole
+        if whole is not None:
+            return [Word(word, whole) for word in self.value.split()]
+        return self.element.document.words(self.raw, self.value, self.start, self.span)
 
 
 class Remark(NamedTuple):
@@ -266,6 +288,7 @@ class _Reader:
         self.document = Document(source)
         self.text = source.text
         self.data = source.text.encode("utf-8", "surrogatepass")  # expat refuses a surrogate
+        self.is_ascii = source.text.isascii()
         self.last = (0, 0)  # the last offset in bytes, and in characters
         self.open: Element | None = None
         self.depth = self.count = 0
@@ -279,6 +302,8 @@ class _Reader:
     def here(self) -> int:
         """Return the offset in characters of the event; expat counts bytes."""
         byte, (last_byte, last) = self.parser.CurrentByteIndex, self.last
+        if self.is_ascii:
+            return byte
         self.last = (byte, last + len(self.data[last_byte:byte].decode("utf-8", "replace")))
         return self.last[1]
 
@@ -292,11 +317,11 @@ class _Reader:
                 rule, message = "xml-too-large", f"there are more than {MAX_ELEMENTS:,} elements"
             raise MarkupError(error(rule, message, self.document.span(start + 1), "is this the right file?"))
         made = Element(self.document, tag, self.open, start)
-        position = start + 1 + len(tag)
-        found = _ATTRIBUTE.finditer(self.text, position)  # expat has read the tag: it has this form
-        for name, value, match in zip(pairs[::2], pairs[1::2], found, strict=False):
-            made.attributes[name] = Attribute(self.document, name, value, match.start(1), match.start(3), match[3])
-            position = match.end()
+        position = start
+        for name, value in zip(pairs[::2], pairs[1::2], strict=True):
+            made.attributes[name] = attribute = Attribute(made, name, value)
+            if ">" in value:  # perhaps written as it is: not the end of the tag
+                position = attribute.start + len(attribute.raw)
         made.opened = self.text.index(">", position) + 1
         if self.open:
             self.open.content.append(made)

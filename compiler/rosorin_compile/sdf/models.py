@@ -289,9 +289,8 @@ class SdfReader(SdfValues):
         for inner, attribute in reversed(named_frames):
             if attribute.name not in _NAMING:
                 continue
-            match, top = attribute.match, element.start
-            start, at = match.start(1) - top, match.start(3) - top
-            before, after = made[:start], made[match.end(3) - top :]
+            start, at = attribute.name_start - element.start, attribute.start - element.start
+            before, after = made[:start], made[at + len(attribute.raw) :]
             if inner is owner:
                 made = before.rstrip() + after[1:]
                 continue

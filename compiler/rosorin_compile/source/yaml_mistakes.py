@@ -108,7 +108,8 @@ class _Failure:
         if "block" not in self.what or rest[0] in ":,":
             return None
         word = printable(rest.split()[0])
-        help = f"{_COMMENT}; each number of a list has its own unit"
+        comment = f"{_COMMENT}; each number of a list has its own unit"
+        help = "remove it, or open it before" if rest[0] in "]}" else comment
         return self.report(f'"{word}" is after the closing "{before[-1]}"', help, length=len(word))
 
     def bracket(self) -> Diagnostic | None:

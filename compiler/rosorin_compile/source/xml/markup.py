@@ -95,9 +95,7 @@ class Attribute(NamedTuple):
     name: str
     value: str
 
-    @property
-    def match(self) -> re.Match[str]:
-        """The attribute as written: the name is group 1, the value group 3."""
+    def _match(self) -> re.Match[str]:
         element = self.element
         found = _ATTRIBUTE.finditer(element.document.source.text, element.start + 1 + len(element.tag))
         return next(match for match in found if match[1] == self.name)
@@ -105,25 +103,33 @@ class Attribute(NamedTuple):
     @property
     def raw(self) -> str:
         """The value as written."""
-        return self.match[3]
+        return self._match()[3]
+
+    @property
+    def start(self) -> int:
+        """The offset of the value in the text."""
+        return self._match().start(3)
+
+    @property
+    def name_start(self) -> int:
+        """The offset of the name in the text."""
+        return self._match().start(1)
 
     @property
     def span(self) -> Span:
-        return self._span(3)
+        document = self.element.document
+        return document.whole or document.span(self.start, len(self.raw))
 
     @property
     def name_span(self) -> Span:
-        return self._span(1)
-
-    def _span(self, group: int) -> Span:
         document = self.element.document
-        return document.whole or document.span((match := self.match).start(group), len(match[group]))
+        return document.whole or document.span(self.name_start, len(self.name))
 
     def words(self) -> list[Word]:
-        document = self.element.document
-        if document.whole is not None:
-            return [Word(word, document.whole) for word in self.value.split()]
-        return document.words((match := self.match)[3], self.value, match.start(3), self.span)
+        whole = self.element.document.whole
+        if whole is not None:
+            return [Word(word, whole) for word in self.value.split()]
+        return self.element.document.words(self.raw, self.value, self.start, self.span)
 
 
 class Remark(NamedTuple):
@@ -315,7 +321,7 @@ class _Reader:
         for name, value in zip(pairs[::2], pairs[1::2], strict=True):
             made.attributes[name] = attribute = Attribute(made, name, value)
             if ">" in value:  # perhaps written as it is: not the end of the tag
-                position = attribute.match.end(3)
+                position = attribute.start + len(attribute.raw)
         made.opened = self.text.index(">", position) + 1
         if self.open:
             self.open.content.append(made)
@@ -402,6 +408,6 @@ def _invalid_token(text: str, at: int) -> tuple[int, str, str]:
         return at, '"--" is not allowed inside a comment', "write one dash; --lenient takes it as it is"
     if text[max(0, at - 1) : at] == "&":
         return at - 1, '"&" is not allowed here', _ESCAPES
-    help = 'the > of a tag or a value in quotes, name="value", is missing before' if letter not in "<&" else _ESCAPES
+    help = _ESCAPES if letter in ("<", "&") else "the > of a tag, or a value in quotes, is missing before"
     shown = "a space" if letter.isspace() else f'"{letter}"'
     return at, f"{shown} is not allowed here", help

@@ -58,7 +58,7 @@ def run_verify(run: Run) -> int:
         failing = (ERROR, WARNING) if run.strict else (ERROR,)
         Console().show([finding for finding in result.diagnostics if finding.severity in failing])
     else:
-        print(*table(result), sep="\n", flush=True)
+        print("".join(f"{line}\n" for line in table(result)), end="", flush=True)
         console.show(result.diagnostics)
         print(summary(result, description.name, run.strict))
     if run.junit:

@@ -192,13 +192,19 @@ class _Failure:
             if words in self.what:
                 place = self.begun if at_begun else self.at
                 return self.report(message.format(letter=printable(self.letter)), help, place)
-        if "expected node content" in self.what and self.letter:
+        if "expected node content" in self.what:
             if self.letter == ",":
                 return self.report('a value is missing before this ","', "write the value, or remove the comma")
-            return self.report(f'"{self.letter}" closes nothing', "remove it, or open it before")
+            if self.letter:
+                return self.report(f'"{self.letter}" closes nothing', "remove it, or open it before")
+            last = max(self.source.text.rfind("["), self.source.text.rfind("{"))
+            opened, closing = self.source.text[last], "]" if self.source.text[last] == "[" else "}"
+            return self.report(f'this "{opened}" is not closed', f'add "{closing}"', self.source.span(last)[1:3])
         is_scanning = self.what.startswith(("while scanning", "while parsing a node", "while parsing a t"))
         if self.opened in _BEGINNINGS and is_scanning:
             return self.report(f'"{self.opened}" begins {_BEGINNINGS[self.opened]} here', _QUOTE, self.begun)
+        if "<document start>" in self.what and self.source.text.startswith("%"):
+            return self.report('a line with "%" is for YAML itself', "remove it", (1, 1))
         if "<document start>" in self.what:
             return self.report("the description ends before this", "remove it, or the closing bracket above")
         return self.report("YAML cannot be parsed from here on", f"indent with spaces; {_QUOTE}")

@@ -32,7 +32,8 @@ from rosorin_compile.formats.imported_robot import Imported
 from rosorin_compile.formats.mesh_files import opened_by
 from rosorin_compile.language.arguments import Argument, declared_arguments, takes_no_arguments
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.output import OutputError, read_set, write_artifacts
+from rosorin_compile.output.artifact_set import read_set, write_artifacts
+from rosorin_compile.output.atomic_files import OutputError
 from rosorin_compile.request import EXECUTED, FilePath, Packages, Request, Values
 from rosorin_compile.rules.check import plugin_checks
 from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, RequestError, UnknownName, error, has_errors

@@ -8,7 +8,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.output import OutputError, WriteResult, artifact_set, atomic_files, read_set, write_set
+from rosorin_compile.output import artifact_set, atomic_files
+from rosorin_compile.output.artifact_set import WriteResult, read_set, write_set
+from rosorin_compile.output.atomic_files import OutputError
 from support.output_child import A, B, encoded, files_in, names, no_swap, refused, stages
 
 STALE = ".rosorin-compile-0123456789abcdef"

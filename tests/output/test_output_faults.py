@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.output import atomic_files, read_set, write_set
+from rosorin_compile.output import atomic_files
+from rosorin_compile.output.artifact_set import read_set, write_set
 from support import output_child
 from support.output_child import NEW, OLD, A, B, encoded, files_in, names, no_swap, refused, stages
 

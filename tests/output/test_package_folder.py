@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from rosorin_compile.formats.ros_packages import files_below
-from rosorin_compile.output import MANIFEST, OutputError, digest, open_package_folder, read_manifest
+from rosorin_compile.output.atomic_files import OutputError, digest
+from rosorin_compile.output.package_folder import MANIFEST, open_package_folder, read_manifest
 from rosorin_compile.ros.package.deploy import unfinished_runs
 from support.kills import ended_at
 
@@ -53,7 +54,7 @@ def test_keeps_permissions(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["../a", "/etc/a", "a//b", "./a", "a/..", ".git/hooks/a", "a\nb", ""])
 def test_never_outside(tmp_path: Path, name: str) -> None:
     folder = fill(tmp_path / "in")
-    with pytest.raises(OutputError, match="does not stand in the folder") as raised:
+    with pytest.raises(OutputError, match="is not below the folder") as raised:
         place(folder, {**NEW, name: b"x"})
     assert raised.value.diagnostic.rule == "deploy-outside"
     assert contents(tmp_path) == {f"in/{name}": data for name, data in OLD.items()}

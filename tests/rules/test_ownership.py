@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from rosorin_compile.compare.artifacts import agreement
 from rosorin_compile.formats.compilation import compile_robot
-from rosorin_compile.formats.frames import publishing
+from rosorin_compile.formats.frames import frames_by_publishing
 from rosorin_compile.formats.static_tf import condition, in_frontends, in_python
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Link, Robot
@@ -156,14 +156,14 @@ def test_gaps_are_those_of_the_search(description):
     }
     assert told == gaps
     assert sum(d.rule == "unpublished-edge" for d in diagnostics) == len(gaps)
-    proof = publishing(model(description))
+    proof = frames_by_publishing(model(description))
     published = [
         {child for _, child, owner in running(description, states) if owner != "nobody"} for states in every_state()
     ]
     always = set.intersection(*published)
-    assert set(proof.published) == always
-    assert set(proof.gaps) == set().union(*published) - always
-    assert proof.wrong == proof.unchecked == ()
+    assert set(proof["published"]) == always
+    assert set(proof["gaps"]) == set().union(*published) - always
+    assert proof["wrong"] == proof["unchecked"] == []
 
 
 def model(description: dict[str, Any]) -> Robot:

@@ -14,8 +14,7 @@ import sys
 import time
 from pathlib import Path
 
-from rosorin_compile import output
-from rosorin_compile.output import atomic_files
+from rosorin_compile.output import artifact_set, atomic_files
 
 STAGE = ".rosorin-compile-"
 NOTES = "notes/mine.txt"
@@ -71,8 +70,8 @@ def stages(folder: Path) -> list[str]:
 def attempt(folder: Path, files: dict[str, str], prune: bool = False) -> dict[str, object]:
     """Write a set and return what came of it in a form that can be printed."""
     try:
-        return output.write_set(folder, files, prune)._asdict()
-    except output.OutputError as problem:
+        return artifact_set.write_set(folder, files, prune)._asdict()
+    except atomic_files.OutputError as problem:
         return vars(problem.diagnostic)
 
 
@@ -93,7 +92,7 @@ def alternate(folder: Path, seconds: float, least: int = 0) -> int:
     """Write two sets by turns for some time, and ``least`` times however slow the machine is; return how often."""
     end, count = time.monotonic() + seconds, 0
     while time.monotonic() < end or count < least:
-        output.write_set(folder, (A, B)[count % 2], prune=True)
+        artifact_set.write_set(folder, (A, B)[count % 2], prune=True)
         count += 1
     return count
 
@@ -139,17 +138,17 @@ def each_step(folder: Path, how: str) -> list[dict[str, object]]:
         shutil.rmtree(folder.parent, ignore_errors=True)
         folder.parent.mkdir()
         if how != "first":
-            output.write_set(folder, OLD)
+            artifact_set.write_set(folder, OLD)
             (folder / NOTES).parent.mkdir()
             (folder / NOTES).write_text("mine")
         process = os.fork()
         if process == 0:
             die_at(len(found) + 1)
-            output.write_set(folder, NEW)
+            artifact_set.write_set(folder, NEW)
             os._exit(0)
         code = os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
         seen = {"exit": code, "state": state(folder, {"old": OLD, "new": NEW}), "left": len(stages(folder))}
-        output.write_set(folder, {**NEW, "f3.txt": "next"})
+        artifact_set.write_set(folder, {**NEW, "f3.txt": "next"})
         seen["healed"] = state(folder, {"next": {**NEW, "f3.txt": "next"}}) == "next" and not stages(folder)
         seen["notes"] = (folder / NOTES).exists()
         found.append(seen)
@@ -163,7 +162,7 @@ def mount(*command: object) -> None:
 def on_full_disk(base: Path) -> dict[str, object]:
     """Write a set that does not fit, then one that does."""
     mount("mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", base)
-    output.write_set(base / "out", OLD)
+    artifact_set.write_set(base / "out", OLD)
     found = {"big": attempt(base / "out", {**OLD, "big.txt": "x" * 400_000})}
     found["state"] = {"set": state(base / "out", {"old": OLD}), "left": stages(base / "out")}
     return {**found, "small": attempt(base / "out", NEW)}
@@ -172,7 +171,7 @@ def on_full_disk(base: Path) -> dict[str, object]:
 def on_read_only_disk(base: Path) -> dict[str, object]:
     """Write to a disk that is mounted read-only: another set, and the same one."""
     mount("mount", "-t", "tmpfs", "tmpfs", base)
-    output.write_set(base / "out", OLD)
+    artifact_set.write_set(base / "out", OLD)
     mount("mount", "-o", "remount,bind,ro", base)
     return {"other": attempt(base / "out", NEW), "same": attempt(base / "out", OLD), "set": files_in_text(base / "out")}
 
@@ -188,7 +187,7 @@ def on_mount_points(base: Path) -> dict[str, object]:
     (base / "elsewhere" / "precious.txt").write_text("precious")
     for kind, arguments in {"disk": ("-t", "tmpfs", "tmpfs"), "bind": ("--bind", base / "elsewhere")}.items():
         for where in ("out", "out/inside"):
-            output.write_set(base / "out", OLD)
+            artifact_set.write_set(base / "out", OLD)
             (base / where).mkdir(exist_ok=True)
             mount("mount", *arguments, base / where)
             found[f"{kind} {where}"] = attempt(base / "out", {**NEW, "sub/more.txt": "more"}, prune=where == "out")
@@ -208,8 +207,8 @@ def locked_out(folder: Path, *places: str) -> dict[str, object]:
     found: dict[str, object] = {name: attempt(folder / name, NEW) for name in places}
     for name in places:
         try:
-            found[f"read {name}"] = len(output.read_set(folder / name))
-        except output.OutputError as problem:
+            found[f"read {name}"] = len(artifact_set.read_set(folder / name))
+        except atomic_files.OutputError as problem:
             found[f"read {name}"] = problem.diagnostic.rule
     return found
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.run import escape
-from rosorin_compile.output import OutputError
+from rosorin_compile.output.atomic_files import OutputError
 from support.projects import foreign, meshes, packaged, rosorin_alone, ur5e
 
 # Notes each file that is opened for reading, in every process of Python that is started.

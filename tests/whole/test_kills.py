@@ -15,7 +15,7 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats.ros_packages import files_below
-from rosorin_compile.output import MANIFEST
+from rosorin_compile.output.package_folder import MANIFEST
 from rosorin_compile.ros.package.deploy import unfinished_runs
 from support import kills
 from support.commands import write_files

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.output import write_artifacts
+from rosorin_compile.output.artifact_set import write_artifacts
 from support.kills import at_each_step
 
 BY_HAND = "# written by hand\n"
@@ -17,12 +17,10 @@ def hidden(folder: Path) -> list[str]:
 
 
 def test_what_a_living_run_prepares_is_not_removed(home: Path) -> None:
-    from rosorin_compile.output import lock, staging_folder
+    from rosorin_compile.output.atomic_files import lock, staging_folder
 
     with lock(home), staging_folder(home) as folder:
-        program = (
-            "from pathlib import Path; from rosorin_compile.output import write_file; write_file(Path('a.txt'), b'')"
-        )
+        program = "from rosorin_compile.output.atomic_files import *; write_file(Path('a.txt'), b'')"
         other = subprocess.Popen([sys.executable, "-c", program], cwd=home)
         with pytest.raises(subprocess.TimeoutExpired):
             other.wait(1)

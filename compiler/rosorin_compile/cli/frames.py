@@ -16,7 +16,7 @@ from rosorin_compile.language.arguments import Argument
 from rosorin_compile.model import Robot
 from rosorin_compile.model.frame_tree import lines, publishers, rows, way
 from rosorin_compile.model.servos import pulses_within, travel
-from rosorin_compile.output import may_replace, write_file
+from rosorin_compile.output.atomic_files import may_replace, write_file
 from rosorin_compile.source.diagnostics import ERROR, RequestError, UnknownName, has_errors
 from rosorin_compile.source.numbers import exact, to_fixed
 from rosorin_compile.source.project import Description, NoDescription, all_here

@@ -5,7 +5,8 @@ from pathlib import Path
 from rosorin_compile import api
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.language.arguments import UNKNOWN
-from rosorin_compile.output import encode, is_generated, is_remembered, may_replace, remember, write_file
+from rosorin_compile.output.artifact_set import encode, is_remembered, remember
+from rosorin_compile.output.atomic_files import is_generated, may_replace, write_file
 from rosorin_compile.source.diagnostics import ERROR, RequestError
 from rosorin_compile.source.wording import count_of
 

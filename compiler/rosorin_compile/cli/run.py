@@ -13,7 +13,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.output import OutputError, write_file
+from rosorin_compile.output.atomic_files import OutputError, write_file
 from rosorin_compile.request import Request
 from rosorin_compile.source import files, project
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, RequestError, has_errors

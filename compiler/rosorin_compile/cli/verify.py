@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from rosorin_compile.output import OutputError, write_file
+from rosorin_compile.output.atomic_files import OutputError, write_file
 from rosorin_compile.recordings import verify
 from rosorin_compile.source.diagnostics import ERROR, WARNING, RequestError
 from rosorin_compile.source.files import exists, is_file, read_bytes

@@ -7,7 +7,8 @@ from contextlib import suppress
 from functools import partial
 
 from rosorin_compile.compare.golden_check import compare
-from rosorin_compile.output import OutputError, read_set, write_artifacts
+from rosorin_compile.output.artifact_set import read_set, write_artifacts
+from rosorin_compile.output.atomic_files import OutputError
 from rosorin_compile.output.watched_files import INTERVAL, WatchedFiles
 from rosorin_compile.source.diagnostics import ERROR
 from rosorin_compile.source.progress import Progress

@@ -103,7 +103,7 @@ class Comparison(NamedTuple):
 
 
 def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> Comparison:
-    """Return how the committed files (bytes by name, see ``output.read_set``) differ from what was just compiled."""
+    """Return how the committed files (their bytes by name) differ from what was just compiled."""
     arranged = sorted(artifacts, key=lambda artifact: (FORMATS[artifact.backend].rank, artifact.output))
     extra = committed.keys() - {artifact.file for artifact in artifacts}
     texts = [TextDifference(file, EXTRA, _REMARKS[EXTRA]) for file in extra]

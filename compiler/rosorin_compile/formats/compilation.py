@@ -27,6 +27,7 @@ from rosorin_compile.source.packages import PACKAGE_XML
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import PYTHON_PACKAGE, ROS_PACKAGE, tool_folders
+from rosorin_compile.source.rule_registry import find_declared
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.wording import count_of
 
@@ -88,9 +89,9 @@ class Compiled:
     diagnostics: list[Diagnostic]
     inputs: tuple[Path, ...]
     resolved: tuple[Resolved, ...] = ()  # where names of packages led
-    meshes: Searched | None = None  # None if they were not requested
-    variant: Variant | None = None  # set by ``sweep``
-    missing: tuple[Path, ...] = ()  # the inputs that were not found
+    meshes: Searched | None = None
+    variant: Variant | None = None
+    missing: tuple[Path, ...] = ()
 
     @property
     def files_read(self) -> tuple[Path, ...]:
@@ -270,7 +271,7 @@ def emit(understood: Understood, path: Path, search: Search | None = None, reque
         # An artifact that opens or measures meshes finds the same ones if other outputs are not generated.
         opening = any(format.opens or format.measures for format in (FORMATS[output.backend] for output in outputs))
         meshes = search(tree, robot.outputs if opening else outputs)
-        robot, acceptable = meshes.add_to(robot), {**acceptable, **meshes.acceptable}
+        robot, acceptable = meshes.add_to(robot), {**acceptable, "mesh-not-found": find_declared("mesh-not-found")}
         found += meshes.diagnostics
     templates, artifacts = Templates(path.parent, first=path), list[Artifact]()
     for number, output in enumerate(outputs):
@@ -279,15 +280,13 @@ def emit(understood: Understood, path: Path, search: Search | None = None, reque
         try:
             text, remarks = format.compile(robot, output, templates)
         except TemplateProblem as problem:
-            text, remarks = None, [problem.diagnostic]
+            text, remarks = "", [problem.diagnostic]
         found += [d if d.span else replace(d, span=place.span, related=(*d.related, *place.stack())) for d in remarks]
-        if text is not None:
-            artifacts.append(Artifact(output.file, text, output.backend, output.name, format.is_withheld(output)))
+        artifacts.append(Artifact(output.file, text, output.backend, output.name, format.is_withheld(output)))
     found, more = apply(tree, [*found, *unsupported_notes(tree, outputs, FORMATS)], acceptable)
     if not requested:  # otherwise an entry of accept may be about another output
-        found += unused_entries(
-            tree, understood.used | more, rules.acceptable(), ("",) if search is None else ("", "meshes")
-        )
+        stages = ("",) if search is None else ("", "meshes")
+        found += unused_entries(tree, understood.used | more, rules.acceptable(), stages)
     all_diagnostics, inputs = arrange([*diagnostics, *found]), (*expanded.files, *templates.read())
     resolved = (*expanded.resolved, *(meshes.resolved if meshes else ()))
     return Compiled(robot, () if has_errors(found) else tuple(artifacts), all_diagnostics, inputs, resolved, meshes)

@@ -1,7 +1,4 @@
-"""The record of a format: everything that any other part of the program asks about it.
-
-A format is a module of this folder (or a folder) that exports ``FORMAT``; its name is that of the module. Another
-package adds a format by an entry point (``docs/extend.md``). Nothing else in the program names a format.
+"""The record of a format: a module that exports ``FORMAT``, or an entry point of another package (``docs/extend.md``).
 
 A format carries the keys of the language that it ``covers``, without those that are ``unsupported`` and those that name
 another format (``mjcf``, ``gazebo``). A key includes all keys below it; "*" is any name of an entry.
@@ -40,13 +37,10 @@ class Artifact:
     """One emitted file: its name in the output folder, its text, its format and the name of its output."""
 
     file: str
-    text: str
+    text: str = field(repr=False)
     backend: str
     output: str
     withheld: bool = False  # publishers must not read the file, although they read its format
-
-    def __repr__(self) -> str:
-        return f"<Artifact {self.file}: {self.backend}, {len(self.text):,} characters>"
 
 
 class Refusal(NamedTuple):
@@ -65,14 +59,10 @@ BOXES_OF_HEIGHT_MAPS = (
     "rows, one for each run of equal heights in a row; merged, equal heights along x and y; grounded, rows down to"
     " z = 0 whatever bottom says"
 )
-HEIGHT_MAPS: Mapping[str, Any] = {
-    "enum": FORMS_OF_BOXES,
-    "description": f"The boxes of height maps; default: rows. {BOXES_OF_HEIGHT_MAPS}.",
-}
-VISUALS: Mapping[str, Any] = {
-    "enum": ["from_collision"],
-    "description": "from_collision: a link without a visual is seen as its collision shapes, a colour a link.",
-}
+_HEIGHT_MAPS = f"The boxes of height maps; default: rows. {BOXES_OF_HEIGHT_MAPS}."
+HEIGHT_MAPS: Mapping[str, Any] = {"enum": FORMS_OF_BOXES, "description": _HEIGHT_MAPS}
+_VISUALS = "from_collision: a link without a visual is seen as its collision shapes, a colour a link."
+VISUALS: Mapping[str, Any] = {"enum": ["from_collision"], "description": _VISUALS}
 
 # Distributions of ROS 2: those that artifacts can be written for. Those after Jazzy are taken to be as it is.
 HUMBLE, JAZZY = "humble", "jazzy"
@@ -304,7 +294,6 @@ def _quiet(reason: str, *keys: str) -> dict[str, Unsupported]:
 
 
 _CONTACTS = ("condim", "priority", "solmix", "solref", "solimp", "margin", "gap")
-_FOR_NODES = "for launch files, and the table of frames"
 # How MuJoCo sees and simulates a robot, in words that formats for other programs do not have.
 OF_MUJOCO: Mapping[str, Unsupported] = {
     **_quiet("how MuJoCo couples joints", *(f"joints.*.mimic.{key}" for key in ("name", *_CONTACTS))),
@@ -320,7 +309,7 @@ OF_MUJOCO: Mapping[str, Unsupported] = {
 }
 # Who publishes a frame; the name of a sensor's joint matters to publishers alone. What frames sensors have is read.
 OF_PUBLISHERS: Mapping[str, Unsupported] = {
-    **_quiet(_FOR_NODES, "joints.*.publisher", "sensors.*.publisher", "sensors.*.optical.publisher"),
+    **_quiet("for launch files", "joints.*.publisher", "sensors.*.publisher", "sensors.*.optical.publisher"),
     "sensors": Unsupported("sensors are read as links", one_way=True),
 }
 
@@ -352,8 +341,7 @@ def lacks(format: Format, key: str) -> bool:
 
 def _table(format: Format, output: Output) -> Mapping[str, Unsupported | None]:
     """Return what an output does not carry, and None for keys of links that this format and few others carry."""
-    found: dict[str, Unsupported | None] = {}
-    found.update(format.unsupported(output) if callable(format.unsupported) else format.unsupported)
+    found = dict(format.unsupported(output) if callable(format.unsupported) else format.unsupported)
     for name, formats in limited_fields(Link).items():
         if format.name in formats:
             found[f"links.*.{name}"] = None
@@ -379,11 +367,11 @@ def notes(tree: Map, outputs: Iterable[Output], formats: Mapping[str, Format]) -
 def _places(value: Any, pattern: str) -> Iterator[Any]:
     """Yield the values that are set at a key; "*" is each entry of a mapping or a list, 1 the second."""
     step, _, rest = pattern.partition(".")
-    if step == "*":
-        inner = list(value.values() if isinstance(value, Mapping) else value if isinstance(value, list) else ())
-    elif isinstance(value, list):
-        inner = value[int(step) : int(step) + 1] if step.isdecimal() else []
+    if isinstance(value, list):
+        inner = value if step == "*" else value[int(step) : int(step) + 1] if step.isdecimal() else []
+    elif isinstance(value, Mapping):
+        inner = list(value.values()) if step == "*" else [value[step]] if step in value else []
     else:
-        inner = [value[step]] if isinstance(value, Mapping) and step in value else []
+        return
     for item in inner:
         yield from _places(item, rest) if rest else [item] if item not in (None, [], {}, False) else []

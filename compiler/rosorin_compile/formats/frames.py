@@ -7,9 +7,8 @@ import re
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.language.expression import ExpressionError
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Output, Pose, Publisher, Robot
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.model.robot import JointPose
@@ -37,8 +36,8 @@ _CAPITAL = re.compile(r"(?<=[a-z])(?=[A-Z])")
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the list of all frames of a robot. Option: ``number_format`` (short, exact or six)."""
     number, frames = number_format(output.options), _frames(robot)
-    stamps = [(f"{sensor.name} ({sensor.type})", ", ".join(sensor.stamps)) for sensor in robot.sensors]
-    stamps += [(node.name, ", ".join(node.stamps)) for node in robot.publishers]
+    stamps = [(f"{sensor.name} ({sensor.type})", sensor.stamps) for sensor in robot.sensors]
+    stamps += [(node.name, node.stamps) for node in robot.publishers]
     simulated: dict[str, list[str]] = {}
     for name, why in robot.simulated_frames.items():
         simulated.setdefault(why, []).append(name)
@@ -49,14 +48,10 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         unknown = "not known" if frame.publisher.kind == UNPUBLISHED else f"known to {_escape(who)} alone"
         cells = [_escape(frame.parent), _escape(frame.child), _escape(who), "moving" if frame.moving else "static"]
         cells += [topic] if frame.pose else [topic, unknown, "", ""]
-        xyz, rpy = (frame.pose.xyz, frame.pose.rpy) if frame.pose else ((), ())
-        columns = (
-            (xyz, number, 11),
-            (rpy, number, 11),
-            (tuple(map(math.degrees, rpy)), partial(to_fixed, digits=4), 9),
-        )
-        for values, form, width in columns if frame.pose else ():
-            cells.append(" ".join(text.ljust(width) for text in vector(values, form).split()).rstrip())
+        if frame.pose:
+            degrees = vector(map(math.degrees, frame.pose.rpy), partial(to_fixed, digits=4))
+            columns = ((vector(frame.pose.xyz, number), 11), (vector(frame.pose.rpy, number), 11), (degrees, 9))
+            cells += [" ".join(text.ljust(width) for text in texts.split()).rstrip() for texts, width in columns]
         rows.append([*cells, _escape(" ".join(when.split()))])
     for pose in robot.poses:
         for name, position in pose.positions.items():
@@ -69,8 +64,8 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     named |= {"frames": _table(_FRAME_COLUMNS, rows), "poses": _table(_POSE_COLUMNS, poses)}
     named["nodes"] = [node for node in publishers if node.kind != UNPUBLISHED and (node.package or node.about)]
     named["simulated"] = _wrapped(f"Only simulations have {phrase(reasons)}.") if reasons else ""
-    named["proof"], named["modes"] = _wrapped(publishing(robot).in_words()), _escape(", ".join(robot.modes))
-    named["stamps"] = [(name, frames) for name, frames in stamps if frames]
+    named["proof"], named["modes"] = _wrapped(_proof(robot)), _escape(", ".join(robot.modes))
+    named["stamps"] = [(name, ", ".join(frames)) for name, frames in stamps if frames]
     return templates.own("core/frames.md.jinja", named), []
 
 
@@ -197,33 +192,28 @@ FORMAT = Format(
 )
 
 
-class Publishing(NamedTuple):
-    """How many nodes publish each frame, counted in every combination of modes."""
-
-    modes: tuple[str, ...]
-    published: tuple[str, ...]  # by exactly one node in each combination
-    gaps: tuple[str, ...]  # by none in some of them
-    never: tuple[str, ...]
-    wrong: tuple[str, ...]  # by several nodes, or with an invalid condition
-    unchecked: tuple[str, ...]  # depend on too many modes
-
-    def in_words(self) -> str:
-        """Return the result as a paragraph; empty if a frame is wrong or none is published."""
-        if not self.published + self.gaps or self.wrong:
-            return ""
-        checked = f"Checked in all {2 ** len(self.modes):,} combinations of {phrase(self.modes)}"
-        if len(self.modes) < 2:
-            checked = f"Checked with {self.modes[0]} on and with it off" if self.modes else "Checked"
-        what = f"each of {len(self.published)} frames has" if len(self.published) != 1 else "one frame has"
-        text = f"{checked}: {what} one parent and exactly one publisher, and no way leads round in a circle."
-        text += f" In some of them nobody publishes {phrase(self.gaps)}." if self.gaps else ""
-        text += f" Nobody ever publishes {phrase(self.never)}." if self.never else ""
-        text += f" Not checked, for too many modes decide: {phrase(self.unchecked)}." if self.unchecked else ""
-        return text
+def _proof(robot: Robot) -> str:
+    """Return a paragraph about the publishers of all frames; empty if a frame is wrong or none is published."""
+    found = frames_by_publishing(robot)
+    if not found["published"] + found["gaps"] or found["wrong"]:
+        return ""
+    modes = modes_in(robot, [edge.when for edge in robot.edges if edge.publisher.kind != UNPUBLISHED])
+    checked = f"Checked in all {2 ** len(modes):,} combinations of {phrase(modes)}"
+    if len(modes) < 2:
+        checked = f"Checked with {modes[0]} on and with it off" if modes else "Checked"
+    what = f"each of {count} frames has" if (count := len(found["published"])) != 1 else "one frame has"
+    text = f"{checked}: {what} one parent and exactly one publisher, and no way leads round in a circle."
+    text += f" In some of them nobody publishes {phrase(found['gaps'])}." if found["gaps"] else ""
+    text += f" Nobody ever publishes {phrase(found['never'])}." if found["never"] else ""
+    return text + (f" Not checked, for too many modes decide: {phrase(some)}." if (some := found["unchecked"]) else "")
 
 
-def publishing(robot: Robot) -> Publishing:
-    """Count the publishers of each frame in every combination of modes."""
+def frames_by_publishing(robot: Robot) -> dict[str, list[str]]:
+    """Group the frames by how many nodes publish them, counted in every combination of modes.
+
+    They are ``published`` (by exactly one node), ``gaps`` (by none in some modes), ``never``, ``wrong`` (by several),
+    and ``unchecked`` (depending on too many modes).
+    """
     whens: dict[str, list[str]] = {}
     frames = [(one.child, "", one.publisher) for one in robot.joints if one.child not in robot.simulated_frames]
     for child, when, publisher in [*frames, *((edge.child, edge.when, edge.publisher) for edge in robot.edges)]:
@@ -231,13 +221,9 @@ def publishing(robot: Robot) -> Publishing:
     kinds: dict[tuple[str, ...], str] = {}
     for conditions in set(map(tuple, whens.values())):
         modes = modes_in(robot, conditions)
-        try:
-            states = combinations(modes) if len(modes) <= MAX_MODES else ()
-            counts = {sum(holds(when, state) for when in conditions) for state in states}
-        except ExpressionError:
-            counts = {2}
+        states = combinations(modes) if len(modes) <= MAX_MODES else ()
+        counts = {sum(holds(when, state) for when in conditions) for state in states}
         kind = "gaps" if counts == {0, 1} else "published" if counts == {1} else "wrong" if counts else "unchecked"
         kinds[conditions] = kind if conditions and counts != {0} else "never"
-    found = {kind: tuple(c for c, some in whens.items() if kinds[tuple(some)] == kind) for kind in Publishing._fields}
-    modes = modes_in(robot, {when for conditions in kinds for when in conditions})
-    return Publishing(tuple(modes), *list(found.values())[1:])
+    groups = ("published", "gaps", "never", "wrong", "unchecked")
+    return {kind: [child for child, some in whens.items() if kinds[tuple(some)] == kind] for kind in groups}

@@ -18,11 +18,10 @@ from markupsafe import escape
 from rosorin_compile.model import Pose, Sensor
 from rosorin_compile.model.geometry import IDENTITY, pose_of
 from rosorin_compile.model.simulation import CLASSIC, MOTOR, POSITION, VELOCITY, GazeboSensor, SdfElement
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic
 from rosorin_compile.source.numbers import NumberFormat, number_format, vector
 from rosorin_compile.source.wording import plural, quote
 from rosorin_compile.source.xml.elements import canonical, tree_of
-from rosorin_compile.source.xml.markup import MarkupError, parse
 
 from .format import Unsupported
 from .templating import attributes
@@ -189,9 +188,8 @@ def gazebo_blocks(content: Content) -> tuple[list[str], list[Diagnostic]]:
     lost = []
     for (why, way), names in unseen.items():
         message = f"Gazebo does not see {plural('sensor', len(names))} {quote(names, 3)}: {why}"
-        lost.append(
-            Diagnostic("gazebo-cannot-see", WARNING, message, help=f"{way}; or leave the sensor out: gazebo: []")
-        )
+        help = f"{way}; or leave the sensor out: gazebo: []"
+        lost.append(Diagnostic("gazebo-cannot-see", WARNING, message, help=help))
     physics, lost_physics = _physics(content)
     return [*blocks, *physics], [*lost, *lost_physics]
 
@@ -333,30 +331,23 @@ def with_noise(text: str) -> str:
     # Up to version 1.4 of SDF <imu> has one <noise> with <rate> and <accel>, which readers of later versions ignore
     # (gazebosim/sdformat@sdf12:sdf/1.4/imu.sdf).
     try:
-        root = parse(Source("", text)).root if "<imu" in text and "<noise" in text else None
-    except MarkupError:  # more than one element: the rules found them well formed
+        root = tree_of(text) if "<imu" in text and "<noise" in text else None
+    except ValueError:  # more than one element
         root = None
-    if root is None:
-        return text
-    pairs = [(noise, imu) for imu in root.iter() if imu.tag == "imu" for noise in imu.children if noise.tag == "noise"]
-    for noise, imu in reversed(pairs):
-        if not any(child.tag in _MEASURED for child in noise.children):
-            continue
-        kind = next((child.text for child in noise.children if child.tag == "type"), noise.get("type")) or "gaussian"
-        lines: list[str] = []
-        for child in noise.children:
-            what = _MEASURED.get(child.tag, "")
-            if what and all(sibling.tag != what for sibling in imu.children):
-                inner = (one for one in child.children if one.tag in _OF_NOISE)
-                numbers = "".join(f"<{one.tag}>{escape(one.text)}</{one.tag}>" for one in inner)
-                noisy = f'<noise type="{escape(kind)}">{numbers}</noise>'
-                lines += [f"<{what}>", *(f"  <{axis}>{noisy}</{axis}>" for axis in "xyz"), f"</{what}>"]
-        before = text[: noise.start]
-        indent = before.rpartition("\n")[2]
-        is_alone = "\n" in before and not indent.strip()
-        made = f"\n{indent}".join(lines) if is_alone else "".join(map(str.strip, lines))
-        text = f"{before}{made}{text[noise.end :]}"
-    return text
+    pairs = [] if root is None else [(imu, noise) for imu in root.iter("imu") for noise in imu.findall("noise")]
+    pairs = [(imu, noise) for imu, noise in pairs if any(child.tag in _MEASURED for child in noise)]
+    for imu, noise in pairs:
+        kind = noise.findtext("type") or noise.get("type") or "gaussian"
+        for child in noise:
+            if child.tag in _MEASURED and imu.find(_MEASURED[child.tag]) is None:
+                measured = ElementTree.SubElement(imu, _MEASURED[child.tag])
+                measured.tail = noise.tail
+                for axis in "xyz":
+                    noisy = ElementTree.SubElement(ElementTree.SubElement(measured, axis), "noise", type=kind)
+                    for tag in (tag for tag in _OF_NOISE if child.find(tag) is not None):
+                        ElementTree.SubElement(noisy, tag).text = child.findtext(tag, "").strip()
+        imu.remove(noise)
+    return ElementTree.tostring(root, "unicode") if root is not None and pairs else text
 
 
 _SIGNIFICANT = 9  # of numbers that are compared as texts: ``number_format: short`` is off by 1e-12

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.language.annotations import Steps
+from rosorin_compile.language.lower import lower
 from rosorin_compile.language.schema import subject, unit_at
 from rosorin_compile.source.diagnostics import Diagnostic, Span
 from rosorin_compile.source.load import plain_scalar
@@ -24,11 +25,9 @@ from rosorin_compile.source.yaml_mistakes import MAX_DEPTH
 from .format import Opened, Placed
 
 if TYPE_CHECKING:
-    from rosorin_compile.language.lower import Lowered
     from rosorin_compile.model import Robot
 
-
-MAX_NAME = 60
+_MAX_NAME = 60
 BEFORE, BESIDE, INSIDE, END = "before", "beside", "inside", "end"
 _LARGEST = 10**18  # from here on, YAML's whole numbers are floats (see ``load``)
 
@@ -87,22 +86,15 @@ class Imported(NamedTuple):
             raise ValueError("a broken source has no tree")
         return self.tree
 
-    def lowered(self) -> Lowered:
-        from rosorin_compile.language.lower import lower
-
-        return lower(self.whole)
-
     @property
     def robot(self) -> Robot | None:
-        return None if self.tree is None else self.lowered().robot
+        return None if self.tree is None else lower(self.tree).robot
 
 
 def file_name(name: str) -> str:
     """Return the name of a robot as that of a file or folder: ASCII letters, digits, "_", "-" and "."."""
-    made = re.sub(r"[^A-Za-z0-9._-]+", "_", name)[:MAX_NAME].strip("._-")
-    if not made or not isinstance(plain_scalar(made), str):
-        made = f"robot_{made}".strip("_")
-    return made
+    made = re.sub(r"[^A-Za-z0-9._-]+", "_", name)[:_MAX_NAME].strip("._-")
+    return made if made and isinstance(plain_scalar(made), str) else f"robot_{made}".strip("_")
 
 
 @dataclass(frozen=True)
@@ -125,16 +117,14 @@ def convert_result(made: object, opened: Opened) -> Imported:
         if not (made.tree is None or isinstance(made.tree, Map)):
             raise TypeError(f"the tree of what is imported is a Map, not {type(made.tree).__name__}")
         return made._replace(diagnostics=[diagnostic_of(one) for one in made.diagnostics])
-    description, more = made if isinstance(made, tuple) and len(made) == 2 else (made, ())
-    diagnostics = [diagnostic_of(one) for one in more]
-    tree = as_tree(description, opened.source.span(), [])
+    description, diagnostics = made if isinstance(made, tuple) and len(made) == 2 else (made, ())
+    tree = as_tree(description, opened.source.span())
     if not isinstance(tree, Map):
         raise TypeError(f"a reader gives a description, not {type(description).__name__}")
     source = {"status": "imported", "note": f"from {mask_controls(opened.path.name)}"}
-    for key, value in (("robot", opened.path.stem), ("source", source)):
-        if key not in tree:
-            tree.put(key, as_tree(value, tree.span, [key]), tree.span, tree.span)
-    return Imported(tree, diagnostics, files=(opened.path,), checked=False)
+    for key, value in (("robot", opened.path.stem), ("source", as_tree(source, tree.span, ["source"]))):
+        tree.setdefault_at(key, value, tree.span)
+    return Imported(tree, [diagnostic_of(one) for one in diagnostics], files=(opened.path,), checked=False)
 
 
 def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
@@ -201,7 +191,7 @@ def comments_of(document: Document, paths: Mapping[int, TreePath]) -> list[Comme
             if above is None and below is not None and element.tag in ("visual", "collision"):
                 where = BEFORE  # about the shape, not about its origin
             elif same_line and (above is not None or "\n" in text[item.end : following]):
-                of, where = paths.get(id(above), path) if above is not None else path, BESIDE
+                of, where = paths.get(id(above), path), BESIDE  # the element itself, if there is none above
             elif below is not None:
                 of, where = paths.get(id(below), path), BEFORE
             found.append((item, of, where))

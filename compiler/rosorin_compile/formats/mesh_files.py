@@ -27,7 +27,6 @@ from rosorin_compile.source.files import label
 from rosorin_compile.source.messages import and_here
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import ENDINGS, ROS_PACKAGE, Resolved
-from rosorin_compile.source.rule_registry import Rule, find_declared
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.wording import first_of
 
@@ -81,10 +80,6 @@ class Searched(NamedTuple):
     by_name: Mapping[str, Path] = MappingProxyType({})  # each file that was found
     resolved: tuple[Resolved, ...] = ()  # where names of packages led
     files: Mapping[str, bytes] = MappingProxyType({})  # that belong to the artifacts, by name
-
-    @property
-    def acceptable(self) -> Mapping[str, Rule]:
-        return {"mesh-not-found": find_declared("mesh-not-found")}
 
     def add_to(self, robot: Robot) -> Robot:
         opened = {one.named.name: one.places[0] for one in self.found if one.places and one.places[0] in self.files}
@@ -145,15 +140,16 @@ def read_files(searched: Searched, outputs: Sequence[Output], folder: Path) -> S
     """Add the contents of the files that belong to the artifacts in ``folder`` to the result of a search."""
     if has_errors(searched.diagnostics):
         return searched
-    contents, unreadable = dict[str, bytes](), list[NamedFile]()
+    contents, diagnostics, unreadable = dict[str, bytes](), [*searched.diagnostics], list[NamedFile]()
     for one in searched.found:
         try:
             contents |= dict.fromkeys(one.beside, files.read_bytes(one.file)) if one.beside else {}
         except OSError:
             unreadable.append(one.named)
-    remark = ("mesh-not-read", "not copied", "check the permissions", WARNING)
-    more = [files_diagnostic(*remark, unreadable)] if unreadable else []
-    searched = searched._replace(files=contents, diagnostics=[*searched.diagnostics, *more])
+    if unreadable:
+        remark = ("mesh-not-read", "not copied", "check the permissions", WARNING)
+        diagnostics.append(files_diagnostic(*remark, unreadable))
+    searched = searched._replace(files=contents, diagnostics=diagnostics)
     for copy in dict.fromkeys(RECORDS[output.backend].copies for output in outputs):
         searched = copy(searched, folder) if copy is not None else searched
     return searched
@@ -163,18 +159,20 @@ def named_files(tree: Map, kind: str) -> list[NamedFile]:
     """Return the meshes or the textures that a description names, each name once."""
     found: dict[str, dict[Span, None]] = {}
     colliding: set[str] = set()
-    waiting: list[tuple[Any, bool]] = [(value, False) for key, value in tree.items() if key != "outputs"][::-1]
-    while waiting:
-        node, collides = waiting.pop()
+
+    def visit(node: Any, collides: bool = False) -> None:
         if isinstance(node, Map):
             entry, key = (node.get("mesh"), "file") if kind == MESH else (node, "texture")
             if isinstance(entry, Map) and isinstance(entry.get(key), str) and (entry[key] or kind == MESH):
                 found.setdefault(entry[key], {})[entry.value_spans[key]] = None
-                colliding |= {entry[key]} if collides else set()
-            inner = [(value, collides or key == "collision") for key, value in node.items() if key != "mjcf"]
-            waiting += inner[::-1]  # "mjcf" is for MuJoCo alone
-        elif isinstance(node, Seq):
-            waiting += [(value, collides) for value in node][::-1]
+                colliding.update([entry[key]] if collides else ())
+            for name, value in node.items():
+                visit(value if name != "mjcf" else None, collides or name == "collision")  # for MuJoCo alone
+        for item in node if isinstance(node, Seq) else ():
+            visit(item, collides)
+
+    for key, value in tree.items():
+        visit(value if key != "outputs" else None)
     return [NamedFile(name, list(spans), kind, name in colliding) for name, spans in found.items()]
 
 
@@ -237,6 +235,7 @@ class _Search:
                 folders += [by / str(source["folder"])] if "folder" in source else []
                 for name, place in (source.get("packages") or {}).items():
                     packages.setdefault(name, by / str(place))
+        self.main_source = self.sources.get(self.main, ([], {}))
         self.opening = [output for output in outputs if RECORDS[output.backend].opens is not None]
         self.naming = [output for output in outputs if RECORDS[output.backend].meshes]
         self.has_outputs = bool(self.opening or self.naming) or any(RECORDS[one.backend].measures for one in outputs)
@@ -279,11 +278,11 @@ class _Search:
         else:
             # A copy beside the artifacts may be outdated. What artifacts name outside of their folder is not copied:
             # there they have to find it themselves.
-            sources = [place for folder in folders for place in self._source(folder)[0]]
-            near = [folder / one.name for folder in (*folders, *sources, *_folders_above(one))]
-            near = [] if self._leads_out(one) else near
+            sources = [place for folder in folders for place in self.sources.get(folder, self.main_source)[0]]
+            near = () if self._leads_out(one) else (*folders, *sources, *_folders_above(one))
             artifacts = [_relative_to(output.file, one.name) for output in (*self.opening, *self.naming)]
-            candidates = [*near, *(self.places.outputs / name for name in artifacts), *copies]
+            made = map(self.places.outputs.joinpath, artifacts)
+            candidates = [*(folder / one.name for folder in near), *made, *copies]
         irregular = None
         for path in map(_plain, candidates):
             if files.is_file(path):
@@ -318,7 +317,7 @@ class _Search:
             if self.has_outputs:
                 what = "not there, neither as seen from the artifacts nor next to the description"
             # The robot is complete without a texture; a mesh that import could not find was reported by import.
-            if one.kind == TEXTURE or any(self._source(folder)[0] for folder in folders):
+            if one.kind == TEXTURE or any(self.sources.get(folder, self.main_source)[0] for folder in folders):
                 what += self.left_out
             elif self.opening:
                 help, severity = f"{help}, or take mjcf out of outputs", ERROR
@@ -331,11 +330,10 @@ class _Search:
         name = urdf_file_name(one.name)
         is_named = is_relative(name) and one.kind != OF_ELEMENT
         named = sorted({_relative_to(output.file, name) for output in self.naming}) if is_named else []
-        if not opened and not named:
-            return
-        self._take(one, file, opened, named)
-        copies = [place for place in (*opened, *named) if Path(place).suffix.lower() == file.suffix.lower()]
-        copies = list(filter(_is_inside, dict.fromkeys(copies)))
+        if opened or named:
+            self._take(one, file, opened, named)
+        places = filter(_is_inside, dict.fromkeys((*opened, *named)))
+        copies = [place for place in places if Path(place).suffix.lower() == file.suffix.lower()]
         for inner_name in references(file) if one.kind == MESH and copies else ():
             inner, inner_file = NamedFile(inner_name, one.spans, OF_MESH), file.parent / inner_name
             if files.is_file(inner_file):
@@ -377,20 +375,16 @@ class _Search:
     def _leads_out(self, one: NamedFile) -> bool:
         return bool(self.opening) and posixpath.normpath(one.name).startswith("../")
 
-    def _source(self, folder: Path) -> tuple[list[Path], dict[str, Path]]:
-        return self.sources.get(folder) or self.sources.get(self.main) or ([], {})
-
     def _package(self, folder: Path, name: str) -> Iterator[Path]:
-        at_source, by = self._source(folder)[1].get(name), folder / "robot.yaml"
+        at_source = self.sources.get(folder, self.main_source)[1].get(name)
         if at_source is not None and name not in self.places.packages:
             yield at_source
         if folder not in self.finders:
-            self.finders[folder] = Packages(self.places.packages, self.places.environment, by)
+            self.finders[folder] = Packages(self.places.packages, self.places.environment, folder / "robot.yaml")
         found = self.finders[folder].find(name)
-        if found is not None:
-            if name not in self.places.packages:
-                self.resolved[Resolved(ROS_PACKAGE, name, Path(os.path.abspath(found)))] = None
-            yield found
+        if found is not None and name not in self.places.packages:
+            self.resolved[Resolved(ROS_PACKAGE, name, Path(os.path.abspath(found)))] = None
+        yield from () if found is None else (found,)
 
     def _in_packages(self, folders: Sequence[Path], rest: str) -> Iterator[Path]:
         name, _, path = rest.partition("/")

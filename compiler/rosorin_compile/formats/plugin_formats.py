@@ -51,27 +51,23 @@ def _unique_names(built_in: Collection[str], format: Format) -> list[str]:
             fits = isinstance(value, str if field.name in ("name", "word") else type(default))
         if not fits:
             raise TypeError(f"{field.name} of its format is {str(value)[:60]!r}")
-    wrong_ending = next((one for one in format.endings if not re.fullmatch(r"\.[a-z0-9_+-]+", one)), "")
     if not (format.name.isidentifier() and format.name == format.name.lower()):
-        problem = f'"{format.name}" cannot be the name of a format: small letters, digits and _'
-    elif format.write is None and format.load is None:
-        problem = f"{format.name} is neither written nor loaded"
-    elif format.becomes and format.becomes not in built_in:
-        problem = f'becomes is "{format.becomes}", which is not a format'
-    elif format.schema and not exists(data_folder("schemas") / f"{format.schema}.schema.json"):
-        problem = f'schema is "{format.schema}", which is none of those that ship with the tool'
-    elif format.load is not None and wrong_ending:
-        problem = f"what is read ends like .{format.name}, in small letters, not {', '.join(format.endings)}"
-    else:
-        own = {"type": "object", "properties": {key: dict(option) for key, option in format.options.items()}}
-        check_schema(own, {**schema(), "properties": {"outputs": own}})
-        files = [f"<{root}>" for root in format.roots] if format.is_xml else list(format.endings)
-        return [format.name, *(files if format.load else ()), *(rule.id for rule in format.rules)]
-    raise ValueError(problem)
+        raise ValueError(f'"{format.name}" cannot be the name of a format: small letters, digits and _')
+    if format.write is None and format.load is None:
+        raise ValueError(f"{format.name} is neither written nor loaded")
+    if format.becomes and format.becomes not in built_in:
+        raise ValueError(f'becomes is "{format.becomes}", which is not a format')
+    if format.schema and not exists(data_folder("schemas") / f"{format.schema}.schema.json"):
+        raise ValueError(f'schema is "{format.schema}", which is none of those that ship with the tool')
+    if format.load and not all(re.fullmatch(r"\.[a-z0-9_+-]+", one) for one in format.endings):
+        raise ValueError(f"what is read ends like .{format.name}, in small letters, not {', '.join(format.endings)}")
+    own = {"type": "object", "properties": {key: dict(option) for key, option in format.options.items()}}
+    check_schema(own, {**schema(), "properties": {"outputs": own}})
+    files = [f"<{root}>" for root in format.roots] if format.is_xml else list(format.endings)
+    return [format.name, *(files if format.load else ()), *(rule.id for rule in format.rules)]
 
 
 def _guarded(plugin: Plugin, format: Format) -> Format:
-
     def guarded(name: str, function: Callable[..., Any], *arguments: Any) -> Any:
         try:
             with divert_stdout():
@@ -80,8 +76,10 @@ def _guarded(plugin: Plugin, format: Format) -> Format:
             diagnostic = failed_plugin(plugin, problem)
             if isinstance(problem, TemplateProblem if name == "write" else MarkupError if name == "load" else ()):
                 raise  # the template or the file is damaged, not the plug-in
-            if name in ("write", "check"):
-                return ("", [diagnostic]) if name == "write" else [diagnostic]
+            if name == "write":
+                return "", [diagnostic]
+            if name == "check":
+                return [diagnostic]
             if name == "load":
                 return Imported(None, [diagnostic], files=(arguments[0].path,))
             if name in ("read", "syntax", "data"):

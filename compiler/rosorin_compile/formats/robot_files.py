@@ -41,7 +41,6 @@ _OTHER_FORMATS = {
     "launch": ("a launch file", "name the file of the robot that it loads"),
     "mujocoinclude": ("a part of an MJCF, to be included", "name the MJCF that includes it: its root is <mujoco>"),
 }
-_REASON = "the robot was imported with it"
 
 
 def read_robot(path: Path, options: ReadOptions | None = None, asked: Span | None = None) -> Imported:
@@ -211,7 +210,7 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
         count, entries = len(names), list[Placed]()
         for rule in sorted({rule for rule, _ in names}):
             of = [Placed(name, span) for (violated, name), span in names.items() if violated == rule]
-            entries.append(Placed({"rule": rule, "of": of, "reason": _REASON}, of[0].span))
+            entries.append(Placed({"rule": rule, "of": of, "reason": "the robot was imported with it"}, of[0].span))
         tree = tree.copy()
         tree.put("accept", as_tree(entries, tree.span, ["accept"]), tree.span, tree.span)
         problems = violations(tree)

@@ -11,6 +11,8 @@ import math
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from rosorin_compile.language.schema import subject
+from rosorin_compile.language.validator import misfits_of, validator, words_of
 from rosorin_compile.model import Box, HeightMap, Joint, Output, Robot, Shape
 from rosorin_compile.model.geometry import IDENTITY
 from rosorin_compile.model.joint import SEVERAL_COORDINATES
@@ -20,9 +22,10 @@ from rosorin_compile.source.load import json_of
 from rosorin_compile.source.wording import mask_controls
 
 from .format import PLACES, Format, Opened
+from .imported_robot import Imported, as_tree
+from .robot_files import accept, lower_artifact
 
 if TYPE_CHECKING:
-    from .imported_robot import Imported
     from .templating import Templates
 
 _RANGE_NOTE = "the driver's model does not say which pulses exist; these are those between the limits"
@@ -42,9 +45,8 @@ def _model(robot: Robot, output: Output) -> tuple[dict[str, Any], list[Diagnosti
         diagnostics.append(Diagnostic("robot-model-cannot-say", WARNING, message, help=help))
 
     rename: Mapping[str, str] = options.get("rename", {})
-    kinds: dict[str, tuple[Iterable[str], Collection[str]]] = {"joint": (options.get("joints", ()), robot.joint)}
-    kinds |= {"link": (rename, robot.link), "servo group": ([options["servos"]] if "servos" in options else [], groups)}
-    for kind, name, known in ((kind, name, known) for kind, (names, known) in kinds.items() for name in names):
+    named: list[tuple[str, str, Collection[str]]] = [("joint", one, robot.joint) for one in options.get("joints", ())]
+    for kind, name, known in (*named, *(("link", name, robot.link) for name in rename)):
         if name not in known:
             message = f'there is no {kind} "{name}"'
             diagnostics.append(error("robot-model-unknown-name", message, None, Suggestion(name, known)))
@@ -76,12 +78,11 @@ def _model(robot: Robot, output: Output) -> tuple[dict[str, Any], list[Diagnosti
         model["pulse_to_rad"] = {**calibration, "zero": servos.zero_pulse, "flipped": servos.flipped}
     model |= {"joints": {}, "boxes": {}}
     for joint in joints:
-        limit = joint.limit if joint.moves else None
-        bounds = None if limit is None or limit.lower is None or limit.upper is None else (limit.lower, limit.upper)
+        limit, axis = (joint.limit, joint.axis) if joint.moves else (None, (0.0, 0.0, 0.0))
         ends = {"parent": rename.get(joint.parent, joint.parent), "child": rename.get(joint.child, joint.child)}
-        place = {"xyz": _numbers(joint.origin.xyz), "rpy": _numbers(joint.origin.rpy)}
-        place["axis"] = _numbers(joint.axis if joint.moves else (0.0, 0.0, 0.0))
-        limits = {"limit": _numbers(bounds) if bounds else None}
+        place = {"xyz": _numbers(joint.origin.xyz), "rpy": _numbers(joint.origin.rpy), "axis": _numbers(axis)}
+        bounds = (None,) if limit is None else (limit.lower, limit.upper)
+        limits = {"limit": None if None in bounds else _numbers(bounds)}
         model["joints"][joint.name] = {"type": joint.type, **ends, **place, **limits}
     for name, link in renamed.items():
         problem, solids = "", list[Shape]()
@@ -130,8 +131,6 @@ def read(text: str) -> Robot:
     try:
         return _robot_of(model)
     except (AttributeError, KeyError, TypeError, ValueError):
-        from rosorin_compile.language.validator import misfits_of, validator, words_of
-
         for misfit in misfits_of(validator("robot_model"), model):  # a sentence about the damage
             raise ValueError(f"not a driver's model: {words_of(misfit)}") from None
         raise
@@ -147,9 +146,6 @@ def _finite_json(text: str) -> Any:
 
 
 def _robot_of(model: Mapping[str, Any]) -> Robot:
-    from .imported_robot import as_tree
-    from .robot_files import lower_artifact
-
     tree = as_tree(_description(model, model["source"]), Source("the driver's model", "").span())
     for name, entry in model["joints"].items():
         tree["joints"][name]["axis"] = entry["axis"]  # of fixed joints, too
@@ -159,12 +155,6 @@ def _robot_of(model: Mapping[str, Any]) -> Robot:
 
 
 def _load(opened: Opened) -> Imported:
-    from rosorin_compile.language.schema import subject
-    from rosorin_compile.language.validator import misfits_of, validator, words_of
-
-    from .imported_robot import Imported, as_tree
-    from .robot_files import accept
-
     source, path = opened.source, opened.path
     start, wrong, tree = Span(source, 1, 1), list[Diagnostic](), None
     try:
@@ -229,6 +219,7 @@ def _leaves_out(robot: Robot, link: str) -> bool:
 
 _NAME = {"$ref": "#/$defs/name"}
 _JOINTS = "The joints to carry, in this order; default all but those of simulations alone."
+_RENAME = {"type": "object", "additionalProperties": _NAME, "description": "Link name: its name in this artifact."}
 FORMAT = Format(
     name="robot_model",
     word="driver's model",
@@ -243,11 +234,7 @@ FORMAT = Format(
     ),
     options={
         "joints": {"type": "array", "items": _NAME, "description": _JOINTS},
-        "rename": {
-            "type": "object",
-            "additionalProperties": _NAME,
-            "description": "Link name: its name in this artifact.",
-        },
+        "rename": _RENAME,
         "servos": {**_NAME, "description": "The servo group for pulse_to_rad, where there are several."},
         "source": {"type": "string", "description": "Text of its key source; default: the note of the robot's source."},
     },

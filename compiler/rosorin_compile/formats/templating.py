@@ -16,6 +16,7 @@ from contextlib import suppress
 from functools import cache
 from importlib import import_module
 from io import BytesIO
+from operator import attrgetter
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -116,27 +117,24 @@ class Templates:
 
     def render(self, name: str, values: Mapping[str, Any]) -> str:
         """Return the text of a template. Raises TemplateProblem with the place that fails."""
-        if self.package_name:
-            environment = jinja2.Environment(loader=jinja2.FunctionLoader(self.load), **_OPTIONS)  # noqa: S701 - is XML
-            rendered = _rendered(environment, name, values)
-        else:
-            rendered = self._in_child(name, values)
+        environment = jinja2.Environment(loader=jinja2.FunctionLoader(self.load), **_OPTIONS)  # noqa: S701 - is XML
+        rendered = _rendered(environment, name, values) if self.package_name else self._in_child(name, values)
         for file in map(Path, rendered.inputs):
             files.record(file, files.version(file))
             self.used |= {file} if files.version(file) else set()
         rule, name, line = rendered.rule, rendered.template, rendered.line
-        loaded = self.load(name) if line else None
+        if not rule:
+            return rendered.text
         if rule == "template-missing":
             place = f"the package {self.package_name}" if self.package_name else "the folder of the description"
             raise TemplateProblem(rule, f"there is no template {name} in {place}", None, "check the name")
-        if rule and (loaded is None or self.folder is None):
+        loaded = self.load(name) if line else None
+        if loaded is None or self.folder is None:
             raise TemplateProblem(rule, f"{name}: {rendered.message}")
-        if rule and loaded is not None and self.folder is not None:
-            source = Source(files.label(self.folder / name), loaded[0])
-            text = source.line(line)
-            span = Span(source, line, len(text) - len(text.lstrip()) + 1, max(1, len(text.strip())))
-            raise TemplateProblem(rule, rendered.message, span)
-        return rendered.text
+        source = Source(files.label(self.folder / name), loaded[0])
+        text = source.line(line)
+        span = Span(source, line, len(text) - len(text.lstrip()) + 1, max(1, len(text.strip())))
+        raise TemplateProblem(rule, rendered.message, span)
 
     def _in_child(self, name: str, values: Mapping[str, Any]) -> _Rendered:
         import pickle  # with subprocess they take as long to import as a small robot to compile
@@ -166,17 +164,14 @@ class Templates:
     def load(self, name: str) -> tuple[str, None, Any] | None:
         if self.folder is None:
             return None
-        try:
+        with suppress(OSError, ValueError, RuntimeError):  # a name that no file can have, no UTF-8, a circular link
             path = files.resolve(self.folder / name)
-            inside = any(map(path.is_relative_to, (files.resolve(self.folder), *self.homes)))
-            if not inside or not files.is_file(path):
-                return None
-            if path.stat().st_size > MAX_TEMPLATE:
-                raise jinja2.TemplateRuntimeError(f"it is larger than {MAX_TEMPLATE:,} bytes")
-            self.used.add(path)
-            return files.read_text(path), None, lambda: True
-        except (OSError, ValueError, RuntimeError):  # a name that no file can have, no UTF-8, a circular link
-            return None
+            if any(map(path.is_relative_to, (files.resolve(self.folder), *self.homes))) and files.is_file(path):
+                if path.stat().st_size > MAX_TEMPLATE:
+                    raise jinja2.TemplateRuntimeError(f"it is larger than {MAX_TEMPLATE:,} bytes")
+                self.used.add(path)
+                return files.read_text(path), None, lambda: True
+        return None
 
 
 class _Rendered(NamedTuple):
@@ -205,19 +200,17 @@ def _rendered(environment: jinja2.Environment, name: str, values: Mapping[str, A
     except jinja2.TemplateNotFound as missing:
         return _Rendered("", "template-missing", "", str(missing.name))
     except (Exception, _OutOfTime) as failure:  # a filter of Jinja raises any exception
-        problem: BaseException = failure
-    line, trace = 0, problem.__traceback__
-    while trace is not None:
-        if trace.tb_frame.f_code.co_filename == "<template>":  # Jinja's name for the code of templates
-            template = trace.tb_frame.f_globals.get("__jinja_template__")
-            # Jinja rewrites the lines of exceptions, but not when the time is up.
-            line = template.get_corresponding_lineno(trace.tb_lineno) if template else trace.tb_lineno
-        trace = trace.tb_next
-    if isinstance(problem, SecurityError):
-        return _Rendered("", "template-unsafe", str(problem), name, line)
-    message = re.sub(_INTERNAL, r"a \1", str(problem)) or type(problem).__name__
-    message = "it needs too much memory" if isinstance(problem, MemoryError) else message
-    return _Rendered("", "template-failed", message, name, line)
+        line, trace = 0, failure.__traceback__
+        while trace is not None:
+            if trace.tb_frame.f_code.co_filename == "<template>":  # Jinja's name for the code of templates
+                template = trace.tb_frame.f_globals.get("__jinja_template__")
+                # Jinja rewrites the lines of exceptions, but not when the time is up.
+                line = template.get_corresponding_lineno(trace.tb_lineno) if template else trace.tb_lineno
+            trace = trace.tb_next
+        rule = "template-unsafe" if isinstance(failure, SecurityError) else "template-failed"
+        message = re.sub(_INTERNAL, r"a \1", str(failure)) or type(failure).__name__
+        message = "it needs too much memory" if isinstance(failure, MemoryError) else message
+        return _Rendered("", rule, message, name, line)
 
 
 def render_request() -> None:
@@ -263,12 +256,9 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         help = "add template: FILE, a Jinja template"
         return "", [error("template-not-named", f'output "{output.name}" names no template', None, help)]
     values = {"robot": robot, "output": output, "number": short, "exact": exact, "six": six, "fixed": to_fixed}
-    values |= {"degrees": math.degrees, "radians": math.radians, "source": describe, "vector": vector, "kind": _kind}
+    values |= {"degrees": math.degrees, "radians": math.radians, "source": describe, "vector": vector}
+    values["kind"] = attrgetter("__class__.__name__")  # of a geometry, such as Box
     return templates.render(name, values), []
-
-
-def _kind(geometry: object) -> str:
-    return type(geometry).__name__
 
 
 _TEMPLATE = "A Jinja template in the folder of the description, for an artifact of your own."

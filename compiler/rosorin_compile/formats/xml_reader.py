@@ -34,8 +34,6 @@ _GATHERED = ("import-cannot-carry", "import-ignored")
 
 
 class _Size(NamedTuple):
-    """An angle or a length of the file."""
-
     value: float  # rad or m
     tag: str  # of its element
     what: str  # its description
@@ -116,9 +114,10 @@ class XmlReader:
 
     def need(self, element: Element, *names: str) -> None:
         """Report required attributes that are missing, but not those that are reported as misspelt."""
-        strange = [other for other in element.attributes if other not in self.attributes and not self.options.lenient]
         missing = [name for name in names if name not in element.attributes]
-        missing = [name for name in missing if not any(correction(other, [name]) for other in strange)]
+        if missing and not self.options.lenient:
+            strange = [other for other in element.attributes if other not in self.attributes]
+            missing = [name for name in missing if not any(correction(other, [name]) for other in strange)]
         if missing:
             help = "add " + " ".join(f'{name}="..."' for name in missing)
             self.error("missing-attribute", lacks(element, missing), element.span, help)
@@ -129,14 +128,12 @@ class XmlReader:
         for child in element.children:
             if child.tag in tags:
                 continue
-            near = correction(child.tag, tags) if self.spelling else None
-            if child.tag.startswith("xacro:"):
-                help = "readers of URDF pass over it; name the file NAME.xacro to have it expanded"
-                self.cannot_carry(f"<{child.tag}> in {name_of(element)}", child.span, help)
-            elif near is not None:
+            near, is_xacro = correction(child.tag, tags) if self.spelling else None, child.tag.startswith("xacro:")
+            if near is not None and not is_xacro:
                 self.misspelt(f"<{child.tag}>", f"<{near}>", element, child.span)
-            elif keep is None:
-                self.cannot_carry(f"<{child.tag}> in {name_of(element)}", child.span)
+            elif keep is None or is_xacro:
+                help = "readers of URDF pass over it; name the file NAME.xacro to have it expanded" if is_xacro else ""
+                self.cannot_carry(f"<{child.tag}> in {name_of(element)}", child.span, help)
             else:
                 self.keep(child, keep)
 

@@ -17,7 +17,8 @@ from rosorin_compile.formats.format import Format
 from rosorin_compile.formats.imported_robot import Imported, ReadOptions, as_tree
 from rosorin_compile.formats.robot_files import join, read_robot
 from rosorin_compile.model.joint import MOVING_TYPES
-from rosorin_compile.output import OutputError, write_set
+from rosorin_compile.output.artifact_set import write_set
+from rosorin_compile.output.atomic_files import OutputError
 from rosorin_compile.request import FilePath, Packages, Values, Warn, read_options
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, count_of, error, has_errors
 from rosorin_compile.source.messages import arrange

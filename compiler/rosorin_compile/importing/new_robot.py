@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rosorin_compile.formats import schema_text
-from rosorin_compile.output import lock, staging_folder
+from rosorin_compile.output.atomic_files import lock, staging_folder
 from rosorin_compile.request import FilePath
 from rosorin_compile.source.diagnostics import RequestError, UnknownName
 from rosorin_compile.source.load import plain_scalar

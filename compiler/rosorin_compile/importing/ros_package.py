@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rosorin_compile.formats.ros_packages import package_of
-from rosorin_compile.output import open_package_folder
+from rosorin_compile.output.package_folder import open_package_folder
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.files import is_file, is_folder, read_bytes, read_text, resolve
 from rosorin_compile.source.project import Description

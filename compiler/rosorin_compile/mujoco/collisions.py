@@ -14,7 +14,7 @@ from typing import Annotated, Any
 
 from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.model import DisabledCollision, Robot
-from rosorin_compile.output import OutputError, may_replace, write_file
+from rosorin_compile.output.atomic_files import OutputError, may_replace, write_file
 from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, count_of, error
 from rosorin_compile.source.progress import Progress

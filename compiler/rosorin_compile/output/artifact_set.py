@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import errno
 import os
-import shutil
 import stat
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from hashlib import blake2b
 from pathlib import Path
@@ -19,21 +18,10 @@ from rosorin_compile.source.cache import cache_folder
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic
 from rosorin_compile.source.wording import printable
 
-from .atomic_files import (
-    STAGING_NAME,
-    OutputError,
-    entries_below,
-    is_generated,
-    kept_name,
-    link_or_copy,
-    lock,
-    put_in_place,
-    staging_folder,
-    sync,
-    write_files,
-)
+from .atomic_files import STAGING_NAME, OutputError, entries_below, is_generated, kept_name, lock, replace_folder
 
 MAX_FOREIGN = 200  # files that are not artifacts, above which this does not look like an output folder
+Texts = Mapping[str, str | bytes]  # by relative POSIX name
 Decision = Literal["replace", "keep", "refuse"]  # keep: under another name
 Judge = Callable[[str, bytes, bytes], Decision]  # of the name of a file, its bytes, and the new bytes
 
@@ -56,16 +44,15 @@ class WriteResult(NamedTuple):
         return [Diagnostic("output-kept", WARNING, t, help="remove that file if it is not needed") for t in texts]
 
 
-def write_artifacts(folder: Path, files: Mapping[str, str | bytes], prune: bool = False) -> WriteResult:
+def write_artifacts(folder: Path, files: Texts, prune: bool = False) -> WriteResult:
     """Write the artifacts of a robot, as ``write_set``; files of somebody else are refused or kept under another name.
 
     A file without the mark of this tool is refused if the new file has one. If neither has one, it is kept, unless this
     tool wrote it before, or in a fresh checkout wrote another file of the set. Raises OutputError.
     """
     try:
-        is_first = not any(
-            is_generated(path.read_bytes()) for path in (folder / name for name in files) if path.is_file()
-        )
+        present = [path for path in map(folder.joinpath, files) if path.is_file()]
+        is_first = not any(is_generated(path.read_bytes()) for path in present)
     except OSError as problem:
         raise OutputError.from_os_error(problem, folder, "read") from None
     is_recorded = any(is_remembered(folder / name) for name in files)
@@ -83,11 +70,7 @@ def write_artifacts(folder: Path, files: Mapping[str, str | bytes], prune: bool 
 
 
 def write_set(
-    folder: Path,
-    files: Mapping[str, str | bytes],
-    prune: bool = False,
-    judge: Judge | None = None,
-    durable: bool = True,
+    folder: Path, files: Texts, prune: bool = False, judge: Judge | None = None, durable: bool = True
 ) -> WriteResult:
     """Make ``files``, text or bytes by relative POSIX name, the set of artifacts in ``folder``.
 
@@ -125,11 +108,8 @@ def read_set(folder: Path) -> dict[str, bytes]:
 def _resolved(folder: Path) -> Path:
     """Return the output folder, or the folder to which it links. Raises OutputError for one that cannot be replaced."""
     with suppress(ValueError):  # of a surrogate in the name
-        if (
-            folder.name not in ("", "..")
-            and not STAGING_NAME.fullmatch(folder.name)
-            and b"\0" not in os.fsencode(folder)
-        ):
+        is_named = folder.name not in ("", "..") and not STAGING_NAME.fullmatch(folder.name)
+        if is_named and b"\0" not in os.fsencode(folder):
             return folder.resolve() if folder.is_symlink() and folder.is_dir() else folder
     message = f'"{folder}" cannot be the output folder'
     raise OutputError("output-folder", message, 'name a folder of its own, such as "outputs/my_robot"')
@@ -139,7 +119,7 @@ def check_names(files: Collection[str]) -> None:
     """Raise OutputError for a name that leads out of the folder, or is the folder of another one."""
     for name in sorted(files):
         if not is_inside(name):
-            message = f'artifact "{name}" would not stand in the output folder'
+            message = f'artifact "{name}" would not be in the output folder'
             raise OutputError("output-name", message, 'name a file below the folder, such as "urdf/robot.urdf"')
         for parent in (parent for parent in _parents(name) if parent in files):
             message = f'"{parent}" cannot be an artifact and the folder of the artifact "{name}"'
@@ -194,7 +174,7 @@ def _update(
     if not exists or written or (prune and foreign):
         dropped = {name for name in present if name in fresh or (prune and name in foreign)}
         carried = {name: is_folder for name, is_folder in present.items() if name not in dropped}
-        _replace(folder, carried, fresh, sorted(dropped - fresh.keys()), durable)
+        replace_folder(folder, fresh, carried, sorted(dropped - fresh.keys()), durable)
     others = tuple(printable(name) for name in foreign if not present[name])
     kept, removed = ((), others) if prune else (others, ())
     return WriteResult(written, tuple(sorted(unchanged)), kept, removed, tuple(renamed.items()))
@@ -220,41 +200,6 @@ def _entries(folder: Path, own: Collection[str]) -> dict[str, bool]:
     return dict(sorted(present.items()))
 
 
-def _replace(
-    folder: Path, carried: Mapping[str, bool], fresh: Mapping[str, bytes], gone: Sequence[str], durable: bool
-) -> None:
-    """Replace the folder by one with what is ``carried`` over from it, folders as True, and with the ``fresh`` files.
-
-    Raises OutputError or OSError, and then the old folder is unchanged.
-    """
-    exists = folder.is_dir()
-    if exists and Path(os.path.realpath(".")).is_relative_to(folder.resolve()):
-        message = f"{folder} is replaced as a whole, and cannot be while the command runs inside it"
-        raise OutputError("output-folder", message, "run the command from another folder")
-    with staging_folder(folder.parent) as stage:
-        if exists and not os.access(folder, os.W_OK | os.X_OK):
-            raise OSError(errno.EACCES, os.strerror(errno.EACCES), str(folder))
-        if exists and folder.stat().st_dev != stage.stat().st_dev:
-            raise OSError(errno.EXDEV, os.strerror(errno.EXDEV), str(folder))
-        new = stage / "new"
-        new.mkdir()
-        for name, is_folder in carried.items():
-            if is_folder:
-                (new / name).mkdir()
-            else:
-                link_or_copy(folder / name, new / name)
-        write_files(new, fresh, durable=durable)
-        for name in (*reversed([name for name in carried if carried[name]]), ""):
-            with suppress(OSError, AttributeError):  # Windows has no chown
-                status = (folder / name).stat()
-                os.chown(new / name, status.st_uid, status.st_gid)
-            with suppress(FileNotFoundError):
-                shutil.copymode(folder / name, new / name)
-        put_in_place(new, folder, stage, list(fresh), gone)
-        if durable:
-            sync(folder.parent)
-
-
 def obstacle(folder: Path, name: str) -> tuple[Path, str] | None:
     """Return the first path that must be another kind of file for ``name`` to be written, and its kind, or None."""
     kinds = {stat.S_IFREG: "a file", stat.S_IFDIR: "a folder", stat.S_IFLNK: "a symbolic link"}
@@ -270,14 +215,13 @@ def obstacle(folder: Path, name: str) -> tuple[Path, str] | None:
 def remember(path: Path) -> None:
     """Record that this tool wrote a file that has no mark. A failure is silent."""
     with suppress(OSError):
-        if (record := _record(path)) is not None and not record.exists():
+        if (record := _record(path)) and not record.exists():
             record.touch()
 
 
 def is_remembered(path: Path) -> bool:
     """Return True if ``remember`` recorded the file."""
-    record = _record(path)
-    return record is not None and record.exists()
+    return (record := _record(path)) is not None and record.exists()
 
 
 def _record(path: Path) -> Path | None:

@@ -17,7 +17,7 @@ from pathlib import Path
 from rosorin_compile.source.load import json_of
 
 from .artifact_set import is_inside, obstacle
-from .atomic_files import OutputError, digest, lock, put_in_place, replace_files, staging_folder, sync, write_files
+from .atomic_files import OutputError, digest, lock, replace_files, replace_folder, staging_folder, write_files
 
 MANIFEST = ".rosorin-compile-written.json"
 
@@ -37,7 +37,7 @@ class PackageFolder:
     def check_name(self, name: str) -> None:
         """Raise OutputError for a name that leads out of the folder or through a link, or is not a file there."""
         if not is_inside(name):
-            message = f'"{name}" does not stand in the folder'
+            message = f'"{name}" is not below the folder'
             raise OutputError("deploy-outside", message, "name a file below the folder")
         path, kind = obstacle(self.path, name) or (self.path, "")
         if kind == "a symbolic link":
@@ -67,15 +67,12 @@ class PackageFolder:
             final = {name: self._manifest[name] for name in listed} | {n: digest(data) for n, data in files.items()}
             last = {MANIFEST: _manifest_text(final)} if manifest else {}
             if self.is_new:
-                with staging_folder(self.path.parent) as stage:
-                    write_files(stage / "new", {**contents, **last})
-                    put_in_place(stage / "new", self.path, stage, [*contents, *last])
-                    sync(self.path.parent)
+                replace_folder(self.path, {**contents, **last})
             elif changed or (last and _content(self.path / MANIFEST) != last[MANIFEST]):
                 for name in (n for n in files if n in changed or not isinstance(self._manifest.get(n, ""), str)):
                     final[name] = [digest(data) for data in (before[name], files[name]) if data is not None]
-                unfinished = dict.fromkeys(last, _manifest_text(final))
                 first = {name: data for name, data in changed.items() if name not in files}
+                unfinished = dict.fromkeys(last, _manifest_text(final))
                 steps = {**first, **unfinished, **{name: files[name] for name in files if name in changed}}
                 with staging_folder(self.path) as stage:
                     write_files(stage / "new", steps, self.path)
@@ -111,10 +108,7 @@ def open_package_folder(folder: Path, dry_run: bool = False) -> Iterator[Package
 
 
 def _content(path: Path) -> bytes | None:
-    try:
-        return path.read_bytes()
-    except FileNotFoundError:
-        return None
+    return path.read_bytes() if path.is_file() else None
 
 
 def read_manifest(folder: Path) -> dict[str, str | list[str]]:

@@ -26,7 +26,7 @@ from rosorin_compile.model import (
     Robot,
     Transform,
 )
-from rosorin_compile.output import is_generated
+from rosorin_compile.output.atomic_files import is_generated
 from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source, Span
 from rosorin_compile.source.files import read_bytes

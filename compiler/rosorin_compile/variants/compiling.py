@@ -23,7 +23,8 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile.formats.compilation import Compiled, Variant, compile_robot
-from rosorin_compile.output import OutputError, check_names, digest, encode
+from rosorin_compile.output.artifact_set import check_names, encode
+from rosorin_compile.output.atomic_files import OutputError, digest
 from rosorin_compile.request import Request, prove
 from rosorin_compile.source import system
 from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, error, has_errors

@@ -14,7 +14,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.output import OutputError, digest, entries_below, lock, may_replace, staging_folder, write_set
+from rosorin_compile.output.artifact_set import write_set
+from rosorin_compile.output.atomic_files import OutputError, digest, entries_below, lock, may_replace, staging_folder
 from rosorin_compile.source import system
 
 INDEX = "sweep.json"

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from rosorin_compile.formats.compilation import Compiled, Variant
 from rosorin_compile.language.arguments import declared_arguments, from_python
-from rosorin_compile.output import OutputError
+from rosorin_compile.output.atomic_files import OutputError
 from rosorin_compile.request import FilePath, Packages, Request, Values, Warn
 from rosorin_compile.source.diagnostics import (
     ERROR,

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.model import Mesh, Robot
-from rosorin_compile.output import write_file
+from rosorin_compile.output.atomic_files import write_file
 from rosorin_compile.source.diagnostics import count_of
 
 from .overlay import Overlay, moves, of_two, robot_before

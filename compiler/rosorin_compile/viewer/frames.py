@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 from rosorin_compile.model import Robot
 from rosorin_compile.model.frame_tree import NOBODY, Line, Row, lines, rows, way
-from rosorin_compile.output import OutputError, may_replace, write_file, write_set
+from rosorin_compile.output.artifact_set import write_set
+from rosorin_compile.output.atomic_files import OutputError, may_replace, write_file
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.publishers import check_modes
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName

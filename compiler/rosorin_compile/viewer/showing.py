@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.formats.mesh_files import TEXTURE, Places
 from rosorin_compile.language.explain import explain, lines
-from rosorin_compile.output import OutputError, write_file
+from rosorin_compile.output.atomic_files import OutputError, write_file
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, Span, UnknownName, printable
 from rosorin_compile.source.progress import Progress

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.output import MANIFEST, digest, read_manifest
+from rosorin_compile.output.atomic_files import digest
+from rosorin_compile.output.package_folder import MANIFEST, read_manifest
 from support.paths import data_text
 
 ROBOT = data_text("robots/not_ours.yaml")

@@ -1,8 +1,4 @@
-"""URDF: the format that robot_state_publisher, MoveIt and most other tools read.
-
-``write`` decides what a URDF contains and writes it, with the blocks of ``gazebo``. ``read`` reads URDFs, with
-``xml_reader``, which readers of other XML formats share.
-"""
+"""URDF: the format that robot_state_publisher, MoveIt and most other tools read."""
 
 from __future__ import annotations
 
@@ -69,6 +65,7 @@ _FRAMES = (
 )
 _GAZEBO = "Whether it has the sensors and drives for Gazebo: true or harmonic, fortress, classic; default false."
 _CONTROL = "The distribution of ROS 2 that it has the hardware blocks of control for; default: none."
+_VERSION = "Version of the format; default: 1.0. 1.2 has capsules."
 
 FORMAT = Format(
     name="urdf",
@@ -84,10 +81,7 @@ FORMAT = Format(
         "height_maps": format.HEIGHT_MAPS,
         "frames": {"enum": ["published", "all", "bodies"], "description": _FRAMES},
         "visuals": format.VISUALS,
-        "version": {
-            "enum": ["1.0", "1.2", 1.0, 1.2],
-            "description": "Version of the format; default: 1.0. 1.2 has capsules.",
-        },
+        "version": {"enum": ["1.0", "1.2", 1.0, 1.2], "description": _VERSION},
         "gazebo": {"enum": [True, False, "harmonic", "fortress", "classic"], "description": _GAZEBO},
         "control": {"enum": format.DISTRIBUTIONS, "description": _CONTROL},
     },

@@ -150,7 +150,7 @@ class _Reader(XmlReader):
                         joint.setdefault_at("dynamics", Map(element.span), element.span)
                         put(joint["dynamics"], _SPRING[element.tag], value, element)
         version = root.attributes.get("version")
-        if version is not None and version.value.strip() not in ("1", "1.0", "1.1", "1.2"):
+        if version and version.value.strip() not in ("1", "1.0", "1.1", "1.2"):
             self.cannot_carry(f'the version "{version.value}" of <robot>', version.span, "URDF has 1.0, 1.1 and 1.2")
         elements = (one for one in root.iter() if not one.tag.startswith("xacro:"))
         values = (value for one in elements for value in one.attributes.values())
@@ -221,8 +221,7 @@ class _Reader(XmlReader):
 
     def _link(self, element: Element, path: TreePath) -> Map:
         entry = Map(element.span)
-        inertial = self.single(element, "inertial")
-        if inertial is not None:
+        if (inertial := self.single(element, "inertial")) is not None:
             self._inertial(inertial, entry, (*path, "inertial"))
         for child in sorted(element.children, key=lambda child: child.tag != "visual"):
             if child.tag in ("visual", "collision"):
@@ -239,10 +238,10 @@ class _Reader(XmlReader):
                 help = f"add <{tag}>, or remove <inertial> of a frame without mass"
                 self.error("missing-element", f"{name_of(element)} lacks <{tag}>", element.span, help)
             elif tag == "inertia":
-                mirrored = [name for name in ("iyx", "izx", "izy") if name in part.attributes]
-                mirrored = [name for name in mirrored if part.get(name) == part.get("".join(sorted(name)))]
-                for _ in mirrored:
-                    self.ignore("iyx, izx and izy of <inertia> say again what ixy, ixz and iyz say", part.span)
+                pairs = {"iyx": "ixy", "izx": "ixz", "izy": "iyz"}
+                mirrored = [one for one, other in pairs.items() if part.get(one) == part.get(other) != ""]
+                if mirrored:
+                    self.ignore("iyx, izx and izy of <inertia> repeat ixy, ixz and iyz", part.span)
                 self.check(part, (), (*NUMBERS[tag], *mirrored), None)
                 self.paths[id(part)], moments = (*path, tag), Map(part.span)
                 self.put_numbers(moments, part)
@@ -270,12 +269,12 @@ class _Reader(XmlReader):
             self.error("duplicate-element", message, shapes[1].span, "make a second <visual> or <collision> of it")
             return
         self.check_element(geometry, None if shapes else Map(geometry.span))
+        if not shapes and not has_errors(self.diagnostics[before:]):
+            what = phrase(f"<{child.tag}>" for child in geometry.children)
+            message = f"{what} of {name_of(element)} is a shape of its own kind: kept as it is"
+            self.note("import-kept", message, geometry.span)
+            self.keep(element, link)
         if not shapes:
-            if not has_errors(self.diagnostics[before:]):
-                what = phrase(f"<{child.tag}>" for child in geometry.children)
-                message = f"{what} of {name_of(element)} is a shape of its own kind: kept as it is"
-                self.note("import-kept", message, geometry.span)
-                self.keep(element, link)
             return
         entry, shape, made = Map(element.span), shapes[0], Map(shapes[0].span)
         link.setdefault_at(element.tag, Seq(element.span), element.span)
@@ -313,12 +312,11 @@ class _Reader(XmlReader):
         if attribute is not None and "rpy" in origin.attributes:
             message = f"{name_of(origin)} has rpy and quat_xyzw; readers differ in which of them they take"
             self.error("duplicate-element", message, attribute.name_span, "remove one")
-            return
-        quaternion = numbers(origin, "quat_xyzw", 4, PLAIN, self)
-        if attribute is not None and quaternion is not None and not any(quaternion):
-            message = f"quat_xyzw of {name_of(origin)} is zero: no rotation"
-            self.error("zero-quaternion", message, attribute.span, "correct it")
-        elif attribute is not None and quaternion is not None:
+        elif attribute is not None and (quaternion := numbers(origin, "quat_xyzw", 4, PLAIN, self)) is not None:
+            if not any(quaternion):
+                message = f"quat_xyzw of {name_of(origin)} is zero: no rotation"
+                self.error("zero-quaternion", message, attribute.span, "correct it")
+                return
             x, y, z, w = quaternion
             made = Seq(attribute.span)
             for angle in Transform.of_quaternion((0.0, 0.0, 0.0), (w, x, y, z)).rpy():
@@ -338,12 +336,12 @@ class _Reader(XmlReader):
         self.joint_types.add(kind)
         for end in ("parent", "child"):
             inner = self.single(element, end)
-            if inner is None:
+            if inner is not None:
+                self.check_element(inner, None, (*path, end))
+                self._put_text(entry, end, inner, "link")
+            else:
                 help = f'add <{end} link="..."/>'
                 self.error("missing-element", f"{name_of(element)} has no <{end}>", element.span, help)
-                continue
-            self.check_element(inner, None, (*path, end))
-            self._put_text(entry, end, inner, "link")
         self._origin(entry, element, path)
         for tag in JOINT_PARTS:
             part = self.single(element, tag)
@@ -429,10 +427,10 @@ class _Reader(XmlReader):
             self.spoilt(color, "the colour", before)
         if texture is not None:
             self.check_element(texture)
-        if texture is not None and texture.get("filename"):
-            self._put_text(entry, "texture", texture, "filename")
-        elif texture is not None:  # exporters write an empty <texture/>
-            self.ignore("a texture without a file name has no effect", texture.span)
+            if texture.get("filename"):
+                self._put_text(entry, "texture", texture, "filename")
+            else:  # exporters write an empty <texture/>
+                self.ignore("a texture without a file name has no effect", texture.span)
         self.check_element(element)
 
     def _rename_materials(self, tree: Map) -> None:

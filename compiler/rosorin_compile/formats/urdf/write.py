@@ -35,9 +35,6 @@ from ..gazebo import distribution, drive_blocks, gazebo_blocks
 from ..mesh_files import urdf_file_name
 from ..templating import Templates, attributes, comment
 
-_UNSTABLE = "A warning: damping * step > 2 * inertia at a joint: simulators with explicit steps of 1/240 s, such as "
-_UNSTABLE += "PyBullet, diverge."
-
 STEP = 1 / 240  # s, that of PyBullet if nobody sets another; Gazebo has 1/1000
 FROM_COLLISION = "from_collision"
 PUBLISHED, ALL, BODIES = "published", "all", "bodies"
@@ -122,21 +119,18 @@ def inertials_at(robot: Robot, carried: Set[str]) -> Mapping[str, Inertial]:
     return {name: one if (one := own[name]) and len(some) == 1 else together(some) for name, some in parts.items()}
 
 
-def _shapes_at(robot: Robot, link: str, carried: Set[str], purpose: str, output: Output) -> list[Shape]:
+@of_robot
+def _shapes_at(robot: Robot, link: str, carried: frozenset[str], purpose: str, height_maps: str) -> Sequence[Shape]:
     """Return the solids of a link, visual or collision, after those of links that are fixed to it and not carried."""
-    form, moved, own = str(output.options.get("height_maps", ROWS)), list[Shape](), list[Shape]()
+    moved, own = list[Shape](), list[Shape]()
     visited, waiting = {link}, [(link, Transform())]
     while waiting:
         name, transform = waiting.pop()
-        solids = [solid for shape in getattr(robot.link[name], purpose) for solid in shape.solids(form)]
+        solids = [solid for shape in getattr(robot.link[name], purpose) for solid in shape.solids(height_maps)]
         if name == link:
-            own, solids = solids, []
-        for solid in solids:
-            key = ("moved", id(solid), transform)  # several formats and their proofs use it
-            found: tuple[Shape, Shape] | None = robot.worked_out.get(key)
-            if found is None or found[1] is not solid:  # as in a copy that was pickled
-                found = robot.worked_out[key] = (solid.move(transform), solid)
-            moved.append(found[0])
+            own = solids
+        else:
+            moved += [solid.move(transform) for solid in solids]
         neighbours = robot.fixed_neighbours(name)
         steps = [(n, transform.then(t)) for n, t in neighbours if n not in carried and n not in visited]
         visited.update(n for n, _ in steps)
@@ -154,11 +148,11 @@ def _in_version(shape: Shape, output: Output) -> Shape:
     return replace(shape, geometry=plain(shape.geometry)) if isinstance(shape.geometry, unknown) else shape
 
 
-def _collisions(robot: Robot, link: str, carried: Set[str], output: Output) -> list[Shape]:
+def _collisions(robot: Robot, link: str, carried: frozenset[str], output: Output) -> Sequence[Shape]:
     """Return the collision shapes of a link; a wheel whose rollers are not carried gets a cylinder around them."""
-    own = _shapes_at(robot, link, carried, "collision", output)
+    own = _shapes_at(robot, link, carried, "collision", str(output.options.get("height_maps", ROWS)))
     joint = robot.joint_to.get(link)
-    lost = _lost(robot, frozenset(carried)).get(link) if joint is not None and joint.type == "continuous" else None
+    lost = _lost(robot, carried).get(link) if joint is not None and joint.type == "continuous" else None
     if not lost or joint is None:
         return own
     x, y, z = axis = unit(joint.axis)
@@ -203,22 +197,17 @@ class Content:
             except ValueError as problem:
                 message = f"in the URDF some masses move to one link: {problem}"
                 self.lost.append(error("urdf-mass-sum", message, None, "correct them"))
-        self.blocks: list[str] = []  # for Gazebo, and those of sections, such as ros2_control
-        gazebo = distribution(output.options.get("gazebo"))
-        if gazebo:
-            self.blocks, lost = gazebo_blocks(self)
-            self.lost += lost
+        gazebo, number = distribution(output.options.get("gazebo")), number_format(output.options)
+        # The elements for Gazebo, and those of sections, such as ros2_control.
+        self.blocks, lost = gazebo_blocks(self) if gazebo else ([], [])
         for section in sections_in_urdf(output):
-            if section.urdf is not None:
-                self.blocks += section.urdf(robot, output, number_format(output.options))
-        if gazebo:
-            others, number = (*self._kept(robot.urdf_elements), *self.blocks), number_format(output.options)
-            called = {joint.name: joint.name for joint in self.joints}
-            drives, lost = drive_blocks(robot, called, "urdf-cannot-say", gazebo, number, others)
-            self.blocks, self.lost = [*self.blocks, *drives], [*self.lost, *lost]
-        is_seen, groups = "visual" in self.elements, link_groups(robot, self.joints)
-        names = [name for group, _ in groups for name in group]
-        visuals = {name: _shapes_at(robot, name, self.carried, "visual", output) if is_seen else [] for name in names}
+            self.blocks += section.urdf(robot, output, number) if section.urdf is not None else []
+        called, others = {one.name: one.name for one in self.joints}, (*self._kept(robot.urdf_elements), *self.blocks)
+        drives, lost_drives = drive_blocks(robot, called, "urdf-cannot-say", gazebo, number, others)
+        self.blocks, self.lost = [*self.blocks, *drives], [*self.lost, *lost, *lost_drives]
+        is_seen, height_maps = "visual" in self.elements, str(output.options.get("height_maps", ROWS))
+        names = [name for group, _ in link_groups(robot, self.joints) for name in group]
+        visuals = {n: _shapes_at(robot, n, self.carried, "visual", height_maps) if is_seen else [] for n in names}
         self.shapes = {name: (visuals[name], self.collisions(name)) for name in names}
         looks = [Material(one.name, one.rgba, urdf_file_name(one.texture)) for one in robot.materials if is_seen]
         elements = (*self._kept(robot.urdf_elements), *self.blocks)
@@ -228,7 +217,7 @@ class Content:
     def _kept(self, texts: tuple[str, ...]) -> tuple[str, ...]:
         return texts if "urdf_elements" in self.elements else ()
 
-    def collisions(self, link: str) -> list[Shape]:
+    def collisions(self, link: str) -> Sequence[Shape]:
         return _collisions(self.robot, link, self.carried, self.output) if "collision" in self.elements else []
 
     def _link(self, name: str) -> Link:
@@ -256,11 +245,10 @@ class Content:
         kind = "floating" if joint.type == "ball" else joint.type
         has_axis = not joint.is_fixed and not joint.is_axleless
         axis, limit = (joint.axis, joint.limit) if has_axis else ((1.0, 0.0, 0.0), None)
-        dynamics = joint.dynamics if joint.dynamics is not None and "dynamics" in self.elements else Dynamics()
-        dynamics = Dynamics(dynamics.damping, dynamics.friction)
-        made = Joint(joint.name, kind, joint.parent, joint.child, joint.origin, axis, limit, joint.mimic)
-        made = replace(made, dynamics=dynamics if dynamics != Dynamics() else None, safety=joint.safety)
-        return replace(made, calibration=joint.calibration, urdf_elements=self._kept(joint.urdf_elements))
+        own, kept = joint.dynamics if "dynamics" in self.elements else None, self._kept(joint.urdf_elements)
+        dynamics = Dynamics(own.damping, own.friction) if own and (own.damping or own.friction) else None
+        made = Joint(joint.name, kind, joint.parent, joint.child, joint.origin, axis, limit, joint.mimic, dynamics)
+        return replace(made, safety=joint.safety, calibration=joint.calibration, urdf_elements=kept)
 
     def diagnostics(self) -> Iterator[Diagnostic]:
         yield from self.lost
@@ -339,10 +327,9 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         units = ("N*s/m", "kg") if joint.type == "prismatic" else ("N*m*s/rad", "kg*m^2")
         path = case.joint(joint, "dynamics", "damping")
         more = f"; so are {count_of(len(found) - 1, 'other joint')}" if len(found) > 1 else ""
-        message = (
-            f'joint "{joint.name}" has a damping of {rounded(inertia / ratio)} {units[0]}{case.stands_in(path)} on'
-        )
-        message += f" {rounded(inertia)} {units[1]}: unstable in the explicit steps of PyBullet{more}"
+        value = f"a damping of {rounded(inertia / ratio)} {units[0]}{case.stands_in(path)}"
+        message = f'joint "{joint.name}" has {value} on {rounded(inertia)} {units[1]}: unstable in the explicit steps'
+        message += f" of PyBullet{more}"
         help = f"up to {rounded(2 * inertia / STEP)} is stable at 1/240 s; give the damping of a servo to its actuator"
         yield case.problem("explicit-damping-unstable", message, path, help, severity=WARNING)
     for section in sections_in_urdf(output):

@@ -14,7 +14,7 @@ from typing import Any
 
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Pose, Shape
 from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
-from rosorin_compile.output import OutputError, write_file
+from rosorin_compile.output.atomic_files import OutputError, write_file
 from rosorin_compile.request import FilePath, Packages, Values, Warn, read_options
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, DiagnosticError, RequestError

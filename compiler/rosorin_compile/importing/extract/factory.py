@@ -13,7 +13,7 @@ from typing import Annotated
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.model import Box
 from rosorin_compile.model.mesh_triangles import ExtractProblem, TriangleMesh
-from rosorin_compile.output import write_set
+from rosorin_compile.output.artifact_set import write_set
 from rosorin_compile.request import FilePath, Packages, Values, Warn, read_options
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, DiagnosticError, RequestError, UnknownName, phrase

@@ -23,7 +23,7 @@ from rosorin_compile.formats.format import Artifact
 from rosorin_compile.formats.mesh_files import references, urdf_file_name
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
-from rosorin_compile.output import digest, is_generated, kept_name
+from rosorin_compile.output.atomic_files import digest, is_generated, kept_name
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error, first_of, printable
 from rosorin_compile.source.files import is_file, read_bytes
 

@@ -14,7 +14,8 @@ from rosorin_compile.formats.compilation import Compiled
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.formats.ros_packages import files_below, missing, package_of, undeclared_packages
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
-from rosorin_compile.output import MANIFEST, OutputError, digest, open_package_folder, read_manifest
+from rosorin_compile.output.atomic_files import OutputError, digest
+from rosorin_compile.output.package_folder import MANIFEST, open_package_folder, read_manifest
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError, has_errors

@@ -14,7 +14,8 @@ from rosorin_compile.formats.format import Artifact
 from rosorin_compile.formats.mesh_files import Searched, urdf_file_name
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
-from rosorin_compile.output import OutputError, digest, open_package_folder
+from rosorin_compile.output.atomic_files import OutputError, digest
+from rosorin_compile.output.package_folder import open_package_folder
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, has_errors
 from rosorin_compile.source.files import exists, is_file, read_bytes

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from rosorin_compile.joint_values import beyond_limits, positions
 from rosorin_compile.model import Mesh
 from rosorin_compile.model.mesh_triangles import TriangleMesh
-from rosorin_compile.output import OutputError, may_replace, write_file
+from rosorin_compile.output.atomic_files import OutputError, may_replace, write_file
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.publishers import check_modes
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, RequestError, UnknownName, error

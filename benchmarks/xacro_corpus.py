@@ -26,7 +26,6 @@ from typing import Any
 
 from rosorin_compile.formats.imported_robot import Imported, ReadOptions
 from rosorin_compile.formats.robot_files import read_robot
-from rosorin_compile.importing.description import tree_of
 from rosorin_compile.importing.round_trip import check_round_trip
 from rosorin_compile.importing.xacro.translate import Target, translate
 from rosorin_compile.source.diagnostics import ERROR
@@ -79,7 +78,7 @@ def of_robot(path: Path, how: ReadOptions, imported: Imported) -> dict[str, Any]
         return {"end": f"refused: {trip.diagnostics[0].message[:100]}"}
     made = translate(path, how, imported, trip.outputs, Target(FOLDER))
     row: dict[str, Any] = {
-        "links": len(tree_of(imported).get("links") or ()),
+        "links": len(imported.whole.get("links") or ()),
         "xacro": sum(lines(one.read_text("utf-8", "replace")) for one in imported.files),
         "flat": sum(map(lines, trip.files.values())),
         "yaml": sum(lines(text) for name, text in made.files.items() if "config/" not in name),

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from rosorin_compile.variants.sweep import WrittenVariants, sweep, write_sweep
     from rosorin_compile.viewer.frames import Frames, frames
     from rosorin_compile.viewer.picture.draw import Picture, picture
-    from rosorin_compile.viewer.showing import Page, view
+    from rosorin_compile.viewer.robot_view import Page, view
 
 _MODULES = {
     "api": "Arguments Checked Explained Outputs Rules Written arguments check collisions compile diff explain "
@@ -69,7 +69,7 @@ _MODULES = {
     "variants.sweep": "WrittenVariants sweep write_sweep",
     "viewer.frames": "Frames frames",
     "viewer.picture.draw": "Picture picture",
-    "viewer.showing": "Page view",
+    "viewer.robot_view": "Page view",
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names.split()}
 __all__ = [

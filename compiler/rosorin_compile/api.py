@@ -407,7 +407,7 @@ def explain_rules(ids: Sequence[str] = ()) -> Rules:
         >>> rosorin_compile.explain_rules(["axis-zero"]).rules[0].help
         'Name one, such as `[0, 0, 1]`.'
     """
-    diagnostics = (*plugin_checks().diagnostics, *plugged_diagnostics())
+    diagnostics = (*plugin_checks()[1], *plugged_diagnostics())
     known = {**OF_PLUGINS, **find(ids or None)}
     for id in ids:
         if id not in known:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from rosorin_compile.compare.walk import walk
+from rosorin_compile.compare.walk import compare_leaves, leaves
 from rosorin_compile.formats import robot_model
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Box, HeightMap, Inertial, Joint, Limit, Link, Output, Pose, Robot, Shape
@@ -49,7 +49,7 @@ def test_numbers_are_floats_also_where_whole_numbers_were_written() -> None:
 def test_reading_gives_back_every_number() -> None:
     output = Output("m", "robot_model", "m", {"rename": {"eye": "camera"}})
     text = robot_model.write(TESTER, output, Templates())[0]
-    assert walk(robot_model.view(TESTER, output), robot_model.read(text)) == []
+    assert compare_leaves(leaves(robot_model.view(TESTER, output)), leaves(robot_model.read(text))) == []
     found = leaves_of("robot_model", text)
     assert found["frame", "camera", "origin"].rpy[2] == math.pi
     assert found["joint", "shoulder", "limit upper"] == 2.0

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-mujoco = pytest.importorskip("mujoco", minversion="4")
+mujoco = pytest.importorskip("mujoco", minversion="3.12")
 
 import library_reference  # noqa: E402
 from rosorin_compile.formats.compilation import compile_robot  # noqa: E402

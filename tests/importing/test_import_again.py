@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from rosorin_compile import compile as compile_description
 from rosorin_compile.cli.main import main
-from rosorin_compile.importing.reimport import import_again, record_of, recorded
+from rosorin_compile.importing.reimport import import_again, read_record, record_of
 from rosorin_compile.source.diagnostics import has_errors
 from support.paths import IMPORTED, data_text
 
@@ -341,9 +341,9 @@ def test_each_new_line_of_both_sides_is_there(mine: str, newer: str) -> None:
         head = "links:\n"
         base, ours, theirs = ({"robot.yaml": head + text} for text in (BASE, mine, newer))
         folder = saved(Path(name, "d"), {**record_of(base, WORDS), **ours})
-        record = recorded(folder, WORDS)
+        record = read_record(folder, WORDS)
         assert record is not None
-        assert record.files == base
+        assert record == base
         merged = import_again(folder, record, theirs, WORDS)
         saved(folder, merged.files)
         lines, old = (one.splitlines() for one in ((folder / "robot.yaml").read_text(), base["robot.yaml"]))
@@ -353,9 +353,9 @@ def test_each_new_line_of_both_sides_is_there(mine: str, newer: str) -> None:
         assert bool(conflicts) == has_errors(merged.diagnostics)
         if ours == base:
             assert "\n".join(lines) == theirs["robot.yaml"].rstrip("\n")
-        again = recorded(folder, WORDS)
+        again = read_record(folder, WORDS)
         assert again is not None
-        assert again.files == theirs
+        assert again == theirs
         second = import_again(folder, again, theirs, WORDS)
         assert second.refused == bool(conflicts)
         assert second.files == ({} if conflicts else record_of(theirs, WORDS))

@@ -11,7 +11,7 @@ import sys
 import pytest
 
 from rosorin_compile.formats.robot_files import read_robot
-from rosorin_compile.importing.elements import with_sections
+from rosorin_compile.importing.elements.convert import with_sections
 from rosorin_compile.importing.round_trip import check_round_trip
 from support.paths import IMPORTED
 

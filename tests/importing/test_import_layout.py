@@ -8,7 +8,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.importing.layout import Verbatim, escape, in_degrees, layout, number
+from rosorin_compile.importing.description import Verbatim, escape, in_degrees, layout, number
 from rosorin_compile.language.expand.scope import Expansion, Scope
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.load import parse_yaml, plain_scalar

@@ -10,7 +10,7 @@ from rosorin_compile.mujoco.mjcf import process
 from rosorin_compile.mujoco.mjcf.write import write
 from support.paths import data_text
 
-pytest.importorskip("mujoco", minversion="4")
+pytest.importorskip("mujoco", minversion="3.12")
 pytestmark = pytest.mark.slow
 
 ROBOT = data_text("robots/import_proof.mjcf.xml")

@@ -15,8 +15,8 @@ from rosorin_compile.formats.compilation import Compiled, compile_robot
 from rosorin_compile.formats.imported_robot import Imported
 from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.importing import round_trip
-from rosorin_compile.importing.repeats import with_parts
 from rosorin_compile.importing.repeats.nodes import mirror_node, nodes_of
+from rosorin_compile.importing.repeats.parts import with_parts
 from rosorin_compile.importing.round_trip import RoundTrip, _round_trip, check_round_trip
 from rosorin_compile.language.expand.description import expand
 from support.paths import ROOT, data_text
@@ -94,7 +94,7 @@ BODY = """<body name="{0}" pos="0 {y} 0"><joint name="{0}_axle" axis="0 1 0" dam
 @pytest.mark.parametrize(("order", "parts"), [("left right caster", 0), ("caster left right", 1)])
 def test_the_order_of_an_mjcf_stays(order: str, parts: int, tmp_path: Path) -> None:
     """A controller counts by it."""
-    pytest.importorskip("mujoco", minversion="4")
+    pytest.importorskip("mujoco", minversion="3.12")
     bodies = {name: BODY.format(f"{name}_wheel", 1, y=y) for y, name in ((1, "left"), (-1, "right"))}
     bodies["caster"] = '<body name="caster"><joint name="swivel" axis="0 0 1"/><geom size="0.05"/></body>'
     inside = "".join(bodies[name] for name in order.split())

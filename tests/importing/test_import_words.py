@@ -19,7 +19,7 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.formats.imported_robot import Imported
 from rosorin_compile.formats.robot_files import read_robot
-from rosorin_compile.importing.elements import report_elements, with_sections
+from rosorin_compile.importing.elements.convert import report_elements, with_sections
 from rosorin_compile.importing.round_trip import check_round_trip
 from support.paths import ROOT, data_text
 from support.unrounded import compile_unrounded

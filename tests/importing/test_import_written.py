@@ -11,7 +11,7 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.formats.imported_robot import file_name as safe
 from rosorin_compile.formats.robot_files import read_robot
-from rosorin_compile.importing.layout import ROTATING
+from rosorin_compile.importing.description import ROTATING
 from rosorin_compile.importing.round_trip import check_round_trip
 from rosorin_compile.source.diagnostics import text as report
 from rosorin_compile.source.tree import Map

@@ -18,7 +18,7 @@ from support.commands import Shown
 from support.paths import DATA, ROOT
 from support.robots import copy_of_rosorin
 
-pytest.importorskip("mujoco", minversion="4")
+pytest.importorskip("mujoco", minversion="3.12")
 pytest.importorskip("trimesh")
 pytest.importorskip("scipy")
 

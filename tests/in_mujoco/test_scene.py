@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-mujoco = pytest.importorskip("mujoco", minversion="4")
+mujoco = pytest.importorskip("mujoco", minversion="3.12")
 
 from rosorin_compile.source.diagnostics import has_errors  # noqa: E402
 from support.paths import DATA, ROOT, ROSORIN, data_text  # noqa: E402

@@ -9,7 +9,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-mujoco = pytest.importorskip("mujoco", minversion="4")
+mujoco = pytest.importorskip("mujoco", minversion="3.12")
 
 from rosorin_compile.formats.compilation import compile_robot  # noqa: E402
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Inertial, Mesh, Pose, Shape, Sphere  # noqa: E402

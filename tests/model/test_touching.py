@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import pytest
 
-mujoco = pytest.importorskip("mujoco", minversion="4")
+mujoco = pytest.importorskip("mujoco", minversion="3.12")
 
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Mesh, Shape, Sphere, Transform  # noqa: E402
 from rosorin_compile.mujoco.mjcf import contacts  # noqa: E402

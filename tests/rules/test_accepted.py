@@ -17,7 +17,7 @@ from support.cases import as_comment, check
 from support.paths import TESTS
 from support.robots import compiled_text, texts
 
-mujoco = pytest.importorskip("mujoco", minversion="4")
+mujoco = pytest.importorskip("mujoco", minversion="3.12")
 
 CASES = sorted((TESTS / "accepted").glob("*.yaml"))
 

@@ -132,7 +132,7 @@ def test_a_model_that_is_merged_keeps_its_names():
 
 
 def test_what_is_included_has_one_budget_of_elements(tmp_path, monkeypatch):
-    monkeypatch.setattr("rosorin_compile.sdf.values.MAX_ELEMENTS", 200)
+    monkeypatch.setattr("rosorin_compile.sdf.models.MAX_ELEMENTS", 200)
     links = "".join(f'<link name="l{number}"/>' for number in range(48))
     (tmp_path / "part.sdf").write_text(FOLLOWERS.format("1.9", links), "utf-8")
     many = "".join(f"<include><uri>part.sdf</uri><name>p{number}</name></include>" for number in range(9))

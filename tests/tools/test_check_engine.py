@@ -11,7 +11,7 @@ from rosorin_compile.mujoco.mjcf import process
 from support.commands import Shown, edit, write_files
 from support.paths import data_text
 
-pytest.importorskip("mujoco", minversion="4")
+pytest.importorskip("mujoco", minversion="3.12")
 
 ROBOT = data_text("robots/check_engine.yaml")
 OBJ = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"

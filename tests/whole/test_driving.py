@@ -18,7 +18,7 @@ from rosorin_compile.model.drive import Twist, driving_of
 from support.paths import ROOT, ROSORIN
 from support.robots import compiled
 
-mujoco = pytest.importorskip("mujoco", minversion="4")
+mujoco = pytest.importorskip("mujoco", minversion="3.12")
 
 from rosorin_compile.mujoco.scenarios import FREE, World, drive, hold, poses_of  # noqa: E402
 

@@ -70,7 +70,7 @@ def test_is_the_robot_of_its_xacro(name: str) -> None:
 
 
 def scene(name: str) -> tuple[Any, Any]:
-    mujoco = pytest.importorskip("mujoco", minversion="4")
+    mujoco = pytest.importorskip("mujoco", minversion="3.12")
     spec = mujoco.MjSpec.from_string(artifact(name, ".xml"))
     spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE).size = [0, 0, 1]
     model = spec.compile()
@@ -120,7 +120,7 @@ def pinocchio_at(pinocchio: Any, model: Any, state: Mapping[str, float]) -> Any:
 @pytest.mark.parametrize("base", ["fixed", "free"])
 @pytest.mark.parametrize("name", NAMES)
 def test_mujoco_has_the_frames_of_pinocchio(name: str, base: str) -> None:
-    pytest.importorskip("mujoco", minversion="4")
+    pytest.importorskip("mujoco", minversion="3.12")
     pinocchio = pytest.importorskip("pinocchio")
     from support import simulator
 

@@ -14,7 +14,7 @@ from support.paths import DATA
 from support.reading import leaves_of
 from support.robots import compiled_text, sound
 
-mujoco = pytest.importorskip("mujoco", minversion="4")
+mujoco = pytest.importorskip("mujoco", minversion="3.12")
 
 ROBOT = (DATA / "robots/planar_floating.yaml").read_text("utf-8")
 AXES = [(0.0, 0.0, 1.0), (0.6, 0.0, 0.8), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0), (-0.36, 0.48, -0.8)]

@@ -155,7 +155,7 @@ function box({ size }) {
   return [new THREE.LineSegments(new THREE.EdgesGeometry(solid), new THREE.LineBasicMaterial({ color: 0xe93d82 }))];
 }
 
-const MARKS = { sensor: [0x8e4ec6, 11], empty: [0x7d8a97, 8] }; // colour, pixels; also in rosorin_compile/viewer/picture/labels.py
+const MARKS = { sensor: [0x8e4ec6, 11], empty: [0x7d8a97, 8] }; // colour, pixels; also in rosorin_compile/viewer/picture/render.py
 
 /** Return an image of a round spot. */
 function spot() {

@@ -6,8 +6,8 @@ from typing import Any
 import click
 
 from rosorin_compile.source.diagnostics import RequestError
+from rosorin_compile.viewer.robot_view import RobotView, view
 from rosorin_compile.viewer.server import LOOPBACK, LiveRobot, bound
-from rosorin_compile.viewer.showing import Shown, view
 
 from . import command as cli
 from .console import FINE, PROBLEMS
@@ -46,7 +46,7 @@ def run_view(run: Run) -> int:
     return FINE
 
 
-def find_overlaps(shown: Shown) -> Any:
+def find_overlaps(shown: RobotView) -> Any:
     """Return the engine that finds links of a robot that are inside each other."""
     from rosorin_compile.mujoco.physics import OverlapFinder
 

@@ -75,16 +75,15 @@ def with_new_names(pairs: Sequence[Pair]) -> list[Pair]:
     links: dict[str, str] = {}
     for pair in pairs:
         links |= new_link_names(pair.old, pair.new)
-    return [_renamed(pair, links) for pair in pairs]
-
-
-def _renamed(pair: Pair, links: Names) -> Pair:
-    gone, fresh = links_of(pair.old) - links_of(pair.new), links_of(pair.new) - links_of(pair.old)
-    known = {old: new for old, new in links.items() if old in gone and new in fresh}
-    old = with_names(pair.old, known, "link", pair.new)
-    joints = new_joint_names(old, pair.new)
-    renamed = {kind: names for kind, names in (("link", known), ("joint", joints)) if names}
-    return pair._replace(old=with_names(old, joints, "joint", pair.new), renamed=renamed)
+    made = []
+    for pair in pairs:
+        before, after = links_of(pair.old), links_of(pair.new)
+        known = {old: new for old, new in links.items() if old in before - after and new in after - before}
+        found = with_names(pair.old, known, "link", pair.new)
+        joints = new_joint_names(found, pair.new)
+        found = with_names(found, joints, "joint", pair.new)
+        made.append(pair._replace(old=found, renamed={"link": known, "joint": joints}))
+    return made
 
 
 def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
@@ -116,10 +115,9 @@ def disagreements(robot: Robot, artifact: Artifact) -> Iterator[str]:
     meant = leaves(format.view(robot, output))
     if format.partial:
         found = {thing: _part(found[thing], entry) for thing, entry in meant.items() if thing in found}
-    is_exact = output.options.get("number_format") == "exact"
-    precisions = (
-        (exact, exact) if is_exact else (rounding_precision(*format.rounding), printed_precision(artifact.text))
-    )
+    precisions = exact, exact
+    if output.options.get("number_format") != "exact":
+        precisions = rounding_precision(*format.rounding), printed_precision(artifact.text)
     sides = meant, found
     differences = compare_leaves(*sides, precisions, POSE_NOISE if format.partial else NOISE)
     for _, text in Describer(robot, sides, precisions).describe(differences):

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
-from functools import cached_property
+from functools import reduce
 from typing import NamedTuple
 
 from rosorin_compile.model import Joint, Robot, Vector
@@ -46,38 +46,28 @@ class Bodies:
             self.top[link.name] = link.name if joint is None or is_top else self.top[joint.parent]
             self.members.setdefault(self.top[link.name], []).append(link.name)
 
-    @cached_property
-    def order(self) -> Mapping[str, int]:
-        """The place of each link in the tree, parents first."""
-        return {link.name: index for index, link in enumerate(self.robot.walk())}
-
     def edge(self, joint: Joint) -> Placed:
         """Return the child of a joint in its parent, the joint at zero."""
         length = ROOT_THREE * self.precision("xyz", *joint.origin.xyz)
         return Placed(joint.origin.transform(), length, TURNS * self.precision("rpy", *joint.origin.rpy))
 
-    def parent_of(self, top: str) -> str | None:
-        """Return the body that a body moves against."""
-        joint = self.robot.joint_to.get(top)
-        return self.top[joint.parent] if joint else None
+    def above(self, top: str) -> Iterator[str]:
+        """Yield the bodies that a body moves against, upwards."""
+        while joint := self.robot.joint_to.get(top):
+            yield (top := self.top[joint.parent])
 
     def joints_between(self, upper: str, lower: str) -> list[Joint] | None:
         """Return the joints from a body down to another one; None if that is not below it."""
-        found: list[Joint] = []
-        while lower != upper:
-            joint = self.robot.joint_to.get(lower)
-            if joint is None:
-                return None
-            found.append(joint)
-            lower = self.top[joint.parent]
-        return found[::-1]
+        bodies = [lower, *self.above(lower)]
+        if upper not in bodies:
+            return None
+        return [self.robot.joint_to[top] for top in bodies[: bodies.index(upper)]][::-1]
 
     def relative(self, source: str, target: str) -> Placed:
         """Return the pose of a link in another link of the same body, or of a body above it; all joints at zero."""
         here, found = source, HERE
         for joint in self.joints_between(self.top[source], self.top[target]) or []:
-            found = found.then(self._within(here, joint.parent))
-            found = found.then(self.edge(joint))
+            found = found.then(self._within(here, joint.parent)).then(self.edge(joint))
             here = joint.child
         return found.then(self._within(here, target))
 
@@ -92,12 +82,8 @@ class Bodies:
             while up and down and up[-1] is down[-1]:
                 up.pop()
                 down.pop()
-            found = HERE
-            for joint in up:
-                found = found.then(self.edge(joint).inverse())
-            for joint in reversed(down):
-                found = found.then(self.edge(joint))
-            self._places[source, target] = found
+            steps = [*(self.edge(joint).inverse() for joint in up), *map(self.edge, reversed(down))]
+            self._places[source, target] = reduce(Placed.then, steps, HERE)
         return self._places[source, target]
 
     def line(self, joint: Joint, target: str) -> Line:
@@ -109,27 +95,24 @@ class Bodies:
 
 
 class Gap(NamedTuple):
-    """The distance between two places (m, rad), and the distance that their precision allows."""
+    """The distance between two places (m, rad; zero within their precision), and their precision."""
 
     distance: float
     angle: float
-    length_tolerance: float
-    angle_tolerance: float
+    least: tuple[float, float]
 
     @property
     def closed(self) -> bool:
         """Whether the two places are the same."""
-        return self.distance <= self.length_tolerance and self.angle <= self.angle_tolerance
+        return not self.distance and not self.angle
 
 
 def gap(one: Placed, other: Placed, tolerance: float) -> Gap:
     """Return the distance between two places; up to ``tolerance`` (m, rad) they are the same."""
-    return Gap(
-        math.dist(one.transform.xyz, other.transform.xyz),
-        one.transform.angle_to(other.transform),
-        tolerance + join_errors(one.length, other.length),
-        tolerance + join_errors(one.angle, other.angle),
-    )
+    apart = math.dist(one.transform.xyz, other.transform.xyz), one.transform.angle_to(other.transform)
+    least = tolerance + join_errors(one.length, other.length), tolerance + join_errors(one.angle, other.angle)
+    distance, angle = (by if by > known else 0.0 for by, known in zip(apart, least, strict=True))
+    return Gap(distance, angle, least)
 
 
 def has_axis(joint: Joint) -> bool:
@@ -255,23 +238,18 @@ def pair(a: Side, b: Side, tolerance: float, prefix: str | None = None) -> Pairi
             mine, theirs = one.joint_to.get(top), other.joint_to.get(goal)
             other_joint = mine is None or theirs is None or mine.name != theirs.name
             rated.append((other_joint, -goals.count(goal), index, top, goal))
-    found_bodies: dict[str, str] = {}
+    goal_of: dict[str, str] = {}
     for _, _, _, top, goal in sorted(rated):
-        if top not in found_bodies and goal not in found_bodies.values():
-            found_bodies[top] = goal
-    bodies = {top: found_bodies[top] for top in first.members if top in found_bodies}
+        if top not in goal_of and goal not in goal_of.values():
+            goal_of[top] = goal
+    bodies = {top: goal_of[top] for top in first.members if top in goal_of}
     return Pairing(first, second, bodies, links, joints, prefix, "AB"[at] if prefix else "", tolerance, steps)
 
 
 def _split(one: Robot, other: Robot) -> frozenset[str]:
-    found = []
-    for joint in one.joints:
-        twin = other.joint_to.get(joint.child)
-        if joint.is_fixed and twin is not None and not twin.is_fixed:
-            elsewhere = twin.name in one.joint and not one.joint[twin.name].is_fixed
-            if twin.parent == joint.parent or (twin.name == joint.name and not elsewhere):
-                found.append(joint.name)
-    return frozenset(found)
+    pairs = [(joint, other.joint_to[joint.child]) for joint in one.joints if joint.child in other.joint_to]
+    pairs = [(joint, twin) for joint, twin in pairs if joint.is_fixed and not twin.is_fixed]
+    return frozenset(joint.name for joint, twin in pairs if joint.parent == twin.parent or joint.name == twin.name)
 
 
 def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bool) -> Iterator[Item]:
@@ -291,16 +269,18 @@ def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bo
             how = [f"{joint.type} on {joint.parent}", joint.name] if joint is not None else ["the root"]
             values = (head, None) if word == REMOVED else (None, head)
             yield Item(NAME, head, "existence", existence(word, what, head, how, names[1:]), *values)
-    for top in pairing.bodies:  # a body may have lost its joint, or have a new one
-        mine, theirs = pairing.pair_of_joints(top)
+    for mine, theirs in map(
+        pairing.pair_of_joints, pairing.bodies
+    ):  # a body may have lost its joint, or have a new one
         joint, word = (mine, REMOVED) if mine is not None else (theirs, NEW)
         if joint is not None and (mine is None or theirs is None):
             text = f"{word}: joint {joint.name} ({joint.type}, {joint.parent} to {joint.child})"
             values = (joint.name, None) if word == REMOVED else (None, joint.name)
             yield Item(JOINT, joint.name, "existence", text, *values)
     # The keys are the names in B without its prefix.
-    for new, old in sorted(pairing.links.items(), key=lambda pair: pairing.a.order[pair[1]]):
-        yield Item(NAME, old, "name", f"link {old} renamed to {new}", old, new)
+    new_names = {old: new for new, old in pairing.links.items()}
+    for old in (name for name in pairing.a.top if name in new_names):
+        yield Item(NAME, old, "name", f"link {old} renamed to {new_names[old]}", old, new_names[old])
     for new, old in pairing.joints.items():
         joint = a.joint.get(old)
         if joint is not None and (fixed_names or not joint.is_fixed):

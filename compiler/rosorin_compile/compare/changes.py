@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rosorin_compile.formats.urdf.write import carriers
 from rosorin_compile.model import Box, Robot
@@ -65,16 +65,10 @@ def find_changes(robot: Robot, pairs: Sequence[Pair]) -> list[Change]:
     groups: dict[Address, list[list[tuple[Pair, Difference, str]]]] = {}
     bodies: list[tuple[Pair, Difference]] = []
     for pair in pairs:
-        own: list[Difference] = []
-        for one in _without_hidden(pair, compare_leaves(pair.old, pair.new, pair.precisions)):
-            is_mass = one.address.quantity in INERTIAL and None not in (one.old, one.new)
-            is_body = one.address.kind == "link" and (one.address.quantity in SHAPES or is_mass)
-            if is_body:
-                bodies.append((pair, one))
-            else:
-                own.append(one)
-        describer = Describer(robot, (pair.old, pair.new), pair.precisions)
-        for one, text in describer.describe(own):
+        found = list(_without_hidden(pair, compare_leaves(pair.old, pair.new, pair.precisions)))
+        own = [one for one in found if not _is_of_body(one)]
+        bodies += [(pair, one) for one in found if _is_of_body(one)]
+        for one, text in Describer(robot, (pair.old, pair.new), pair.precisions).describe(own):
             some = groups.setdefault(one.address, [])
             group = next((group for group in some if _same_change(group[0][:2], (pair, one))), None)
             if group is None:
@@ -101,9 +95,13 @@ def find_changes(robot: Robot, pairs: Sequence[Pair]) -> list[Change]:
         where = place.get(link.split(" ")[0], len(place))
         return (_KINDS.get(change.kind, 3), where, link, quantity, change.quantity, change.text, change.artifacts)
 
-    for at, change in enumerate(changes):
-        changes[at] = change._replace(artifacts=tuple(sorted({*change.artifacts}, key=order.__getitem__)))
+    changes = [one._replace(artifacts=tuple(sorted({*one.artifacts}, key=order.__getitem__))) for one in changes]
     return sorted(changes, key=sort_key)
+
+
+def _is_of_body(one: Difference) -> bool:
+    _, _, quantity = one.address
+    return one.address.kind == "link" and (quantity in SHAPES or (quantity in INERTIAL and None not in one[1:]))
 
 
 def _same_change(one: tuple[Pair, Difference], other: tuple[Pair, Difference]) -> bool:
@@ -111,11 +109,9 @@ def _same_change(one: tuple[Pair, Difference], other: tuple[Pair, Difference]) -
     if not address.quantity and not isinstance(values[0] or values[1], frozenset):
         return (values[0] is None) == (others[0] is None)
     for side in (0, 1):
-        first, second = (
-            {address[:2]: {} if some[side] is None else {address.quantity: some[side]}} for some in (values, others)
-        )
-        known = one[0].precisions[side], other[0].precisions[side]
-        if compare_leaves(first, second, known, NOISE):
+        leaves = ({} if some[side] is None else {address.quantity: some[side]} for some in (values, others))
+        first, second = ({address[:2]: entry} for entry in leaves)
+        if compare_leaves(first, second, (one[0].precisions[side], other[0].precisions[side]), NOISE):
             return False
     return True
 
@@ -150,14 +146,14 @@ def _unexplained(causes: set[str], one: Difference) -> list[Difference]:
         return [one]
     if causes - {"height map", "material"}:
         return []
-    sides: list[Any] = [*one[1:]]
-    for at, side in enumerate(sides):
+    sides = []
+    for side in one[1:]:
         shapes = side.shapes if isinstance(side, Shapes) else ()
         if "height map" in causes:
             shapes = tuple(shape for shape in shapes if not isinstance(shape.geometry, Box))
         if "material" in causes:
             shapes = tuple(replace(shape, rgba=None, texture="", material="") for shape in shapes)
-        sides[at] = Shapes(shapes)
+        sides.append(Shapes(shapes))
     return [Difference(one.address, *sides)]
 
 
@@ -212,8 +208,7 @@ def _same_solids(change: Change, pair: Pair, one: Difference) -> bool:
 def _carried(robot: Robot, pair: Pair, link: str) -> set[str]:
     """Return the links whose shapes a link of an artifact has, now or before."""
     found = {link}
-    for side in (pair.old, pair.new):
-        links = frozenset(links_of(side) & robot.link.keys())
+    for links in (frozenset(links_of(side) & robot.link.keys()) for side in (pair.old, pair.new)):
         if link in links:
             found |= {name for name, (carrier, _) in carriers(robot, links).items() if carrier == link}
     return found & robot.link.keys()

@@ -18,7 +18,7 @@ from .solids import SIZES, Solid, largest_step, match, same_colour, turned_by
 from .walk import Address, Difference, Leaves, Shapes, known_inertia, same_turn
 
 MOVING = (*MOVING_TYPES, *SEVERAL_COORDINATES)
-# Units of numbers by the last words of their quantity: of a joint that turns, of one that slides.
+# Units of numbers by the last words of their quantity (the first entry that fits): of a joint that turns or slides.
 _POSITION = ("rad", "m")
 _UNITS = {
     "damping": ("N*m*s/rad", "N*s/m"),
@@ -28,12 +28,13 @@ _UNITS = {
     "kp": ("N*m/rad", "N/m"),
     "kv": ("N*m*s/rad", "N*s/m"),
     "effort": ("N*m", "N"),
-    "velocity": ("rad/s", "m/s"),
     "k position": ("1/s", "1/s"),
     "k velocity": ("N*m*s/rad", "N*s/m"),
+    "velocity": ("rad/s", "m/s"),
     **dict.fromkeys(("lower", "upper", "offset", "rising", "falling", "spring reference"), _POSITION),
     **dict.fromkeys(("reference position", "soft lower limit", "soft upper limit"), _POSITION),
 }
+_OTHER_UNITS = {"rad per pulse": "rad", "radius": "m", "mass": "kg"}
 
 
 class Describer(NamedTuple):
@@ -80,15 +81,16 @@ class Describer(NamedTuple):
             if quantity == "axis":
                 return sentences.axis_change(name, old, new)
             if quantity == "centre of mass":
-                return sentences.centre_change(name, old, new, self._known("xyz", old, new) + self.tolerance)
+                distance, least = math.dist(old, new), self._known("xyz", old, new) + self.tolerance
+                steps = sentences.coordinates(Pose(old), Pose(new), (distance, 0.0), (least, 0.0))
+                return f"{name} centre of mass moved {amount(distance, 'm')}: {steps.removeprefix('origin ')}"
             if quantity == "inertia":
                 least = known_inertia(old, new, self.precisions, self.tolerance)
                 return sentences.inertia_change(name, old, new, least)
             if quantity == "heights":
                 return sentences.cells_change(name, old, new, self.tolerance)
-        if quantity == "rgba":
-            return sentences.value_change(f"{kind} {name} colour", old, new)
-        subject = f"pose {name}: {quantity}" if kind == "pose" else f"{kind} {name} {quantity}".rstrip()
+        word = "colour" if quantity == "rgba" else quantity
+        subject = f"pose {name}: {word}" if kind == "pose" else f"{kind} {name} {word}"
         if kind == "frame" and quantity in ("publisher", "topic"):
             subject = f"{name}: {'published by' if quantity == 'publisher' else quantity}"
         elif kind in ("frame", "joint", "link") or kind == name:
@@ -103,17 +105,14 @@ class Describer(NamedTuple):
     def _unit(self, address: Address, value: Any) -> str:
         kind, name, quantity = address
         joint = self.robot.joint.get(name if kind == "joint" else quantity)
-        if not sentences.is_number(value) or (kind == "pose" and joint is None):
+        if not sentences.is_number(value):
             return ""
         if kind == "joint":
-            words = quantity.split(" ")
-            ends = (" ".join(words[at:]) for at in range(len(words)))
-            units = next((_UNITS[end] for end in ends if end in _UNITS), ("", ""))
+            units = next((_UNITS[end] for end in _UNITS if f" {quantity}".endswith(f" {end}")), ("", ""))
             return units[joint is not None and joint.type == "prismatic"]
-        if kind == "pose" and joint is not None:
-            return joint.unit
-        usual = "m" if kind == "height map" else ""
-        return {"rad per pulse": "rad", "radius": "m", "mass": "kg"}.get(quantity, usual)
+        if kind == "pose":
+            return joint.unit if joint is not None else ""
+        return _OTHER_UNITS.get(quantity, "m" if kind == "height map" else "")
 
     def _mimic(self, joint: str, side: int) -> str:
         of = self.sides[side].get(("joint", joint), {})
@@ -121,24 +120,22 @@ class Describer(NamedTuple):
         return f"{leader} * {sentences.number(factor)} + {sentences.number(offset)}" if leader else "nothing"
 
     def _placed(self, frame: str, old: Pose, new: Pose) -> str:
-        known = self._known("xyz", old.xyz, new.xyz), self._known("rpy", old.rpy, new.rpy)
         turned = not same_turn(old.rpy, new.rpy, self.precisions, self.tolerance)
-        least = self.tolerance + ROOT_THREE * known[0]
+        least = self.tolerance + ROOT_THREE * self._known("xyz", old.xyz, new.xyz)
         moved = any(abs(a - b) > least for a, b in zip(old.xyz, new.xyz, strict=True))
         distance = math.dist(old.xyz, new.xyz) if moved or not turned else 0.0
         angle = old.transform().angle_to(new.transform()) if turned else 0.0
-        parents = [str(side.get(("frame", frame), {}).get("parent", "")) for side in self.sides]
-        small = max(NOISE, least / ROOT_THREE), max(NOISE, self.tolerance / TURNS + known[1])
+        before, after = (str(side.get(("frame", frame), {}).get("parent", "")) for side in self.sides)
+        small = max(NOISE, least / ROOT_THREE), self.tolerance / TURNS + self._known("rpy", old.rpy, new.rpy)
         poses = Pose(old.xyz, sentences.near_angles(old.rpy, new.rpy)), new
-        return sentences.describe_move(frame, (parents[0], parents[1]), poses, (distance, angle), least=small)
+        return sentences.describe_move(frame, (before, after), poses, (distance, angle), least=small)
 
 
 def describe_attachment(robot: Robot, name: str, word: str, sides: Sequence[Leaves]) -> str:
     """Return that a link or a frame is new or removed, and how several artifacts attach it."""
     frames = [side.get(("frame", name), {}) for side in sides]
-    joints = [(side, joint_of(side, name)) for side in sides]
-    kinds = [(side.get(("joint", joint), {}).get("type", ""), joint) for side, joint in joints if joint]
-    kind, joint = next(((kind, joint) for kind, joint in kinds if kind in MOVING), ("", ""))
+    joints = [(side["joint", joint].get("type", ""), joint) for side in sides if (joint := joint_of(side, name))]
+    kind, joint = next((one for one in joints if one[0] in MOVING), ("", ""))
     parent = next(filter(None, (frame.get("parent") for frame in frames)), "")
     nodes = (of.get("publisher", "") for of in frames if "topic" in of or of.get("publisher", "").startswith("nobody"))
     publisher = next(filter(None, nodes), "")
@@ -208,14 +205,13 @@ def shapes_change(
 
 def pair_by_place(old: Sequence[Solid], new: Sequence[Solid]) -> list[tuple[int, int]]:
     """Match a few old and new solids by their places: in their order, unless others are more similar."""
-    rated = sorted((_unlike(one, other), i, j) for i, one in enumerate(old) for j, other in enumerate(new))
+    costs = {(i, j): _unlike(one, other) for i, one in enumerate(old) for j, other in enumerate(new)}
     found: dict[int, int] = {}
-    for _, i, j in rated:
+    for i, j in sorted(costs, key=lambda pair: (costs[pair], pair)):
         if i not in found and j not in found.values():
             found[i] = j
     ordered = {index: index for index in range(len(old))} if len(old) == len(new) else found
-    costs = [sum(_unlike(old[i], new[j])[0] for i, j in pairs.items()) for pairs in (ordered, found)]
-    return sorted((ordered if costs[0] <= costs[1] else found).items())
+    return sorted(min(ordered, found, key=lambda pairs: sum(costs[pair][0] for pair in pairs.items())).items())
 
 
 def _unlike(one: Solid, other: Solid) -> tuple[int, float]:
@@ -240,8 +236,8 @@ def _words(start: str, one: Solid, other: Solid) -> Iterator[str]:
 
 def _numbers(start: str, one: Solid, other: Solid) -> str:
     """Describe how the kind, size and place of a solid changed; empty if only its words changed."""
-    known = join_errors(one.tolerance, other.tolerance), join_errors(one.turn_tolerance, other.turn_tolerance)
-    parts = _parts(one, other, (NOISE + known[0], NOISE + known[1]))
+    length, turn = join_errors(one.tolerance, other.tolerance), join_errors(one.turn_tolerance, other.turn_tolerance)
+    parts = _parts(one, other, (NOISE + length, NOISE + turn))
     if not parts and (one.words, one.rgba) == (other.words, other.rgba):
         parts = _parts(one, other, (0.0, 0.0))
     kind = f" {one.kind}" if one.kind == other.kind else ""
@@ -250,24 +246,22 @@ def _numbers(start: str, one: Solid, other: Solid) -> str:
 
 def _parts(one: Solid, other: Solid, least: sentences.Apart) -> list[str]:
     """Describe how the kind, size and place of a solid changed; differences up to ``least`` do not count."""
-    parts = []
-    boxes = [solid.box for solid in (one, other)]
     if one.kind != other.kind:
-        parts.append(f"{_sized(one)} -> {_sized(other)}")
-    elif one.kind == "mesh":
-        if one.sizes != other.sizes:
-            parts.append(f"scale {sentences.row(one.sizes)} -> {sentences.row(other.sizes)}")
-    else:
-        names, values = list(SIZES[one.kind]), [one.sizes, other.sizes]
-        if boxes[0] and boxes[1]:
-            names = [f"{end} {axis}" for end in ("min", "max") for axis in sentences.AXES]
-            values = [(*box.lower, *box.upper) for box in boxes if box]
-        steps = [(name, a, b) for name, a, b in zip(names, *values, strict=True) if abs(b - a) > least[0]]
-        texts = [f"{name} {' -> '.join(sentences.number_pair(a, b))} m" for name, a, b in steps]
-        by = sentences.step(steps[0][2] - steps[0][1], steps[0][1], "m") if len(steps) == 1 else ""
-        parts += [sentences.with_remark(", ".join(texts), by)] if texts else []
-    # The corners of an axis-aligned box give its position.
-    return parts if boxes[0] and boxes[1] else parts + _place(one, other, least)
+        return [f"{_sized(one)} -> {_sized(other)}", *_place(one, other, least)]
+    if one.kind == "mesh":
+        scale = (
+            [f"scale {sentences.row(one.sizes)} -> {sentences.row(other.sizes)}"] if one.sizes != other.sizes else []
+        )
+        return [*scale, *_place(one, other, least)]
+    names, values, boxes = list(SIZES[one.kind]), [one.sizes, other.sizes], [one.box, other.box]
+    if all(boxes):  # the corners of an axis-aligned box give its position
+        names = [f"{end} {axis}" for end in ("min", "max") for axis in sentences.AXES]
+        values = [(*box.lower, *box.upper) for box in boxes if box]
+    steps = [(name, a, b) for name, a, b in zip(names, *values, strict=True) if abs(b - a) > least[0]]
+    texts = [f"{name} {' -> '.join(sentences.number_pair(a, b))} m" for name, a, b in steps]
+    by = sentences.step(steps[0][2] - steps[0][1], steps[0][1], "m") if len(steps) == 1 else ""
+    parts = [sentences.with_remark(", ".join(texts), by)] if texts else []
+    return parts if all(boxes) else parts + _place(one, other, least)
 
 
 def _sized(solid: Solid) -> str:

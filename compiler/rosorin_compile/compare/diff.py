@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 from rosorin_compile.formats.urdf.write import carriers, inertials_at
@@ -45,19 +46,18 @@ def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefi
         cut = sum(name.startswith(pairing.prefix) for name in names)
         some = "" if cut == len(names) else f"{cut} of {len(names)} of "
         report.notes.append(f'{some}the names of {pairing.prefixed} begin with "{pairing.prefix}"')
-    frames = compare_frames(pairing, report)
-    topics = compare_sections(pairing, (a, b), frames.flipped, report)
+    origins, flipped = compare_frames(pairing, report)
+    topics = compare_sections(pairing, (a, b), flipped, report)
     if "mass" not in topics:
-        _compare_masses(pairing, frames.origins, report)
+        _compare_masses(pairing, origins, report)
     for purpose in [purpose for purpose in ("collision", "visual") if purpose not in topics]:
-        compare_shapes(pairing, (a, b), frames.origins, purpose, report)
+        compare_shapes(pairing, (a, b), origins, purpose, report)
     report.items.extend(compare_names(pairing, missing, "fixed joint name" not in topics))
     if a.robot.name != b.robot.name and a.format.names_robot and b.format.names_robot:
         report.notes.append(f"the robot is called {a.robot.name} in A, {b.robot.name} in B")
-    order = {name: index for index, name in enumerate([*pairing.a.order, *pairing.b.order])}
-    for bodies in (pairing.b, pairing.a):
-        order |= {joint.name: order[joint.child] for joint in bodies.robot.joints if joint.name not in bodies.order}
-    order |= pairing.a.order
+    order = {name: index for index, name in enumerate({**pairing.a.top, **pairing.b.top})}
+    for joint in (*pairing.a.robot.joints, *pairing.b.robot.joints):
+        order.setdefault(joint.name, order[joint.child])
     items = sorted(report.items, key=lambda item: (KINDS.index(item.kind), order.get(item.name, len(order))))
     return Difference(a, b, tuple(items), tuple(report.notes), tuple(report.not_compared), tolerance)
 
@@ -70,9 +70,8 @@ def pair_sides(a: Side, b: Side, tolerance: float, prefix: str | None) -> Pairin
         if other.format.names is not None and output is not None:  # a description defines the link names of an artifact
             names = other.format.names(output)
             free = {new: old for new, old in names.items() if old not in other.robot.link}
-            sides = [a, b]
-            sides[at] = other._replace(robot=renamed_robot(other.robot, free, {}))
-            pairing = pair(sides[0], sides[1], tolerance, prefix)
+            other = other._replace(robot=renamed_robot(other.robot, free, {}))
+            pairing = pair(a, other, tolerance, prefix) if at else pair(other, b, tolerance, prefix)
             pairing.steps[at].insert(0, (free, {}))
             return pairing
     return pair(_carrying(a, b), _carrying(b, a), tolerance, prefix)
@@ -80,13 +79,10 @@ def pair_sides(a: Side, b: Side, tolerance: float, prefix: str | None) -> Pairin
 
 def _without_made_visuals(side: Side, other: Side) -> Side:
     """Return a robot without the visuals that an output made of collision shapes, where the other one has none."""
-    links = tuple(
-        replace(link, visual=())
-        if link.name in other.robot.link and not other.robot.link[link.name].visual and shows_collision(link)
-        else link
-        for link in side.robot.links
-    )
-    return side if links == side.robot.links else side._replace(robot=replace(side.robot, links=links))
+    bare = {link.name for link in other.robot.links if not link.visual}
+    made = {link.name for link in side.robot.links if link.name in bare and shows_collision(link)}
+    links = tuple(replace(link, visual=()) if link.name in made else link for link in side.robot.links)
+    return side._replace(robot=replace(side.robot, links=links)) if made else side
 
 
 def _carrying(side: Side, other: Side) -> Side:
@@ -95,19 +91,16 @@ def _carrying(side: Side, other: Side) -> Side:
     Links that are fixed together are compared as a whole in any case; this is for links that a joint moves.
     """
     robot, leaves_out = side.robot, other.format.leaves_out
-    carried = {name for name in robot.link if name in other.robot.link}
+    carried = frozenset(robot.link.keys() & other.robot.link.keys())
     if side.format is not YAML or leaves_out is None or not carried or len(carried) == len(robot.links):
         return side
-    found = carriers(robot, frozenset(carried)).items()
-    gone = [name for name, (carrier, _) in found if robot.moves_between(name, carrier)]
-    if not gone or not all(leaves_out(robot, name) for name in gone):
-        return side
-    try:
-        masses = inertials_at(robot, robot.link.keys() - set(gone))
-    except ValueError:
-        return side
-    links = tuple(replace(link, inertial=masses.get(link.name)) for link in robot.links)
-    return side._replace(robot=replace(robot, links=links))
+    gone = {name for name, (carrier, _) in carriers(robot, carried).items() if robot.moves_between(name, carrier)}
+    if gone and all(leaves_out(robot, name) for name in gone):
+        with suppress(ValueError):
+            masses = inertials_at(robot, robot.link.keys() - gone)
+            links = tuple(replace(link, inertial=masses.get(link.name)) for link in robot.links)
+            return side._replace(robot=replace(robot, links=links))
+    return side
 
 
 def not_carried(pairing: Pairing, a: Side, b: Side) -> tuple[frozenset[str], list[str]]:
@@ -158,30 +151,25 @@ def _compare_masses(pairing: Pairing, origins: Mapping[str, str], report: Report
                 report.notes.append(text)
                 found |= dict.fromkeys(differing, ())
     describer = Describer(pairing.a.robot, ({}, {}), precisions, pairing.tolerance)
+    units = {"mass": "kg", "inertia": "kg*m^2", "centre of mass": "m"}
     for name in pairing.shared:
         for ((_, _, quantity), old, new), text in describer.describe(found[name]):
-            if quantity == "mass":
-                item = Item(MASS, name, quantity, text, old, new, "kg")
-            elif quantity == "inertia":
-                item = Item(MASS, name, quantity, text, row(old), row(new), "kg*m^2")
-            else:
-                item = Item(MASS, name, quantity, text, row(old), row(new), "m", math.dist(old, new))
-            report.items.append(item)
+            before, after = (old, new) if quantity == "mass" else (row(old), row(new))
+            distance = math.dist(old, new) if quantity == "centre of mass" else None
+            report.items.append(Item(MASS, name, quantity, text, before, after, units[quantity], distance))
 
 
 def _whole(bodies: Bodies, names: Sequence[str], frame: str) -> tuple[Inertial | None, Precision]:
     """Return the inertial of the links of a body in one of its frames, and how well it is known."""
     links = [(inertial, name) for name in names if (inertial := bodies.robot.link[name].inertial) is not None]
     parts = [(inertial, bodies.relative(frame, name)) for inertial, name in links]
-    if not parts or not any(inertial.mass for inertial, _ in parts):
+    if not any(inertial.mass for inertial, _ in parts):
         return None, bodies.precision
     whole = together([(inertial, place.transform) for inertial, place in parts])
     centres = [place.transform.apply(inertial.pose.xyz) for inertial, place in parts]
     reach = max(math.dist(centre, whole.pose.xyz) for centre in centres)
     length = max(place.length + bodies.precision("xyz", *one.pose.xyz) for one, place in parts)
     masses = math.fsum(bodies.precision("mass", one.mass) for one, _ in parts)
-    spread = {
-        "xyz": length + reach * masses / abs(whole.mass or 1.0),
-        "ixx": masses * reach**2 + 4 * abs(whole.mass) * reach * length,
-    }
+    xyz, ixx = reach * masses / abs(whole.mass or 1.0), masses * reach**2 + 4 * abs(whole.mass) * reach * length
+    spread = {"xyz": length + xyz, "ixx": ixx}
     return whole, lambda key, *values: len(parts) * bodies.precision(key, *values) + spread.get(key, 0.0)

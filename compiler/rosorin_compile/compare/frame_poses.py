@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 from rosorin_compile.model import Joint, Limit, Pose
 from rosorin_compile.model.geometry import pose_of
@@ -24,26 +23,21 @@ from .sentences import axis_change, describe_move, far, near_angles, number, row
 _LEAST = 1e-6  # rad, m: no difference of limits
 
 
-class Frames(NamedTuple):
-    """What the comparison of other things builds on."""
+def compare_frames(pairing: Pairing, report: Report) -> tuple[Mapping[str, str], Mapping[str, bool]]:
+    """Report which frames moved, by how much, and at which positions of the joints.
 
-    origins: Mapping[str, str]  # frames of bodies of A in which shapes and masses are compared
-    flipped: Mapping[str, bool]  # joints with the opposite sign: whether their limits have it, too
-
-
-def compare_frames(pairing: Pairing, report: Report) -> Frames:
-    """Report which frames moved, by how much, and at which positions of the joints."""
+    Return the frames of bodies of A in which shapes and masses are compared, and the joints with the opposite sign in
+    B, each with whether their limits have it, too.
+    """
     work = _Frames(pairing, report.items)
     for index, top in enumerate(pairing.bodies):
         Progress.step("comparing frames", index, len(pairing.bodies))
         work.body(top)
     report.items.extend(_elsewhere(pairing))
-    return Frames({top: clusters[0][0] for top, clusters in work.clusters.items()}, work.flipped)
+    return {top: clusters[0][0] for top, clusters in work.clusters.items()}, work.flipped
 
 
 class _Frames:
-    """Goes through the bodies of A from the root down; collects what differs."""
-
     def __init__(self, pairing: Pairing, items: list[Item]) -> None:
         self.pairing = pairing
         self.a, self.b = pairing.a, pairing.b
@@ -85,16 +79,13 @@ class _Frames:
         for name in names:
             joint = self.a.robot.joint_to.get(name)
             # A pose in the parent is known best: the rounding of poses further away must not hide a difference.
-            near = next((cluster for cluster in found if joint is not None and joint.parent in cluster), [])
-            if near and joint is not None and self._gap(joint.parent, name).closed:
-                near.append(name)
-                continue
-            others = (cluster for cluster in found if cluster is not near)
-            home = next((cluster for cluster in others if self._gap(cluster[0], name).closed), None)
+            parent = joint.parent if joint is not None else ""
+            heads = [(cluster, parent if parent in cluster else cluster[0]) for cluster in found]
+            heads.sort(key=lambda head: head[1] != parent)
+            home = next((cluster for cluster, head in heads if self._gap(head, name).closed), None)
             if home is None:
-                found.append([name])
-            else:
-                home.append(name)
+                found.append(home := [])
+            home.append(name)
         return sorted(found, key=lambda cluster: (self.a.robot.root not in cluster, -len(cluster)))
 
     def _gap(self, source: str, target: str) -> Gap:
@@ -102,19 +93,16 @@ class _Frames:
 
     def _in_place(self, clusters: list[list[str]], top: str, flipped: Collection[str]) -> list[list[str]]:
         """Return the clusters in their place in the body above, or in one further up if that body moved itself."""
-        joint, upper = self.a.robot.joint_to[top], self.a.parent_of(top)
-        goals = [joint.child if joint.child in cluster else cluster[0] for cluster in clusters]
-        while upper is not None:
-            if upper in self.clusters:
-                ends = [joint.parent if joint.parent in some else some[0] for some in self.clusters[upper]]
-                found = [
-                    cluster
-                    for cluster, goal in zip(clusters, goals, strict=True)
-                    if any(same_motion(self.a, self.b, end, goal, self.pairing.tolerance, flipped) for end in ends)
-                ]
-                if found or upper not in self.moved:
-                    return found
-            upper = self.a.parent_of(upper)
+        joint = self.a.robot.joint_to[top]
+        for upper in (body for body in self.a.above(top) if body in self.clusters):
+            ends = [joint.parent if joint.parent in some else some[0] for some in self.clusters[upper]]
+            found = []
+            for cluster in clusters:
+                goal = joint.child if joint.child in cluster else cluster[0]
+                if any(same_motion(self.a, self.b, end, goal, self.pairing.tolerance, flipped) for end in ends):
+                    found.append(cluster)
+            if found or upper not in self.moved:
+                return found
         return []
 
     def _flip(self, joint: Joint, twin: Joint, clusters: list[list[str]], top: str) -> None:
@@ -158,30 +146,20 @@ class _Frames:
 
     def _above_in_both(self, joint: Joint, target: str) -> str:
         """Return the nearest link above a joint that B has above the same frame, too; empty if there is none."""
-        body: str | None = self.a.top[joint.parent]
-        while body is not None:
+        for body in self.a.above(joint.child):
             for name in (joint.parent, *self.a.members[body]):
-                top = self.b.top.get(name)
-                if top is not None and self.b.joints_between(top, self.b.top[target]):
+                if name in self.b.top and self.b.joints_between(self.b.top[name], self.b.top[target]):
                     return name
-            body = self.a.parent_of(body)
         return ""
 
     def _with_effect(self, item: Item, joint: Joint, twin: Joint, source: str) -> Item:
         """Add to a change of an axis how far it moves the links below the joint, and where that is largest."""
-        below = [
-            name
-            for name in self.pairing.shared
-            if all(
-                joint.name in {one.name for one in side.joints_between(side.top[source], side.top[name]) or []}
-                for side in (self.a, self.b)
-            )
-        ]
+        # Every joint moves on its own.
+        joints = [tuple(replace(each, mimic=None) for each in side.robot.joints) for side in (self.a, self.b)]
+        robots = [replace(side.robot, joints=some) for side, some in zip((self.a, self.b), joints, strict=True)]
+        trees = [robot.subtree(robot.joint[joint.name].child) for robot in robots]
+        below = [name for name in self.pairing.shared if all(name in tree for tree in trees)]
         worst, at, frame, angle = 0.0, 0.0, "", 0.0
-        robots = [  # every joint moves on its own
-            replace(side.robot, joints=tuple(replace(each, mimic=None) for each in side.robot.joints))
-            for side in (self.a, self.b)
-        ]
         for position in positions_of(joint, twin):
             poses = [robot.poses_in_root({joint.name: position}) for robot in robots]
             back = [places[source].inverse() for places in poses]
@@ -204,17 +182,13 @@ class _Frames:
         others: Sequence[str] = (),
     ) -> None:
         """Report that a frame has moved, if it has; ``others`` are frames that moved with it."""
-        apart = gap(*places, self.pairing.tolerance)
-        if apart.closed:
-            return
-        old, new = pose_of(places[0].transform), pose_of(places[1].transform)
-        distance = apart.distance if apart.distance > apart.length_tolerance else 0.0
-        angle = apart.angle if apart.angle > apart.angle_tolerance else 0.0
-        near = Pose(old.xyz, near_angles(old.rpy, new.rpy)), new
-        least = apart.length_tolerance, apart.angle_tolerance
-        text = describe_move(frame, sources, near, (distance, angle), others, least)
-        values = text_of(old), text_of(new)
-        self.items.append(Item(kind, name, "origin", text, *values, "", distance, angle, "always"))
+        distance, angle, least = apart = gap(*places, self.pairing.tolerance)
+        if not apart.closed:
+            old, new = pose_of(places[0].transform), pose_of(places[1].transform)
+            near = Pose(old.xyz, near_angles(old.rpy, new.rpy)), new
+            text = describe_move(frame, sources, near, (distance, angle), others, least)
+            values = text_of(old), text_of(new)
+            self.items.append(Item(kind, name, "origin", text, *values, "", distance, angle, "always"))
 
 
 def _elsewhere(pairing: Pairing) -> Iterator[Item]:

@@ -134,13 +134,10 @@ def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str,
         if not remark and artifact.output not in explained:
             remark = format.differ(old, new) if format.differ is not None else ""
             if not remark and format.read is not None:
-                same = False  # except for white space, comments and the spelling of numbers
-                with suppress(ValueError, SyntaxError):
-                    same = format.syntax is not None and bool(format.syntax(old) == format.syntax(new))
-                remark = "same meaning, different text"
-                if not same:
-                    where = _first_difference(old, new)
-                    remark = f"different text; nothing that is compared by meaning differs: {where}"
+                remark = f"different text; nothing that is compared by meaning differs: {_first_difference(old, new)}"
+                with suppress(ValueError, SyntaxError):  # equal except for white space, comments and forms of numbers
+                    if format.syntax is not None and format.syntax(old) == format.syntax(new):
+                        remark = "same meaning, different text"
         is_large = not format.shown and max(len(old), len(new)) > _LARGEST_PICTURE
         lines = () if is_large else _unified(artifact.file, old, new)
         texts.append(TextDifference(artifact.file, CHANGED, remark, lines, format.shown))
@@ -206,12 +203,11 @@ def compare_committed(
     present = [] if meshes.keys() - committed.keys() else [one for one in compiled.artifacts if one.file in committed]
     files = {name: data for name, data in committed.items() if name not in meshes}
     comparison = compare(compiled.robot, compiled.artifacts, files)
-    changed = []
-    for name in (name for name, data in meshes.items() if data != committed.get(name)):
-        what = "another file than the mesh is" if name in committed else "missing"
-        changed.append((name, f"{what}; rosorin-compile all writes it"))
+    whats = {True: "another file than the mesh is", False: "missing"}
+    wrong = [name for name, data in meshes.items() if data != committed.get(name)]
+    changed = tuple((name, f"{whats[name in committed]}; rosorin-compile all writes it") for name in wrong)
     edited = _edited(present, committed) if comparison.changes else ()
-    return Committed(comparison, committed, tuple(changed), load_all(present, folder, load), folder, edited)
+    return Committed(comparison, committed, changed, load_all(present, folder, load), folder, edited)
 
 
 def _edited(artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> tuple[Artifact, ...]:
@@ -221,27 +217,28 @@ def _edited(artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> tu
     """
 
     def content(artifact: Artifact, text: str) -> tuple[Leaves, Precision]:
-        read = FORMATS[artifact.backend].read
+        read, found = FORMATS[artifact.backend].read, Leaves()
         with suppress(ValueError, TypeError, OverflowError):
-            return leaves(read(text)) if read is not None else {}, printed_precision(text)
-        return {}, printed_precision(text)
+            found = leaves(read(text)) if read is not None else found
+        return found, printed_precision(text)
 
     def differing(one: tuple[Leaves, Precision], other: tuple[Leaves, Precision], tolerance: float) -> set[Address]:
         return {found.address for found in compare_leaves(one[0], other[0], (one[1], other[1]), tolerance)}
 
     texts = {one.output: committed[one.file].decode("utf-8", "replace") for one in artifacts}
     current = [content(one, one.text) for one in artifacts if texts[one.output] == one.text]
-    edited = []
-    for artifact in (one for one in artifacts if texts[one.output] != one.text):
+
+    def is_edited(artifact: Artifact) -> bool:
         old, new = content(artifact, texts[artifact.output]), content(artifact, artifact.text)
         changed = differing(old, new, NOISE)
         for other in current:
             sides = [found for found, _ in (old, new, other)]
             shared = {a for a in changed if all(a.quantity in side.get(a[:2], {}) for side in sides)}
             if shared & (differing(old, other, POSE_NOISE) - differing(new, other, POSE_NOISE)):
-                edited.append(artifact)
-                break
-    return tuple(edited)
+                return True
+        return False
+
+    return tuple(one for one in artifacts if texts[one.output] != one.text and is_edited(one))
 
 
 def load_all(artifacts: Sequence[Artifact], folder: Path, load: Callable[[], Case | None]) -> list[Diagnostic]:

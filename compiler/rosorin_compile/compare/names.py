@@ -32,17 +32,15 @@ def new_link_names(old: Leaves, new: Leaves) -> dict[str, str]:
     before, after = links_of(old), links_of(new)
     gone, fresh = before - after, after - before
     found: dict[str, str] = {}
-    again = bool(gone and fresh)
-    while again:
-        again = False
-        for sign in ("joint", "child", "place"):
-            was, now = _signs(old, gone, sign, found), _signs(new, fresh, sign, found)
-            made = {link: now[key] for key, link in was.items() if key in now and link not in found}
-            made = {link: name for link, name in made.items() if name not in found.values()}
-            if made:
-                found |= made
-                again = True
-                break
+    signs = ["joint", "child", "place"] if gone and fresh else []
+    waiting = list(signs)
+    while waiting:  # each name that is found may lead to others
+        sign = waiting.pop(0)
+        was, now = _signs(old, gone, sign, found), _signs(new, fresh, sign, found)
+        made = {link: now[key] for key, link in was.items() if key in now and link not in found}
+        made = {link: name for link, name in made.items() if name not in found.values()}
+        found |= made
+        waiting = list(signs) if made else waiting
     return found
 
 
@@ -70,22 +68,14 @@ def _signs(side: Leaves, links: Collection[str], sign: str, renamed: Names) -> d
 
 def new_joint_names(old: Leaves, new: Leaves) -> dict[str, str]:
     """Return the new names of joints by their old names: joints that place the same link."""
-    before, after = (
-        {of["child"]: name for (kind, name), of in side.items() if kind == "joint" and "child" in of}
-        for side in (old, new)
-    )
+    joints = [[(name, of) for (kind, name), of in side.items() if kind == "joint"] for side in (old, new)]
+    before, after = ({of["child"]: name for name, of in some if "child" in of} for some in joints)
     found = {name: after[child] for child, name in before.items() if after.get(child, name) != name}
     # A joint that moves may place another link now, because its link is gone.
     kept = {before[child] for child in before.keys() - after} | {after[child] for child in after.keys() - before}
-    return {
-        name: new_name
-        for name, new_name in found.items()
-        if kept.isdisjoint((name, new_name)) or _is_fixed(old, name) == _is_fixed(new, new_name)
-    }
-
-
-def _is_fixed(side: Leaves, joint: str) -> bool:
-    return side["joint", joint].get("type") == "fixed"
+    fixed = [{name for name, of in some if of.get("type") == "fixed"} for some in joints]
+    unlike = {name for name, other in found.items() if (name in fixed[0]) != (other in fixed[1])}
+    return {name: other for name, other in found.items() if name not in unlike or kept.isdisjoint((name, other))}
 
 
 def with_names(found: Leaves, names: Names, what: str, new: Leaves) -> Leaves:

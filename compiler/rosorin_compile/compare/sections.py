@@ -55,6 +55,12 @@ _ALWAYS = {
     "frame": ("", "parent", "origin"),
     "robot": ("",),
 }
+# The topic of some quantities of a kind of things, and that of its others.
+_QUANTITIES = {
+    "robot": (("modes",), "mode", "simulation"),
+    "material": (("rgba", "texture"), "", "simulation"),
+    "height map": (("", "heights", "cell", "origin"), "collision", ONE_BOX),
+}
 # Topics that a writer leaves out entirely, by an option or by design.
 _WHOLE = ("mass", "collision", "visual", "effort", "velocity", "dynamics", "armature", "actuator", "pose", "servo")
 _OF_DESCRIPTIONS = ("", "planning", "mode")  # topics that are only compared between robots of the same format
@@ -111,23 +117,21 @@ def _leaves(robot: Robot, lacking: frozenset[str], sides: tuple[Side, Side]) -> 
     if robot.drive is not None and not robot.drive.frame:
         robot = replace(robot, drive=replace(robot.drive, frame=robot.root))
     found = leaves(replace(robot, name="", source=Robot("", (), ()).source))
-    drive = found.get(("drive", "drive"), {})
-    for quantity in [*drive]:
-        drive[quantity.removeprefix("joints ")] = drive.pop(quantity)
-    if robot.root_in_world is not None:
-        root = robot.root_in_world
-        words = {field.name.replace("_", " "): getattr(root, field.name) for field in fields(root)}
-        found["root in simulation", "root in simulation"] = words
+    if robot.drive is not None:
+        drive = found["drive", "drive"]
+        found["drive", "drive"] = {quantity.removeprefix("joints "): value for quantity, value in drive.items()}
+    root = robot.root_in_world
+    words = {field.name.replace("_", " "): getattr(root, field.name) for field in fields(root)}
+    found["root in simulation", "root in simulation"] = words
     for group in robot.servos:
         found.pop(("servo", group.name))
-        entry = found["servo of", group.joints[0] if group.joints else group.name] = {
-            "rad per pulse": group.rad_per_pulse * (-1.0 if group.flipped else 1.0),
-            "zero pulse": float(group.zero_pulse),
-        }
+        step, zero = group.rad_per_pulse * (-1.0 if group.flipped else 1.0), float(group.zero_pulse)
+        entry: dict[str, Any] = {"rad per pulse": step, "zero pulse": zero}
         if sides[0].format is YAML is sides[1].format:
             lowest, highest = map(float, group.pulse_range)
             entry |= {"group": group.name, "lowest pulse": lowest, "highest pulse": highest}
             entry["joints"] = group.joints[1:]
+        found["servo of", group.joints[0] if group.joints else group.name] = entry
     return found
 
 
@@ -140,20 +144,16 @@ def _topic(thing: tuple[str, str], quantity: str, robot: Robot) -> str | None:
         return None
     if kind in ("joint", "link", "robot") and quantity.startswith("element"):
         return "urdf_elements"
-    if kind == "robot":
-        return "mode" if quantity == "modes" else "simulation"
-    if kind == "material":
-        return "" if quantity in ("rgba", "texture") else "simulation"
-    if kind == "height map":
-        return "collision" if quantity in ("", "heights", "cell", "origin") else ONE_BOX
+    if kind in _QUANTITIES:
+        quantities, topic, other = _QUANTITIES[kind]
+        return topic if quantity in quantities else other
     if kind == "pose" and quantity and quantity not in robot.joint:
         return "simulation"
-    found = (topic for topic, (_, _, of, *words) in _TOPICS.items() if of == kind and quantity.startswith(tuple(words)))
     if kind in _words_of_packages():
         return kind
-    known = sections()
-    of_section = (known[name].topic or "" for name, word in section_words().items() if word == kind and name in known)
-    return next(found, next(of_section, "simulation"))
+    found = [topic for topic, (_, _, of, *words) in _TOPICS.items() if of == kind and quantity.startswith(tuple(words))]
+    found += [sections()[name].topic or "" for name, word in section_words().items() if word == kind]
+    return [*found, "simulation"][0]
 
 
 @cache
@@ -204,10 +204,9 @@ def _not_compared(
 def _without_topics(found: Leaves, topics: frozenset[str], robot: Robot) -> None:
     """Remove leaves that are not compared here: unsupported topics, masses, shapes and elements for URDF."""
     for thing in [*found]:
-        kind, name = thing
-        entry = found[thing]
+        kind, entry = thing[0], found[thing]
         is_name_only = not entry  # such as a contact layer
-        of = {quantity: _topic((kind, name), quantity, robot) for quantity in entry or ("",)}
+        of = {quantity: _topic(thing, quantity, robot) for quantity in entry or ("",)}
         for quantity, topic in of.items():
             if topic in topics or (topic in _ELSEWHERE and kind != "height map"):
                 entry.pop(quantity, None)
@@ -242,8 +241,8 @@ def _reduce(
         gone = keys - {"kind"}
     elif kind == "pose":  # a joint that no pose names is at zero, a follower where its leader puts it
         both = robots[0].joint.keys() & robots[1].joint.keys()
-        own = robots[0].joint.keys() | robots[1].joint.keys()
-        gone = keys & (own - both) | {word for word in keys & both if any(robot.joint[word].mimic for robot in robots)}
+        gone = keys & (robots[0].joint.keys() ^ robots[1].joint.keys())
+        gone |= {word for word in keys & both if any(robot.joint[word].mimic for robot in robots)}
         for entry in entries:
             entry.update({joint: entry.get(joint, 0.0) for joint in keys & both})
     for entry in entries:
@@ -253,17 +252,12 @@ def _reduce(
 
 def _without_equals(old: Leaves, new: Leaves) -> None:
     """Remove the entries of nameless lists that both robots have, and renumber the others."""
-    unnamed = [[thing for thing in side if thing[1].isdecimal()] for side in (old, new)]
-    for kind in {kind for things in unnamed for kind, _ in things}:
-        first, second = (
-            [side.pop(thing) for thing in things if thing[0] == kind]
-            for side, things in zip((old, new), unnamed, strict=True)
-        )
-        for entry in [*first]:
-            if entry in second:
-                first.remove(entry)
-                second.remove(entry)
-        for side, left in ((old, first), (new, second)):
+    for kind in dict.fromkeys(kind for kind, name in (*old, *new) if name.isdecimal()):
+        lists = [[side.pop(one) for one in [*side] if one[0] == kind and one[1].isdecimal()] for side in (old, new)]
+        for entry in [*lists[0]]:
+            for left in lists if entry in lists[1] else ():
+                left.remove(entry)
+        for side, left in zip((old, new), lists, strict=True):
             side |= {(kind, str(number)): entry for number, entry in enumerate(left, 1)}
 
 
@@ -282,11 +276,11 @@ def _item(one: Difference, text: str) -> Item:
 
 
 def _scalar(value: Any) -> float | str | None:
-    if isinstance(value, str) or (not value and not is_number(value)):
-        return value or None
+    if is_number(value):
+        return float(value)
     if isinstance(value, tuple) and value and isinstance(value[0], tuple):
         return size_of(value)
-    return float(value) if is_number(value) else text_of(value)
+    return (value if isinstance(value, str) else value and text_of(value)) or None
 
 
 def _add_elements(old: Leaves, new: Leaves, robots: tuple[Robot, Robot]) -> None:
@@ -299,8 +293,8 @@ def _add_elements(old: Leaves, new: Leaves, robots: tuple[Robot, Robot]) -> None
         texts = (one.brings(robot, output) for one, output in known if one.brings)
         made.append([frozenset(meanings(text, followers)) for text in texts])
     places: list[tuple[str, Any, Any]] = [("the robot", a, b)]
-    places += [(name, a.link[name], b.link[name]) for name in a.link if name in b.link]
-    places += [(name, a.joint[name], b.joint[name]) for name in a.joint if name in b.joint]
+    for mine, theirs in ((a.link, b.link), (a.joint, b.joint)):
+        places += [(name, mine[name], theirs[name]) for name in mine if name in theirs]
     for name, *both in places:
         has = [frozenset(meanings(one.urdf_elements, followers)) for one in both]
         for at, side in enumerate((old, new)):

@@ -18,7 +18,6 @@ ANGLES = ("roll", "pitch", "yaw")
 INERTIA = ("xx", "yy", "zz", "xy", "xz", "yz")
 NEW, REMOVED = "new", "removed"
 _MAX_TEXT = 60
-_MAX_PAIRS = 3
 _MOST = 3
 # Steps up to this length (m) or angle (rad) are due to rounding.
 _LEAST = 1e-12
@@ -196,13 +195,6 @@ def axis_change(joint: str, old: Vector, new: Vector, angle: float | None = None
     return with_remark(f"{joint} axis {before} -> {after}", f"turned {amount(angle, 'rad')}" if angle > NOISE else "")
 
 
-def centre_change(link: str, old: Vector, new: Vector, least: float = 0.0) -> str:
-    """Describe how a centre of mass changed (m) in the frame of its link; ``least`` as in ``coordinates``."""
-    distance = math.dist(old, new)
-    steps = coordinates(Pose(old), Pose(new), (distance, 0.0), (least, 0.0)).removeprefix("origin ")
-    return f"{link} centre of mass moved {amount(distance, 'm')}: {steps}"
-
-
 def inertia_change(link: str, old: Sequence[float], new: Sequence[float], least: float = 0.0) -> str:
     """Describe how an inertia changed (kg*m^2; xx yy zz xy xz yz), ignoring changes of entries up to ``least``."""
     entries = [(name, a, b) for name, a, b in zip(INERTIA, old, new, strict=True) if abs(b - a) > least]
@@ -221,11 +213,8 @@ def existence(word: str, what: str, name: str, how: Iterable[str] = (), others: 
 def set_change(title: str, old: Iterable[str], new: Iterable[str]) -> str:
     """Return which members of a set are new, or removed."""
     before, after = frozenset(old), frozenset(new)
-    parts = []
-    for members, what in ((after - before, NEW), (before - after, REMOVED)):
-        rest = f", {len(members) - _MAX_PAIRS} more" if len(members) > _MAX_PAIRS else ""
-        shown = f"{', '.join(sorted(members)[:_MAX_PAIRS])}{rest}"
-        parts += [f"{len(members)} {what} ({shown})"] if members else []
+    sides = ((sorted(after - before), NEW), (sorted(before - after), REMOVED))
+    parts = [f"{len(members)} {what} ({several(members)})" for members, what in sides if members]
     return f"{title}: {', '.join(parts)}"
 
 
@@ -241,11 +230,9 @@ def size_of(grid: Sequence[Sequence[float]]) -> str:
 
 def cells_change(link: str, old: Sequence[Sequence[float]], new: Sequence[Sequence[float]], least: float) -> str:
     """Describe how the heights (m) of a height map changed, ignoring steps up to ``least``."""
-    sizes = size_of(old), size_of(new)
-    steps = [
-        abs(b - a) for lines in zip(old, new, strict=False) for a, b in zip(*lines, strict=False) if abs(b - a) > least
-    ]
-    parts = [f"{sizes[0]} -> {sizes[1]} cells"] if sizes[0] != sizes[1] else []
+    cells = (pair for lines in zip(old, new, strict=False) for pair in zip(*lines, strict=False))
+    steps = [abs(b - a) for a, b in cells if abs(b - a) > least]
+    parts = [f"{size_of(old)} -> {size_of(new)} cells"] if size_of(old) != size_of(new) else []
     if steps:
         by = f"by {'up to ' if len(steps) > 1 else ''}{amount(max(steps), 'm')}"
         parts.append(f"{count_of(len(steps), 'cell')} changed, {by}")

@@ -84,8 +84,6 @@ def compare_shapes(
 
 
 class _Comparison:
-    """Goes through bodies; collects what differs."""
-
     def __init__(self, pairing: Pairing, sides: tuple[Side, Side], purpose: str, report: Report) -> None:
         self.sides, self.purpose, self.tolerance = sides, purpose, pairing.tolerance
         self.bodies = pairing.a, pairing.b
@@ -103,7 +101,7 @@ class _Comparison:
         shapes = (one for side in self.bodies for link in side.robot.links for one in getattr(link, purpose))
         if cylinders is not None and any(isinstance(one.geometry, (Capsule, Ellipsoid)) for one in shapes):
             text = f"the round ends of capsules: {cylinders.named} has cylinders of the same full length"
-            self.report.not_compared.append(text)
+            report.not_compared.append(text)
 
     def body(self, mine: Sequence[str], theirs: Sequence[str], origin: str) -> None:
         """Compare the solids of links that are fixed together: link by link, then what is left of all of them."""
@@ -130,42 +128,37 @@ class _Comparison:
         """Return the solids of the links of a body in both robots; height maps that both have are compared apart."""
         kept: tuple[dict[str, Sequence[Shape]], dict[str, Sequence[Shape]]] = ({}, {})
         for name in dict.fromkeys([*mine, *theirs]):
-            shapes: list[Sequence[Shape]] = [
-                getattr(side.robot.link[name], self.purpose) if name in names else ()
-                for side, names in zip(self.bodies, (mine, theirs), strict=True)
-            ]
+            pairs = zip(self.bodies, (mine, theirs), strict=True)
+            shapes = [getattr(side.robot.link[name], self.purpose) if name in names else () for side, names in pairs]
             rest = [[one for one in some if not isinstance(one.geometry, HeightMap)] for some in shapes]
             has_map = [len(some) < len(all_of) for some, all_of in zip(rest, shapes, strict=True)]
             if self.one_box is not None and name in mine and name in theirs:
-                placed = [[shape.in_link for shape in some] for some in rest]
-                is_simple = [
-                    [(type(one.geometry), one.pose) for one in some] in ([], [(Box, IDENTITY)]) for some in placed
-                ]
+                placed = [[(type(one.in_link.geometry), one.in_link.pose) for one in some] for some in rest]
                 why = "a height map on one side, boxes on the other" if has_map[0] != has_map[1] else ""
-                why = why if all(is_simple) else f"{self.one_box.named} has one box along the axes of a link"
+                if any(some not in ([], [(Box, IDENTITY)]) for some in placed):
+                    why = f"{self.one_box.named} has one box along the axes of a link"
                 if why:
                     self.not_comparable.setdefault(why, []).append(name)
                     continue
             for at, some in enumerate(rest if all(has_map) else shapes):
                 kept[at][name] = some
-        rows = self._cut(0, kept[0], ROWS), self._cut(1, kept[1], ROWS)
+
+        def cut(at: int, form: str) -> Pieces:
+            options = self.bodies[at].precision, self.capsules, form, self.words
+            return [piece for name, some in kept[at].items() for piece in pieces_of(name, some, *options)]
+
+        rows = cut(0, ROWS), cut(1, ROWS)
         for at in (0, 1):
             # Extend height maps down to the ground if an output asks for it and more of the other side then matches.
             maps = [name for name, some in kept[at].items() if any(isinstance(s.geometry, HeightMap) for s in some)]
             if maps and any(one.options.get("height_maps") == GROUNDED for one in self.sides[at].robot.outputs):
-                low, other = self._cut(at, kept[at], GROUNDED), self._seen(1 - at, rows[1 - at], origin)
+                low, other = cut(at, GROUNDED), self._seen(1 - at, rows[1 - at], origin)
                 fits = [len(match(self._seen(at, some, origin), other).pairs) for some in (rows[at], low)]
                 if fits[1] > fits[0]:
                     rows[at][:] = low
                     note = f"the boxes of the height map of {maps[0]} reach down to z = 0 on one side"
                     self.report.notes.append(note)
         return rows
-
-    def _cut(self, at: int, kept: Mapping[str, Sequence[Shape]], form: str) -> Pieces:
-        made: Pieces = []
-        for name, some in kept.items():
-            made += pieces_of(name, some, self.bodies[at].precision, self.capsules, form, self.words)
-        return made
 
     def _seen(self, at: int, pieces: Iterable[Piece], frame: str) -> list[Solid]:
         """Return solids in a frame of their body, or each in the frame of its link if ``frame`` is empty."""
@@ -177,9 +170,8 @@ class _Comparison:
         some = [[piece for piece in pieces if piece.link in names] for pieces in (old, new)]
         rest = match(self._seen(0, some[0], frame), self._seen(1, some[1], frame), self.tolerance)
         pairs = [(some[0][one], some[1][other]) for one, other in rest.pairs]
-        for at, pieces in enumerate((old, new)):
-            taken = {id(pair[at]) for pair in pairs}
-            pieces[:] = [piece for piece in pieces if id(piece) not in taken]
+        _remove(old, [one for one, _ in pairs])
+        _remove(new, [other for _, other in pairs])
         return pairs
 
     def _take_same_space(self, old: Pieces, new: Pieces, names: Collection[str], frame: str) -> None:
@@ -190,13 +182,11 @@ class _Comparison:
             boxes.append([both for both in zip(some, self._seen(at, some, frame), strict=True) if both[1].box])
         words = [{word for _, solid in some for word in solid.words if not word.startswith("name ")} for some in boxes]
         first, second = ([solid for _, solid in some] for some in boxes)
-        if not all(boxes) or words[0] != words[1] or not same_space(first, second, self.tolerance):
-            return
-        taken = {id(piece): piece.link for some in boxes for piece, _ in some}
-        links = several(sorted(set(taken.values())))
-        self.report.notes.append(f"{self.purpose} boxes are cut otherwise, and fill the same space: {links}")
-        for pieces in (old, new):
-            pieces[:] = [piece for piece in pieces if id(piece) not in taken]
+        if all(boxes) and words[0] == words[1] and same_space(first, second, self.tolerance):
+            links = several(sorted({piece.link for some in boxes for piece, _ in some}))
+            self.report.notes.append(f"{self.purpose} boxes are cut otherwise, and fill the same space: {links}")
+            _remove(old, [piece for piece, _ in boxes[0]])
+            _remove(new, [piece for piece, _ in boxes[1]])
 
     def _differ(self, name: str, counts: tuple[int, int], old: Pieces, new: Pieces) -> None:
         kind = SHAPE if self.purpose == "collision" else VISUAL
@@ -229,10 +219,13 @@ class _Comparison:
             old, new = (None if colour is None or is_own(colour) else colour for colour in (old, new))
         if old is None or new is None:
             return None if old is new or not self.says_no_colour else (old, new)
-        known = join_errors(
-            *(side.precision("rgba", *rgba) for side, rgba in zip(self.bodies, (old, new), strict=True))
-        )
+        known = join_errors(self.bodies[0].precision("rgba", *old), self.bodies[1].precision("rgba", *new))
         return None if same_colour(old, new, known + self.tolerance) else (old, new)
+
+
+def _remove(pieces: Pieces, gone: Iterable[Piece]) -> None:
+    taken = set(map(id, gone))
+    pieces[:] = [piece for piece in pieces if id(piece) not in taken]
 
 
 def _words(solid: Solid) -> str:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Sphere, Transform, Vector
 from rosorin_compile.model.geometry import Rows, angle_between, minus, norm, plus, rotation_of_rpy
-from rosorin_compile.model.shape import ROWS, Rgba
+from rosorin_compile.model.shape import Rgba
 
 from .precision import POSE_NOISE, ROOT_THREE, TURNS, Placed, Precision, exact, join_errors
 from .sentences import text_of
@@ -61,18 +61,11 @@ class Solid(NamedTuple):
     def seen_from(self, place: Placed) -> Solid:
         """Return the solid in the frame in which its link is placed."""
         transform = place.transform.then(Transform(self.rows, self.centre))
-        length = self.tolerance + place.length + place.angle * norm(self.centre)
-        return self._replace(
-            centre=transform.xyz,
-            rows=transform.rows,
-            tolerance=length,
-            turn_tolerance=self.turn_tolerance + place.angle,
+        length, turn = (
+            self.tolerance + place.length + place.angle * norm(self.centre),
+            self.turn_tolerance + place.angle,
         )
-
-
-def solids_of(shapes: Iterable[Shape], precision: Precision = exact, form: str = ROWS) -> list[Solid]:
-    """Return shapes as solids; height maps as boxes of a form."""
-    return [solid_of(piece, precision) for shape in shapes for piece in shape.solids(form)]
+        return self._replace(centre=transform.xyz, rows=transform.rows, tolerance=length, turn_tolerance=turn)
 
 
 def solid_of(shape: Shape, precision: Precision = exact, share: float = 2.0) -> Solid:
@@ -101,17 +94,14 @@ _SIZED: Mapping[type, tuple[str, Callable[[Any], tuple[float, ...]]]] = {
 
 def _words(shape: Shape) -> tuple[str, ...]:
     words = [f"{word} {getattr(shape, word)}" for word in ("material", "name", "texture") if getattr(shape, word)]
-    if isinstance(shape.geometry, Mesh):
-        words.append(f"file {shape.geometry.file}")
+    words += [f"file {shape.geometry.file}"] if isinstance(shape.geometry, Mesh) else []
     words += [f"element {' '.join(text.split())}" for text in shape.urdf_elements]
-    contact = shape.contact
-    if contact is not None:
-        words += [f"{word} {text_of(value)}" for word, value in contact.values.items()]
-    return tuple(sorted([*words, *(f"{word} {text_of(value)}" for word, value in shape.mjcf.items())]))
+    values = [*(shape.contact.values if shape.contact else {}).items(), *shape.mjcf.items()]
+    return tuple(sorted([*words, *(f"{word} {text_of(value)}" for word, value in values)]))
 
 
 class Matched(NamedTuple):
-    """Solids of two sets by their places there: the pairs that are in both, and what only one of them has."""
+    """Solids of two sets, by index: the pairs that are in both, and what only one of them has."""
 
     pairs: list[tuple[int, int]]
     old: list[int]
@@ -129,20 +119,16 @@ def match(old: Sequence[Solid], new: Sequence[Solid], noise: float = POSE_NOISE)
     order = sorted((index for rest in twins.values() for index in rest), key=lambda index: new[index].centre)
     places = [new[index].centre[0] for index in order]
     widest = max((new[index].tolerance for index in order), default=0.0)
-    taken: set[int] = set()
-    left = []
+    taken: dict[int, int] = {}
     for index, solid in enumerate(old):
-        if index in known:
-            continue
         x, reach = solid.centre[0], noise + join_errors(solid.tolerance, widest)
-        near = order[bisect_left(places, x - reach) : bisect_right(places, x + reach)]
+        near = () if index in known else order[bisect_left(places, x - reach) : bisect_right(places, x + reach)]
         twin = next((other for other in near if other not in taken and same(solid, new[other], noise)), None)
-        if twin is None:
-            left.append(index)
-        else:
-            taken.add(twin)
-            pairs.append((index, twin))
-    return Matched(sorted(pairs), left, sorted(index for index in order if index not in taken))
+        if twin is not None:
+            taken[twin] = index
+    pairs = sorted([*pairs, *((index, twin) for twin, index in taken.items())])
+    left = sorted({*range(len(old))} - {index for index, _ in pairs})
+    return Matched(pairs, left, sorted(index for index in order if index not in taken))
 
 
 def same(one: Solid, other: Solid, noise: float) -> bool:

@@ -12,6 +12,8 @@ from dataclasses import fields, is_dataclass
 from functools import cache
 from typing import Any, NamedTuple
 
+from rosorin_compile.language.annotations import ENTRIES
+from rosorin_compile.language.schema import sections
 from rosorin_compile.model import Edge, HeightMap, Inertial, Joint, Link, Pose, Robot, Shape, Vector
 from rosorin_compile.model.geometry import IDENTITY, rotation_of_rpy
 from rosorin_compile.model.joint import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Publisher
@@ -21,7 +23,7 @@ from rosorin_compile.source.xml.elements import values_of
 
 from .precision import NOISE, TURNS, Precision, exact, join_errors
 from .sentences import is_number
-from .solids import Solid, match, solids_of
+from .solids import Solid, match, solid_of
 
 
 class Address(NamedTuple):
@@ -55,6 +57,10 @@ _KINDS = {
     "publishers": "publisher",
     "disabled_contacts": "contacts",
 }
+# What an entry of a section is called; other sections of a robot are flattened in their own way.
+_WORDS = {"control": "hardware", "controllers": "controller", "drive": "drive", "moveit": "moveit"}
+_WORDS |= {name: _KINDS[name] for name in ("publishers", "servos", "materials", "sensors")}
+_WORDS |= {"actuators": "actuator", "constraints": "constraint"}
 _EMPTY: frozenset[str] = frozenset()
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 # Lengths and angles: near zero they are known no better than elsewhere.
@@ -63,21 +69,14 @@ _ABSOLUTE = frozenset(
 )
 
 
-def walk(
-    old: Any, new: Any, precisions: tuple[Precision, Precision] = (exact, exact), tolerance: float = NOISE
-) -> list[Difference]:
-    """Return every leaf that differs between two values of one dataclass type.
-
-    ``precisions`` are how well the numbers of both are known; ``tolerance`` is not a difference besides: a part of the
-    larger number, and of 1 m or 1 rad for lengths and angles.
-    """
-    return compare_leaves(leaves(old), leaves(new), precisions, tolerance)
-
-
 def compare_leaves(
     old: Leaves, new: Leaves, precisions: tuple[Precision, Precision] = (exact, exact), tolerance: float = NOISE
 ) -> list[Difference]:
-    """Return the differences between the leaves of two values (see ``walk``)."""
+    """Return every leaf that differs between two values of one dataclass type (see ``leaves``).
+
+    ``precisions`` are how well the numbers of both are known. A difference up to ``tolerance`` is ignored as well: a
+    part of the larger number, and of 1 m or 1 rad for lengths and angles.
+    """
     found: list[Difference] = []
     comparison = _Comparison(precisions, tolerance)
     for thing in dict.fromkeys([*old, *new]):
@@ -95,8 +94,6 @@ def compare_leaves(
 
 
 class _Comparison(NamedTuple):
-    """The comparison of two leaves within the precision of both."""
-
     precisions: tuple[Precision, Precision]
     tolerance: float
 
@@ -160,54 +157,53 @@ class Shapes(NamedTuple):
     shapes: tuple[Shape, ...]
 
     def solids(self, precision: Precision = exact) -> list[Solid]:
-        """Return the shapes as solids."""
-        return solids_of(self.shapes, precision)
+        """Return the shapes as solids; height maps as boxes."""
+        return [solid_of(piece, precision) for shape in self.shapes for piece in shape.solids()]
 
 
 def leaves(value: Any) -> Leaves:
     """Return the leaves of a value by the thing that they belong to and their quantity."""
     found: Leaves = {}
-    if isinstance(value, Robot):
-        _robot(value, found)
-        return found
-    for field in fields(value):
-        content = getattr(value, field.name)
-        kind = field.name.replace("_", " ")
+    contents = (
+        {"": value} if isinstance(value, Robot) else {one.name: getattr(value, one.name) for one in fields(value)}
+    )
+    for name, content in contents.items():
+        kind = name.replace("_", " ")
         if isinstance(content, Robot):
             _robot(content, found)
         elif isinstance(content, Mapping):
-            for name, entry in content.items():
-                _flatten(entry, "", found.setdefault((kind, str(name)), {}))
-        elif isinstance(content, tuple) and content and isinstance(content[0], Edge):
-            _edges(content, found)
-        elif isinstance(content, tuple) and content and isinstance(content[0], JointPose):
-            _poses(content, found)
+            for key, entry in content.items():
+                _flatten(entry, "", found.setdefault((kind, str(key)), {}))
         elif isinstance(content, tuple) and content and is_dataclass(content[0]):
-            _entries(_KINDS.get(field.name, kind), content, found)
+            if isinstance(content[0], Edge):
+                _edges(content, found)
+            elif isinstance(content[0], JointPose):
+                _poses(content, found)
+            else:
+                _entries(_KINDS.get(name, kind), content, found)
         elif content is not None and content not in ((), frozenset()):
             found.setdefault((kind, kind), {})[""] = content
     return found
 
 
 def _robot(robot: Robot, found: Leaves) -> None:
-    _own = found.setdefault(("robot", "robot"), {})
-    _own |= {key: text for key, text in (("name", robot.name), ("source", robot.source.note)) if text}
-    _elements(robot.urdf_elements, _own)
-    _elements(robot.mjcf, _own, "mjcf element")
+    texts = (("name", robot.name), ("source", robot.source.note))
+    own = found["robot", "robot"] = {key: text for key, text in texts if text}
+    _elements(robot.urdf_elements, own)
+    _elements(robot.mjcf, own, "mjcf element")
     for link in robot.links:
         _link(link, found)
     for joint in robot.joints:
         _joint(joint, found)
     _edges(robot.edges, found)
     _poses(robot.poses, found)
-    if robot.disabled_contacts:
-        pairs = frozenset(" - ".join(sorted(pair)) for pair in robot.disabled_contacts)
+    if pairs := frozenset(" - ".join(sorted(pair)) for pair in robot.disabled_contacts):
         found["contacts", "disabled contacts"] = {"": pairs}
     if robot.modes:
-        _own["modes"] = robot.modes
+        own["modes"] = robot.modes
     for name, word in section_words().items():
         section = getattr(robot, name, None) if name not in robot.sections.said else robot.sections.said[name]
-        if isinstance(section, Mapping) and name not in _lists():
+        if isinstance(section, Mapping) and sections()[name].merge == ENTRIES:
             for key, entry in section.items():
                 _flatten(entry, "", found.setdefault((word, str(key)), {}))
         elif isinstance(section, (tuple, list)):
@@ -219,29 +215,8 @@ def _robot(robot: Robot, found: Leaves) -> None:
 @cache
 def section_words() -> Mapping[str, str]:
     """Return the sections of a robot that are compared entry by entry, and what an entry of each is called."""
-    from rosorin_compile.language.schema import sections
-
-    own = {"materials", "servos", "sensors", "drive", "control", "controllers", "moveit", "publishers"}
-    named = {name: node.compared for name, node in sections().items() if node.compared}
-    named |= {name: _KINDS.get(name, name) for name in own if name not in named}
-    for name in ("actuators", "constraints"):
-        named.setdefault(name, _KINDS.get(name) or name.replace("_", " ").removesuffix("s"))
-    return {name: word for name, word in named.items() if name not in _APART}
-
-
-@cache
-def _lists() -> frozenset[str]:
-    """Return the sections that have no entries by name."""
-    from rosorin_compile.language.annotations import ENTRIES
-    from rosorin_compile.language.schema import sections
-
-    return frozenset(name for name, node in sections().items() if node.merge != ENTRIES)
-
-
-# Sections of a robot that are flattened in their own way.
-_APART = frozenset(
-    {"links", "joints", "edges", "poses", "disabled_contacts", "modes", "outputs", "urdf_elements", "mjcf"}
-)
+    known = {field.name for field in fields(Robot)}
+    return _WORDS | {name: one.compared for name, one in sections().items() if one.compared and name not in known}
 
 
 def _poses(poses: Iterable[JointPose], found: Leaves) -> None:
@@ -256,16 +231,14 @@ def _link(link: Link, found: Leaves) -> None:
     entry = found.setdefault(("link", link.name), {})
     entry |= inertial_leaves(link.inertial)
     for purpose, shapes in (("collision", link.collision), ("visual", link.visual)):
-        solid = tuple(shape for shape in shapes if not isinstance(shape.geometry, HeightMap))
-        if solid:
+        if solid := tuple(shape for shape in shapes if not isinstance(shape.geometry, HeightMap)):
             entry[purpose] = Shapes(solid)
         for shape in shapes:
             if isinstance(shape.geometry, HeightMap):
                 grid = found.setdefault(("height map", link.name), {})
                 _flatten(shape.geometry, "", grid)
-                _flatten({"pose": shape.pose if shape.pose != IDENTITY else None, "name": shape.name}, "", grid)
-                if shape.stand_in:
-                    grid["stand_in"] = shape.stand_in
+                pose = shape.pose if shape.pose != IDENTITY else None
+                _flatten({"pose": pose, "name": shape.name, "stand_in": shape.stand_in}, "", grid)
     _elements(link.urdf_elements, entry)
     for mark in link.marked:
         _flatten(mark, "", found.setdefault((mark.tag, mark.name), {"link": link.name}))
@@ -276,10 +249,8 @@ def _link(link: Link, found: Leaves) -> None:
 
 def inertial_leaves(inertial: Inertial | None) -> dict[str, Any]:
     """Return the leaves of a mass, along the axes of its link; none for one of zeros."""
-    if inertial is None:
-        return {}
-    six = tuple(getattr(inertial, name) for name in _INERTIA)
-    if not any((inertial.mass, *six)):
+    six = tuple(getattr(inertial, name) for name in _INERTIA) if inertial is not None else ()
+    if inertial is None or not any((inertial.mass, *six)):
         return {}
     inertia = along_link(six, inertial.pose.transform())
     return {"mass": inertial.mass, "centre of mass": inertial.pose.xyz, "inertia": inertia}
@@ -306,11 +277,9 @@ def _joint(joint: Joint, found: Leaves) -> None:
 
 
 def _publisher(publisher: Publisher) -> dict[str, Any]:
-    if publisher.simulated:
-        return {"publisher": "simulations"}
-    if publisher.kind != UNPUBLISHED:
-        return {"publisher": publisher.name}
-    return {"publisher": f"nobody: {' '.join(publisher.about.split())}" if publisher.about else "nobody"}
+    nobody = f"nobody: {' '.join(publisher.about.split())}" if publisher.about else "nobody"
+    name = publisher.name if publisher.kind != UNPUBLISHED else nobody
+    return {"publisher": "simulations" if publisher.simulated else name}
 
 
 def _edges(edges: Iterable[Edge], found: Leaves) -> None:

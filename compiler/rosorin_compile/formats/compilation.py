@@ -164,7 +164,7 @@ def understand(
 def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
     """Validate and lower an expanded tree, and check the rules; ``requested`` are names of outputs or of formats."""
     diagnostics = [*expanded.diagnostics, *plugged_functions()[1], *plugged_diagnostics()]
-    diagnostics += [*plugged_sections().diagnostics, *rules.plugin_checks().diagnostics]
+    diagnostics += [*plugged_sections().diagnostics, *rules.plugin_checks()[1]]
     if expanded.tree is None:
         return Understood(expanded, None, arrange(diagnostics))
     tree, unknown_outputs = with_wanted(expanded.tree, requested, FORMATS)

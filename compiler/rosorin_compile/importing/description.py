@@ -1,25 +1,33 @@
-"""Write the plain tree of a robot as the files of a description: its sections and keys in the order of the schema.
+"""Write the plain tree of a robot as the files of a description, in YAML that reads as if a person had written it.
 
 In the schema, ``x-first`` names the keys that come first (the others keep the order of the source), and ``x-file`` is
-the file that a section is written to if the description is split into several files.
+the file that a section is written to if the description is split into several files. Small values are on one line, in
+brackets, larger ones in a block. A number is written with the fewest digits that read back as the same double. The
+result is the same for the same robot on every machine.
 """
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import re
+import textwrap
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from graphlib import TopologicalSorter
 from itertools import pairwise
 from pathlib import Path as FilePath
+from types import MappingProxyType
 from typing import Any, TypeVar
 
-from rosorin_compile.formats.imported_robot import Imported, Outputs
+from rosorin_compile.formats.imported_robot import Comment, Imported, Outputs
 from rosorin_compile.language.schema import fragment_at
+from rosorin_compile.source.diagnostics import printable
+from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.tree import Map, Path
-
-from .layout import Expression, Verbatim, angle_of, escape, layout, number, place_comments, within_part
+from rosorin_compile.source.tree import Path
+from rosorin_compile.source.units import Quantity
+from rosorin_compile.source.yaml_text import Scalar
 
 # The files of a long description besides the first one, in their order; others follow.
 _FILES = ("parts", "links", "joints", "simulation", "sensors", "control", "extensions", "moveit")
@@ -30,21 +38,15 @@ MAX_LINES = 150  # a longer description is split into files
 V = TypeVar("V")
 
 
-def tree_of(imported: Imported) -> Map:
-    """Return the tree of a source. Raises ValueError if the source is broken and has no tree."""
-    return imported.whole
-
-
 def write(imported: Imported, wanted: Outputs, schema: str = "", split: bool | None = None) -> dict[str, str]:
     """Return the files of a description, text by name; the first is ``robot.yaml``.
 
     The robot must have a tree. ``schema`` is the path of the schema for editors, relative to the folder of the files.
-    ``split`` determines whether several files are written; by default, a long description is split. The result for a
-    tree is the same on every machine.
+    ``split`` determines whether several files are written; by default, a long description is split.
     """
-    made, root = _Document(imported.whole, imported.packages), Description.ROOT_FILE
-    body = {key: made.value(value, (key,)) for key, value in imported.whole.items() if value}
-    body["outputs"] = {name: _written(entry) for name, entry in wanted.entries.items()}
+    tree, root = imported.whole, Description.ROOT_FILE
+    body = {key: document_value(tree, value, (key,), imported.packages) for key, value in tree.items() if value}
+    body["outputs"] = plain_value(wanted.entries)
     document: dict[str, Any] = sorted_sections({"rosorin_compile": Verbatim("1"), **body})
 
     def text(file: str, content: dict[str, Any]) -> str:
@@ -65,41 +67,32 @@ def write(imported: Imported, wanted: Outputs, schema: str = "", split: bool | N
     parts = {f"{name}.yaml": part for name, part in parts.items() if part}
     document["include"] = list(parts)
     source = {"source": document["source"]} if "source" in document else {}
-    return {
-        root: text(root, sorted_sections(document)),
-        **{file: text(file, {**source, **part}) for file, part in parts.items()},
-    }
+    files = {root: sorted_sections(document), **{file: {**source, **part} for file, part in parts.items()}}
+    return {file: text(file, content) for file, content in files.items()}
 
 
 def lines_of(tree: Mapping[str, Any]) -> int:
     """Return how many lines some sections of a description take."""
-    made = _Document(tree)
-    return layout({key: made.value(value, (key,)) for key, value in tree.items()}).count("\n")
+    return layout({key: document_value(tree, value, (key,)) for key, value in tree.items()}).count("\n")
 
 
-class _Document:
-    """Turns a tree into the values of a document."""
-
-    def __init__(self, tree: Mapping[str, Any], packages: Mapping[str, FilePath] = {}) -> None:
-        self.tree, self.packages = tree, packages
-
-    def value(self, value: Any, path: Path, _: object = None) -> Any:
-        """Return a value as ``layout`` expects it, without defaults and with keys in the order of the schema."""
-        if isinstance(value, (list, tuple)):
-            return [self.value(item, (*path, index)) for index, item in enumerate(value)]
-        if isinstance(value, str):
-            return value if isinstance(value, Verbatim) else _in_packages(value, self.packages)
-        if isinstance(value, (int, float)) and not isinstance(value, bool):
-            return number(value, angle_of(self.tree, path))
-        if not isinstance(value, Mapping):
-            return value
-        own = within_part(path)
-        made = {
-            key: shown
-            for key, item in value.items()
-            if not is_default((*own, key), item) and ((shown := self.value(item, (*path, key))) or key != "dynamics")
-        }
-        return made if len(own) == 1 else _sorted(made, _order(fragment_at(own)))
+def document_value(
+    tree: Mapping[str, Any], value: Any, path: Path, packages: Mapping[str, FilePath] = MappingProxyType({})
+) -> Any:
+    """Return a value of a tree as ``layout`` expects it, without defaults and with keys in the order of the schema."""
+    if isinstance(value, (list, tuple)):
+        return [document_value(tree, item, (*path, index), packages) for index, item in enumerate(value)]
+    if isinstance(value, str):
+        return value if isinstance(value, Verbatim) else _in_packages(value, packages)
+    if is_number(value):
+        return number(value, angle_of(tree, path))
+    if not isinstance(value, Mapping):
+        return value
+    own = within_part(path)
+    items = {key: item for key, item in value.items() if not is_default((*own, key), item)}
+    made = {key: document_value(tree, item, (*path, key), packages) for key, item in items.items()}
+    made = {key: item for key, item in made.items() if item or key != "dynamics"}
+    return made if len(own) == 1 else _sorted(made, _order(fragment_at(own)))
 
 
 def _in_packages(text: str, packages: Mapping[str, FilePath]) -> str:
@@ -112,13 +105,13 @@ def _in_packages(text: str, packages: Mapping[str, FilePath]) -> str:
     return Expression(made)
 
 
-def _written(value: Any) -> Any:
-    """Return an entry of the outputs as ``layout`` takes it."""
+def plain_value(value: Any) -> Any:
+    """Return a value as ``layout`` expects it, with all its keys in their order."""
     if isinstance(value, Mapping):
-        return {key: _written(item) for key, item in value.items()}
+        return {key: plain_value(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_written(item) for item in value]
-    return number(value) if isinstance(value, (int, float)) and not isinstance(value, bool) else value
+        return [plain_value(item) for item in value]
+    return number(value) if is_number(value) else value
 
 
 def sorted_sections(document: Mapping[str, V]) -> dict[str, V]:
@@ -163,3 +156,259 @@ def _fragments(path: Path) -> Iterator[Mapping[str, Any]]:
     yield fragment
     for step in (*fragment.get("properties", ()), *([0] if "items" in fragment else [])):
         yield from _fragments((*path, step))
+
+
+WIDTH = 120
+_WORDS = ("for", "if")  # begin a loop or a condition; as the value of an expression they are names
+_SPACED = 2  # depth to which entries of several lines are set apart: sections and their entries
+_SHORT_DEPTH = 2  # how many mappings are nested in a value that is written on one line
+
+# Comments: lines above the entry at a path of the document; those of the empty path begin the file.
+Remarks = dict[Path, Sequence[str]]
+
+
+class Verbatim(str):
+    """A scalar that is written unchanged: a number, a quantity."""
+
+    __slots__ = ()
+
+
+class Expression(str):
+    """A text with ``${...}`` that the expansion evaluates."""
+
+    __slots__ = ()
+
+
+def escape(text: str) -> str:
+    """Escape a text: ``${`` would begin an expression, and ``$(`` is refused outside XML elements.
+
+    >>> escape("${HOME}/meshes"), escape("$(arg folder)/meshes")
+    ('$${HOME}/meshes', "${'$'}(arg folder)/meshes")
+    """
+    made = text.replace("${", "$${")
+    return made if "<" in made else made.replace("$(", "${'$'}(")
+
+
+def layout(document: Mapping[str, Any], remarks: Mapping[Path, Sequence[str]] = MappingProxyType({})) -> str:
+    """Return a document as YAML, with a line end at its end.
+
+    Values are mappings, lists, texts, ``Verbatim``, ``Expression``, booleans and None.
+    """
+    made = _Layout(remarks)
+    return "".join(f"{line}\n" for line in [*made.comment((), ""), *made.mapping(document, 0, ())])
+
+
+def flow(value: Any) -> str | None:
+    """Return a value on one line, or None for text of several lines."""
+    if isinstance(value, Mapping):
+        items = [(f"{_key(key, True)}: ", flow(item)) for key, item in value.items()]
+    elif isinstance(value, list):
+        items = [("", flow(item)) for item in value]
+    else:
+        return None if isinstance(value, str) and "\n" in value else _scalar(value, True)
+    opening, closing = "{}" if isinstance(value, Mapping) else "[]"
+    inner = [f"{key}{item}" for key, item in items if item is not None]
+    return f"{opening}{', '.join(inner)}{closing}" if len(inner) == len(items) else None
+
+
+def _scalar(value: Any, in_flow: bool) -> str:
+    if value is None:
+        return "null"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, Verbatim):
+        return str(value)
+    if not isinstance(value, str):
+        raise TypeError(f"a number is written as Verbatim, not as {type(value).__name__}")
+    return Scalar(value if isinstance(value, Expression) else escape(value)).as_text(in_flow)
+
+
+def _key(name: str, in_flow: bool) -> str:
+    return f"'${{\"{name}\"}}'" if name in _WORDS and not isinstance(name, Verbatim) else _scalar(name, in_flow)
+
+
+def is_number(value: Any) -> bool:
+    """Return True for an int or float, and False for a boolean."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def free_name(name: str, taken: Collection[str]) -> str:
+    """Return a name that is not taken, with a number if necessary."""
+    made, number = name, 1
+    while made in taken:
+        number += 1
+        made = f"{name}_{number}"
+    return made
+
+
+def within_part(path: Path) -> Path:
+    """Return the path relative to the part that contains it, such as ("links", "wheel")."""
+    return path[2:] if path[:1] == ("parts",) and len(path) > 2 else path
+
+
+class _Layout:
+    """Makes the lines of one document."""
+
+    def __init__(self, remarks: Mapping[Path, Sequence[str]]) -> None:
+        self.remarks = remarks
+        self.open = {path[:depth] for path, lines in remarks.items() if lines for depth in range(len(path))}
+
+    def comment(self, path: Path, pad: str) -> list[str]:
+        return [f"{pad}# {line}".rstrip() for line in self.remarks.get(path, ())]
+
+    def mapping(self, value: Mapping[str, Any], indent: int, path: Path) -> list[str]:
+        lines: list[str] = []
+        previous, pad = 0, " " * indent
+        for key, item in value.items():
+            here = (*path, key)
+            entry = self.value(f"{pad}{_key(key, False)}:", item, indent, here)
+            if lines and len(path) < _SPACED and (previous > 1 or len(entry) > 1):
+                lines.append("")
+            previous = len(entry)
+            lines += [*self.comment(here, pad), *entry]
+        return lines
+
+    def sequence(self, value: list[Any], indent: int, path: Path) -> list[str]:
+        pad, lines = " " * indent, []
+        for index, item in enumerate(value):
+            entry = self.value(f"{pad}-", item, indent, (*path, index))
+            if entry[0] == f"{pad}-" and not entry[1].lstrip().startswith("#"):
+                entry[:2] = [f"{pad}- {entry[1].lstrip()}"]
+            lines += [*self.comment((*path, index), pad), *entry]
+        return lines
+
+    def value(self, head: str, item: Any, indent: int, path: Path) -> list[str]:
+        """Return a value after ``head``, which ends with a colon or a dash: on its line, wrapped, or below it."""
+        if not isinstance(item, (Mapping, list)):
+            return _text(head, item, indent)
+        short = flow(item) if not item or path not in self.open else None
+        if short and (not item or (self.may_be_short(item, path) and len(head) + 1 + len(short) <= WIDTH)):
+            return [f"{head} {short}"]
+        items = item.values() if isinstance(item, Mapping) else item
+        is_flat = short is not None and not any(isinstance(one, (Mapping, list)) for one in items)
+        if short and is_flat and (isinstance(item, list) or len(path) > _SPACED):
+            keys = [f"{_key(key, True)}: " for key in item] if isinstance(item, Mapping) else [""] * len(item)
+            pairs = zip(keys, items, strict=True)
+            text = ", ".join(f"{key}{flow(one)}".replace(" ", "\0") for key, one in pairs)  # broken between items only
+            text, margin = f"{short[0]}{text}{short[-1]}", " " * (indent + 2)
+            wrap = textwrap.TextWrapper(WIDTH, f"{head} ", margin, break_long_words=False, break_on_hyphens=False)
+            return [line.replace("\0", " ") for line in wrap.wrap(text)]
+        if isinstance(item, Mapping):
+            return [head, *self.mapping(item, indent + 2, path)]
+        return [head, *self.sequence(item, indent + 2, path)]
+
+    def may_be_short(self, item: Mapping[str, Any] | list[Any], path: Path) -> bool:
+        """Return True if a value that fits on a line may be written there."""
+        path = within_part(path)
+        if isinstance(item, list):
+            return _depth(item) == 0
+        is_long = (len(path) == 1 and path != ("source",)) or (len(path) == 2 and path[0] == "links")
+        return not is_long and _depth(item) <= _SHORT_DEPTH
+
+
+def _text(head: str, value: Any, indent: int) -> list[str]:
+    """Return a scalar after ``head``: on its line, or text of several lines below it."""
+    if isinstance(value, str) and not isinstance(value, Verbatim):
+        text = value if isinstance(value, Expression) else escape(value)
+        lines = text.removesuffix("\n").split("\n")
+        is_block = "\n" in text and lines[0][:1] not in ("", " ", "\t") and lines[-1].strip()
+        if is_block and all(Scalar(line.replace("\t", " ")).is_raw for line in lines):
+            mark, pad = "|" if text.endswith("\n") else "|-", " " * (indent + 2)
+            return [f"{head} {mark}", *(f"{pad}{line}" if line else "" for line in lines)]
+    return [f"{head} {_scalar(value, False)}"]
+
+
+def _depth(value: Any) -> int:
+    """Return how many mappings are nested in a value."""
+    if isinstance(value, Mapping):
+        return 1 + max(map(_depth, value.values()), default=0)
+    return max(map(_depth, value), default=0) if isinstance(value, list) else 0
+
+
+ROTATING = ("revolute", "continuous")
+_DECIMALS = (0, 1, 2)  # of degrees that a person would write
+_MAX_DEGREES = 1e6
+# Units of a value of a joint that rotates and of one that slides, with the unit in degrees of the first.
+_OF_JOINT = {("rad", "m"): "deg", ("rad/s", "m/s"): "deg/s"}
+_VERBATIM = "mjcf"  # keys of another program, whose numbers have no units
+_OF_SENSOR: tuple[Path, ...] = (("with", "fov"), ("with", "vertical_fov"), ("with", "hfov"))
+
+
+def number(value: float, angle: str = "") -> Verbatim:
+    """Format a number; ``angle`` is the unit in degrees that it may be written in (deg, deg/s).
+
+    >>> number(-1.5707963267948966, "deg"), number(1.5708, "deg"), number(-0.0)
+    ('-90 deg', '1.5708', '0')
+    """
+    if value == 0:
+        return Verbatim("0")
+    if isinstance(value, Quantity) and value.text and Quantity.parse(value.text) == value:
+        return Verbatim(value.text)
+    if not math.isfinite(value):
+        return Verbatim(".nan" if value != value else ".inf" if value > 0 else "-.inf")
+    return Verbatim((angle and in_degrees(value, angle)) or exact(value))
+
+
+def in_degrees(value: float, unit: str) -> str:
+    """Return radians as degrees, empty unless a short number of degrees is exactly this double."""
+    degrees = math.degrees(value)
+    for decimals in _DECIMALS if abs(degrees) < _MAX_DEGREES else ():
+        text = f"{exact(round(degrees, decimals))} {unit}"
+        if Quantity.parse(text) == value:
+            return text
+    return ""
+
+
+def angle_of(tree: Mapping[str, Any], path: Path) -> str:
+    """Return the unit in degrees of the value at a path of a description, empty if it is not an angle."""
+    body = tree["parts"][path[1]] if path[0] == "parts" and len(path) > 2 else tree
+    path = within_part(path)
+    if path[-2:-1] == ("rpy",) or (path[:1] == ("sensors",) and path[2:] in _OF_SENSOR):
+        return "deg"
+    unit = _OF_JOINT.get(tuple(fragment_at(path).get("x-unit", ())), "")
+    if not unit or _VERBATIM in path:
+        return ""
+    names = fragment_at(path[:-1]).get("propertyNames", {}).get("x-names")
+    name = path[1] if path[0] == "joints" else path[-1] if names == "joint" else None
+    joint = (body.get("joints") or {}).get(name)
+    return unit if isinstance(joint, Mapping) and joint.get("type") in ROTATING else ""
+
+
+def place_comments(comments: Iterable[Comment], document: Mapping[str, Any], root: bool) -> dict[Path, list[str]]:
+    """Return the comments of one file by the path of their entries.
+
+    A comment belongs to the file that has its section. A comment that belongs to no section, or to the name of the
+    robot, is at the top of the ``root`` file.
+    """
+    found: dict[Path, list[str]] = {}
+    for comment in comments:
+        path: Path = ()
+        node: Any = document
+        of_section = bool(comment.path) and comment.path[0] not in ("robot", "source")
+        for step in comment.path if of_section else ():
+            is_item = isinstance(node, list) and isinstance(step, int) and step < len(node)
+            if not (is_item or (isinstance(node, Mapping) and step in node)) or isinstance(node[step], Verbatim):
+                break
+            node, path = node[step], (*path, step)
+        if not (path if of_section else root):  # its section is in another file
+            continue
+        lines, above = clean_comment(comment.text), found.setdefault(path, [])
+        if len(lines) == 1 or above[-len(lines) :] != lines:  # a file that is included twice has it twice
+            above += lines
+    return found
+
+
+def clean_comment(text: str) -> list[str]:
+    """Return the lines of a comment, moved left together, without empty lines around them.
+
+    >>> clean_comment(" the arm "), clean_comment("# the arm")
+    (['the arm'], ['# the arm'])
+    """
+    first, *others = (line.expandtabs(4).rstrip() for line in re.split("\r\n|[\n\r\x85\u2028\u2029]", text))
+    # The first line follows the opening of the comment, so its indentation is not that of the others.
+    found = [printable(line) for line in [first.strip(), *textwrap.dedent("\n".join(others)).split("\n")]]
+    while found and not found[0]:
+        found.pop(0)
+    while found and not found[-1]:
+        found.pop()
+    return found

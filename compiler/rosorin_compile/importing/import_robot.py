@@ -2,41 +2,50 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
 import stat
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Format
-from rosorin_compile.formats.imported_robot import Imported, ReadOptions, as_tree
+from rosorin_compile.formats.imported_robot import Imported, ReadOptions, file_name
 from rosorin_compile.formats.robot_files import join, read_robot
+from rosorin_compile.formats.ros_packages import package_of
 from rosorin_compile.model.joint import MOVING_TYPES
 from rosorin_compile.output.artifact_set import write_set
 from rosorin_compile.output.atomic_files import OutputError
+from rosorin_compile.output.package_folder import open_package_folder
 from rosorin_compile.request import FilePath, Packages, Values, Warn, read_options
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, count_of, error, has_errors
+from rosorin_compile.source.files import is_file, is_folder, read_bytes, read_text, resolve
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.wording import suggest
 
 from .description import write
-from .elements import Converted, report_elements, with_sections
+from .elements.convert import Converted, put_values, report_elements, with_sections
 from .mesh_names import rename_files
-from .reimport import ENDING, Merged, import_again, is_record, record_of, recorded, remove
-from .ros_package import Package, Written, package_at, write_into
-from .round_trip import RoundTrip, check_round_trip, schema_beside
+from .reimport import ENDING, Merged, import_again, is_record, read_record, record_of, remove
+from .round_trip import RoundTrip, check_round_trip, schema_path
 from .xacro.translate import Target, translate
 
 _MJCF = "mjcf"
 _TAG = re.compile(r"(?:\s|<!--.*?-->)*<([^\s/>!?]+)", re.DOTALL)  # an element that is kept
+_REGISTRY = {"ament_cmake": "CMakeLists.txt", "ament_python": "setup.py"}  # defines what is installed and tested
+_BUILD_TYPE = re.compile(r"<build_type[^<>]*>\s*([^<\s]+)\s*</build_type>")
 _NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")
+
+
+# The files of a description that were written, lines to add to other files, and lines about the next steps.
+_Written = tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]
 
 
 @dataclass(frozen=True)
@@ -52,6 +61,15 @@ class ImportResult:
     next_steps: Annotated[tuple[str, ...], "what to do next, in sentences"] = ()
     inputs: Annotated[tuple[str, ...], "the files that were read"] = ()
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
+
+
+class _Package(NamedTuple):
+    """A ROS package: its folder, its name, what builds it, and the source of a robot relative to it."""
+
+    folder: Path
+    name: str
+    build_type: str
+    source: str
 
 
 def companions() -> list[Format]:
@@ -107,191 +125,161 @@ def import_robot(
     reading, wrong = read_options(arguments, packages, trust, warn, lenient)
     if wrong:
         return ImportResult(str(source), diagnostics=tuple(wrong))
-    return _Import(
-        source=source if isinstance(source, Path) else Path(source),
-        reading=reading,
-        into=None if into is None else Path(into),
-        output=None if output is None else Path(output),
-        name=name,
-        meshes=meshes,
-        companions={format: Path(file) for format, file in (companions or {}).items()},
-        strict=strict,
-        parts=parts,
-        verbatim=verbatim,
-        flat=flat,
-        drives=drives,
-        force=force,
-        keep_edits=keep_edits,
-    ).run()
+    source = source if isinstance(source, Path) else Path(source)
+    others = {format: Path(file) for format, file in (companions or {}).items()}
+    package = _check_options(source, others, into, output, force, name, meshes)
+    if package is not None:
+        reading = replace(reading, packages={package.name: package.folder, **reading.packages})
+    # The arguments that determine the result; a later import needs the same ones.
+    options = {"name": name, "meshes": meshes, "drives": drives}
+    flags = {"--no-parts": not parts, "--verbatim": verbatim, "--flat": flat}
+    words = [package.source if package else source.name, *(f"{key}:={text}" for key, text in reading.arguments.items())]
+    words += [word for key, value in options.items() if value is not None for word in (f"--{key}", value)]
+    words += [flag for flag, is_set in flags.items() if is_set]
+    words += [word for format, path in others.items() for word in (f"--{format}", path.name)]
+
+    imported, diagnostics = _read(source, reading, others, strict)
+    result = ImportResult(str(source), inputs=tuple(map(str, imported.files)), diagnostics=tuple(diagnostics))
+    if imported.tree is None or has_errors(diagnostics):
+        return result
+    tree = _with_drives(imported.tree, drives, source)
+    tree = tree if name is None else put_values(tree, {"robot": name})
+    base = package.folder if package else Description.project_folder()
+    folder = Path(output) if output is not None else base / Description.FOLDER / file_name(tree["robot"])
+    result = replace(result, robot=tree["robot"], folder=str(folder))
+    record = None if force else read_record(folder, words)
+    if record is None and not force:
+        help = "name a new folder with -o, or write into this one with --force"
+        _check_folder(folder, "give this robot another name with --name" if package else help)
+    keeps = imported.takes_arguments and not flat
+    tree, renaming, prefix = rename_files(tree, source, folder, meshes, reading.packages, keeps)
+    read = imported._replace(tree=tree)
+    converted = Converted(read) if verbatim else with_sections(read)
+    trip, found = _prove(converted, folder, parts and not flat, reading, strict)
+    diagnostics += [*arrange(renaming), *found]
+    if trip is None or has_errors(diagnostics):
+        return replace(result, diagnostics=tuple(diagnostics))
+    imported, files = converted.imported, trip.files
+    lines, translated = [*_report_parts(trip), *report_elements(converted)], list[str]()
+    if record is not None and (len(record) > 1) != (len(files) > 1):  # in as many files as before
+        files = write(trip.shown, trip.outputs, schema_path(folder), len(record) > 1)
+    if keeps and source is not Description.ON_STDIN:
+        target = Target(folder, schema_path(folder), name, prefix, package is not None)
+        translation = translate(source, reading, read, trip.outputs, target)
+        translated += translation.report
+        if translation.files:  # it keeps elements as they are
+            imported, files, lines = read, translation.files, []
+    report = [*_report(folder, imported, trip, files), *lines, *translated]
+    if record is None:
+        merged = Merged({**files, **record_of(files, words)})
+    else:
+        merged = import_again(folder, record, files, words, keep_edits)
+    diagnostics += arrange(merged.diagnostics)
+    if merged.refused:
+        return replace(result, diagnostics=tuple(diagnostics))
+    written, found = _write(folder, merged, package, reading.arguments, record is None)
+    result = replace(result, diagnostics=(*diagnostics, *found))
+    if written is None:
+        return result
+    paths, to_do, steps = written
+    names = tuple(name for name in paths if not is_record(name))
+    if record is not None:
+        with suppress(OSError):  # nothing includes them any more
+            remove(folder, merged)
+        changed = [*names, *(f"{name} (removed)" for name in merged.removed if not is_record(name))]
+        first = f"{folder}: written: {', '.join(changed)}" if changed else f"{folder}: unchanged"
+        report = [first, *merged.lines]
+    steps = steps if package or not has_errors(result.diagnostics) else ()
+    return replace(result, written=names, report=tuple(report), to_do=to_do, next_steps=steps)
 
 
-@dataclass
-class _Import:
-    """One import: its source, the arguments of ``import_robot``, and the diagnostics so far."""
-
-    source: Path
-    reading: ReadOptions
-    into: Path | None
-    output: Path | None
-    name: str | None
-    meshes: str | None
-    companions: Mapping[str, Path]
-    strict: bool
-    parts: bool
-    verbatim: bool
-    flat: bool
-    drives: str | None
-    force: bool
-    keep_edits: bool
-    package: Package | None = None
-    diagnostics: list[Diagnostic] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        """Find the package that gets the description. Raises RequestError for invalid combinations of options."""
-        if self.source is not Description.ON_STDIN:
-            _check_file(self.source)
-        if self.into is not None:
-            if self.output is not None or self.force:
-                word = "-o" if self.output is not None else "--force"
-                raise RequestError(f"--into names the place, and what is there stays: leave {word} out")
-            if self.source is Description.ON_STDIN:
-                raise RequestError("--into compares the description with a file: name it, not -")
-            self.package = package_at(self.into, self.source)
-            own = {self.package.name: self.package.folder}
-            self.reading = replace(self.reading, packages={**own, **self.reading.packages})
-        if self.name is not None and not (_NAME.fullmatch(self.name) and self.name.isprintable()):
-            raise RequestError(f'"{self.name}" cannot be the name of a robot: no markup, no quotes, spaces only within')
-        meshes = self.meshes
-        if meshes is not None and (not meshes.isprintable() or not meshes.strip() or meshes.endswith("://")):
-            raise RequestError(f'--meshes "{meshes}" is neither a folder nor package://NAME')
-
-    def _command_line(self) -> list[str]:
-        """Return the command-line arguments that determine the result; a later import needs the same ones."""
-        words = [self.package.source if self.package else self.source.name]
-        words += [f"{name}:={value}" for name, value in self.reading.arguments.items()]
-        values = {"--name": self.name, "--meshes": self.meshes, "--drives": self.drives}
-        words += [word for name, value in values.items() if value is not None for word in (name, value)]
-        flags = {"--no-parts": not self.parts, "--verbatim": self.verbatim, "--flat": self.flat}
-        words += [flag for flag, is_set in flags.items() if is_set]
-        return words + [word for name, path in self.companions.items() for word in (f"--{name}", path.name)]
-
-    def run(self) -> ImportResult:
-        """Read, convert, prove and write. Raises RequestError."""
-        imported = self._read()
-        result = ImportResult(str(self.source), inputs=tuple(map(str, imported.files)))
-        if imported.tree is None or has_errors(self.diagnostics):
-            return self._end(result)
-        tree = imported.tree if self.name is None else _with(imported.tree, "robot", self.name)
-        base = self.package.folder if self.package else Description.project_folder()
-        folder = self.output or Path(base, Description.FOLDER, imported._replace(tree=tree).file_name)
-        result = replace(result, robot=tree["robot"], folder=str(folder))
-        words = self._command_line()
-        record = None if self.force else recorded(folder, words)
-        if record is None and not self.force:
-            others = "name a new folder with -o, or write into this one with --force"
-            _check_folder(folder, "give this robot another name with --name" if self.package else others)
-        keeps = imported.takes_arguments and not self.flat
-        renamed = rename_files(tree, self.source, folder, self.meshes, self.reading.packages, keeps)
-        self.diagnostics += arrange(renamed.diagnostics)
-        read = imported._replace(tree=renamed.tree)
-        converted = Converted(read) if self.verbatim else with_sections(read)
-        trip = self._prove(converted, folder)
-        if trip is None or has_errors(self.diagnostics):
-            return self._end(result)
-        imported, lines = converted.imported, [*_report_parts(trip), *report_elements(converted)]
-        translated: Sequence[str] = ()
-        if record is not None and (len(record.files) > 1) != (len(trip.files) > 1):  # in as many files as before
-            files = write(trip.shown, trip.outputs, schema_beside(folder), len(record.files) > 1)
-        else:
-            files = trip.files
-        if keeps and self.source is not Description.ON_STDIN:
-            target = Target(folder, schema_beside(folder), self.name, renamed.meshes, self.package is not None)
-            translation = translate(self.source, self.reading, read, trip.outputs, target)
-            translated = translation.report
-            if translation.files:  # it keeps elements as they are
-                imported, files, lines = read, translation.files, []
-        report = [*_report(folder, imported, trip, files), *lines, *translated]
-        if record is None:
-            merged = Merged({**files, **record_of(files, words)})
-        else:
-            merged = import_again(folder, record, files, words, self.keep_edits)
-        self.diagnostics += arrange(merged.diagnostics)
-        written = None if merged.refused else self._write(folder, merged, record is None)
-        if written is None:
-            return self._end(result)
-        names = tuple(name for name in written.files if not is_record(name))
-        if record is not None:
-            with suppress(OSError):  # nothing includes them any more
-                remove(folder, merged)
-            changed = [*names, *(f"{name} (removed)" for name in merged.removed if not is_record(name))]
-            first = f"{folder}: written: {', '.join(changed)}" if changed else f"{folder}: unchanged"
-            report = [first, *merged.lines]
-        made = replace(result, written=names, report=tuple(report), to_do=written.to_do)
-        return self._end(replace(made, next_steps=written.next_steps))
-
-    def _end(self, result: ImportResult) -> ImportResult:
-        return replace(result, diagnostics=tuple(self.diagnostics))
-
-    def _read(self) -> Imported:
-        """Read the source and its companions. Raises RequestError."""
-        imported = read_robot(self.source, self.reading)
-        if self.reading.arguments and not imported.takes_arguments and imported.tree is not None:
-            raise RequestError(f"{self.source} takes no arguments: only a xacro does")
-        for format, path in self.companions.items():
+def _check_options(
+    source: Path,
+    companions: Mapping[str, Path],
+    into: FilePath | None,
+    output: FilePath | None,
+    force: bool,
+    name: str | None,
+    meshes: str | None,
+) -> _Package | None:
+    """Return the package that gets the description, if any. Raises RequestError for files and options."""
+    for path in (source, *companions.values()):
+        if path is not Description.ON_STDIN:
             _check_file(path)
-            imported = join(imported, format, path, self.reading)
-        found = imported.diagnostics
-        if self.strict:
-            found = [replace(one, severity=ERROR) if one.rule == "import-cannot-carry" else one for one in found]
-        self.diagnostics += arrange(found)
-        return imported if imported.tree is None else imported._replace(tree=self._with_drives(imported.tree))
+    if into is not None and (output is not None or force):
+        word = "-o" if output is not None else "--force"
+        raise RequestError(f"--into names the place, and what is there stays: leave {word} out")
+    if into is not None and source is Description.ON_STDIN:
+        raise RequestError("--into compares the description with a file: name it, not -")
+    package = None if into is None else _package_at(Path(into), source)
+    if name is not None and not (_NAME.fullmatch(name) and name.isprintable()):
+        raise RequestError(f'"{name}" cannot be the name of a robot: no markup, no quotes, spaces only within')
+    if meshes is not None and (not meshes.isprintable() or not meshes.strip() or meshes.endswith("://")):
+        raise RequestError(f'--meshes "{meshes}" is neither a folder nor package://NAME')
+    return package
 
-    def _with_drives(self, tree: Map) -> Map:
-        """Add servos as stand-ins if the source has no actuators. Raises RequestError for an MJCF."""
-        outputs, joints = tree.get("outputs") or Map(tree.span), list((tree.get("joints") or {}).values())
-        if _MJCF in outputs:
-            if self.drives not in (None, "none"):
-                raise RequestError(f"{self.source} is an MJCF, and its actuators are imported: leave --drives out")
-            return tree
-        has_actuators = "actuators" in tree or any("actuator" in joint for joint in joints)
-        drives = self.drives or ("none" if has_actuators else "position")
-        if drives == "none" or all(joint["type"] not in MOVING_TYPES for joint in joints):
-            return tree
-        entry = as_tree({"file": "robot.xml", "drives": drives}, tree.span)
-        return _with(tree, "outputs", _with(outputs, _MJCF, entry))
 
-    def _prove(self, converted: Converted, folder: Path) -> RoundTrip | None:
-        """Compile the description in a temporary folder and compare it with the source."""
-        try:
-            parts = self.parts and not self.flat
-            trip = check_round_trip(converted.imported, folder, parts, converted.plain, self.reading.packages)
-        except OSError as problem:
-            reason = problem.strerror or type(problem).__name__
-            message = f"{self.source}: cannot work in the temporary folder: {reason}; TMPDIR can name another one"
-            self.diagnostics.append(error("output-failed", message, None))
-            return None
-        untold = list(trip.untold)
-        if self.reading.lenient and not self.strict:
-            untold = [replace(one, severity=WARNING, help="please report it with the file") for one in untold]
-        self.diagnostics += arrange([*trip.diagnostics, *untold])
-        return trip
+def _read(
+    source: Path, reading: ReadOptions, companions: Mapping[str, Path], strict: bool
+) -> tuple[Imported, list[Diagnostic]]:
+    """Read the source and its companions. Raises RequestError."""
+    imported = read_robot(source, reading)
+    if reading.arguments and not imported.takes_arguments and imported.tree is not None:
+        raise RequestError(f"{source} takes no arguments: only a xacro does")
+    for format, path in companions.items():
+        imported = join(imported, format, path, reading)
+    found = imported.diagnostics
+    if strict:
+        found = [replace(one, severity=ERROR) if one.rule == "import-cannot-carry" else one for one in found]
+    return imported, arrange(found)
 
-    def _write(self, folder: Path, merged: Merged, is_new: bool) -> Written | None:
-        """Write the files of a description; an edited file that is replaced is kept under another name."""
 
-        def judge(name: str, old: bytes, _: bytes) -> Literal["replace", "keep"]:
-            return "replace" if is_record(name) or old == merged.before.get(name, "").encode() else "keep"
+def _with_drives(tree: Map, drives: str | None, source: Path) -> Map:
+    """Add servos as stand-ins if the source has no actuators. Raises RequestError for an MJCF."""
+    outputs, joints = tree.get("outputs") or Map(tree.span), list((tree.get("joints") or {}).values())
+    if _MJCF in outputs:
+        if drives not in (None, "none"):
+            raise RequestError(f"{source} is an MJCF, and its actuators are imported: leave --drives out")
+        return tree
+    has_actuators = "actuators" in tree or any("actuator" in joint for joint in joints)
+    drives = drives or ("none" if has_actuators else "position")
+    if drives == "none" or all(joint["type"] not in MOVING_TYPES for joint in joints):
+        return tree
+    return put_values(tree, {"outputs": put_values(outputs, {_MJCF: {"file": "robot.xml", "drives": drives}})})
 
-        try:
-            if self.package is not None:
-                return write_into(self.package, folder.name, merged.files, self.reading.arguments, is_new)
-            made = write_set(folder, merged.files, judge=judge)
-        except OutputError as problem:
-            self.diagnostics.append(problem.diagnostic)
-            return None
-        self.diagnostics += arrange(made.diagnostics(folder))
-        steps = () if has_errors(self.diagnostics) else (f"next: rosorin-compile all {shlex.quote(str(folder))}",)
-        return Written(made.written, (), steps)
+
+def _prove(
+    converted: Converted, folder: Path, parts: bool, reading: ReadOptions, strict: bool
+) -> tuple[RoundTrip | None, list[Diagnostic]]:
+    """Compile the description in a temporary folder and compare it with the source."""
+    try:
+        trip = check_round_trip(converted.imported, folder, parts, converted.plain, reading.packages)
+    except OSError as problem:
+        reason = problem.strerror or type(problem).__name__
+        message = f"cannot work in the temporary folder: {reason}; TMPDIR can name another one"
+        return None, [error("output-failed", message, None)]
+    untold = list(trip.untold)
+    if reading.lenient and not strict:
+        untold = [replace(one, severity=WARNING, help="please report it with the file") for one in untold]
+    return trip, arrange([*trip.diagnostics, *untold])
+
+
+def _write(
+    folder: Path, merged: Merged, package: _Package | None, arguments: Mapping[str, str], is_new: bool
+) -> tuple[_Written | None, list[Diagnostic]]:
+    """Write the files of a description; an edited file that is replaced is kept under another name."""
+
+    def judge(name: str, old: bytes, _: bytes) -> Literal["replace", "keep"]:
+        return "replace" if is_record(name) or old == merged.before.get(name, "").encode() else "keep"
+
+    try:
+        if package is not None:
+            return _write_into(package, folder.name, merged.files, arguments, is_new), []
+        made = write_set(folder, merged.files, judge=judge)
+    except OutputError as problem:
+        return None, [problem.diagnostic]
+    step = f"next: rosorin-compile all {shlex.quote(str(folder))}"
+    return (made.written, (), (step,)), arrange(made.diagnostics(folder))
 
 
 def _check_file(path: Path) -> None:
@@ -305,13 +293,6 @@ def _check_file(path: Path) -> None:
         raise RequestError(f"{path} is not there" + (f"; {suggest(str(close))}" if close else "")) from None
     if is_folder:
         raise RequestError(f"{path} is a folder; name the file of the robot in it")
-
-
-def _with(tree: Map, key: str, value: object) -> Map:
-    """Return a mapping with another value of a key."""
-    made = tree.copy()
-    made.put(key, value, tree.span, tree.span)
-    return made
 
 
 def _check_folder(folder: Path, help: str) -> None:
@@ -363,9 +344,84 @@ def _report_parts(trip: RoundTrip) -> list[str]:
 
 
 def _texts(node: Any) -> Iterator[str]:
-    """Yield every text in a tree."""
     if isinstance(node, (Map, Seq)):
         for item in node.values() if isinstance(node, Map) else node:
             yield from _texts(item)
     elif isinstance(node, str):
         yield node
+
+
+def _package_at(folder: Path, source: Path) -> _Package:
+    """Return the package in a folder. Raises RequestError if there is none, or if the source is elsewhere."""
+    if not is_folder(folder):
+        raise RequestError(f"{folder} is not a folder; --into names the folder of a ROS package")
+    found = package_of(folder)
+    if found is None or found[0] != resolve(folder):
+        help = f"did you mean {found[0]}?" if found else "to write a new package: rosorin-compile package ROBOT"
+        raise RequestError(f"{folder} is not a ROS package: it has no package.xml with a name; {help}")
+    match = _BUILD_TYPE.search(read_text(folder / "package.xml", errors="replace"))
+    if match is None or match[1] not in _REGISTRY:
+        help = "only those two are supported" if match else "add <export><build_type>ament_cmake</build_type></export>"
+        what = f'its build type is "{match[1]}"' if match else "its package.xml has no build type"
+        raise RequestError(f"{folder} is not built by ament_cmake or ament_python: {what}; {help}")
+    if not resolve(source).is_relative_to(resolve(folder)):
+        own = package_of(resolve(source).parent)
+        help = f"it is in package {own[1]}: --into {own[0]}" if own else "copy it there, or name its package"
+        raise RequestError(f"{source} is not in {folder}, where the test that is written compares both; {help}")
+    return _Package(folder, found[1], match[1], resolve(source).relative_to(resolve(folder)).as_posix())
+
+
+def _write_into(
+    package: _Package, name: str, files: Mapping[str, str], arguments: Mapping[str, str], is_new: bool
+) -> _Written:
+    """Write a description with its test into a package, all or nothing. Raises OutputError.
+
+    The other files of the package stay as they are, and so does an edited test. ``name`` is the folder of the
+    description. Lines to add are only returned for a description that ``is_new``.
+    """
+    from rosorin_compile.formats.templating import Templates
+
+    description, source = f"{Description.FOLDER}/{name}", package.source
+    root, word = f"{description}/{Description.ROOT_FILE}", re.sub(r"\W+", "_", name).lower()
+    test, registry = f"test/test_{word}_description.py", f"{_REGISTRY[package.build_type]} and package.xml"
+    values = {"source": source, "description": root, "given": dict(arguments), "name": package.name}
+    text = Templates().own("importing/test.py.jinja", {**values, "registry": registry, "literal": repr}).encode()
+    with open_package_folder(package.folder) as target:
+        path = package.folder / test
+        is_edited = os.path.lexists(path) and not (is_file(path) and read_bytes(path) == text)
+        # The records are the manifest of the description, and that of robot.yaml is the last.
+        order = sorted(files, key=lambda file: (is_record(file), file == f"{Description.ROOT_FILE}{ENDING}", file))
+        data = {} if is_edited else {test: text}
+        data |= {f"{description}/{file}": files[file].encode() for file in order}
+        written = target.write(data, manifest=False)
+    compares = "was edited and may compare something else" if is_edited else "compares both"
+    command = f"rosorin-compile print {root} urdf"
+    steps = (
+        f"to expand the description instead of {Path(source).name} in launch files: {command}",
+        f"{source} stays; {test} {compares}: colcon test, or pytest",
+    )
+    names = tuple(file.removeprefix(f"{description}/") for file in written if file != test)
+    return names, tuple(_lines_to_add(package, description, test, files)) if is_new else (), steps
+
+
+def _lines_to_add(package: _Package, description: str, test: str, files: Mapping[str, str]) -> Iterator[str]:
+    """Yield the lines that install a description and run its test, below the names of the files that need them."""
+    depends = "ament_cmake_pytest"
+    install = [
+        "install(DIRECTORY descriptions DESTINATION share/${PROJECT_NAME})",
+        "if(BUILD_TESTING)",
+        "  find_package(ament_cmake_pytest REQUIRED)",
+        f"  ament_add_pytest_test({Path(test).stem} {test})",
+        "endif()",
+    ]
+    if package.build_type == "ament_python":
+        rows: dict[str, list[str]] = {}
+        for file in sorted(f"{description}/{name}" for name in files if not is_record(name)):
+            rows.setdefault(file.rpartition("/")[0], []).append(file)
+        install = [f"('share/{package.name}/{folder}', {names})," for folder, names in rows.items()]
+        install.append("extras_require={'test': ['pytest']},")  # colcon requires it to run pytest
+        depends = "python3-pytest"
+    tag = f"<test_depend>{depends}</test_depend>"
+    for file, lines in {_REGISTRY[package.build_type]: install, "package.xml": [tag]}.items():
+        yield f"add to {package.folder / file}, if it is not there:"
+        yield from (f"  {line}" for line in lines)

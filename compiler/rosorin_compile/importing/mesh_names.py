@@ -11,7 +11,6 @@ import os
 import posixpath
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 from rosorin_compile.formats.imported_robot import Imported, as_tree
 from rosorin_compile.formats.mesh_files import Places
@@ -25,31 +24,14 @@ from rosorin_compile.source.tree import Map
 _RULE = "import-mesh-path"
 
 
-class Renamed(NamedTuple):
-    """The tree of a robot with the mesh names of its description, and diagnostics about them.
-
-    ``meshes`` is the prefix of all relative names, or None.
-    """
-
-    tree: Map
-    diagnostics: list[Diagnostic]
-    meshes: str | None = None
-
-
 def rename_files(
     tree: Map, source: Path, folder: Path, meshes: str | None, packages: Mapping[str, Path], keeps: bool = False
-) -> Renamed:
+) -> tuple[Map, list[Diagnostic], str | None]:
     """Rename meshes and textures so that the description finds the same files as the source.
 
-    Args:
-        tree: The tree of the robot.
-        source: The file that it was read from.
-        folder: The folder of the description.
-        meshes: The prefix of relative names from ``--meshes``.
-        packages: The folders of packages from the command line.
-        keeps: Keep the names because macros generate them. If files are outside the folder of the source, the prefix is
-            the path from the artifacts to the source.
-
+    Returns the tree with the new names, diagnostics, and the prefix of all relative names, or None. ``folder`` is that
+    of the description, and ``meshes`` the prefix from ``--meshes``. With ``keeps``, names stay because macros generate
+    them; if files are outside the folder of the source, the prefix is the path from the artifacts to the source.
     """
     place = tree.value_spans.get("robot", tree.span)
     searched = Places(source, source.parent, packages, os.environ).search(tree, relative=meshes is None)
@@ -67,7 +49,7 @@ def rename_files(
             found = Packages({}, os.environ, here / Description.ROOT_FILE).find(package)
             if found is None or not any(is_file(found / path / name) for name in relative):
                 known[package] = _seen(Path(*base.parts[:depth]), here)
-        return Renamed(_with_places(move_files(tree, meshes), "", known), messages, meshes)
+        return _with_places(move_files(tree, meshes), "", known), messages, meshes
     top, names = base, {name: name for name in relative}
     if not keeps and (files or has_files):  # missing files keep their names
         top, names = _names(base, relative, files)
@@ -82,10 +64,10 @@ def rename_files(
         how = f"are out of the folder of {source.name}: artifacts name them as seen from {artifacts.as_posix()}"
         messages.append(_elsewhere(how, outside, place))
         meshes = _seen(base, artifacts)
-        return Renamed(_with_places(move_files(tree, meshes), "", known), messages, meshes)
+        return _with_places(move_files(tree, meshes), "", known), messages, meshes
     tree = map_files(tree, lambda name: names.get(name, name))
     has_folder = any(not _is_of_package(name) for name in names.values())
-    return Renamed(_with_places(tree, _seen(top, here) if has_folder else "", known), messages)
+    return _with_places(tree, _seen(top, here) if has_folder else "", known), messages, None
 
 
 def _is_of_package(name: str) -> bool:
@@ -142,12 +124,10 @@ def seen_from(imported: Imported, folder: Path) -> Imported:
 
 def _with_places(tree: Map, folder: str, packages: Mapping[str, str]) -> Map:
     """Return the tree of a robot with the folders of its meshes and packages in its source."""
-    if not (folder or packages):
-        return tree
     places = {key: value for key, value in (("folder", folder), ("packages", dict(packages))) if value}
     made = tree.copy()
-    made["source"] = as_tree({**tree["source"], **places}, tree.span)
-    return made
+    made["source"] = as_tree({**(tree.get("source") or {}), **places}, tree.span)
+    return made if places else tree
 
 
 def _seen(path: Path, folder: Path) -> str:

@@ -18,20 +18,11 @@ from itertools import takewhile
 from pathlib import Path
 from typing import NamedTuple
 
-from rosorin_compile.source.diagnostics import (
-    WARNING,
-    Diagnostic,
-    RequestError,
-    Source,
-    Span,
-    count_of,
-    error,
-    phrase,
-    printable,
-)
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, RequestError, Source, error
 from rosorin_compile.source.files import is_file, read_bytes
 from rosorin_compile.source.load import LoadError, parse_yaml
 from rosorin_compile.source.project import Description
+from rosorin_compile.source.wording import count_of, phrase, printable
 
 ENDING = ".imported"
 _PROGRAM = "# rosorin-compile import "
@@ -39,26 +30,15 @@ _MARK = re.compile(r"^<{7}(?= |$)", re.MULTILINE)
 _MOST_CONFLICTS = 127  # the largest exit code of git merge-file that counts conflicts
 
 
-class Record(NamedTuple):
-    """The command line of an earlier import, and the text of each file that it wrote, by name."""
-
-    words: list[str]
-    files: dict[str, str]
-
-
 class Merged(NamedTuple):
-    """The result of importing again.
+    """The result of importing again."""
 
-    ``files`` are to be written, with their records; ``before`` are the files of the description as they were read.
-    ``removed`` are files and records that the source no longer produces. If ``refused`` is set, nothing is written.
-    """
-
-    files: Mapping[str, str] = {}
-    before: Mapping[str, str] = {}
-    removed: Sequence[str] = ()
+    files: Mapping[str, str] = {}  # to be written, with their records
+    before: Mapping[str, str] = {}  # the files of the description as they were read
+    removed: Sequence[str] = ()  # files and records that the source no longer produces
     diagnostics: Sequence[Diagnostic] = ()
     lines: Sequence[str] = ()
-    refused: bool = False
+    refused: bool = False  # nothing is written
 
 
 def record_of(files: Mapping[str, str], words: Iterable[str]) -> dict[str, str]:
@@ -80,8 +60,8 @@ def _text(path: Path) -> str:
     return read_bytes(path).decode()
 
 
-def recorded(folder: Path, words: Sequence[str]) -> Record | None:
-    """Return the record of the description in a folder, or None if it is missing or damaged.
+def read_record(folder: Path, words: Sequence[str]) -> dict[str, str] | None:
+    """Return the files as an earlier import wrote them to a folder, or None if the record is missing or damaged.
 
     Raises RequestError if it cannot be read, or if it is of another import.
     """
@@ -104,7 +84,7 @@ def recorded(folder: Path, words: Sequence[str]) -> Record | None:
     if missing := [option for option in before[1:] if option.startswith("--") and option not in words]:
         message = f"{folder} was imported with {phrase(missing)}: rosorin-compile import {shlex.join(before)}"
         raise RequestError(f"{message}; give the same options, or name a folder with -o")
-    return Record(before, {**files, Description.ROOT_FILE: root})
+    return {**files, Description.ROOT_FILE: root}
 
 
 def _source(words: Sequence[str]) -> str:
@@ -113,7 +93,7 @@ def _source(words: Sequence[str]) -> str:
 
 
 def import_again(
-    folder: Path, record: Record, theirs: Mapping[str, str], words: Sequence[str], keep_ours: bool = False
+    folder: Path, record: Mapping[str, str], theirs: Mapping[str, str], words: Sequence[str], keep_ours: bool = False
 ) -> Merged:
     """Merge the newly imported files of a source with those of a description, without writing anything.
 
@@ -121,8 +101,8 @@ def import_again(
     RequestError for a file that cannot be read.
     """
     source = printable(Path(words[0]).name)
-    ours, marked = dict[str, str](), list[Diagnostic]()
-    for name in {**record.files, **theirs}:
+    ours, found, files = dict[str, str](), list[Diagnostic](), dict[str, str]()
+    for name in {**record, **theirs}:
         path = folder / name
         try:
             if not is_file(path):
@@ -131,27 +111,25 @@ def import_again(
             if _MARK.search(ours[name]):  # conflict marks of an earlier merge
                 parse_yaml(Source(str(path), ours[name]))
         except LoadError as problem:
-            marked.append(problem.diagnostic)
+            found.append(problem.diagnostic)
         except OSError as problem:
             raise RequestError(f"cannot read {path}: {problem.strerror or type(problem).__name__}") from None
         except ValueError:
             raise RequestError(f"{path} is not UTF-8 text: nothing is merged into it") from None
-    if marked:
-        return Merged(diagnostics=marked, refused=True)
-    files: dict[str, str] = {}
-    removed = [f"{name}{ENDING}" for name in record.files if name not in theirs]
-    found: list[Diagnostic] = []
-    for name in {**record.files, **theirs}:
-        base, own, new = record.files.get(name), ours.get(name), theirs.get(name)
+    if found:
+        return Merged(diagnostics=found, refused=True)
+    removed = [f"{name}{ENDING}" for name in record if name not in theirs]
+    for name in {**record, **theirs}:
+        base, own, new = record.get(name), ours.get(name), theirs.get(name)
+        left, help = "", ""
         if new is None and own == base is not None:
             removed.append(name)
         elif new is None and own is not None:
-            message = f"{folder / name} was edited, and the newer {source} has nothing for it: it stays"
-            found.append(Diagnostic("import-file-left", WARNING, message, help="remove it if you do not need it"))
+            left = f"was edited, and the newer {source} has nothing for it: it stays"
+            help = "remove it if you do not need it"
         elif own is None and base is not None and new not in (None, base):
-            message = f"{folder / name} was deleted, and the newer {source} changes it: it is not written again"
+            left = f"was deleted, and the newer {source} changes it: it is not written again"
             help = "to get it back, import into a new folder with -o"
-            found.append(Diagnostic("import-file-left", WARNING, message, help=help))
         elif new is not None and own == base:
             files[name] = new
         elif own is not None and new in (base, own):
@@ -166,15 +144,16 @@ def import_again(
             if mark := _MARK.search(files[name]):
                 message = f"the newer {source} changes lines of {name} that were edited here: "
                 message += f"{count_of(len(_MARK.findall(files[name])), 'conflict')}; both versions are in the file"
-                line = files[name].count("\n", 0, mark.start()) + 1
-                span = Span(Source(str(folder / name), files[name]), line, 1, 7)
+                span = Source(str(folder / name), files[name]).span(mark.start(), 7)
                 help = "choose a version at each <<<<<<<, and remove the marks"
                 found.append(error("import-conflict", message, span, help))
+        if left:
+            found.append(Diagnostic("import-file-left", WARNING, f"{folder / name} {left}", help=help))
     written = {name: text for name, text in files.items() if text != ours.get(name)}
     lines = [f"changes of the newer {source}: {', '.join(written)}"] if written else []
-    if dict(theirs) == record.files:
+    if dict(theirs) == record:
         lines = [f"{source} is as it was when it was imported before"]
-    edited = [name for name, base in record.files.items() if name in theirs and ours.get(name) not in (None, base)]
+    edited = [name for name, base in record.items() if name in theirs and ours.get(name) not in (None, base)]
     lines += [f"edited here, and kept: {', '.join(edited)}"] if edited else []
     return Merged({**written, **record_of(theirs, words)}, ours, removed, found, lines)
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rosorin_compile.compare.artifacts import agreement
 from rosorin_compile.compare.describe import Describer
@@ -21,45 +21,30 @@ from rosorin_compile.formats.robot_files import outputs_of
 from rosorin_compile.model import Robot
 from rosorin_compile.request import Request
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import (
-    ERROR,
-    Diagnostic,
-    Related,
-    Source,
-    and_more,
-    count_of,
-    error,
-    has_errors,
-    phrase,
-)
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Related, Source, error
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map
+from rosorin_compile.source.wording import and_more, count_of, phrase
 
 from .description import write
-from .elements.sensors import without_collisions
+from .elements.sections import without_collisions
 from .mesh_names import seen_from
-from .repeats import with_parts
+from .repeats.parts import with_parts
 
 _MAX_DIFFERENCES = 20
 
 
 class RoundTrip(NamedTuple):
-    """The files of a description (text by name), and how they compare with the source.
-
-    ``outputs`` are the requested artifacts, and ``shown`` is the robot as written. ``diagnostics`` are the errors that
-    prevent the comparison and the differences that it found. ``proof`` is the comparison by the engine of the source's
-    format, and ``untold`` has the errors about differences that no other message reports. ``reordered`` is true if the
-    order of the moving joints differs from the source.
-    """
+    """The files of a description (text by name), and how they compare with the source."""
 
     files: dict[str, str]
-    outputs: Outputs
-    diagnostics: list[Diagnostic]
-    shown: Imported
-    proof: Proof = Proof()
-    untold: tuple[Diagnostic, ...] = ()
-    reordered: bool = False
+    outputs: Outputs  # the requested artifacts
+    diagnostics: list[Diagnostic]  # errors that prevent the comparison, and the differences that it found
+    shown: Imported  # the robot as written
+    proof: Proof = Proof()  # the comparison by the engine of the source's format
+    untold: tuple[Diagnostic, ...] = ()  # errors about differences that no other message reports
+    reordered: bool = False  # the moving joints have another order than in the source
 
 
 def check_round_trip(
@@ -89,21 +74,22 @@ def _round_trip(
 ) -> RoundTrip:
     """Return the round trip of ``shown``, the same robot, perhaps with parts."""
     Progress.step("proving the import")
-    schema, outputs = schema_beside(folder), outputs_of(imported)
-    texts = write(shown, outputs, schema)
-    compiled = _compiled(texts, imported.packages)
-    if has_errors(compiled.diagnostics):
+    outputs = outputs_of(imported)
+    for _ in range(2):
+        texts = write(shown, outputs, schema_path(folder))
+        compiled = _compile(texts, imported.packages, exact=True)
+        trip = RoundTrip(texts, outputs, [], shown)
+        errors = [one for one in compiled.diagnostics if one.severity == ERROR]
+        if not errors:
+            break
         # Most often only MuJoCo needs more than the source has, a mass for instance.
-        outputs = outputs_of(imported, _first_error(compiled.diagnostics))
-        texts = write(shown, outputs, schema)
-        compiled = _compiled(texts, imported.packages)
-    trip = RoundTrip(texts, outputs, [], shown)
-    for one in (one for one in compiled.diagnostics if one.severity == ERROR):
+        outputs = outputs_of(imported, " ".join(errors[0].message.split()))
+    for one in errors:
         if one.span is not None:  # in the folder where the description is going to be
             source = Source(str(folder / Path(one.span.source.path).name), one.span.source.text)
             one = replace(one, span=one.span._replace(source=source), related=())
         trip.diagnostics.append(one)
-    if trip.diagnostics:
+    if errors:
         return trip
     before, made = imported._replace(tree=plain or imported.whole).robot, compiled.robot
     if before is None or made is None:
@@ -130,18 +116,18 @@ def _round_trip(
     return trip._replace(proof=proof, untold=(untold,))
 
 
-def schema_beside(folder: Path) -> str:
+def schema_path(folder: Path) -> str:
     """Return the path of the schema for editors relative to a folder, or an empty string if there is none."""
     schema = Description.SCHEMA
     return (Path("..") / schema).as_posix() if files.is_file(folder.parent / schema) else ""
 
 
-def _compiled(texts: Mapping[str, str], packages: Mapping[str, Path]) -> Compiled:
-    """Compile the files of a description with all digits."""
+def _compile(texts: Mapping[str, str], packages: Mapping[str, Path], **options: Any) -> Compiled:
+    """Compile the files of a description in a temporary folder."""
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as stage:
         for name, text in texts.items():
             Path(stage, name).write_text(text, "utf-8")
-        return compile_robot(Path(stage, Description.ROOT_FILE), packages=packages, exact=True)
+        return compile_robot(Path(stage, Description.ROOT_FILE), packages=packages, **options)
 
 
 def _proof(imported: Imported, shown: Imported, outputs: Outputs, folder: Path, packages: Mapping[str, Path]) -> Proof:
@@ -155,26 +141,17 @@ def _proof(imported: Imported, shown: Imported, outputs: Outputs, folder: Path, 
     Progress.step("proving the import in its engine")
     description = Description.from_path(folder / Description.ROOT_FILE)
     placed = replace(description, outputs=description.outputs.absolute())
-    with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
-        for file, text in write(seen_from(shown, folder), outputs).items():
-            Path(name, file).write_text(text, "utf-8")
-        compiled = compile_robot(
-            Path(name, Description.ROOT_FILE),
-            packages=packages,
-            search=Request(placed, packages=packages).search_meshes,
-            requested=[format.name],
-        )
+    search = Request(placed, packages=packages).search_meshes
+    texts = write(seen_from(shown, folder), outputs)
+    compiled = _compile(texts, packages, search=search, requested=[format.name])
     made = next((one.text for one in compiled.artifacts), None)
     if made is None:
-        return Proof(unknown=_first_error(compiled.diagnostics))
+        first = next(one.message for one in compiled.diagnostics if one.severity == ERROR)
+        return Proof(unknown=" ".join(first.split()))
     opens = format.opens or (lambda name: name)
     found = compiled.meshes.by_name if compiled.meshes is not None else {}
     meshes = {called: str(file.absolute()) for name, file in found.items() for called in (name, opens(name)) if called}
     return format.prove(imported, made, meshes)
-
-
-def _first_error(diagnostics: Sequence[Diagnostic]) -> str:
-    return next(" ".join(d.message.split()) for d in diagnostics if d.severity == ERROR)
 
 
 def _differs(what: str, found: Sequence[str]) -> Diagnostic:
@@ -189,10 +166,7 @@ def _some(texts: Sequence[str]) -> tuple[Related, ...]:
 
 
 def model_differences(one: Robot, other: Robot, tolerance: float = NOISE) -> list[str]:
-    """Return the differences between two robots, one sentence each.
-
-    Numbers may differ by ``tolerance``, absolute or relative.
-    """
+    """Return the differences between two robots, one sentence each, above a ``tolerance``, absolute or relative."""
 
     def precision(key: object, *values: object) -> float:  # noqa: ARG001
         return tolerance / 2
@@ -204,10 +178,7 @@ def model_differences(one: Robot, other: Robot, tolerance: float = NOISE) -> lis
 
 
 def _element_changes(source: Robot, made: Robot) -> list[str]:
-    """Return how the elements of a URDF of a source differ from those of its description.
-
-    Both have elements for Gazebo for friction and springs; the description has some for sensors and hardware, too.
-    """
+    """Return how the elements of a URDF of a source differ from those of its description, which has sections."""
     format = FORMATS.published_format()
     output = next((one for one in made.outputs if one.backend == format.name), None)
     before, after = list(source.urdf_elements), list(made.urdf_elements)

@@ -67,13 +67,12 @@ def colours_of(robot: Robot) -> dict[str, Material]:
 def with_visuals(robot: Robot) -> Robot:
     """Return a robot in which a link without a visual is seen as its collision shapes, in one colour."""
     colours = colours_of(robot)
-    links = []
-    for link in robot.links:
-        if link.name in colours:
-            look: Any = {"name": "", "material": colours[link.name].name, "stand_in": "", "urdf_elements": ()}
-            link = replace(link, visual=tuple(replace(shape, **look) for shape in link.collision))
-        links.append(link)
-    return replace(robot, links=tuple(links), materials=(*robot.materials, *colours.values())) if colours else robot
+    links = {link.name: link for link in robot.links}
+    for name, colour in colours.items():
+        look: Any = {"name": "", "material": colour.name, "stand_in": "", "urdf_elements": ()}
+        links[name] = replace(links[name], visual=tuple(replace(shape, **look) for shape in links[name].collision))
+    materials = (*robot.materials, *colours.values())
+    return replace(robot, links=tuple(links.values()), materials=materials) if colours else robot
 
 
 def shows_collision(link: Link) -> bool:

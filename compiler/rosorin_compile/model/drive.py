@@ -154,17 +154,15 @@ class Driving:
             angle = axis.sign * angles.get(axis.joint, 0.0)
             rows.append((*_coefficients((-math.sin(angle), math.cos(angle)), axis.x, axis.y), 0.0))
         if self.slides:
-            vx, vy, wz = _least_squares(rows)
-            return Twist(vx, vy, wz)
+            return Twist(*_least_squares(rows))
         vx, wz = _least_squares([(row[0], *row[2:]) for row in rows])
         return Twist(vx, 0.0, wz)
 
     def _row(self, wheel: Wheel, angles: Mapping[str, float]) -> tuple[Vector, float]:
         """Return the factors of vx, vy, wz along the grip of a wheel, and how far (m) 1 rad of it rolls there."""
         (gx, gy), (dx, dy), angle, x, y = wheel.grip, wheel.direction, 0.0, wheel.x, wheel.y
-        for axis in self.steering:
-            if axis.joint == wheel.steering:
-                angle, x, y = axis.sign * angles.get(axis.joint, 0.0), axis.x, axis.y
+        for axis in (axis for axis in self.steering if axis.joint == wheel.steering):
+            angle, x, y = axis.sign * angles.get(axis.joint, 0.0), axis.x, axis.y
         sine, cosine = math.sin(angle), math.cos(angle)
         grip = (cosine * gx - sine * gy, sine * gx + cosine * gy)
         return _coefficients(grip, x, y), wheel.radius * (gx * dx + gy * dy)
@@ -214,10 +212,8 @@ def driving_of(robot: Robot) -> Driving:
         roles = ["rolling" if drive.joints.get("rolling") else "driven"]
         sides = [at[name][1] for name in drive.joints[roles[0]]]
         wheelbase, track = abs(middle("steering")[0] - middle(*roles)[0]), max(sides) - min(sides)
-    x, y = middle(*roles)
-    if drive.kind == DIFFERENTIAL:
-        (xl, yl), (xr, yr) = middle("left"), middle("right")
-        x, y = (xl + xr) / 2, (yl + yr) / 2
+    centres = [middle(role) for role in roles] if drive.kind == DIFFERENTIAL else [middle(*roles)]
+    x, y = (sum(values) / len(centres) for values in zip(*centres, strict=True))
     steering = tuple(
         Steering(name, at[name][0] - x, at[name][1] - y, math.copysign(1, axis_in_base(robot, drive, name)[2]))
         for name in drive.steering

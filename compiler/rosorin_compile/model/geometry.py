@@ -113,8 +113,7 @@ def quaternion_of(rows: Rows) -> Quaternion:
         s = math.sqrt(trace + 1.0)
         w, s = s * 0.5, 0.5 / s
         return ((rows[2][1] - rows[1][2]) * s, (rows[0][2] - rows[2][0]) * s, (rows[1][0] - rows[0][1]) * s, w)
-    diagonal = [rows[i][i] for i in range(3)]
-    i = diagonal.index(max(diagonal))  # the first of equals, like tf2
+    i = max(range(3), key=lambda axis: rows[axis][axis])  # the first of equals, like tf2
     j, k = (i + 1) % 3, (i + 2) % 3
     s = math.sqrt(rows[i][i] - rows[j][j] - rows[k][k] + 1.0)
     made = [0.0, 0.0, 0.0, 0.0]

@@ -7,6 +7,8 @@ import re
 import struct
 from array import array
 from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import cache
 
 from rosorin_compile.source import files
 
@@ -42,19 +44,14 @@ def clouds_of(robot: Robot, as_opened: bool = False) -> Clouds:
     The files are those that the description names. With ``as_opened`` they are those that MuJoCo opens, such as the OBJ
     that was made of a DAE, and a mesh that is left out of the MJCF has no vertices.
     """
-    clouds: dict[str, tuple[Vector, ...] | None] = {}
 
-    def cloud(mesh: Mesh) -> tuple[Vector, ...] | None:
-        if as_opened and mesh.file in robot.missing_meshes:
-            return ()
-        if mesh.file not in clouds:
-            try:
-                clouds[mesh.file] = _read_cloud(robot, mesh.file, as_opened)
-            except UnreadableMesh:
-                clouds[mesh.file] = None
-        return clouds[mesh.file]
+    @cache
+    def read(name: str) -> tuple[Vector, ...] | None:
+        with suppress(UnreadableMesh):
+            return () if as_opened and name in robot.missing_meshes else _read_cloud(robot, name, as_opened)
+        return None
 
-    return cloud
+    return lambda mesh: read(mesh.file)
 
 
 def why_unread(robot: Robot, name: str) -> str:

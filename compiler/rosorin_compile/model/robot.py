@@ -397,12 +397,11 @@ class Robot:
         ``pose`` is a named pose, which ``positions`` (radians or metres by joint) override. Joints in neither are at
         zero, and mimic joints follow their leaders. Raises KeyError for unknown names.
         """
-        for name in (source, target):
-            if name not in self.link:
-                edges = sorted(self.edges, key=lambda edge: edge.child != name)
-                owner = next((edge.publisher.name for edge in edges if name in (edge.parent, edge.child)), "")
-                none = f"it is a frame of another node, {owner}"
-                raise UnknownName("link", name, () if owner else self.link, none=none)
+        for name in (name for name in (source, target) if name not in self.link):
+            edges = sorted(self.edges, key=lambda edge: edge.child != name)
+            owner = next((edge.publisher.name for edge in edges if name in (edge.parent, edge.child)), "")
+            none = f"it is a frame of another node, {owner}"
+            raise UnknownName("link", name, () if owner else self.link, none=none)
         for name in positions or ():
             _ = self.joint[name]
         state = {**(self.positions(pose) if pose else {}), **(positions or {})}

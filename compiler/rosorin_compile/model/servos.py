@@ -98,8 +98,8 @@ def nearest(group: ServoGroup, position: float, joint: str = "") -> Nearest:
 
 def travel(group: ServoGroup) -> tuple[float, float]:
     """Return the smallest and the largest position (rad or m) of the pulses."""
-    first, last = (group.radians(pulse) for pulse in group.pulse_range)
-    return min(first, last), max(first, last)
+    least, most = sorted(map(group.radians, group.pulse_range))
+    return least, most
 
 
 def pulses_within(group: ServoGroup, limit: Limit | None) -> tuple[int, int] | None:

@@ -20,8 +20,8 @@ from rosorin_compile.source.diagnostics import Diagnostic, RequestError, count_o
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.yaml_text import Scalar
 
+from .mjcf.bodies import leader_of, range_of
 from .physics import require
-from .rest_pose import leader_of, range_of
 from .solids import Bodies, Meshes, Pair, read_meshes
 
 FILE = "collisions.yaml"
@@ -90,9 +90,7 @@ def compute_matrix(
     places = Places(request.description.path, request.description.outputs, request.packages, os.environ)
     files = places.meshes(case.tree, case.robot.outputs) if planning.meshes else {}
     digests, included, seed = planning.digests(files), planning.said.matrix, planning.said.search.seed
-    result = CollisionMatrix(
-        planning.robot.name, str(path), urdf=planning.urdf.file, seed=seed, included=included is not None
-    )
+    result = replace(refused, urdf=planning.urdf.file, seed=seed, included=included is not None)
     if included is not None and included.of == planning.digest and dict(included.meshes) == digests and not force:
         return result
     require("collisions")
@@ -207,10 +205,9 @@ class Search(Bodies):
         for number, pair in enumerate(pairs):
             Progress.step("bringing links near each other", number, len(pairs))
             joints = self._joints_between(pair)
-            if self.bounds.keys() >= set(joints):
-                distance = self.approach(pair, joints, nearest[pair])
-                if distance > max(self.how.clearance, TOUCH):
-                    self.found[pair] = _never(pair, distance)
+            distance = self.approach(pair, joints, nearest[pair]) if self.bounds.keys() >= set(joints) else 0.0
+            if distance > max(self.how.clearance, TOUCH):
+                self.found[pair] = _never(pair, distance)
         return [self.found[pair] for pair in sorted(self.found)]
 
     def _joints_between(self, pair: Pair) -> list[str]:
@@ -300,8 +297,8 @@ class Search(Bodies):
 
 
 def _never(pair: Pair, distance: float) -> DisabledCollision:
-    is_far = distance >= FAR
-    return DisabledCollision(pair, DisabledCollision.NEVER, *((None, FAR) if is_far else (_rounded(distance),)))
+    far = (None, FAR) if distance >= FAR else (_rounded(distance),)
+    return DisabledCollision(pair, DisabledCollision.NEVER, *far)
 
 
 def _rounded(length: float) -> float:

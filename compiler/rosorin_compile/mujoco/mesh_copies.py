@@ -53,9 +53,9 @@ def copy_meshes(searched: Searched, outputs: Path) -> Searched:
     diagnostics = list(searched.diagnostics)
     for (rule, reason, help, kind), many in failed.items():
         effect = "not converted for the MJCF" if rule == "extra-missing" else "left out of the MJCF"
-        effect = "not read" if kind == OF_ELEMENT else effect
-        severity = WARNING if effect.startswith("left out") else ERROR
-        diagnostics.append(files_diagnostic(rule, f"{effect}: {reason}", help, severity, many))
+        severity = ERROR if rule == "extra-missing" or kind == OF_ELEMENT else WARNING
+        message = f"{'not read' if kind == OF_ELEMENT else effect}: {reason}"
+        diagnostics.append(files_diagnostic(rule, message, help, severity, many))
     if converted:
         message = "converted for the MJCF: MuJoCo reads binary STL, OBJ and MSH"
         diagnostics.append(replace(files_diagnostic("mesh-converted", message, "", NOTE, converted), related=()))
@@ -130,9 +130,8 @@ def _copies(found: Found, outputs: Path) -> tuple[dict[str, bytes], bool]:
 
 def _binary_stl(data: bytes, mark: str) -> bytes:
     coordinates = read_vertices(data, ".stl")
-    triangles = zip(*(coordinates[first::9] for first in range(9)), strict=True)
     try:
-        packed = b"".join(_STL_TRIANGLE.pack(*triangle) for triangle in triangles)
+        packed = b"".join(map(_STL_TRIANGLE.pack, *(coordinates[first::9] for first in range(9))))
     except OverflowError:
         raise UnreadableMesh("a coordinate of a vertex is too large for a binary STL") from None
     return mark.encode().ljust(80) + struct.pack("<I", len(coordinates) // 9) + packed

@@ -33,8 +33,7 @@ from rosorin_compile.source.system import is_installed
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.wording import count_of, phrase
 
-from .mjcf.bodies import weld_groups
-from .rest_pose import nearest_to_zero, range_of
+from .mjcf.bodies import nearest_to_zero, range_of, weld_groups
 from .solids import Meshes, MeshShape, Overlap, Pair, Positions, Scene, Solid, read_meshes, solids_of
 
 # The packages that are imported, and their names for pip.
@@ -99,9 +98,9 @@ def check_physics(
         found = arrange(apply_acceptances(case, found, "physics"))
         joints = sum(range_of(joint) is not None for joint in case.robot.joints)
         count, of_meshes = len(case.robot.poses), len({shape.mesh.file for shape in shapes})
-        parts = [*([count_of(count, "pose")] if count else []), "zero"]
-        parts += [f"the ranges of {count_of(joints, 'joint')}"] if joints else []
-        looked_at = phrase([*parts, *([count_of(of_meshes, "mesh")] if of_meshes else [])])
+        ranges = [f"the ranges of {count_of(joints, 'joint')}"] * bool(joints)
+        of_poses, of_files = [count_of(count, "pose")] * bool(count), [count_of(of_meshes, "mesh")] * bool(of_meshes)
+        looked_at = phrase([*of_poses, "zero", *ranges, *of_files])
     return CheckedPhysics(description.name, str(description.path), not has_errors(found), looked_at, tuple(found))
 
 
@@ -127,29 +126,26 @@ def _check_meshes(case: Case, shapes: Sequence[MeshShape], meshes: Meshes) -> It
     skipped = {shape.link for shape in shapes if shape.mesh not in meshes}
     boxes = [bounds_of([shape]) for link in case.robot.links for shape in link.collision]
     sizes = [*(math.dist((0, 0, 0), one.origin.xyz) for one in case.robot.joints), *(max(b.size) for b in boxes if b)]
-    wrong_size: dict[Mesh, Diagnostic] = {}
+    wrong_size, holes = dict[Mesh, Diagnostic](), dict[str, Member]()
     for shape in read:
-        others = sorted(surface.extents.max() for mesh, surface in meshes.items() if mesh.file != shape.mesh.file)
+        surface, file = meshes[shape.mesh], shape.mesh.file.rpartition("/")[2]
+        others = sorted(other.extents.max() for mesh, other in meshes.items() if mesh.file != shape.mesh.file)
         rest = max([*sizes, *others[len(others) // 2 : len(others) // 2 + 1]], default=0.0)
-        longest = float(meshes[shape.mesh].extents.max())
+        longest = float(surface.extents.max())
         is_long = longest > _LONGEST or (rest > _SHORTEST and longest > _TIMES * rest)
         if is_long or longest < _SHORTEST:
-            file, key = shape.mesh.file.rpartition("/")[2], "scale" if shape.mesh.scale != (1, 1, 1) else "file"
+            key = "scale" if shape.mesh.scale != (1, 1, 1) else "file"
             looks = "looks like millimetres" if is_long else "looks shrunk by 1,000"
             message = f'the mesh {file} of link "{shape.link}" is {longest:.3g} m long: that {looks}'
             path = case.link(shape.link, shape.purpose, shape.number, "mesh", key)
             wrong_size.setdefault(shape.mesh, case.problem("mesh-size", message, path))
             skipped.add(shape.link)
-    yield from wrong_size.values()
-    for name in dict.fromkeys(shape.link for shape in read):
-        if name not in skipped:
-            yield from _check_link(case, meshes, case.robot.link[name])
-    holes: dict[str, Member] = {}
-    for shape in read:
-        surface, file = meshes[shape.mesh], shape.mesh.file.rpartition("/")[2]
         if shape.purpose == "collision" and not (surface.is_watertight and surface.volume >= 0):
             path = case.link(shape.link, shape.purpose, shape.number, "mesh", "file")
             holes[file] = Member((shape.link,), file, path)
+    yield from wrong_size.values()
+    for name in dict.fromkeys(shape.link for shape in read if shape.link not in skipped):
+        yield from _check_link(case, meshes, case.robot.link[name])
     message = "collision meshes that are not closed, or inside out ({count}): {names}; simulators take the hull"
     yield from note(case, "mesh-not-closed", holes.values(), message)
 
@@ -174,10 +170,10 @@ def _check_link(case: Case, meshes: Meshes, link: Link) -> Iterator[Diagnostic]:
     inertial, points = link.inertial, corners(fixed, "collision", "visual")
     if inertial is not None and inertial.mass > 0 and len(points):
         densities = []
-        for purpose in ("collision", "visual"):
-            for links in ([link], fixed) if solids([link], purpose) else ():
-                mass = sum(one.inertial.mass for one in links if one.inertial)
-                densities.append(mass / sum(solid.hull.volume for solid in solids(links, purpose)))
+        purposes = [purpose for purpose in ("collision", "visual") if solids([link], purpose)]
+        for purpose, links in product(purposes, ([link], fixed)):
+            mass = sum(one.inertial.mass for one in links if one.inertial)
+            densities.append(mass / sum(solid.hull.volume for solid in solids(links, purpose)))
         centre, lower, upper = np.array(inertial.pose.xyz), points.min(axis=0), points.max(axis=0)
         beyond = float(np.maximum(lower - centre, centre - upper).max())
         reach = float(np.linalg.norm(points - centre, axis=1).max())
@@ -214,12 +210,11 @@ class State(NamedTuple):
 
 
 class Member(NamedTuple):
-    """A finding that a note sums up: the names that ``accept`` may list, a text, a path, and the depth (m)."""
+    """A finding that a note sums up: the names that ``accept`` may list, a text, and a path."""
 
     names: tuple[str, ...]
     text: str
     path: TreePath
-    depth: float = 0.0
 
 
 def note(case: Case, rule: str, members: Iterable[Member], message: str, key: bool = False) -> Iterator[Diagnostic]:
@@ -262,15 +257,16 @@ def check_overlaps(case: Case, scene: Scene) -> Iterator[Diagnostic]:
             if driven.get((joint.name, pair)) is None:
                 overlaps = dict(zip(positions, moved, strict=True))
                 driven[joint.name, pair] = _driven(case, scene, state, joint, overlaps, pair)
-    warnings, designs, hulls = list[tuple[float, Diagnostic]](), list[Member](), list[Member]()
-    for pair in dict.fromkeys(pair for state in states for pair in state.overlaps):
-        where = [state for state in states if pair in state.overlaps]
-        deepest = max(where, key=lambda state: state.overlaps[pair].depth)
-        overlap, at = deepest.overlaps[pair], deepest.positions
+    pairs = {pair: [one for one in states if pair in one.overlaps] for state in states for pair in state.overlaps}
+    deepest = {pair: max(where, key=lambda one: one.overlaps[pair].depth) for pair, where in pairs.items()}
+    designs, hulls = list[Member](), list[Member]()
+    for pair in sorted(pairs, key=lambda pair: -deepest[pair].overlaps[pair].depth):
+        overlap, at, where = deepest[pair].overlaps[pair], deepest[pair].positions, pairs[pair]
         outer, inner = overlap.solids
         small, large = sorted(pair, key=lambda link: scene.volume[link])
         share, depth = scene.share(small, large, at), f"{1000 * overlap.depth:.1f} mm"
-        member = Member(pair, f"{pair[1]} in {pair[0]} by {depth}", _path(case, inner), overlap.depth)
+        member = Member(pair, f"{pair[1]} in {pair[0]} by {depth}", _path(case, inner))
+        rule, what = "parts-overlap", f'link "{pair[1]}" is {depth} inside link "{pair[0]}"'
         if share >= _MOST_INSIDE and scene.share(small, large, at, exact=True) >= _MOST_INSIDE:
             outer, inner = overlap.solids if inner.link == small else (inner, outer)
             rule, what = "part-inside-part", f'link "{small}" is inside link "{large}" with {share:.0%} of its volume'
@@ -280,23 +276,19 @@ def check_overlaps(case: Case, scene: Scene) -> Iterator[Diagnostic]:
         elif not scene.touches(overlap.solids, at):
             hulls.append(member)
             continue
-        else:
-            rule, what = "parts-overlap", f'link "{pair[1]}" is {depth} inside link "{pair[0]}"'
         # It is reported at its cause: a pose, the joint between neighbours, or the shape.
         between, pose = scene.joint_of(pair), where[0].name
-        related = _shapes_of(case, inner, outer)
         path = ("poses", pose) if pose else case.joint(between, "xyz") if between else _path(case, inner)
         names = quote([state.name for state in where if state.name], _SHOWN)
         places = ["at zero"] * (not pose) + [f"in pose {names}"] * bool(where[-1].name)
         message = f"{what} {' and '.join(places)}: {_name(case, inner)} in {_name(case, outer)}"
-        related = related if pose or between else related[1:]
+        related = _shapes_of(case, *([inner] if pose or between else []), outer)
         found = case.problem(rule, message, path, related=related, key=bool(pose))
-        warnings.append((overlap.depth, replace(found, of=(inner.link, outer.link))))
-    yield from (found for _, found in sorted(warnings, key=lambda warning: -warning[0]))
+        yield replace(found, of=(inner.link, outer.link))
     message = "links that overlap in every position, or at their joint, as parts of one design do ({count}): {names}"
-    yield from note(case, "parts-always-overlap", sorted(designs, key=lambda one: -one.depth), message, key=True)
+    yield from note(case, "parts-always-overlap", designs, message, key=True)
     message = "hulls that overlap though their meshes do not touch ({count}): {names}; simulators push them apart"
-    yield from note(case, "hulls-overlap", sorted(hulls, key=lambda one: -one.depth), message, key=True)
+    yield from note(case, "hulls-overlap", hulls, message, key=True)
     near = [one for one in driven.values() if isinstance(one, Diagnostic)]
     yield from sorted(near, key=lambda one: one.severity != WARNING)
     message = "joints that can each move a link into collision with one that is not adjacent ({count}): {names}"
@@ -313,14 +305,12 @@ def _shapes_of(case: Case, *solids: Solid) -> list[tuple[str, TreePath]]:
 
 def _name(case: Case, solid: Solid) -> str:
     """Return the name of a shape: its kind, its number among several, and whether it is a stand-in."""
-    shapes = case.robot.link[solid.link].collision
+    shapes, place = case.robot.link[solid.link].collision, case.stands_in(_path(case, solid))
     geometry = shapes[solid.number].geometry
-    name = {"HeightMap": "height map"}.get(type(geometry).__name__, type(geometry).__name__.lower())
     if isinstance(geometry, Mesh):
-        name = f"the hull of {geometry.file.rpartition('/')[2]}"
-    elif len(shapes) > 1:
-        name = f"{name} {solid.number + 1} of {len(shapes)}"
-    return name + case.stands_in(_path(case, solid))
+        return f"the hull of {geometry.file.rpartition('/')[2]}{place}"
+    name = type(geometry).__name__.replace("Map", " map").lower()
+    return name + (f" {solid.number + 1} of {len(shapes)}" if len(shapes) > 1 else "") + place
 
 
 def _driven(
@@ -338,9 +328,7 @@ def _driven(
         return pair in several and (not least or scene.share(moved, still, at(position)) >= least)
 
     if pair in state.overlaps:
-        if not is_neighbour:
-            return None
-        least = scene.share(moved, still, at(start)) + _GROWTH
+        least = scene.share(moved, still, at(start)) + _GROWTH if is_neighbour else 1.0
     hits = [position for position in overlaps if least < 1 and meet(position)]
     if not hits:
         return None
@@ -350,9 +338,8 @@ def _driven(
     for _ in range(_HALVINGS):
         middle = (near + beyond) / 2
         near, beyond = (near, middle) if meet(middle) else (middle, beyond)
-    where = f"{float(f'{beyond:.3g}'):.6g} m"
-    if joint.type != "prismatic":
-        where = f"{round(beyond, 2):.6g} rad ({math.degrees(beyond):.0f} deg)"
+    angle = f"{round(beyond, 2):.6g} rad ({math.degrees(beyond):.0f} deg)"
+    where = f"{float(f'{beyond:.3g}'):.6g} m" if joint.type == "prismatic" else angle
     where += f' in pose "{state.name}"' if state.name else ""
     side = "upper" if far > start else "lower"
     path = case.joint(joint, "limit", side)

@@ -19,8 +19,7 @@ from rosorin_compile.model import Joint, Robot, Twist
 from rosorin_compile.model.drive import Drive
 from rosorin_compile.source.progress import Progress
 
-from .mjcf.bodies import body_name
-from .rest_pose import HOME, home_of, leader_of, range_of
+from .mjcf.bodies import HOME, body_name, home_of, leader_of, range_of
 
 POSITION, VELOCITY, FORCE = "position", "velocity", "force"
 FIXED, FREE = "fixed", "free"
@@ -43,7 +42,7 @@ class Actuator:
     """An actuator of the model, and the joint that it drives (empty: something else).
 
     Its force is ``gain`` * control + bias: it is a servo for the position or velocity that the bias depends on with
-    ``stiffness``. ``targets`` are the lowest and the highest target for the joint, or None if any is possible.
+    ``stiffness``. ``targets`` are the lowest and the highest target for the joint, empty if any is possible.
     """
 
     number: int
@@ -53,7 +52,7 @@ class Actuator:
     gain: float
     offset: float
     stiffness: float
-    targets: tuple[float, float] | None
+    targets: tuple[float, ...]
 
     def control(self, target: float) -> float:
         """Return the control that makes a length (rad or m) or speed the target of the servo."""
@@ -105,11 +104,10 @@ class World:
             is_servo = gain and model.actuator_biastype[number] == int(mujoco.mjtBias.mjBIAS_AFFINE)
             offset, position, velocity = model.actuator_biasprm[number][:3].tolist() if is_servo else (0.0, 0.0, 0.0)
             kind, stiffness = POSITION if position else VELOCITY if velocity else FORCE, position or velocity
-            targets = None
+            targets = ()
             if model.actuator_ctrllimited[number] and stiffness:
                 ends = model.actuator_ctrlrange[number].tolist()
-                low, high = sorted(-(gain * end + offset) / (stiffness * gear) for end in ends)
-                targets = (low, high)
+                targets = tuple(sorted(-(gain * end + offset) / (stiffness * gear) for end in ends))
             actuators.append(Actuator(number, joint, kind, gear, gain, offset, stiffness, targets))
         return actuators
 
@@ -125,13 +123,12 @@ class World:
                 continue
             if steers:
                 gain = float(self.model.dof_M0[joint.dofadr[0]]) * _STEER**2
-                bias = [0.0, -gain, -2 * gain / _STEER]
             else:
                 gain = max(mass_per_wheel * radius[name] ** 2 / _SPEED_UP, _OVER_DAMPING * float(joint.damping[0]))
-                bias = [0.0, 0.0, -gain]
             servo = spec.add_actuator(target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
             servo.gaintype, servo.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
-            servo.gainprm[0], servo.biasprm[:3] = gain, bias
+            servo.gainprm[0] = gain
+            servo.biasprm[:3] = [0.0, -gain, -2 * gain / _STEER] if steers else [0.0, 0.0, -gain]
             added.append(name)
         return tuple(added)
 
@@ -198,10 +195,9 @@ class World:
         pairs, on_floor = set[tuple[str, str]](), set[str]()
         for contact in self.data.contact:
             bodies = self.model.geom_bodyid[contact.geom].tolist()
-            links = sorted({self.link_of[body] for body in bodies if body in self.link_of})
-            if len(links) > 1 and contact.dist < 0:
-                pairs.add((links[0], links[1]))
-            on_floor.update(links if 0 in bodies else ())
+            first, *others = sorted({self.link_of[body] for body in bodies if body in self.link_of}) or [""]
+            pairs |= {(first, other) for other in others if contact.dist < 0}
+            on_floor.update((first, *others) if 0 in bodies else ())
         return sorted(pairs), [name for name in self.robot.link if name in on_floor]
 
     def position(self, joint: str) -> float:
@@ -287,13 +283,12 @@ def run_scenarios(world: World, seconds: float) -> dict[str, Any]:
     runs += [("drive", partial(drive, world, home, *command)) for command in commands]
     runs += [("ranges", partial(sweep, world, home, *joint)) for joint in swept_joints(world)]
     runs += [("energy", partial(swing, world, home))] if world.joints else []
-    results: dict[str, list[Any]] = {"poses": [], "drive": [], "ranges": [], "energy": []}
+    results: dict[str, Any] = {"poses": (), "drive": (), "ranges": (), "energy": ()}
     for number, (kind, run) in enumerate(runs):
         Progress.step("simulating", number, len(runs))
-        results[kind].append(run())
-    (energy,) = results.pop("energy") or [None]
-    idle = {"own_servos": world.own, "undriven": undriven_joints(world)}
-    return {"energy": energy, **idle, **{kind: tuple(several) for kind, several in results.items()}}
+        results[kind] += (run(),)
+    results["energy"] = next(iter(results["energy"]), None)
+    return {**results, "own_servos": world.own, "undriven": undriven_joints(world)}
 
 
 def poses_of(robot: Robot) -> list[tuple[str, Mapping[str, float]]]:
@@ -340,10 +335,10 @@ def drive(world: World, positions: Mapping[str, float], command: str, twist: Twi
     driving, scale = world.robot.driving, 1.0
     for name, speed in driving.speeds(twist).items():  # as fast as the wheels can
         servo, limit = world.servos.get((name, VELOCITY)), world.robot.joint[name].limit
-        ends = (servo.targets if servo else None) or ()
-        fastest = [one for one in (*map(abs, ends), limit.known_value("velocity") if limit else None) if one]
-        if fastest and abs(speed) > min(fastest):
-            scale = min(scale, 0.9 * min(fastest) / abs(speed))
+        ends = [*map(abs, servo.targets if servo else ()), limit.known_value("velocity") if limit else None]
+        fastest = min(filter(None, ends), default=math.inf)
+        if abs(speed) > fastest:
+            scale = min(scale, 0.9 * fastest / abs(speed))
     twist = Twist(*(scale * part for part in twist))
     angles = driving.angles(twist)
     speeds, centre = driving.speeds(twist, angles), (*driving.centre, 0.0)
@@ -385,9 +380,8 @@ def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
     for joint in (joint for joint in world.joints if joint.name not in wheels):
         servo, ends = world.servos.get((joint.name, POSITION)), range_of(joint)
         if servo and ends and joint.limit and joint.type != "continuous":
-            lower, upper = servo.targets or ends
-            ends = (max(lower, ends[0]), min(upper, ends[1]))
-            found += [(joint, ends)] if ends[0] < ends[1] else []
+            low, high = max((ends[0], *servo.targets[:1])), min((ends[1], *servo.targets[1:]))
+            found += [(joint, (low, high))] if low < high else []
         elif joint.mimic is None and (servo or (joint.name, VELOCITY) in world.servos):
             middle = world.robot.position(joint, home)
             found.append((joint, (middle - _TURN, middle + _TURN)))

@@ -1,7 +1,7 @@
 """scene: a world for the MJCF of a robot, so that a person who opens it in MuJoCo sees the robot in light, on a floor.
 
 It includes the MJCF; MuJoCo looks for the meshes of that from the folder of the scene, so both are in one folder. The
-floor is at z = 0, where the MJCF puts a free base (see ``rest_pose``), or as low as a robot reaches that is held. The
+floor is at z = 0, where the MJCF puts a free base (see ``stands_at``), or as low as a robot reaches that is held. The
 cameras are placed so that the robot fills the picture. The look is that of the scenes of MuJoCo Menagerie.
 """
 
@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from rosorin_compile.model.bounds import Bounds
     from rosorin_compile.model.geometry import Vector
 
-
-MJCF = "mjcf"
 
 # The direction in which the camera looks (azimuth 120, elevation -20 degrees) and half its field of view.
 _LEVEL = math.cos(math.radians(20))
@@ -84,18 +82,16 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
 def _mjcf_of(robot: Robot, output: Output) -> tuple[Output, tuple[str, str, str]]:
     """Return the output of MJCF that is in a scene, and the key, the message and the fix if it does not define one."""
-    known = {one.name: one for one in robot.outputs if one.backend == MJCF}
-    name, names = output.options.get("of"), phrase(known)
+    known = {one.name: one for one in robot.outputs if one.backend == "mjcf"}
+    name, scene, add = output.options.get("of"), f'the scene "{output.name}"', "add an output: mjcf: {file: ...}"
     of = known.get(name) if name is not None else next(iter(known.values()), None)
     if of is None and name is None:
-        message = f'the robot has no MJCF for the scene "{output.name}"'
-        return output, ("file", message, "add an output: mjcf: {file: ...}")
+        return output, ("file", f"the robot has no MJCF for {scene}", add)
     if of is None:
-        message = f'the scene "{output.name}" is of "{name}", which is not an MJCF'
-        return output, ("of", message, f"name one of {names}" if known else "add an output: mjcf: {file: ...}")
+        help = f"name one of {phrase(known)}" if known else add
+        return output, ("of", f'{scene} is of "{name}", which is not an MJCF', help)
     if name is None and len(known) > 1:
-        message = f'the scene "{output.name}" does not define which MJCF is in it: {names}'
-        return of, ("file", message, "add of: NAME")
+        return of, ("file", f"{scene} does not define which MJCF is in it: {phrase(known)}", "add of: NAME")
     if posixpath.dirname(of.file) != posixpath.dirname(output.file):
         message = f"{output.file} is not in the folder of {of.file}, which it includes"
         return of, ("file", message, "write both into one folder: MuJoCo looks for meshes from that of the scene")
@@ -106,7 +102,7 @@ def _bounds(robot: Robot, of: Output) -> tuple[Bounds, bool]:
     """Return the box around the robot at home in the world, and whether the size of all its meshes is known."""
     from rosorin_compile.model.bounds import Bounds
     from rosorin_compile.model.mesh_vertices import clouds_of, no_clouds
-    from rosorin_compile.mujoco.rest_pose import home_of, reach, stands_at
+    from rosorin_compile.mujoco.mjcf.bodies import home_of, reach, stands_at
 
     home, clouds = home_of(robot), clouds_of(robot, as_opened=True)
     at = stands_at(robot, home, clouds) if robot.has_free_base(of) else robot.root_in_world.pose

@@ -31,8 +31,8 @@ from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.tree import exists
 from rosorin_compile.source.wording import count_of, first_of, phrase
 
+from .mjcf.bodies import leader_of
 from .mjcf.engine import quiet, reason
-from .rest_pose import leader_of
 from .scenarios import FIXED, FREE, Driven, PoseTrial, Result, Swept, Swung, World, run_scenarios
 
 _TIPPED = 0.2  # rad
@@ -155,18 +155,12 @@ def simulate(
             return refuse(reason(mujoco, problem)[0] or "MuJoCo gives no reason")
         scenarios = run_scenarios(world, seconds)
     timestep, speed = float(world.model.opt.timestep), world.steps / world.cpu if world.cpu else 0.0
-    result = Simulated(
-        case.robot.name,
-        mujoco.__version__,
-        base,
-        timestep,
-        limits=used,
-        units={joint.name: joint.unit for joint in world.joints},
-        timing=Timing(speed, speed * timestep) if timing else None,
-        inputs=understood.expanded.files,
-        **scenarios,
+    scenarios["timing"] = Timing(speed, speed * timestep) if timing else None
+    units, inputs = {joint.name: joint.unit for joint in world.joints}, understood.expanded.files
+    made = Simulated(
+        case.robot.name, mujoco.__version__, base, timestep, limits=used, units=units, inputs=inputs, **scenarios
     )
-    return replace(result, diagnostics=tuple(arrange(apply_acceptances(case, _judge(case, result), "simulation"))))
+    return replace(made, diagnostics=tuple(arrange(apply_acceptances(case, _judge(case, made), "simulation"))))
 
 
 def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
@@ -270,14 +264,14 @@ def tables(result: Simulated) -> str:
     def row(name: str, trial: Result, *cells: str) -> Sequence[str]:
         return (name, f"broke {trial.broken.partition(':')[0]}") if trial.broken else (name, *cells)
 
-    on_floor = ("drift", "stands on") if result.base == FREE else ()
-    poses: list[Sequence[str]] = [("pose", "largest error", "touches", *on_floor)]
+    columns = 5 if result.base == FREE else 3
+    poses: list[Sequence[str]] = [("pose", "largest error", "touches", "drift", "stands on")[:columns]]
     for held in result.poses:
         joint, error = max(held.errors.items(), key=lambda item: item[1], default=("", 0.0))
         touches = phrase([" - ".join(pair) for pair in held.touches], 2)
-        floor = (f"{1000 * held.drift:.1f} mm", phrase(held.stands_on, 2)) if result.base == FREE else ()
         worst = f"{error:.4f} {result.units[joint]} ({joint})" if joint else ""
-        poses.append(row(held.pose, held, worst, touches, *floor))
+        cells = (held.pose, held, worst, touches, f"{1000 * held.drift:.1f} mm", phrase(held.stands_on, 2))
+        poses.append(row(*cells)[:columns])
     drive: list[Sequence[str]] = [("command", "commanded", "measured", "off", "cross", "ripple")]
     for driven in result.drive:
         errors = (f"{driven.off:.1%}", f"{driven.cross:.3f}", f"{1000 * driven.ripple:.2f} mm")
@@ -290,11 +284,10 @@ def tables(result: Simulated) -> str:
         where = ", ".join(f"{pair} from {position:.2f} {unit}" for pair, position in touched)
         ranges.append(row(f"{swept.joint} ({unit})", swept, *ends, where))
     blocks = []
-    for rows in (poses, drive, ranges):
-        cells = [[cell or "-" for cell in one] for one in rows]
-        widths = [max(map(len, column)) for column in zip_longest(*cells, fillvalue="")]
-        lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in cells]
-        blocks += ["\n".join(lines)] if len(lines) > 1 else []
+    for rows in (one for one in (poses, drive, ranges) if len(one) > 1):
+        table = [[cell or "-" for cell in one] for one in rows]
+        widths = [max(map(len, column)) for column in zip_longest(*table, fillvalue="")]
+        blocks.append("\n".join("  ".join(map(str.ljust, one, widths)).rstrip() for one in table))
     if swung := result.energy:
         change = f"{swung.change:.1%}" if swung.change >= 0.0005 else "less than 0.1%"
         _, change = row("", swung, f"it changes by {change} in half a second")

@@ -93,19 +93,17 @@ class Solid:
         """The convex hull as a ``trimesh.Trimesh`` in the frame of the shape, or None for a flat mesh."""
         from trimesh import creation
 
-        geometry: Any = self.shape.geometry
-        match geometry:
-            case Mesh():
-                try:
-                    return self.mesh.convex_hull
-                except (RuntimeError, ValueError):  # of Qhull
-                    return None
-            case Box():
-                return creation.box(geometry.size)
-            case Cylinder():
-                return creation.cylinder(geometry.radius, geometry.length)
-            case Capsule():
-                return creation.capsule(geometry.length, geometry.radius)
+        geometry = self.shape.geometry
+        if isinstance(geometry, Mesh):
+            try:
+                return self.mesh.convex_hull
+            except (RuntimeError, ValueError):  # of Qhull
+                return None
+        if isinstance(geometry, Box):
+            return creation.box(geometry.size)
+        if isinstance(geometry, (Cylinder, Capsule)):
+            make = creation.cylinder if isinstance(geometry, Cylinder) else creation.capsule
+            return make(radius=geometry.radius, height=geometry.length)
         return creation.icosphere(3).apply_scale(self.size)
 
     def in_link(self, points: Floats) -> Floats:
@@ -121,15 +119,14 @@ class Solid:
         """
         import numpy as np
 
-        local = (points - np.array(self.place.xyz)) @ np.array(self.place.rows)
+        local, angles = (points - np.array(self.place.xyz)) @ np.array(self.place.rows), []
         if not exact or self.mesh is None:
             return self._in_hull(local)
-        angles = np.zeros(len(local))
-        for index, point in enumerate(local):
+        for point in local:
             a, b, c = (self.mesh.triangles[:, corner] - point for corner in range(3))
             x, y, z = (np.linalg.norm(side, axis=1) for side in (a, b, c))
             under = x * y * z + (a * b).sum(1) * z + (b * c).sum(1) * x + (c * a).sum(1) * y
-            angles[index] = 2 * np.arctan2((a * np.cross(b, c)).sum(1), under).sum()
+            angles.append(2 * np.arctan2((a * np.cross(b, c)).sum(1), under).sum())
         return np.abs(angles) > 2 * math.pi
 
     def _in_hull(self, points: Floats) -> Any:

@@ -17,8 +17,8 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.system import pip_install
 
 from .findings import YEAR, problem, seconds
-from .recording import EdgeKey, Recording, Rows
-from .series import APART, SECOND, Gap, Times
+from .recording import Recording, Rows
+from .series import APART, SECOND, EdgeKey, Gap, Times
 
 SUFFIXES = (".mcap", ".db3")
 _FAR = 2**62  # ns; beyond the range of any clock

@@ -119,10 +119,9 @@ def _joints(recording: Recording) -> Iterator[Diagnostic]:
             lower, upper = states.limits(name)
             excess = amount(max(lower - seen.lowest, seen.highest - upper), unit)
             message = f"{name} is beyond its limits in {share(seen.beyond, seen.seen)} messages, by {excess} at most"
-            seen_range, described = (
-                f"{a:.6g} to {b:.6g} {unit}" for a, b in ((seen.lowest, seen.highest), (lower, upper))
-            )
-            evidence = [f"seen {seen_range}, described {described}"]
+            evidence = [
+                f"seen {seen.lowest:.6g} to {seen.highest:.6g} {unit}, described {lower:.6g} to {upper:.6g} {unit}"
+            ]
             yield problem("joint-beyond-limit", name, message, evidence=evidence)
         if seen.off and joint is not None and joint.mimic is not None:
             ratio = f"{joint.mimic.multiplier:.6g} times {joint.mimic.joint}"
@@ -175,8 +174,7 @@ def _answers(recording: Recording) -> Iterator[Diagnostic]:
 
 def answer_outcome(recording: Recording, answer: Answer) -> str:
     """Return in a few words how an answer of tf2_echo compares with the description."""
-    finding = _answer(recording, answer)
-    if finding is None:
+    if (finding := _answer(recording, answer)) is None:
         return "as described"
     return "not compared" if finding.rule == "not-compared" else "not as described"
 

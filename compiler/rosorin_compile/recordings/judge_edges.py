@@ -35,7 +35,7 @@ def edges(recording: Recording) -> Iterator[Diagnostic]:
             pace, name = series.pace, series.name
             yield from _values(recording, series)
             if series.has_two_sources:
-                evidence = [pose_text(transform_from(pose)) for pose in series.leaps.pair or ()]
+                evidence = [pose_text(transform_from(pose)) for pose in series.leaps.pair]
                 if series.compared:
                     evidence.append(f"not as described: {share(series.wrong, series.compared)} samples")
                 message = f"{name} has two values in turns: {leaps_text(series.leaps)}"

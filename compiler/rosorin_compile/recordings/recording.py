@@ -15,17 +15,9 @@ from rosorin_compile.source.diagnostics import Diagnostic
 
 from .expected import Description
 from .results import Lookup
-from .series import SECOND, Gap, JointStates, Messages, Pace, Series, Times
+from .series import SECOND, EdgeKey, Gap, JointStates, Messages, Pace, Series, Times
 
 _NO_TIMES: Times = np.empty(0, np.int64)
-
-
-class EdgeKey(NamedTuple):
-    """One edge on one topic; ``static`` is True for /tf_static."""
-
-    static: bool
-    parent: str
-    child: str
 
 
 class Rows:
@@ -182,7 +174,8 @@ class Recording:
             if key not in self.series:
                 pace = Pace(_NO_TIMES, _NO_TIMES, 0, False)
                 pace.rate = row.rate
-                self._add_series(key, Messages(_NO_TIMES, _NO_TIMES, np.empty((0, 7))), pace, row)
+                series = self._add_series(key, Messages(_NO_TIMES, _NO_TIMES, np.empty((0, 7))), pace)
+                series.listed, series.age = True, row.age
         for (topic, message_type, frame), rows in self.headers.items():
             if not self._is_of_other_robot(frame):
                 pace = Pace(*rows.messages(clock)[:2], self.start, self.timed)
@@ -191,15 +184,11 @@ class Recording:
                 if self.timed:
                     self._look_up_all(use)
 
-    def _add_series(self, key: EdgeKey, samples: Messages, pace: Pace, row: FrameRow | None = None) -> None:
-        series = Series(key.parent, key.child, key.static, samples, pace)
-        series.listed, series.age = row is not None, row.age if row else None
-        first = series.samples.transform(0) if len(series.samples.stamps) else None
-        edge = self.description.edge_like(key.parent, key.child, key.static, first)
-        series.compare(edge, self.description.owners(key.child), self.joints)
-        self.series[key] = series
-        if key.child not in self.parents or (edge is not None and edge.parent == key.parent):
+    def _add_series(self, key: EdgeKey, samples: Messages, pace: Pace) -> Series:
+        series = self.series[key] = Series(key, samples, pace, self.description, self.joints)
+        if key.child not in self.parents or series.has_parent:
             self.parents[key.child] = key.parent
+        return series
 
     def _is_of_other_robot(self, frame: str) -> bool:
         """Return True if a frame has the prefix of another robot of a fleet."""

@@ -197,9 +197,8 @@ def _columns(rows: Sequence[Sequence[str]]) -> list[str]:
 def as_junit(result: Verified, strict: bool = False) -> str:
     """Return a result as JUnit XML: a test case for each edge, topic and joint that fails if it has an error."""
     names = [edge.name for edge in result.edges] + [answer.name for answer in result.answers]
-    cases: dict[str, list[Finding]] = {
-        mask_controls(name): [] for name in [*names, *(use.topic for use in result.sensors)]
-    }
+    names += [use.topic for use in result.sensors]
+    cases: dict[str, list[Finding]] = {mask_controls(name): [] for name in names}
     for finding in result.findings:
         cases.setdefault(mask_controls(finding.subject), []).append(finding)
     failing = ("error", "warning") if strict else ("error",)

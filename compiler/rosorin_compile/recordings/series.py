@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from rosorin_compile.model import Joint, Robot, Transform
 
-from .expected import EXACT, SIX_ANGLE, Expected
+from .expected import EXACT, SIX_ANGLE, Description, Expected
 from .findings import YEAR
 
 Floats = NDArray[np.float64]
@@ -170,7 +170,7 @@ Distance = Callable[[Floats, Floats], Floats]
 
 
 def _largest_difference(one: Floats, other: Floats) -> Floats:
-    return np.asarray(np.abs(one - other).max(axis=1), np.float64)
+    return np.asarray(np.abs(one - other).max(axis=1, initial=0.0), np.float64)
 
 
 class Leaps:
@@ -183,11 +183,6 @@ class Leaps:
         self, stamps: Times, values: Floats, distance: Distance = _largest_difference, leap: float = LEAP
     ) -> None:
         self.steps = max(1, len(stamps) - 1)
-        self.pair: tuple[Floats, Floats] | None = None
-        self.leaps = self.returns = self.contradictions = 0
-        self.contradict, self.two, self.largest = False, False, 0.0
-        if len(stamps) < 2:
-            return
         far = distance(values[1:], values[:-1])
         again = np.flatnonzero((np.diff(stamps) == 0) & (stamps[1:] != 0) & (far > 2 * SIX_ANGLE)) + 1
         leaping = np.flatnonzero(far > leap) + 1
@@ -198,9 +193,8 @@ class Leaps:
         returned = leaping[back < 0.1 * far[leaping - 1]]
         self.contradictions, self.leaps, self.returns = len(again), len(leaping), len(returned)
         self.largest = float(far[returned - 1].max(initial=0.0))
-        if len(again) or len(returned):
-            first = int(min([*again[:1], *returned[:1]]))
-            self.pair = (values[first - 1], values[first])
+        first = min([*again[:1], *returned[:1]], default=0)
+        self.pair = values[first - 1 : first + 1]  # the first two that contradict each other, if there are any
         self.contradict = self.contradictions >= _FEWEST_REPEATED  # stamps often occur with two values
         returns = self.returns >= _FEWEST and self.returns > max(_SHARE * self.steps, _RETURNING * self.leaps)
         self.two = self.contradict or returns  # the stream seems to have two sources with different values
@@ -243,7 +237,7 @@ class JointStates:
 
     def __init__(self, robot: Robot, pace: Pace, states: Mapping[str, Messages]) -> None:
         self.robot, self.pace = robot, pace
-        self.leaps = Leaps(np.empty(0, np.int64), np.empty((0, 0)))  # of the first joint with two values
+        self.leaps = Leaps(np.empty(0, np.int64), np.empty((0, 1)))  # of the first joint with two values
         self._states: dict[str, Messages] = {}  # by joint, ordered by stamp
         self.reported: dict[str, Reported] = {}
         for name, messages in states.items():
@@ -301,26 +295,59 @@ class JointStates:
         report.off = int(np.count_nonzero(apart > (_SLIDING if slides else TREMBLING)))
 
 
-class Series:
-    """One edge on one topic: /tf_static if it is ``static``, otherwise /tf. ``edge`` is the described edge."""
+class EdgeKey(NamedTuple):
+    """One edge on one topic; ``static`` is True for /tf_static."""
 
-    def __init__(self, parent: str, child: str, static: bool, samples: Messages, pace: Pace) -> None:
-        self.parent, self.child, self.static, self.pace = parent, child, static, pace
-        self.name, self.topic = f"{parent} -> {child}", "/tf_static" if static else "/tf"
-        self.edge: Expected | None = None
-        self.owner = self.by_owner = ""  # the node that should publish it, if known, and in brackets
-        self.constant, self.has_parent = static, False  # by what the description says of it
+    static: bool
+    parent: str
+    child: str
+
+
+class Series:
+    """One edge on one topic: /tf_static if it is ``static``, otherwise /tf. ``edge`` is the described edge.
+
+    An edge that is ``listed`` is only in view_frames, with the ``age`` of its newest transform (s) if it is known.
+    """
+
+    def __init__(
+        self, key: EdgeKey, samples: Messages, pace: Pace, description: Description, joints: JointStates
+    ) -> None:
+        """Compare all samples with the described edge."""
+        self.static, self.parent, self.child = static, parent, child = key
+        self.name, self.topic, self.pace = f"{parent} -> {child}", "/tf_static" if static else "/tf", pace
+        self.listed = False
+        self.age: float | None = None
         square = np.square(samples.values[:, 3:]).sum(axis=1)
         good = np.isfinite(samples.values[:, :3]).all(axis=1) & (np.abs(square - 1.0) <= _NORM_TOLERANCE)  # as for tf2
         self.bad = int(np.count_nonzero(~good))
         self.first_bad = int(samples.received[~good][0]) if self.bad else 0
-        self.samples = samples if not self.bad else Messages(*(values[good] for values in samples))
-        self.listed = False  # only in view_frames, with the age of its newest transform (s) if it is known
-        self.age: float | None = None
-        self.compared = self.by_state = self.wrong = 0
+        self.samples = samples = samples if not self.bad else Messages(*(values[good] for values in samples))
+        places, turns = samples.values[:, :3], _normalised(samples.values[:, 3:])
+        self.edge = edge = description.edge_like(parent, child, static, samples.transform(0) if len(turns) else None)
+        self.owner = description.owners(child)  # the node that should publish it, if known
+        self.by_owner = f" ({self.owner})" if self.owner else ""
+        self.constant = static or (edge is not None and not edge.moving)
+        self.has_parent = edge is not None and edge.parent == parent  # as it is described
+        self.compared = self.by_state = self.wrong = self.others = 0
         self.first_wrong: tuple[Transform, Transform, int] | None = None  # recorded, described, time of arrival (ns)
-        self.others = 0  # samples of a constant edge that differ from its first one
         self.first_other: Transform | None = None
+        if self.constant and len(turns):
+            same = np.abs(places - places[0]).max(axis=1) <= EXACT
+            same &= _angles(turns, turns[0]) <= SIX_ANGLE
+            self.others = int(np.count_nonzero(~same))  # samples that differ from the first one
+            self.first_other = samples.transform(int(same.argmin())) if self.others else None
+        if edge is None or edge.transform is None or not self.has_parent or not len(turns):
+            return
+        if edge.moving and (edge.joint is None or not edge.joint.moves):
+            return
+        xyz, quaternions, self.by_state = _expected_values(edge, edge.transform, samples, joints)
+        metres, radians = np.linalg.norm(places - xyz, axis=1), _angles(turns, quaternions)
+        wrong = (metres > EXACT) | (radians > edge.radians)
+        self.compared, self.wrong = len(wrong), int(np.count_nonzero(wrong))
+        if self.wrong:
+            at = int(wrong.argmax())
+            described = transform_from(np.concatenate((xyz[at], quaternions[at])))
+            self.first_wrong = (samples.transform(at), described, int(samples.received[at]))
 
     @cached_property
     def newest(self) -> Times:
@@ -336,32 +363,6 @@ class Series:
     def has_two_sources(self) -> bool:
         """Return True if two nodes seem to publish different values; an edge that follows its joint may leap."""
         return not self.constant and self.leaps.two and not (self.compared and not self.wrong)
-
-    def compare(self, edge: Expected | None, owner: str, joints: JointStates) -> None:
-        """Compare all samples with the described edge."""
-        self.edge, self.owner, self.by_owner = edge, owner, f" ({owner})" if owner else ""
-        self.constant = self.static or (edge is not None and not edge.moving)
-        samples, places, turns = self.samples, self.samples.values[:, :3], _normalised(self.samples.values[:, 3:])
-        if self.constant and len(turns):
-            same = np.abs(places - places[0]).max(axis=1) <= EXACT
-            same &= _angles(turns, turns[0]) <= SIX_ANGLE
-            self.others = int(np.count_nonzero(~same))
-            self.first_other = samples.transform(int(same.argmin())) if self.others else None
-        self.has_parent = edge is not None and edge.parent == self.parent  # as it is described
-        if edge is None or edge.transform is None or not self.has_parent or not len(turns):
-            return
-        if edge.moving and (edge.joint is None or not edge.joint.moves):
-            return
-        xyz, quaternions, by_state = _expected_values(edge, edge.transform, samples, joints)
-        metres = np.linalg.norm(places - xyz, axis=1)
-        radians = _angles(turns, quaternions)
-        wrong = (metres > EXACT) | (radians > edge.radians)
-        self.compared, self.by_state = len(wrong), by_state
-        self.wrong = int(np.count_nonzero(wrong))
-        if self.wrong:
-            at = int(wrong.argmax())
-            described = transform_from(np.concatenate((xyz[at], quaternions[at])))
-            self.first_wrong = (samples.transform(at), described, int(samples.received[at]))
 
 
 def _expected_values(

@@ -17,8 +17,8 @@ from rosorin_compile.source.load import python_of, yaml_of
 
 from .expected import EXACT, SIX_ANGLE
 from .findings import problem
-from .recording import Answer, EdgeKey, FrameRow, Reading, Recording, Rows
-from .series import SECOND
+from .recording import Answer, FrameRow, Reading, Recording, Rows
+from .series import SECOND, EdgeKey
 
 # Colours and other controls of a terminal, and window titles (ECMA-48, 5.4 and 8.3.89).
 _CONTROL = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|\][^\x07\x1b]*(?:\x07|\x1b\\)|[@-Z\\^_=>()][0-9A-B]?)")

@@ -235,23 +235,18 @@ def as_svg(recording: Recording) -> str:
     for label, pace, moves in streams[:_MAX_ROWS]:
         counts = np.bincount(pace.slices(width), minlength=SLICES)[:slices]
         note = f"{rate_text(pace.rate)}, {seconds(pace.gap.seconds)}"
-        rows.append(
-            {
-                "label": mask_controls(label if len(label) <= _LETTERS else f"{label[: _LETTERS - 3]}..."),
-                "bars": [(at / slices, counts[at] / counts.max()) for at in np.flatnonzero(counts).tolist()],
-                "gaps": list(_gaps(counts, pace, width)) if moves else [],
-                "note": note if moves and pace.count > 1 else f"{pace.count} in all",
-            }
-        )
+        label = mask_controls(label if len(label) <= _LETTERS else f"{label[: _LETTERS - 3]}...")
+        note = note if moves and pace.count > 1 else f"{pace.count} in all"
+        bars = [(at / slices, counts[at] / counts.max()) for at in np.flatnonzero(counts).tolist()]
+        rows.append({"label": label, "bars": bars, "note": note, "gaps": _gaps(counts, pace, width) if moves else []})
     title = f"{recording.description.robot.name}: {recording.messages:,} messages in {span / SECOND:.1f} s"
     values = {"title": mask_controls(title), "rows": rows, "step": 1 / slices, "seconds": span / SECOND}
     return Templates.own("recordings/rates.svg.jinja", values)
 
 
-def _gaps(counts: Times, pace: Pace, width: int) -> Iterator[tuple[float, float]]:
-    """Yield start and length, as shares of the picture, of the pauses that are longer than three usual steps."""
+def _gaps(counts: Times, pace: Pace, width: int) -> list[tuple[float, float]]:
+    """Return start and length, as shares of the picture, of the pauses that are longer than three usual steps."""
     usual = (pace.last - pace.first) / max(1, pace.count - 1)
-    edges = np.concatenate(([-1], np.flatnonzero(counts), [len(counts)]))
-    for before, after in itertools.pairwise(edges.tolist()):
-        if (after - before - 1) * width > max(3 * usual, _SHORT):
-            yield (before + 1) / len(counts), (after - before - 1) / len(counts)
+    edges = [-1, *np.flatnonzero(counts).tolist(), len(counts)]
+    spans = [(before + 1, after - before - 1) for before, after in itertools.pairwise(edges)]
+    return [(at / len(counts), n / len(counts)) for at, n in spans if n * width > max(3 * usual, _SHORT)]

@@ -8,53 +8,37 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.model import Output, Robot, Sensor
+from rosorin_compile.model import Robot, Sensor
 from rosorin_compile.request import FilePath, Packages, Request, Values
-from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, error, phrase
+from rosorin_compile.rules.case import report
+from rosorin_compile.source.diagnostics import Diagnostic, has_errors, phrase
 
 from . import nav2, robot_localization
 from .controllers.write import COMMAND, drivers, fill, namespace_of
 from .navigation import frames_of, stated_topic
 from .parameter_files import distro_of
-from .ports import (
-    IMU,
-    IN,
-    JOINT_STATES,
-    OBSTACLES,
-    ODOMETRY,
-    OUT,
-    SCAN,
-    TF,
-    VELOCITY,
-    Port,
-    controller_ports,
-    full_topic,
-    message_of_sensor,
-    ports,
-    short_type,
-)
+from .ports import IN, OUT, Port, Role, controller_ports, full_topic, message_of_sensor, ports, short_type
 
 CONTROL, MOVEIT, NAV2 = "control", "moveit", "nav2"
 DRIVER, NODE = "driver", "node"
+_Remaps = Iterable[tuple[str, str]]
 _SCANS = "sensor_msgs/msg/LaserScan"
 _OBSTACLE_MESSAGES = (_SCANS, "sensor_msgs/msg/PointCloud2")
 
 
 @dataclass(frozen=True)
 class End:
-    """An end of a topic: the node, the full name of the topic, the type of its messages, the port and its parameter."""
+    """An end of a topic: the node, the full name of the topic, the type of its messages, the port and its parameter.
+
+    ``reliable`` messages are sent until they arrive.
+    """
 
     node: str
     topic: str
     type: str
     port: Port
     key: str = ""
-    reliability: str = ""
-
-    @property
-    def is_reliable(self) -> bool:
-        """Return True if messages are sent until they arrive: by the node's default, or by a parameter of its QoS."""
-        return (self.reliability or self.port.qos) != "best_effort"
+    reliable: bool = True
 
 
 @dataclass
@@ -75,24 +59,19 @@ class Graph:
         return [one for one in self.read if one.topic == end.topic and one.type == end.type]
 
     def add(
-        self,
-        name: str,
-        those: Iterable[Port],
-        values: Mapping[str, Any],
-        namespace: str = "",
-        remaps: Iterable[tuple[str, str]] = (),
+        self, name: str, those: Iterable[Port], values: Mapping[str, Any], space: str = "", remaps: _Remaps = ()
     ) -> None:
-        """Add a node with its ports, its parameters by full key, and the remaps of its launch file."""
+        """Add a node with its ports, its parameters by full key, its namespace, and the remaps of its launch file."""
         self.nodes[name] = NODE
         own = name.rpartition("/")[2]
-        moved = {full_topic(old, namespace, own): new for old, new in remaps}
+        moved = {full_topic(old, space, own): new for old, new in remaps}
         for port in those:
             for key, topic, message in _topics(port, values) if port.exists(values) else ():
-                full = full_topic(topic, namespace, own)
-                full = full_topic(moved.get(full, full), namespace, own)
+                full = full_topic(topic, space, own)
+                full = full_topic(moved.get(full, full), space, own)
                 side, ends = ("subscription", self.read) if port.direction == IN else ("publisher", self.published)
-                override = str(values.get(f"qos_overrides.{full}.{side}.reliability", ""))
-                ends.append(End(name, full, message, port, key, override))
+                qos = values.get(f"qos_overrides.{full}.{side}.reliability") or port.qos
+                ends.append(End(name, full, message, port, key, qos != "best_effort"))
 
 
 def _topics(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
@@ -104,15 +83,14 @@ def _topics(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str, s
     if not port.each:
         yield port.parameter, port.name(values), port.message(values)
         return
-    last, found = port.each.rpartition(".")[2], False
-    for key, value in values.items():
-        if key.rpartition(".")[2] == last:
-            for name in value.split() if isinstance(value, str) else value:
-                words = ("topic", "data_type", "type")
-                own = {word: values.get(f"{key.removesuffix(last)}{name}.{word}") for word in words}
-                yield key, str(own["topic"] or name), source_message(own)
-                found = True
-    if port.role == OBSTACLES and not found:
+    last = port.each.rpartition(".")[2]
+    lists = {key: value for key, value in values.items() if key.rpartition(".")[2] == last}
+    for key, value in lists.items():
+        for name in value.split() if isinstance(value, str) else value:
+            words = ("topic", "data_type", "type")
+            own = {word: values.get(f"{key.removesuffix(last)}{name}.{word}") for word in words}
+            yield key, str(own["topic"] or name), source_message(own)
+    if port.role == Role.OBSTACLES and not any(lists.values()):
         yield "", "scan", _SCANS  # of nav2_bringup/params/nav2_params.yaml
 
 
@@ -126,9 +104,7 @@ def source_message(values: Mapping[str, Any]) -> str:
 def graph_of(robot: Robot, starts: Sequence[str]) -> Graph:
     """Return the graph of what a package starts."""
     made = Graph(starts=tuple(starts))
-    first: dict[str, Output] = {}
-    for output in robot.outputs:
-        first.setdefault(output.backend, output)
+    first = {output.backend: output for output in reversed(robot.outputs)}
     control, navigation = first.get("controllers"), first.get(NAV2) if NAV2 in starts else None
     namespace = namespace_of(control) if control else ""
     made.add("robot_state_publisher", ports("", node="robot_state_publisher"), {}, namespace)
@@ -138,7 +114,7 @@ def graph_of(robot: Robot, starts: Sequence[str]) -> Graph:
         made.add("controller_manager", ports(distribution, node="controller_manager"), {}, namespace)
         for one in fill(robot, distribution):
             name, those = one.controller.name, controller_ports(one.type, distribution)
-            remaps = [(port.topic, "/tf") for port in those if port.role == TF and port.topic != "/tf"]
+            remaps = [(port.topic, "/tf") for port in those if port.role == Role.TF and port.topic != "/tf"]
             remaps += [(commands[name], COMMAND)] if name in commands else []
             if not one.controller.inactive:
                 made.add(name, those, one.values, namespace, remaps)
@@ -149,7 +125,7 @@ def graph_of(robot: Robot, starts: Sequence[str]) -> Graph:
     if navigation is not None:
         frames, distribution = frames_of(robot, navigation)[0], distro_of(navigation)
         if frames is not None:  # the launch file has them
-            parameters.setdefault("slam_toolbox", nav2.seen_by_slam(robot, navigation, frames))
+            parameters.setdefault("slam_toolbox", nav2.slam_parameters(robot, navigation, frames))
         for port in ports(distribution):
             values = parameters.get(port.node, {})
             silent = values.get("tf_broadcast") is False or values.get("transform_publish_period") == 0.0
@@ -166,20 +142,17 @@ def graph_of(robot: Robot, starts: Sequence[str]) -> Graph:
         if sensor.name not in broadcast:
             node = f"driver of {sensor.name}"
             made.nodes[node] = DRIVER
-            qos = "reliable" if sensor.type == "imu" else "best_effort"  # as drivers of such sensors publish
-            port = Port(node, OUT, topic, sensor.type, qos=qos)
-            made.published.append(End(node, full_topic(topic, "", ""), message, port))
+            port, reliable = Port(node, OUT, topic, sensor.type), sensor.type == "imu"  # as drivers publish
+            made.published.append(End(node, full_topic(topic, "", ""), message, port, reliable=reliable))
     return made
 
 
 def topics_of_sensors(robot: Robot) -> Iterator[tuple[Sensor, str, str]]:
     """Yield the sensors with a topic in the description, with it and the type of its messages."""
-    given: dict[str, str] = {}
-    for backend, key in ((NAV2, "sources"), ("robot_localization", "inputs")):
-        output = next((one for one in robot.outputs if one.backend == backend), None)
-        for entry in ((output.options.get(key) or {}) if output is not None else {}).values():
-            if entry.get("sensor") and entry.get("topic"):
-                given.setdefault(entry["sensor"], entry["topic"])
+    first = {output.backend: output.options for output in reversed(robot.outputs)}
+    keys = ((NAV2, "sources"), ("robot_localization", "inputs"))
+    entries = [entry for backend, key in keys for entry in (first.get(backend, {}).get(key) or {}).values()]
+    given = {one["sensor"]: one["topic"] for one in reversed(entries) if one.get("sensor") and one.get("topic")}
     for sensor in robot.sensors:
         topic, message = given.get(sensor.name) or stated_topic(robot, sensor.name), message_of_sensor(sensor.type)
         if topic and message:
@@ -188,7 +161,7 @@ def topics_of_sensors(robot: Robot) -> Iterator[tuple[Sensor, str, str]]:
 
 def mismatched_qos(reader: End, publishers: Sequence[End]) -> str:
     """Return a message if a reader needs reliable messages and its publishers send none, else an empty text."""
-    if not reader.is_reliable or not publishers or any(one.is_reliable for one in publishers):
+    if not reader.reliable or not publishers or any(one.reliable for one in publishers):
         return ""
     who, sender = reader.node.strip("/"), publishers[0].node.strip("/")
     message = f"{who} needs reliable messages on {reader.topic} and gets none: {sender} sends them as best effort"
@@ -202,21 +175,21 @@ def open_ends(robot: Robot, made: Graph) -> Iterator[Diagnostic]:
         others = made.publishers(end)
         fitting = [one for one in others if one.type == end.type]
         if mismatch := mismatched_qos(end, fitting):
-            yield error("package-open", mismatch, None, "make the publisher reliable")
+            yield report("package-open", mismatch, None, "make the publisher reliable")
         if not fitting and (end.topic, end.type) not in reported:
             reported.add((end.topic, end.type))
-            yield from _open(robot, made, end, others)
+            yield from _open(robot, made, made.readers(end), others)
     for end in made.published:
         known = end.topic in {topic for topic, _ in reported}
-        if end.port.role == VELOCITY and CONTROL in made.starts and not known and not made.readers(end):
+        if end.port.role == Role.VELOCITY and CONTROL in made.starts and not known and not made.readers(end):
             message = f"{end.node} sends {short_type(end.type)} on {end.topic}, and no node of the package takes that"
             help = "give the controllers and nav2 the same distribution, and the package a controller of the drive"
-            yield error("package-open", f"{message}: the robot does not move", None, help)
+            yield report("package-open", f"{message}: the robot does not move", None, help)
 
 
-def _open(robot: Robot, made: Graph, end: End, others: Sequence[End]) -> Iterator[Diagnostic]:
+def _open(robot: Robot, made: Graph, readers: Sequence[End], others: Sequence[End]) -> Iterator[Diagnostic]:
     """Yield an error if the robot or the package can close an end, a note if a driver has to, or nothing."""
-    readers = [one for one in made.read if (one.topic, one.type) == (end.topic, end.type)]
+    end = readers[0]
     who, role = phrase(dict.fromkeys(one.node for one in readers)), end.port.role
     what = f"{who} {'reads' if who == end.node else 'read'} {short_type(end.type)} on {end.topic}"
     symptom = next((one.port.missing for one in readers if "the robot" in one.port.missing), end.port.missing)
@@ -225,7 +198,7 @@ def _open(robot: Robot, made: Graph, end: End, others: Sequence[End]) -> Iterato
     if others:
         why = f"{others[0].node} publishes {short_type(others[0].type)} there"
         help = "give both the same distribution"
-    elif role in (OBSTACLES, SCAN):
+    elif role in (Role.OBSTACLES, Role.SCAN):
         seeing = [one for one in robot.sensors if message_of_sensor(one.type) in _OBSTACLE_MESSAGES]
         if not seeing:
             why = "the robot has no sensor for that"
@@ -238,25 +211,22 @@ def _open(robot: Robot, made: Graph, end: End, others: Sequence[End]) -> Iterato
             help = f"start a node that makes it of what {seeing[0].name} sees"
         else:
             help = f"nav2: sources: {{scan: {{sensor: {seeing[0].name}, topic: NAME}}}}"
-    elif role in (ODOMETRY, IMU):
+    elif role in (Role.ODOMETRY, Role.IMU):
         heard = {one.topic for one in made.read if one.node == end.node}
         there = next((one for one in same_type if one.port.group == CONTROL), None)
         if there is not None and not heard & {one.topic for one in same_type}:
             why = f"{there.node} publishes on {there.topic}"
             help = f"topic: {there.topic.removeprefix('/')}"
-            if role == ODOMETRY and end.port.node == "ekf":
+            if role == Role.ODOMETRY and end.port.node == "ekf":
                 help += f"; or controller: {there.node}, where another node publishes {end.topic} without --control"
-    elif role == JOINT_STATES and CONTROL in made.starts:
+    elif role == Role.JOINT_STATES and CONTROL in made.starts:
         what, help = f"{what}, and no joint_state_broadcaster is started", "add it to controllers, or start the driver"
-        yield Diagnostic("package-external", NOTE, f"{what}: {symptom}", help=help)
+        yield report("package-external", f"{what}: {symptom}", None, help)
         return
     else:
         return
-    if why:
-        yield error("package-open", f"{what}, and {why}: {symptom}", None, help)
-    else:
-        message = f"{what}, which no node of the package publishes: without it, {symptom}"
-        yield Diagnostic("package-external", NOTE, message, help=help)
+    message = f"and {why}: {symptom}" if why else f"which no node of the package publishes: without it, {symptom}"
+    yield report("package-open" if why else "package-external", f"{what}, {message}", None, help)
 
 
 @dataclass(frozen=True)
@@ -283,9 +253,9 @@ class RobotGraph:
         """Return the graph as text: each topic with its type, its publishers and its readers."""
         lines = []
         for one in self.topics:
-            lines += [f"{one.topic}  {one.type}"]
             publishers, readers = ", ".join(one.published_by), ", ".join(one.read_by)
-            lines += [f"  {publishers or '(no publisher)'} -> {readers or '(no reader)'}"]
+            ends = f"{publishers or '(no publisher)'} -> {readers or '(no reader)'}"
+            lines.append(f"{one.topic}  {one.type}\n  {ends}")
         return "\n".join(lines)
 
     def svg(self) -> str:
@@ -312,16 +282,17 @@ def graph(
         ['sensor_msgs/msg/LaserScan']
     """
     compiled = Request.of(robot, arguments, packages, trust=trust).compile()
-    errors = tuple(one for one in compiled.diagnostics if one.severity == ERROR)
+    errors = tuple(one for one in compiled.diagnostics if has_errors([one]))
     if compiled.robot is None or errors:
         return RobotGraph(diagnostics=errors)
     backends = {output.backend for output in compiled.robot.outputs}
     needed = {CONTROL: {"controllers"}, MOVEIT: {"srdf"}, NAV2: {NAV2, "robot_localization"}}
     made = graph_of(compiled.robot, [word for word, formats in needed.items() if backends & formats])
-    found: dict[tuple[str, str], tuple[list[str], list[str]]] = {}
-    for index, ends in enumerate((made.published, made.read)):
-        for end in ends:
-            found.setdefault((end.topic, end.type), ([], []))[index].append(end.node)
-    topics = [Topic(*key, *(tuple(dict.fromkeys(names)) for names in both)) for key, both in sorted(found.items())]
+
+    def nodes_at(ends: Sequence[End], *topic: str) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(end.node for end in ends if (end.topic, end.type) == topic))
+
+    pairs = sorted({(end.topic, end.type) for end in (*made.published, *made.read)})
+    topics = tuple(Topic(*pair, nodes_at(made.published, *pair), nodes_at(made.read, *pair)) for pair in pairs)
     nodes, others = (tuple(name for name, kind in made.nodes.items() if kind == each) for each in (NODE, DRIVER))
-    return RobotGraph(compiled.robot.name, nodes, others, tuple(topics), tuple(open_ends(compiled.robot, made)))
+    return RobotGraph(compiled.robot.name, nodes, others, topics, tuple(open_ends(compiled.robot, made)))

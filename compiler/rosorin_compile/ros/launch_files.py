@@ -1,7 +1,4 @@
-"""Launch files of users: the nodes that they start, and their static transforms, compared with the description.
-
-The files are parsed, but never run. In Python files, only plain values are evaluated; other values are unknown.
-"""
+"""Launch files of users: their nodes, and their static transforms against the description; no file is ever run."""
 
 from __future__ import annotations
 
@@ -12,20 +9,12 @@ import re
 import shlex
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 from rosorin_compile.formats.ros_packages import is_launch_file
-from rosorin_compile.model import (
-    ROBOT_STATE_PUBLISHER,
-    STATIC_TRANSFORM_PUBLISHER,
-    Joint,
-    Pose,
-    Robot,
-    Transform,
-)
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Pose, Robot, Transform
 from rosorin_compile.output.atomic_files import is_generated
 from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source, Span
@@ -67,17 +56,16 @@ class _Unknown(Exception):
     """The value of an expression is known only when the program runs."""
 
 
-@dataclass(frozen=True)
-class Remap:
-    """A remap of a launch file: the two names as they are written, and its place."""
+class Remap(NamedTuple):
+    """A remap with the names as they are written; ``node`` is the name of the node that it is for, empty for all."""
 
     name: str
     to: str
-    span: Span
+    span: Span | None = None
+    node: str = ""
 
 
-@dataclass(frozen=True)
-class LaunchNode:
+class LaunchNode(NamedTuple):
     """A node in a launch file, or, without a name, a remap of all nodes; None means a value only known at runtime."""
 
     name: str
@@ -89,11 +77,9 @@ class LaunchNode:
 
 def nodes_of(source: Source) -> Iterator[LaunchNode]:
     """Yield the nodes of a launch file in Python, YAML or XML, chosen by its file extension. Raises LaunchError."""
+    read = {".py": _python, ".yaml": _yaml, ".yml": _yaml}.get(Path(source.path).suffix, _xml)
     try:
-        if source.path.endswith(".py"):
-            yield from _python(source)
-        else:
-            yield from _yaml(source) if source.path.endswith((".yaml", ".yml")) else _xml(source)
+        yield from read(source)
     except RecursionError:
         raise LaunchError("nested too deep") from None
 
@@ -126,8 +112,7 @@ def _yaml(source: Source) -> Iterator[LaunchNode]:
     for one in maps:
         node = one.get("node")
         if isinstance(node, dict):
-            remaps = node.get("remap")
-            pairs = [each for each in remaps if isinstance(each, Map)] if isinstance(remaps, list) else []
+            pairs = [each for each in _list(node.get("remap")) if isinstance(each, Map)]
             found = [Remap(str(each.get("from", "")), str(each.get("to", "")), each.locate(()).span) for each in pairs]
             program, arguments = str(node.get("exec", "")), _words(str(node.get("args", "")), variables)
             yield LaunchNode(str(node.get("name") or program), program, arguments, tuple(found), one.key_spans["node"])
@@ -136,8 +121,12 @@ def _yaml(source: Source) -> Iterator[LaunchNode]:
 def _maps(tree: Any) -> Iterator[Any]:
     if isinstance(tree, dict):
         yield tree
-    for child in tree.values() if isinstance(tree, dict) else tree if isinstance(tree, list) else ():
+    for child in tree.values() if isinstance(tree, dict) else _list(tree):
         yield from _maps(child)
+
+
+def _list(value: Any) -> list[Any]:
+    return value if isinstance(value, list) else []
 
 
 def _words(arguments: str, variables: Mapping[str, str]) -> tuple[str | None, ...] | None:
@@ -168,9 +157,7 @@ def _python(source: Source) -> Iterator[LaunchNode]:
             yield _python_node(words, names, Span(source, call.lineno, call.col_offset + 1))
             continue
         # A helper: its parameters have the values of each call.
-        uses: list[ast.Call | None] = [
-            use for use, _ in calls if isinstance(use.func, ast.Name) and use.func.id == function.name
-        ]
+        uses: list[Any] = [use for use, _ in calls if ast.unparse(use.func) == function.name]
         for use in uses or [None]:
             scope, place = _constants(function, _bind(function, use, names)), use or call
             yield _python_node(words, scope, Span(source, place.lineno, place.col_offset + 1))
@@ -194,17 +181,14 @@ def _python_node(words: Mapping[str, ast.expr], names: Names, span: Span) -> Lau
         if found is None and isinstance(node, ast.List | ast.Tuple):
             found = [_known(item, names) for item in node.elts]
         is_known = is_known and isinstance(found, list)
-        for one in found if isinstance(found, list) else ():  # launch joins an argument that is a list of pieces
+        for one in _list(found):  # launch joins an argument that is a list of pieces
             word = "".join(one) if isinstance(one, list) and all(isinstance(each, str) for each in one) else one
             arguments.append(word if isinstance(word, str) else None)
-    pairs = known.get("remappings", [])
     is_for_all = "src" in known and "dst" in known
-    if is_for_all:
-        pairs = [[known["src"], known["dst"]]]
-    remaps: tuple[Remap, ...] | None = None
-    if isinstance(pairs, list) and all(isinstance(pair, list) and len(pair) == 2 for pair in pairs):
-        is_plain = all(isinstance(name, str) for pair in pairs for name in pair)
-        remaps = tuple(Remap(old, new, span) for old, new in pairs) if is_plain else None
+    pairs = [[known["src"], known["dst"]]] if is_for_all else known.get("remappings", [])
+    is_plain = isinstance(pairs, list) and all(isinstance(one, list) and len(one) == 2 for one in pairs)
+    is_plain = is_plain and all(isinstance(name, str) for pair in pairs for name in pair)
+    remaps = tuple(Remap(old, new, span) for old, new in pairs) if is_plain else None
     name = "" if is_for_all else str(known.get("name") or program)
     return LaunchNode(name, program, tuple(arguments) if is_known else None, remaps, span)
 
@@ -283,8 +267,7 @@ def _value(node: ast.expr, names: Names) -> Any:
     raise _Unknown
 
 
-@dataclass(frozen=True)
-class StaticTransform:
+class StaticTransform(NamedTuple):
     """A transform of a launch file, with the texts of its arguments by flag."""
 
     parent: str
@@ -304,12 +287,11 @@ def parse_arguments(arguments: Sequence[str | None] | None) -> StaticTransform |
     words = [word for word in arguments or () if word is not None]
     if arguments is None or len(words) < len(arguments):
         return None
+    texts, is_refused = dict(zip(words[::2], words[1::2], strict=False)), len(words) % 2
     if len(words) in _WITHOUT_FLAGS and not words[0].startswith("--"):
-        texts = dict(zip(_WITHOUT_FLAGS[len(words)], words, strict=True))
-    else:
-        texts = dict(zip(words[::2], words[1::2], strict=False))
-        if len(words) % 2 or not texts.keys() <= {*_XYZ, *_RPY, *_QUATERNION, *_FRAMES}:
-            return None
+        texts, is_refused = dict(zip(_WITHOUT_FLAGS[len(words)], words, strict=True)), 0
+    if is_refused or not texts.keys() <= {*_XYZ, *_RPY, *_QUATERNION, *_FRAMES}:
+        return None
     if not all(texts.get(flag) for flag in _FRAMES) or (texts.keys() & {*_RPY} and texts.keys() & {*_QUATERNION}):
         return None
     try:
@@ -346,11 +328,9 @@ def check_node(robot: Robot, node: LaunchNode) -> Iterator[Diagnostic]:
         if parts := list(_differences(joint, static)):
             yield report("deployed-launch-differs", f"{edge} is not as described: {', '.join(parts)}", node.span)
     else:
-        names = dict[str, None]()
-        for owner in owners:
-            of_urdf = ", from the URDF" if owner.kind == ROBOT_STATE_PUBLISHER else ""
-            names[f"{owner.name}{of_urdf}" if owner.publishes else "nobody"] = None
-        message = f"{edge} is published here, but the description gives it to {' or '.join(names)}"
+        source = {ROBOT_STATE_PUBLISHER: ", from the URDF"}
+        names = [f"{one.name}{source.get(one.kind, '')}" if one.publishes else "nobody" for one in owners]
+        message = f"{edge} is published here, but the description gives it to {' or '.join(dict.fromkeys(names))}"
         yield report("deployed-launch-owner", message, node.span)
 
 
@@ -404,7 +384,7 @@ def check_launch_files(robot: Robot, folder: Path, files: Sequence[str], ours: S
     if ours and children:
         own = ", ".join(dict.fromkeys(published[child] for child in children))
         yield report("deployed-static-twice", f"{own} and {', '.join(ours)} both publish {', '.join(children)}")
-    for joint in joints if not ours and complete and any_publisher else ():
-        if joint.child not in published:
-            message = f"no launch file in {folder} publishes {joint.parent} -> {joint.child} ({joint.publisher.name})"
-            yield report("deployed-static-missing", message)
+    absent = [joint for joint in joints if joint.child not in published]
+    for joint in absent if not ours and complete and any_publisher else ():
+        message = f"no launch file in {folder} publishes {joint.parent} -> {joint.child} ({joint.publisher.name})"
+        yield report("deployed-static-missing", message)

@@ -6,8 +6,8 @@ that leads to its parent is the map (REP 105). The kind of a node follows from i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
 
 from rosorin_compile.model import Output, Publisher, Robot
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
@@ -66,22 +66,20 @@ def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Problem
     def wrong(message: str, help: Help, path: Path = ()) -> tuple[None, list[Problem]]:
         return None, [Problem("navigation-frames", message, path, help, key=not path)]
 
-    edges = enumerate(robot.edges)
-    nodes = [(index, edge) for index, edge in edges if edge.publisher.kind != UNPUBLISHED and not edge.joint]
+    nodes = [one for one in enumerate(robot.edges) if one[1].publisher.kind != UNPUBLISHED and not one[1].joint]
     leads = [Lead(edge.parent, edge.child, edge.publisher, ("edges", index)) for index, edge in nodes]
-    entering = [lead for lead in leads if lead.child in robot.link and lead.parent not in robot.link]
-    every = dict.fromkeys((lead.parent, lead.child) for lead in entering)
+    ends = ((one.parent, one.child) for one in leads)
+    every = dict.fromkeys(pair for pair in ends if pair[1] in robot.link and pair[0] not in robot.link)
     if not every:
-        message = f"no edge leads to the robot: it has no publisher for odom -> {robot.root}"
         edge = f"{{parent: odom, child: {robot.root}, publisher: NAME}}"
-        return wrong(message, f"add one to edges: {edge}, with a node of publishers")
+        help = f"add one to edges: {edge}, with a node of publishers"
+        return wrong(f"no edge leads to the robot: it has no publisher for odom -> {robot.root}", help)
     odom_frame, map_frame = output.options.get("odom_frame"), output.options.get("map_frame")
     pairs = [pair for pair in every if odom_frame in (None, pair[0])]
     if not pairs:
         parents = Suggestion(str(odom_frame), {parent for parent, _ in every})
         return wrong(f'"{odom_frame}" is not the frame of an odometry', parents, ("odom_frame",))
-    below = {lead.child for lead in leads}
-    pairs = [pair for pair in pairs if pair[0] in below] or pairs
+    pairs = [pair for pair in pairs if pair[0] in {lead.child for lead in leads}] or pairs
     if len(pairs) > 1:
         message = f"there is more than one odometry: {phrase(f'{parent} -> {child}' for parent, child in pairs)}"
         return wrong(message, "say which: odom_frame: NAME")
@@ -100,10 +98,8 @@ def kind_of(publisher: Publisher) -> str:
     """Return which kind of node a publisher is: AMCL, SLAM or FILTER; empty for another one."""
     if publisher.kind != NODE or _NO_FILTER in publisher.name:
         return ""
-    for kind in (AMCL, SLAM, FILTER):
-        if publisher.package in kinds("")[kind].packages or publisher.name in kinds("")[kind].names:
-            return kind
-    return ""
+    known = [kinds("")[kind] for kind in (AMCL, SLAM, FILTER)]
+    return next((one.name for one in known if publisher.package in one.packages or publisher.name in one.names), "")
 
 
 def owners_of_odom(robot: Robot, frames: Frames) -> set[str]:
@@ -115,20 +111,16 @@ def owners_of_odom(robot: Robot, frames: Frames) -> set[str]:
 
 def stated_topic(robot: Robot, name: str) -> str:
     """Return the topic that the description sets for a sensor; empty if it sets none, or just the sensor's name."""
-    for sensor in robot.sensors:
-        for simulated in sensor.gazebo if sensor.name == name else ():
-            for element in simulated.elements:
-                if element.name == "topic" and element.value not in (name, None):
-                    return str(element.value)
-    return ""
+    simulated = (one for sensor in robot.sensors if sensor.name == name for one in sensor.gazebo)
+    topics = (element.value for one in simulated for element in one.elements if element.name == "topic")
+    return next((str(one) for one in topics if one not in (name, None)), "")
 
 
-def diagnose(case: Case, output: Output, find: Callable[[Robot, Output], Sequence[Problem]]) -> Iterator[Diagnostic]:
-    """Yield the problems that ``find`` returns for an output, with positions; none if the robot is not a tree."""
-    if not case.robot.is_tree:
-        return
+def diagnose(case: Case, output: Output, find: Callable[[Robot, Output], tuple[Any, ...]]) -> Iterator[Diagnostic]:
+    """Yield the problems that ``find`` returns last, with positions; none if the robot is not a tree."""
     entry: Path = ("outputs", output.name)
-    for one in find(case.robot, output):
+    problems: list[Problem] = find(case.robot, output)[-1] if case.robot.is_tree else []
+    for one in problems:
         path = one.path if one.absolute else (*entry, *one.path)
         key = one.key or not exists(case.tree, path)
         yield case.problem(one.rule, one.message, path, one.help, severity=one.severity, key=key)

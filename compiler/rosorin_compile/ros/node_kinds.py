@@ -12,7 +12,6 @@ import math
 import operator
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import cache
 from types import NoneType
 from typing import Any, NamedTuple
@@ -20,21 +19,10 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats.format import HUMBLE, JAZZY
 from rosorin_compile.model import Publisher
 from rosorin_compile.model.joint import NODE
-from rosorin_compile.source.diagnostics import (
-    ERROR,
-    WARNING,
-    Diagnostic,
-    Help,
-    Related,
-    Span,
-    Suggestion,
-    diagnostic,
-    phrase,
-    quote,
-)
-from rosorin_compile.source.wording import suggest
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Help, Related, Span, Suggestion, diagnostic
+from rosorin_compile.source.wording import phrase, quote, suggest
 
-from .ports import TF, distribution_of_ports, facts, port_of
+from .ports import Role, distribution_of_ports, facts, port_of
 
 DISTRIBUTIONS = (HUMBLE, JAZZY, "kilted")  # those of the tables; "" as a distribution is any of them
 MANAGER = "controller_manager"
@@ -82,8 +70,7 @@ def _pattern(name: str) -> re.Pattern[str]:
     return re.compile("".join(pieces))
 
 
-@dataclass(frozen=True)
-class Kind:
+class Kind(NamedTuple):
     """A kind of node, with its keys by name; ``complete`` means that it has no others.
 
     The keys are those of all distributions; types and defaults are of ``distribution``. ``names`` are those that the
@@ -101,15 +88,15 @@ class Kind:
     signs: Sequence[str] = ()
     strips_slash: bool = False
     odometry: str = ""
-    transform: Mapping[str, str] = field(default_factory=dict)
+    transform: Mapping[str, str] = {}
 
     def key(self, name: str) -> Key | None:
         """Return the key that matches a name; one without variables is preferred."""
         patterns = (key for key in self.keys.values() if key.many and _pattern(key.name).fullmatch(name))
         return self.keys.get(name) or next(patterns, None)
 
-    def __contains__(self, name: str) -> bool:
-        key = self.key(name)
+    def __contains__(self, name: object) -> bool:
+        key = self.key(str(name))
         return key is not None and self.has(key)
 
     def has(self, key: Key) -> bool:
@@ -128,13 +115,10 @@ class Kind:
         """Return the candidates for a misspelt key; patterns have its words and its first number."""
         words, number = name.split("."), next(iter(re.findall(r"\d+", name)), "0")
         found = set()
-        for key in self.own_keys():
-            pieces = key.name.replace("<n>", number).split(".")
-            if not key.many or "<n>" in key.name:
-                found.add(".".join(pieces))
-            elif len(pieces) == len(words):
-                pairs = zip(pieces, words, strict=True)
-                found.add(".".join(word if _VARIABLE.fullmatch(piece) else piece for piece, word in pairs))
+        for pieces in (key.name.replace("<n>", number).split(".") for key in self.own_keys()):
+            variables = [index for index, piece in enumerate(pieces) if _VARIABLE.fullmatch(piece)]
+            if not variables or len(pieces) == len(words):
+                found.add(".".join(words[at] if at in variables else piece for at, piece in enumerate(pieces)))
         return found
 
 
@@ -143,17 +127,15 @@ def is_of(name: str, kind: Kind | None, publisher: Publisher, publishers: Iterab
 
     A node whose name matches another publisher is not matched by its package.
     """
-    if publisher.kind != NODE or name == publisher.name:
-        return publisher.kind == NODE
-    named = any(name == other.name for other in publishers)
-    return not named and kind is not None and publisher.package in kind.packages
+    of_package = kind is not None and publisher.package in kind.packages
+    is_named = any(name == other.name for other in publishers)
+    return publisher.kind == NODE and (name == publisher.name or (of_package and not is_named))
 
 
 @cache
 def kinds(distribution: str) -> Mapping[str, Kind]:
     """Return the kinds of nodes that are not controllers, by name."""
-    found = facts("ros2_nodes")["nodes"]
-    return {name: _kind(name, entry, entry["keys"], (entry["package"],), distribution) for name, entry in found.items()}
+    return {name: _kind(name, entry, {}, (), distribution) for name, entry in facts("ros2_nodes")["nodes"].items()}
 
 
 @cache
@@ -163,8 +145,7 @@ def controller(plugin: str, distribution: str) -> Kind | None:
     entry = table["controllers"].get(plugin, {})
     if "keys" not in entry:
         return None
-    keys = {**table["every_controller"], **entry["keys"]}
-    return _kind(plugin, entry, keys, (entry["package"], *_OF_CONTROLLERS), distribution)
+    return _kind(plugin, entry, table["every_controller"], _OF_CONTROLLERS, distribution)
 
 
 def plugins(distribution: str) -> Mapping[str, str]:
@@ -173,20 +154,19 @@ def plugins(distribution: str) -> Mapping[str, str]:
     return {name: of["package"] for name, of in found.items() if not known or known in of.get("only", DISTRIBUTIONS)}
 
 
-def _kind(
-    name: str, entry: Mapping[str, Any], keys: Mapping[str, Any], packages: tuple[str, ...], distribution: str
-) -> Kind:
-    known, port = distribution and distribution_of_ports(distribution), port_of(name, "", TF)
+def _kind(name: str, entry: Mapping[str, Any], keys: Mapping[str, Any], packages: tuple[str, ...], distro: str) -> Kind:
+    """Return a kind of node from its entry; ``keys`` and ``packages`` are those of all nodes like it."""
+    known, port = distro and distribution_of_ports(distro), port_of(name, "", Role.TF)
     known = known if known in entry.get("only", DISTRIBUTIONS) else ""
     made = {}
-    for key, of in keys.items():
+    for key, of in {**keys, **entry["keys"]}.items():
         values = {**of, **of.get(HUMBLE, {})} if known == HUMBLE else of
         fields = {field: values[field] for field in Key._fields if values.get(field) is not None}
         if fields["type"] == "double" and isinstance(fields.get("default"), str):
             fields["default"] = float(fields["default"])  # JSON has no nan
         made[key] = Key(key, **fields)
     words = {word: entry[word] for word in ("complete", "names", "signs", "strips_slash", "transform") if word in entry}
-    return Kind(name, made, known, packages, odometry=port.topic if port else "", **words)
+    return Kind(name, made, known, (entry["package"], *packages), odometry=port.topic if port else "", **words)
 
 
 def by_signs(keys: Mapping[str, object], distribution: str) -> Kind | None:
@@ -195,7 +175,7 @@ def by_signs(keys: Mapping[str, object], distribution: str) -> Kind | None:
     return best if any(sign in keys for sign in best.signs) else None
 
 
-def controller_by_keys(keys: Mapping[str, object], distribution: str) -> Kind | None:
+def drive_by_keys(keys: Mapping[str, object], distribution: str) -> Kind | None:
     """Return the drive controller that has most of the keys, or None if they are not those of a drive controller."""
     if "enable_odom_tf" not in keys:
         return None
@@ -204,30 +184,17 @@ def controller_by_keys(keys: Mapping[str, object], distribution: str) -> Kind | 
     return max(found, key=lambda kind: sum(kind.key(name) is not None for name in keys))
 
 
-def by_name(name: str, distribution: str) -> Kind | None:
-    """Return the kind of node that usually has this name, or None."""
-    return next((kind for kind in kinds(distribution).values() if name in kind.names), None)
-
-
-# Values
-
-
 def fits(value: Any, kind: str) -> bool:
     """Return True if a value is of a type of the tables, as rcl takes it: 1 is not a double.
 
     >>> fits(1, "double"), fits(1.0, "double"), fits([1, 2.0], "double_array"), fits("a", "string or string_array")
     (False, True, False, True)
     """
-    for one in kind.split(" or "):
-        if one == "none":
-            return True
-        if one.endswith("_array"):
-            item = one.removesuffix("_array")
-            if isinstance(value, (list, tuple)) and all(fits(each, item) for each in value):
-                return True
-        elif isinstance(value, _TYPES[one]) and (one == "bool" or not isinstance(value, bool)):
-            return True
-    return False
+    if " or " in kind:
+        return any(fits(value, one) for one in kind.split(" or "))
+    if kind.endswith("_array"):
+        return isinstance(value, (list, tuple)) and all(fits(each, kind.removesuffix("_array")) for each in value)
+    return kind == "none" or (isinstance(value, _TYPES[kind]) and (kind == "bool" or not isinstance(value, bool)))
 
 
 def convert(value: Any, kind: str) -> Any:
@@ -284,9 +251,6 @@ def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
     return "", ""
 
 
-# The parameters of a node, of a description or of a file
-
-
 class Finding(NamedTuple):
     """A problem of a parameter (of its name with ``at_key``) or of a node; ``known`` may replace an ``unknown`` one."""
 
@@ -312,34 +276,28 @@ def against_kind(name: str, kind: Kind | None, values: Mapping[str, Any]) -> Ite
     for key, value in values.items():
         known = kind.key(key) if kind is not None else None
         if kind is None:
-            types = {type(one) for one in value} if isinstance(value, (list, tuple)) else {type(value)}
+            types = set(map(type, value if isinstance(value, (list, tuple)) else [value]))
             if len(types) > 1 or types & {list, tuple, NoneType}:
                 message = f'"{key}" of {name} is {as_yaml(value)}: no parameter can be that'
                 yield Finding("parameters-wrong-type", message, key, "write a value, or a list of values of one type")
         elif known is None or not kind.has(known):
-            is_of_all_nodes = key in _ANY_NODE or key.startswith(_ANY_BELOW)
-            if known is not None or not is_of_all_nodes:
+            if known is not None or not (key in _ANY_NODE or key.startswith(_ANY_BELOW)):
                 yield from _unknown(name, kind, key, values, known)
         else:
             yield from _wrong_value(name, key, value, known)
-            match = _pattern(known.name).fullmatch(key) if "__map_" in known.name and key not in kind.keys else None
-            if match:  # about one of a list: gains.joint1.p of joints
-                many = known.name.partition("__map_")[2].partition(".")[0]
-                listed = values.get(many)
-                if isinstance(listed, (list, tuple)) and match[1] not in listed:
-                    message = f'"{key}" of {name} is about "{match[1]}", which is not in its {many}: it has no effect'
-                    help = Suggestion(match[1], set(map(str, listed)))
-                    yield Finding("parameters-unknown-key", message, key, help, at_key=True)
+            many = known.name.partition("__map_")[2].partition(".")[0]  # about one of a list: gains.joint1.p of joints
+            match, listed = _pattern(known.name).fullmatch(key), values.get(many)
+            if match and many and key not in kind.keys and isinstance(listed, (list, tuple)) and match[1] not in listed:
+                message = f'"{key}" of {name} is about "{match[1]}", which is not in its {many}: it has no effect'
+                help = Suggestion(match[1], set(map(str, listed)))
+                yield Finding("parameters-unknown-key", message, key, help, at_key=True)
 
 
 def _unknown(name: str, kind: Kind, key: str, values: Mapping[str, Any], of_others: Key | None) -> Iterator[Finding]:
     """Report that a kind does not have a key; ``of_others`` is the key in other distributions."""
     names, severity = kind.like(key), ERROR
-    help: Help = ""
-    if kind.complete:
-        help = Suggestion(key, names, instead=REMOVE)
-    elif close := difflib.get_close_matches(key, names - values.keys(), n=1, cutoff=_SIMILAR):
-        help = suggest(close[0])
+    close = difflib.get_close_matches(key, names - values.keys(), n=1, cutoff=_SIMILAR)
+    help = Suggestion(key, names, instead=REMOVE) if kind.complete else suggest(close[0]) if close else ""
     if of_others is not None:
         others = phrase(map(str.capitalize, of_others.only))
         message = f'{name} of {kind.distribution.capitalize()} has no key "{key}"; it is one of {others}'

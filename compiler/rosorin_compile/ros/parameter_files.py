@@ -12,7 +12,6 @@ import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import yaml
@@ -20,6 +19,7 @@ import yaml
 from rosorin_compile.formats.format import DISTRIBUTIONS, JAZZY, Format
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
+from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, DiagnosticError, Related, Source, Span, error
 
 from .node_kinds import Kind, as_yaml, convert, kinds
@@ -101,17 +101,6 @@ def read_sections(source: Source) -> tuple[list[Section], list[Diagnostic]]:
     return list(reader.sections.values()), reader.diagnostics
 
 
-def read_file(path: Path) -> tuple[list[Section], list[Diagnostic]]:
-    """Read a parameter file. Raises NoParameters."""
-    from rosorin_compile.source.load import LoadError, read_utf8
-
-    try:
-        source = read_utf8(path, str(path))
-    except LoadError as problem:
-        raise NoParameters(problem.diagnostic) from None
-    return read_sections(source)
-
-
 class _Reader:
     """Reads the nodes of YAML as rcl does."""
 
@@ -165,8 +154,7 @@ class _Reader:
                 raise NoParameters(error("parameters-syntax", what, named, help))
             section = self.sections.setdefault(above, Section(above, named))
             self.parameters(section, "", value)
-            is_node = True
-            has_parameters |= bool(section.parameters)
+            is_node, has_parameters = True, has_parameters or bool(section.parameters)
         return has_parameters
 
     def parameters(self, section: Section, above: str, mapping: Any) -> str:
@@ -179,14 +167,14 @@ class _Reader:
             if empty:
                 message = f'"{text}" follows "{empty}", which is empty: ROS 2 refuses or misreads the file'
                 raise self.fail(message, key, "leave the empty one out")
-            name = f"{above}{text}"
-            maps = [one for one in value.value if isinstance(one, yaml.MappingNode)] if _is_list(value) else []
+            name, items = f"{above}{text}", list(value.value) if _is_list(value) else []
+            has_map = any(isinstance(one, yaml.MappingNode) for one in items)
             if isinstance(value, yaml.MappingNode):
                 empty = self.parameters(section, f"{name}.", value) if value.value else name
-            elif maps and len(value.value) == 1 and all(_is_list(inner) for _, inner in maps[0].value):
+            elif has_map and len(items) == 1 and all(_is_list(inner) for _, inner in items[0].value):
                 # gpio_controllers has such parameters: a: [{b: [x]}] is a.b: [x].
-                self.parameters(section, f"{name}.", maps[0])
-            elif maps:
+                self.parameters(section, f"{name}.", items[0])
+            elif has_map:
                 message = f'"{name}" has a mapping in a list: ROS 2 reads it otherwise than it looks'
                 self.warn(message, self.span(key), "write a mapping without the list")
             else:
@@ -198,9 +186,8 @@ class _Reader:
         read = self.values(name, value) if _is_list(value) else self.scalar(value)[0]
         made = Parameter(read, self.span(key), self.span(value))
         if before := section.parameters.get(name):
-            message = f'"{name}" is repeated for {section.name}; the last one counts'
-            related = (Related("first set here", before.key),)
-            self.diagnostics.append(Diagnostic("parameters-twice", WARNING, message, made.key, related, "remove one"))
+            message, first = f'"{name}" is repeated for {section.name}; the last one counts', "first set here"
+            self.diagnostics.append(report("parameters-twice", message, made.key, "", [Related(first, before.key)]))
         if made.value == []:
             message = f'"{name}" is an empty list, and ROS 2 does not know of what: nodes in C++ do not start '
             message += '("No parameter value set")'
@@ -209,8 +196,7 @@ class _Reader:
 
     def values(self, name: str, items: Any) -> list[Any]:
         """Return the values of a list, which must all have the same type."""
-        values: list[Any] = []
-        first = ""
+        values, first = list[Any](), ""
         for item in items.value:
             if _is_list(item):
                 message, help = f'"{name}" holds a list in a list, which ROS 2 refuses', "write one text in quotes"
@@ -321,8 +307,7 @@ def parameters_of(output: Output, nodes: Iterable[Node]) -> Parameters:
         for key, value in node.values.items():
             known = kind.key(key) if kind is not None else None
             if value not in ([], ()) and (kind is None or known is None or kind.writes(known)):
-                made = convert(value, known.type) if known is not None else value
-                found.setdefault(node.name.strip("/"), {})[key] = made
+                found.setdefault(node.name.strip("/"), {})[key] = convert(value, known.type) if known else value
     return Parameters(found)
 
 

@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from rosorin_compile.source import files
 from rosorin_compile.source.project import data_folder
 
-VELOCITY, ODOMETRY, OBSTACLES, SCAN = "velocity", "odometry", "obstacles", "scan"
-IMU, TF, JOINT_STATES = "imu", "tf", "joint_states"
 IN, OUT = "in", "out"
 _STAMPED = "Stamped"
 
 
-@dataclass(frozen=True)
-class Port:
+class Role:
+    """What the topic of a port is for."""
+
+    VELOCITY, ODOMETRY, OBSTACLES, SCAN = "velocity", "odometry", "obstacles", "scan"
+    IMU, TF, JOINT_STATES = "imu", "tf", "joint_states"
+
+
+class Port(NamedTuple):
     """A topic that a node, or a type of controller, reads or publishes; the fields are explained in the file.
 
     ``topic`` is the name after the remaps of nav2_bringup. ``stamp_parameter`` chooses between messages with and
@@ -42,7 +45,6 @@ class Port:
     stamped: bool = False
     optional: bool = False
     group: str = ""
-    package: str = ""
 
     def is_stamped(self, parameters: Mapping[str, Any]) -> bool:
         """Return True if the node uses messages with a header."""
@@ -87,29 +89,25 @@ def short_type(message: str) -> str:
     return message.rpartition("/")[2]
 
 
-def _port(owner: str, entry: Mapping[str, Any], distribution: str, group: str, package: str = "") -> Port:
+def _port(owner: str, entry: Mapping[str, Any], distribution: str, group: str) -> Port:
     direction = IN if IN in entry else OUT
-    known = {key: entry[key] for key in Port.__dataclass_fields__ if key in entry}
-    known |= {"node": owner, "direction": direction, "group": group, "package": package}
-    known |= {"topic": entry.get("bringup", {}).get(distribution, entry[direction])}
-    known |= {"when": tuple(entry.get("when", {}).items()), "stamped": False}
+    known = {key: entry[key] for key in Port._fields if key in entry}
+    known |= {"node": owner, "direction": direction, "group": group, "when": tuple(entry.get("when", {}).items())}
+    known |= {"topic": entry.get("bringup", {}).get(distribution, entry[direction]), "stamped": False}
     for key, defaults in entry.get("stamped", {}).items():
         default = defaults.get(distribution)
         if default is not None:
             known |= {"stamp_parameter": key, "stamped": bool(default) or group == "control"}
-        elif group == "control":  # a controller without the parameter takes messages with a header alone
+        elif group == "control":  # a controller without the parameter only takes messages with a header
             known |= {"stamp_parameter": "", "stamped": True}
     return Port(**known)
 
 
 @cache
 def _of_nodes(distribution: str) -> tuple[Port, ...]:
-    found = []
-    for name, node in facts("ros2_ports")["nodes"].items():
-        for entry in node["ports"] if distribution in node.get("only", [distribution]) else ():
-            if distribution in entry.get("only", [distribution]):
-                found.append(_port(name, entry, distribution, node["group"], node["package"]))
-    return tuple(found)
+    rows = [(name, node, entry) for name, node in facts("ros2_ports")["nodes"].items() for entry in node["ports"]]
+    known = [row for row in rows if all(distribution in one.get("only", [distribution]) for one in row[1:])]
+    return tuple(_port(name, entry, distribution, node["group"]) for name, node, entry in known)
 
 
 def ports(distribution: str, *, node: str = "", role: str = "", direction: str = "", group: str = "") -> Iterator[Port]:
@@ -132,14 +130,9 @@ def port_of(plugin: str, distribution: str, role: str) -> Port | None:
     return next((port for port in controller_ports(plugin, distribution) if port.role == role), None)
 
 
-def short_words() -> dict[str, str]:
-    """Return the short words for types of controllers; each means the same in every distribution that has it."""
-    return dict(facts("ros2_ports")["controllers"]["short"])
-
-
 def full_type(word: str) -> str:
     """Return the type of a controller by its short name, or the name itself."""
-    return short_words().get(word, word)
+    return str(facts("ros2_ports")["controllers"]["short"].get(word, word))
 
 
 def interfaces_of(plugin: str) -> dict[str, Any]:
@@ -153,8 +146,7 @@ def full_topic(topic: str, namespace: str, node: str) -> str:
     >>> full_topic("~/odom", "left", "base"), full_topic("scan", "", "amcl"), full_topic("/tf", "left", "base")
     ('/left/base/odom', '/scan', '/tf')
     """
-    space = namespace.strip("/")
-    inside = f"/{space}" if space else ""
+    inside = f"/{namespace.strip('/')}".rstrip("/")
     if topic.startswith("~/"):
         return f"{inside}/{node}/{topic[2:]}"
     return topic if topic.startswith("/") else f"{inside}/{topic}"

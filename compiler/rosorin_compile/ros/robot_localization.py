@@ -5,15 +5,15 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.drive import driving_of
-from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Suggestion, error, phrase, quote
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Suggestion, phrase, quote
 
-from .controllers.write import drivers
+from .controllers.write import drivers, is_whole
 from .navigation import FILTER, Frames, Lead, Problem, diagnose, frames_of, kind_of, stated_topic
 from .parameter_files import Node, Parameters, distro_of, parameter_file, parameters_of, text
 from .ports import facts
@@ -31,7 +31,7 @@ def _inputs_of(output: Output) -> Mapping[str, Mapping[str, Any]]:
 
 
 def _content(robot: Robot, output: Output) -> tuple[Node | None, Lead | None, list[Problem]]:
-    """Return the parameters of a filter, what it publishes, and what is wrong; no parameters if that is an error."""
+    """Return the parameters of a filter, its transform, and the problems; no parameters if one is an error."""
     frames, wrong = frames_of(robot, output)
     if frames is None:
         return None, None, wrong
@@ -57,12 +57,9 @@ def _content(robot: Robot, output: Output) -> tuple[Node | None, Lead | None, li
     wrong += _check_inputs(robot, output, frames)
     if any(one.severity == ERROR for one in wrong):
         return None, None, wrong
-    lead = owned[0] if owned else None
-    values: dict[str, Any] = {}
-    if "frequency" in output.options:
-        values["frequency"] = output.options["frequency"]
-    if "two_d_mode" in output.options or robot.drive is not None:
-        values["two_d_mode"] = output.options.get("two_d_mode", True)
+    lead, options = owned[0] if owned else None, {"two_d_mode": True} if robot.drive is not None else {}
+    options |= {key: output.options[key] for key in ("frequency", "two_d_mode") if key in output.options}
+    values: dict[str, Any] = {key: options[key] for key in ("frequency", "two_d_mode") if key in options}
     values["publish_tf"] = lead is not None
     values |= {"map_frame": frames.map} if frames.map else {}
     values |= {"odom_frame": frames.odom, "base_link_frame": frames.moved}
@@ -71,13 +68,13 @@ def _content(robot: Robot, output: Output) -> tuple[Node | None, Lead | None, li
         kind = key.rstrip("0123456789")
         uses = one.get("uses") or usual(robot, kind, frames.moved)
         values |= {key: topic(robot, key, one), f"{key}_config": [state in uses for state in STATES]}
-        about = facts("ros2_nodes")["filter_inputs"][kind]
-        values |= {f"{key}_{word}": one[word] for word in about["keys"] if word in one}
+        keys = facts("ros2_nodes")["filter_inputs"][kind]["keys"]
+        values |= {f"{key}_{word}": one[word] for word in keys if word in one}
     return Node(name, "ekf", values), lead, wrong
 
 
 def _check_inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Problem]:
-    rule, inputs = "filter-input", _inputs_of(output)
+    rule, inputs, driving = "filter-input", _inputs_of(output), [driver.name for driver in drivers(robot)]
     imus = {sensor.name for sensor in robot.sensors if sensor.type == "imu"}
     if not inputs:
         message = "the filter has no inputs: it estimates nothing"
@@ -99,8 +96,8 @@ def _check_inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Prob
             yield Problem(rule, f'there is no IMU "{sensor}"', (*path, "sensor"), suggestion)
         if not topic(robot, name, one):
             yield Problem(rule, f'"{name}" has no topic', path, "add topic: NAME", key=True)
-        controller, driving = one.get("controller"), [driver.name for driver in drivers(robot)]
-        if controller is not None and (controller not in driving or kind != "odom"):
+        controller = one.get("controller")
+        if controller is not None and is_whole(robot) and (controller not in driving or kind != "odom"):
             message = f'"{controller}" is not a controller of the drive, whose odometry "{name}" could be'
             yield Problem(rule, message, (*path, "controller"), Suggestion(controller, driving))
         for index, state in enumerate(uses or ()):
@@ -120,10 +117,9 @@ def _check_inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Prob
 def remaps(robot: Robot, output: Output) -> list[tuple[str, str]]:
     """Return the remaps, from and to, by which the inputs of a filter come from controllers that are started."""
     topics = {driver.name: f"/{driver.topic(driver.odometry).lstrip('/')}" for driver in drivers(robot)}
-    named = [
-        (topic(robot, name, one), topics.get(one.get("controller", ""))) for name, one in _inputs_of(output).items()
-    ]
-    return [(heard, to) for heard, to in named if to is not None and f"/{heard.lstrip('/')}" != to]
+    inputs = {topic(robot, name, one): one.get("controller", "") for name, one in _inputs_of(output).items()}
+    moved = [(heard, topics[one]) for heard, one in inputs.items() if one in topics]
+    return [(heard, to) for heard, to in moved if f"/{heard.lstrip('/')}" != to]
 
 
 def usual(robot: Robot, kind: str, base: str) -> tuple[str, ...]:
@@ -151,21 +147,13 @@ def topic(robot: Robot, name: str, one: Mapping[str, Any]) -> str:
     return stated_topic(robot, one.get("sensor") or (known[0] if len(known) == 1 else ""))
 
 
-def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Yield what is wrong with an entry."""
-    yield from diagnose(case, output, lambda robot, output: _content(robot, output)[2])
-
-
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the parameters of a filter. The options are in the record."""
-    node, lead, wrong = _content(robot, output)
+    node, lead, _ = _content(robot, output)
     if node is None:
-        return "", [error(one.rule, one.message, None, one.help) for one in wrong if one.severity == ERROR]
-    head = [
-        f"robot_localization of {distro_of(output).capitalize()}: {node.name} publishes {lead or 'no transform'}.",
-        "No covariance is in it: load it after your own.",
-    ]
-    return text(robot, output, templates, head, [node]), []
+        return "", []  # the rules report it
+    head = f"robot_localization of {distro_of(output).capitalize()}: {node.name} publishes {lead or 'no transform'}."
+    return text(robot, output, templates, [head, "No covariance is in it: load it after your own."], [node]), []
 
 
 def view(robot: Robot, output: Output) -> Parameters:
@@ -181,7 +169,7 @@ FORMAT = parameter_file(
     rank=63,
     covers=("robot", "edges.parent", "edges.child", "edges.publisher", "publishers.node"),
     file="ekf.yaml",
-    check=check,
+    check=partial(diagnose, find=_content),
     write=write,
     view=view,
 )

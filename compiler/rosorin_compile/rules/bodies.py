@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Link, Mesh
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Inertial, Link, Mesh, Vector
 from rosorin_compile.model.bounds import Bounds, bounds_of
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 from rosorin_compile.source.rule_registry import JOINTS, NUMBERS, rule
@@ -38,10 +38,8 @@ FEW_WITHOUT_MASS, FEW_WITHOUT_COLLISION = 0.5, 0.25
 @rule("inertia-triangle", "A principal moment exceeds the others.", "Check units.", NUMBERS, "link", "always")
 def physical(case: Case) -> Iterator[Diagnostic]:
     """Masses that are not positive, and inertias that no body has."""
-    for link in case.robot.links:
-        inertial, path = link.inertial, case.link(link.name, "inertial")
-        if inertial is None:
-            continue
+    for link, inertial in [(link, link.inertial) for link in case.robot.links if link.inertial]:
+        path = case.link(link.name, "inertial")
         if not inertial.mass > 0:
             message = f'the mass of link "{link.name}" is {number(inertial.mass)} kg; a mass is above zero'
             yield case.problem("mass-not-positive", message, (*path, "mass"))
@@ -63,34 +61,33 @@ def physical(case: Case) -> Iterator[Diagnostic]:
 @rule("centre-outside", "A warning: a centre of mass is far off its link.", "Check `xyz`.", NUMBERS, "link", "always")
 def plausible(case: Case) -> Iterator[Diagnostic]:
     """Masses against the space of the shapes, inertias against both, and centres of mass."""
-    for link in case.robot.links:
-        path, mass = case.link(link.name, "inertial"), link.inertial.mass if link.inertial else 0.0
-        density = value_at(case.tree, (*path, "density")) if mass > 0 else None
+    for link, inertial in [(link, link.inertial) for link in case.robot.links if link.inertial]:
+        path = case.link(link.name, "inertial")
+        density = value_at(case.tree, (*path, "density")) if inertial.mass > 0 else None
         if density and not has_unit(density) and 0 < density < FOAM:
             message = f'the density of link "{link.name}" is {number(density)} kg/m^3, and water has 1000'
             help = f'write "{number(density)} g/cm^3" if that is meant, with kg/m^3 if not'
             yield case.problem("density-looks-like-grams", message, (*path, "density"), help)
-        if mass > NO_MASS:
+        if inertial.mass > NO_MASS:
             visual, collision = bounds_of(link.visual), bounds_of(link.collision)
             bounds = visual.join(collision) if visual and collision else visual or collision
             # Without all sizes the box is only a part of the link.
             has_all = bounds and (not visual) == (not link.visual) and (not collision) == (not link.collision)
             whole = bounds if has_all else None
-            found = list(_mass(case, link, bounds, whole is not None)) if bounds else []
-            yield from found or (() if exists(case.tree, (*path, "of")) else _inertia(case, link, whole))
-            yield from _centre(case, link, whole)
+            found = list(_mass(case, link, inertial.mass, bounds, whole is not None)) if bounds else []
+            yield from found or (() if exists(case.tree, (*path, "of")) else _inertia(case, link, inertial, whole))
+            yield from _centre(case, link, inertial.pose.xyz, whole)
 
 
-def _mass(case: Case, link: Link, bounds: Bounds, complete: bool) -> Iterator[Diagnostic]:
-    mass, volume = link.inertial.mass if link.inertial else 0.0, math.prod(bounds.size)
+def _mass(case: Case, link: Link, mass: float, bounds: Bounds, complete: bool) -> Iterator[Diagnostic]:
+    volume = math.prod(bounds.size)
     if not volume > 0 or (not complete and max(bounds.size) <= NO_SHAPE):
         return
     density = mass / volume
-    is_heavy = density > DENSEST * ROUGHLY * (1.0 if complete else LESS_THAN_SEEN)
-    if not is_heavy:  # a plate that is tilted fills little of the box around it
+    if density <= DENSEST * ROUGHLY * (1.0 if complete else LESS_THAN_SEEN):
+        # A plate that is tilted fills little of the box around it.
         shapes = ([one for one in own if not isinstance(one.geometry, Mesh)] for own in (link.visual, link.collision))
-        volumes = [math.fsum(one.volume for one in own) for own in shapes]
-        if density >= LIGHTEST or mass >= LIGHTEST * max(volumes):
+        if density >= LIGHTEST or mass >= LIGHTEST * max(math.fsum(one.volume for one in own) for own in shapes):
             return
     path, shape = case.link(link.name, "inertial"), _shape(case, link)
     place = (*path, "density" if exists(case.tree, (*path, "density")) else "mass")
@@ -100,14 +97,12 @@ def _mass(case: Case, link: Link, bounds: Bounds, complete: bool) -> Iterator[Di
     yield case.problem("mass-implausible", message, place, related=[("the shape", shape)])
 
 
-def _inertia(case: Case, link: Link, bounds: Bounds | None) -> Iterator[Diagnostic]:
-    inertial = link.inertial
-    low, middle, high = inertial.principal_moments if inertial else (0.0, 0.0, 0.0)
-    if inertial is None or not (low > 0 and high <= (low + middle) * (1 + 1e-6)):  # reported by other rules
+def _inertia(case: Case, link: Link, inertial: Inertial, bounds: Bounds | None) -> Iterator[Diagnostic]:
+    low, middle, high = inertial.principal_moments
+    if not (low > 0 and high <= (low + middle) * (1 + 1e-6)):  # reported by other rules
         return
-    moments = {"ixx": inertial.ixx, "iyy": inertial.iyy, "izz": inertial.izz}
     path = case.link(link.name, "inertial")
-    place: Path = (*path, "inertia", max(moments, key=lambda key: moments[key]))
+    place: Path = (*path, "inertia", max(("ixx", "iyy", "izz"), key=lambda key: float(getattr(inertial, key))))
     # The uniform ellipsoid has the lowest peak density of all bodies with this mass and inertia (m/5 (b^2 + c^2), ...
     # give the squares of its semi-axes).
     squares = [5 / 2 * (low + middle + high - 2 * moment) / inertial.mass for moment in (low, middle, high)]
@@ -127,8 +122,7 @@ def _inertia(case: Case, link: Link, bounds: Bounds | None) -> Iterator[Diagnost
         yield case.problem("inertia-implausible", message, place, related=[("the mass", (*path, "mass"))])
 
 
-def _centre(case: Case, link: Link, bounds: Bounds | None) -> Iterator[Diagnostic]:
-    centre = link.inertial.pose.xyz if link.inertial else (0.0, 0.0, 0.0)
+def _centre(case: Case, link: Link, centre: Vector, bounds: Bounds | None) -> Iterator[Diagnostic]:
     away, size, limit = math.hypot(*centre), diagonal(case.robot), BEYOND * diagonal(case.robot)
     what, related = "its frame, and the whole robot measures", []
     if bounds:
@@ -164,10 +158,10 @@ def lacking(case: Case) -> Iterator[Diagnostic]:
     few = heavy and (len(light) <= FEW_WITHOUT_MASS * len(shaped) or len(shaped) == 1)
     seen = [part for part in shaped if any(link.visual for link in part)]
     through = [part for part in seen if not any(link.collision for link in part)]
-    others = len(seen) - len(through)
-    through = through if others > 1 and len(through) <= max(1, FEW_WITHOUT_COLLISION * len(seen)) else []
     lack = [("inertial-missing", part, "has no mass") for part in light if few]
-    for id, part, what in [*lack, *(("collision-missing", part, "collides with nothing") for part in through)]:
+    if len(seen) - len(through) > 1 and len(through) <= max(1, FEW_WITHOUT_COLLISION * len(seen)):
+        lack += [("collision-missing", part, "collides with nothing") for part in through]
+    for id, part, what in lack:
         name = next(link.name for link in part if link.visual or link.collision)
         yield case.problem(id, f'link "{name}" moves and {what}, unlike most others', case.link(name), key=True)
 

@@ -82,8 +82,8 @@ class Case:
         path = self.joint(joint)
         if path[0] != "sensors":
             return (*path, which)
-        if path[-1] == "optical":
-            return (*path[:-1], "frame") if which == "parent" else (*path, "frame")
+        if which == "parent" and path[-1] == "optical":
+            return (*path[:-1], "frame")
         return (*path, "parent" if which == "parent" else "frame")
 
     def edge(self, index: int, key: str) -> Path:
@@ -159,13 +159,10 @@ class Case:
 
     def stands_in(self, path: Path) -> str:
         """Return " (a stand-in)" if the nearest source around a value marks it as one, else an empty text."""
-        node: Any = self.tree
-        is_stand_in = False
-        for step in (None, *path[: follow(self.tree, path)]):
-            node = node if step is None else node[step]
-            source = node.get("source") if isinstance(node, Map) else None
-            is_stand_in = source.get("status") == "stand_in" if isinstance(source, Map) else is_stand_in
-        return " (a stand-in)" if is_stand_in else ""
+        nodes = [value_at(self.tree, path[:depth]) for depth in range(follow(self.tree, path) + 1)]
+        sources = [node.get("source") for node in nodes if isinstance(node, Map)]
+        status = [source.get("status") for source in sources if isinstance(source, Map)]
+        return " (a stand-in)" if status[-1:] == ["stand_in"] else ""
 
 
 def feeding(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> list[Output]:
@@ -179,12 +176,11 @@ def first_fed(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> Ou
 
     A template of the user's own may make what robot_state_publisher reads.
     """
-    for first in feeding(robot, publisher, formats):
-        return first
     others = [one for one in robot.outputs if one.backend == TEMPLATE or one.backend not in formats]
     readable = [one for one in formats.values() if one.load is not None and publisher in one.feeds] if others else []
     endings = tuple(ending for one in readable for ending in one.endings)
-    return next((one for one in others if one.file.endswith(endings)), None)
+    fed = [*feeding(robot, publisher, formats), *(one for one in others if one.file.endswith(endings))]
+    return fed[0] if fed else None
 
 
 def number(value: float) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.language.expand.provenance import USED
 from rosorin_compile.language.expand.scope import Scope
@@ -61,26 +61,19 @@ def checks() -> tuple[Check, ...]:
     return (*of_sections, *(check for module in modules for check in checks_of(module)))
 
 
-class Plugged(NamedTuple):
-    """The checks that plug-ins add outside their sections, and the diagnostics of invalid plug-ins."""
-
-    checks: tuple[tuple[Plugin, Check], ...]
-    diagnostics: tuple[Diagnostic, ...]
-
-
 @cache
-def plugin_checks() -> Plugged:
-    """Return the checks of plug-ins."""
+def plugin_checks() -> tuple[tuple[tuple[Plugin, Check], ...], tuple[Diagnostic, ...]]:
+    """Return the checks that plug-ins add outside their sections, and the diagnostics of invalid plug-ins."""
     loaded, diagnostics = load("rules", Check, Check.ids, lambda id: bool(find([id])))
     OF_PLUGINS.update((rule.id, rule) for _, check in loaded for rule in check.rules)
-    return Plugged(loaded, diagnostics)
+    return loaded, diagnostics
 
 
 @cache
 def acceptable() -> Mapping[str, Rule]:
     """Return the rules that a description may accept, by id; all else cannot be built, or would be built wrongly."""
     of_sections = [check for _, section in plugged_sections().sections for check in section.all_checks()]
-    all_checks = (*checks(), *of_sections, *(check for _, check in plugin_checks().checks))
+    all_checks = (*checks(), *of_sections, *(check for _, check in plugin_checks()[0]))
     rules = (find_declared("shape-size"), *(rule for check in all_checks for rule in check.rules))
     return {rule.id: rule for rule in sorted(rules, key=lambda rule: rule.id) if rule.accept}
 
@@ -103,7 +96,7 @@ def check(
     for number, examine in enumerate(checks()):
         Progress.step("checking", number, len(checks()))
         found += examine(case)
-    added = list(plugin_checks().checks)
+    added = list(plugin_checks()[0])
     for plugin, section in plugged_sections().sections:
         if section in robot.sections and not unresolved_references(robot, case.symbols, section.name):
             added += [(plugin, examine) for examine in section.all_checks()]
@@ -147,20 +140,16 @@ def _without_consequences(tree: Map, diagnostics: list[Diagnostic]) -> list[Diag
     causes = [one for one in diagnostics if one.severity == ERROR or one.rule == "length-looks-like-millimetres"]
     causes = [one for one in causes if not is_accepted(tree, one, acceptable())]
     refused = {one.span for one in causes if one.severity == ERROR}
-    places = refused.union(*map(_spans, causes))
+    places = refused.union(*({one.span, *(related.span for related in one.related)} for one in causes)) - {None}
 
     def follows(one: Diagnostic) -> bool:
         if one.severity == ERROR or one.span is None:
             return False
-        is_compared = one.rule in _COMPARING and not places.isdisjoint(_spans(one))
+        is_compared = one.rule in _COMPARING and not places.isdisjoint((one.span, *(two.span for two in one.related)))
         # Stale collisions are about all numbers of a robot together: one wrong number is reason enough.
         return is_compared or one.span in refused or (one.rule == "collisions-stale" and bool(refused))
 
     return [one for one in diagnostics if not follows(one)]
-
-
-def _spans(diagnostic: Diagnostic) -> set[Span | None]:
-    return {diagnostic.span, *(related.span for related in diagnostic.related)} - {None}
 
 
 def apply_acceptances(case: Case, found: Iterable[Diagnostic], asked: str) -> list[Diagnostic]:
@@ -212,9 +201,6 @@ def _definitions(tree: Map, places: Mapping[tuple[str, str], TreePath], name: st
         if path:
             yield (*path, key) if path[0] not in ("links", "joints") and exists(tree, (*path, key)) else path
     yield from ((section, name) for section, _ in named_sections() if name in (tree.get(section) or ()))
-    for group, entry in (tree.get("servos") or {}).items():
-        if name in entry["joints"]:
-            yield "servos", group, "joints", entry["joints"].index(name)
 
 
 def _collect_uses(node: Any, via: Any, path: TreePath, uses: dict[str, list[tuple[TreePath, Place]]]) -> None:

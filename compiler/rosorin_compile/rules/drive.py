@@ -35,11 +35,11 @@ _PAIRS = {
 def _named(case: Case, drive: Drive | None) -> Iterator[tuple[str, Joint, Path]]:
     """Yield the joints that a drive names: the role, the joint, and the path of the name."""
     for role, names in drive.joints.items() if drive else ():
-        is_single = drive and (drive.kind == MECANUM or (drive.kind == TRICYCLE and role == "steering"))
+        kind = drive.kind if drive else ""
+        is_single = kind == MECANUM or (kind == TRICYCLE and role == "steering")
         for index, name in enumerate(names):
-            path: Path = ("drive", drive.kind if drive else "", role)
             if name in case.robot.joint:
-                yield role, case.robot.joint[name], path if is_single else (*path, index)
+                yield role, case.robot.joint[name], ("drive", kind, role) if is_single else ("drive", kind, role, index)
 
 
 @rule("drive-joint", help="Name the joint of a wheel: continuous, moved by itself.", topic=JOINTS)
@@ -47,7 +47,7 @@ def joints(case: Case) -> Iterator[Diagnostic]:
     """A joint of the drive does not turn, follows another or is named twice; a warning where a wheel has limits."""
     seen: set[str] = set()
     for role, joint, path in _named(case, case.robot.drive):
-        what, severity = "", ""
+        what = severity = ""
         if joint.name in seen:
             what = "named twice in the drive"
         elif joint.type not in ("revolute", "continuous"):
@@ -65,17 +65,12 @@ def joints(case: Case) -> Iterator[Diagnostic]:
 def _sound(case: Case) -> Drive | None:
     """Return the drive if its joints exist and turn, on a tree with one root, so that positions are known."""
     drive, robot = case.robot.drive, case.robot
-    named = [name for names in drive.joints.values() for name in names] if drive else []
-    is_sound = (
-        drive is not None
-        and robot.is_tree
-        and robot.mimics_resolve
-        and (not drive.frame or drive.frame in robot.link)
-        and all(name in robot.joint and robot.joint[name].type in ("revolute", "continuous") for name in named)
-        and all(norm(robot.joint[name].axis) > 0 for name in named)
-        and len(set(named)) == len(named)
-    )
-    return drive if is_sound else None
+    if drive is None or not (robot.is_tree and robot.mimics_resolve and (drive.frame or robot.root) in robot.link):
+        return None
+    named = [name for names in drive.joints.values() for name in names]
+    joints = [robot.joint[name] for name in {*named} if name in robot.joint]
+    is_sound = all(joint.type in ("revolute", "continuous") and norm(joint.axis) > 0 for joint in joints)
+    return drive if is_sound and len(joints) == len(named) else None
 
 
 @rule("drive-axis", help="Correct the axis, the pose of the joint, or `frame`.", topic=JOINTS)

@@ -69,10 +69,8 @@ def optical_frames(case: Case) -> Iterator[Diagnostic]:
 def optical_mounts(case: Case) -> Iterator[Diagnostic]:
     """A warning: a camera with an optical frame is itself mounted with the rotation of an optical frame."""
     for sensor in case.robot.sensors:
-        mount = case.robot.joint_to.get(sensor.frame)
-        if not sensor.optical_frame or sensor.optical_frame == sensor.frame or mount is None:
-            continue
-        if mount.origin.transform().angle_to(OPTICAL) <= TOLERANCE:
+        mount = case.robot.joint_to.get(sensor.frame) if sensor.optical_frame not in ("", sensor.frame) else None
+        if mount is not None and mount.origin.transform().angle_to(OPTICAL) <= TOLERANCE:
             place: Path = case.value(case.joint(mount), "rpy")
             message = f'the frame "{sensor.frame}" of {sensor.type} "{sensor.name}" is mounted with the rotation of an'
             message += f' optical frame, and its optical frame "{sensor.optical_frame}" is turned again'
@@ -87,10 +85,8 @@ RAYS, LAYERS, ALONG = 72, 9, 5
 
 
 class _Solid(NamedTuple):
-    """A shape, its place in the frame of a sensor, and its path."""
-
     shape: Shape
-    place: Transform
+    place: Transform  # in the frame of a sensor
     path: Path
 
 
@@ -143,9 +139,8 @@ def _housing(robot: Robot, frame: str) -> set[str]:
 def _ends(view: Data, places: Mapping[str, Transform], solids: list[_Solid]) -> Iterator[tuple[float, _Solid] | None]:
     """Yield how far away (m), and where, the rays of a view end; None for each that leads away from the robot."""
     eye = places[view["frame"]].then(Pose(tuple(view["xyz"]), tuple(view["rpy"])).transform())
-    pieces = [
-        one._replace(shape=piece) for one in solids if _is_near(one, eye.xyz) for piece in one.shape.solids(MERGED)
-    ]
+    around = [one for one in solids if _is_near(one, eye.xyz)]
+    pieces = [one._replace(shape=piece) for one in around for piece in one.shape.solids(MERGED)]
     near = [piece for piece in pieces if _is_near(piece, eye.xyz)]
     to_shapes = [(solid, solid.place.then(solid.shape.origin().transform()).inverse()) for solid in near]
     starts = [(solid, to_shape, to_shape.apply(eye.xyz)) for solid, to_shape in to_shapes]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
 from rosorin_compile.language.lower import owner_of_frame
 from rosorin_compile.language.schema import joint_unit, subject
@@ -11,7 +11,6 @@ from rosorin_compile.language.symbols import MOUNT, Symbol
 from rosorin_compile.model import Cylinder, Joint, Robot
 from rosorin_compile.model.geometry import dot, norm, unit
 from rosorin_compile.model.joint import Dynamics, Limit
-from rosorin_compile.model.simulation import Actuator
 from rosorin_compile.source.diagnostics import Diagnostic, Help, Suggestion, nearest
 from rosorin_compile.source.rule_registry import JOINTS, SIMULATED, Check, rule
 from rosorin_compile.source.tree import Path, exists, value_at
@@ -45,6 +44,19 @@ def pieces(pairs: Iterable[tuple[str, str]]) -> list[set[str]]:
             first |= second
             piece_of.update(dict.fromkeys(second, first))
     return list({id(piece): piece for piece in piece_of.values()}.values())
+
+
+def circles(above: Mapping[str, str]) -> Iterator[list[str]]:
+    """Yield each circle of names in which every name leads to the next one, and the last one to the first."""
+    done: set[str] = set()
+    for start in above:
+        chain, here = list[str](), start
+        while here in above and here not in done:
+            done.add(here)
+            chain.append(here)
+            here = above[here]
+        if here in chain:
+            yield chain[chain.index(here) :]
 
 
 @rule("no-links", "The robot has no link at all.", "Add `links: {base_link: {}}`.", JOINTS)
@@ -120,17 +132,8 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
     """Joints lead back to where they began; if a link of the circle has two parents, that is the cause."""
     above = {child: joints[0] for child, joints in _children(case.robot).items() if len(joints) == 1}
     order = {name: index for index, name in enumerate(case.robot.joint)}
-    done: set[str] = set()
-    for start in above if not case.robot.is_tree else ():
-        walked: dict[str, Joint] = {}
-        here = start
-        while here in above and here not in done:
-            done.add(here)
-            walked[here] = above[here]
-            here = above[here].parent
-        if here not in walked:
-            continue
-        circle = list(walked.values())[list(walked).index(here) :][::-1]
+    for names in circles({child: joint.parent for child, joint in above.items()}) if not case.robot.is_tree else ():
+        circle = [above[name] for name in reversed(names)]
         last = max(circle, key=lambda joint: order[joint.name])
         chain = " -> ".join([circle[0].parent, *(joint.child for joint in circle)])
         message = f'joint "{last.name}" closes a circle: {chain}'
@@ -151,12 +154,11 @@ def one_root(case: Case) -> Iterator[Diagnostic]:
     roots = [name for name in robot.link if name not in robot.joint_to and name not in WORLD_FRAMES]
     if robot.is_tree:
         return
-    for joint in robot.joints:
-        if joint.child not in robot.link and joint.child not in WORLD_FRAMES:
-            suggestion = nearest(joint.child, roots)
-            if suggestion is None:
-                return
-            roots.remove(suggestion)
+    for child in [one.child for one in robot.joints if one.child not in {*robot.link, *WORLD_FRAMES}]:
+        suggestion = nearest(child, roots)
+        if suggestion is None:
+            return
+        roots.remove(suggestion)
     left = _orphans(case)
     alone = [name for name in roots if name not in left and name not in robot.joints_from]
     carrying = [name for name in roots if name not in left and name in robot.joints_from]
@@ -216,8 +218,7 @@ def limits(case: Case) -> Iterator[Diagnostic]:
             yield case.problem(id, message, path, f"add {phrase(missing)}", within=True)
         lower, upper = limit.lower, limit.upper
         if joint.type == "continuous":
-            key = "lower" if lower is not None else "upper"
-            if getattr(limit, key) is not None:
+            for key in [key for key in ("lower", "upper") if getattr(limit, key) is not None][:1]:
                 message = f"{called} is continuous: it turns without end and has no {key} limit"
                 yield case.problem("limit-on-continuous", message, (*path, key), key=True)
         elif lower is not None and upper is not None and lower >= upper:
@@ -238,8 +239,8 @@ def units(case: Case) -> Iterator[Diagnostic]:
         for part in ("limit", "dynamics", "actuator", "mimic", "calibration", "safety_controller"):
             path = case.joint(joint, part)
             paths += [(joint, (*path, key)) for key in value_at(case.tree, path) or ()]
-        posed = [pose.name for pose in case.robot.poses if joint.name in pose.positions]
-        paths += [(joint, ("poses", pose, "positions", joint.name)) for pose in posed]
+        posed = [one.name for one in case.robot.poses if joint.name in one.positions]
+        paths += [(joint, ("poses", name, "positions", joint.name)) for name in posed]
     for joint, path in paths:
         value = value_at(case.tree, path)
         leader = case.robot.joint.get(joint.mimic.joint) if joint.mimic is not None else None
@@ -257,10 +258,10 @@ def without_effect(case: Case) -> Iterator[Diagnostic]:
     """A warning: a key has no effect, such as the axis of a fixed joint."""
     for joint in case.robot.joints:
         path = case.joint(joint)
-        for key in _WITHOUT_EFFECT.get(joint.type, ()) if path[0] == "joints" else ():
-            if exists(case.tree, (*path, key)):
-                message = f'joint "{joint.name}" is {joint.type}: its {key} has no effect'
-                yield case.problem("ignored-key", message, (*path, key), key=True)
+        keys = _WITHOUT_EFFECT.get(joint.type, ()) if path[0] == "joints" else ()
+        for key in (key for key in keys if exists(case.tree, (*path, key))):
+            message = f'joint "{joint.name}" is {joint.type}: its {key} has no effect'
+            yield case.problem("ignored-key", message, (*path, key), key=True)
     for link in case.robot.links:
         path = case.link(link.name, "inertial", "of")
         shapes = value_at(case.tree, path)
@@ -276,14 +277,13 @@ def negative(case: Case) -> Iterator[Diagnostic]:
     for joint in case.robot.joints:
         if joint.limit is not None and min(joint.limit.effort or 0, joint.limit.velocity or 0) < 0:
             continue  # a part calculates the others from it
-        owners: list[tuple[str, str, Dynamics | Actuator | None]]
-        owners = [("dynamics", key, joint.dynamics) for key in ("damping", "friction", "armature", "stiffness")]
-        owners += [("actuator", key, joint.actuator) for key in ("damping", "kp", "kv")]
-        values = [(part, key, getattr(owner, key, 0.0) or 0.0) for part, key, owner in owners]
-        values.append(("mjcf", "springyield", joint.mjcf.get("springyield", 0.0)))
+        values = [("dynamics", key) for key in ("damping", "friction", "armature", "stiffness")]
+        values += [("actuator", key) for key in ("damping", "kp", "kv")]
+        numbers = [(part, key, getattr(getattr(joint, part), key, 0.0) or 0.0) for part, key in values]
         pair = _numbers(joint, "springdamper")
-        values.append(("mjcf", "springdamper", -1.0 if any(pair) and min(pair) <= 0 else 0.0))
-        for part, key, value in values:
+        numbers.append(("mjcf", "springdamper", -1.0 if any(pair) and min(pair) <= 0 else 0.0))
+        numbers.append(("mjcf", "springyield", joint.mjcf.get("springyield", 0.0)))
+        for part, key, value in numbers:
             if value < 0:
                 path = case.joint(joint, part, key)
                 shown = "not above zero" if key == "springdamper" else f"{number(value)}{case.stands_in(path)}"

@@ -92,16 +92,15 @@ def magnitudes(case: Case) -> Iterator[Diagnostic]:
         related = [case.related(f"and {number(other)} {unit} here", more) for more, other in others]
         what = f"{subject(list(path))} is {number(value)} {unit}"
         id, meant = ("angle-looks-like-degrees", "deg") if unit == "rad" else ("length-looks-like-millimetres", "mm")
-        yield _looks_like(case, id, what, path, value, (meant, unit), related=related)
+        yield _looks_like(case, id, what, path, value, f"{meant} {unit}", related=related)
 
 
-def _looks_like(
-    case: Case, id: str, message: str, path: Path, value: float, units: tuple[str, str], **more: Any
-) -> Diagnostic:
+def _looks_like(case: Case, id: str, what: str, path: Path, value: float, units: str, **more: Any) -> Diagnostic:
     """Return the problem of a bare number in a wrong unit; ``units`` are the probable one, and that of the key."""
-    meant = {"mm": "millimetres"}.get(units[0], "degrees")
-    help = f'write "{number(value)} {units[0]}" if {meant} are meant, "{number(value)} {units[1]}" if not'
-    problem = case.problem(id, f"{message}: this looks like {meant}", path, help, **more)
+    probable, unit = units.split()
+    meant = "millimetres" if probable == "mm" else "degrees"
+    help = f'write "{number(value)} {probable}" if {meant} are meant, "{number(value)} {unit}" if not'
+    problem = case.problem(id, f"{what}: this looks like {meant}", path, help, **more)
     span = problem.span
     if span and "${" in span.source.line(span.line)[span.column - 1 : span.column - 1 + span.length]:
         return replace(problem, help="the value is computed here: check the expression")  # no unit fits behind that
@@ -135,8 +134,7 @@ def turns(case: Case) -> Iterator[Diagnostic]:
             place = (*path, "rpy", index)
             if HALF_TURN < abs(angle) <= FULL_TURN and not angle * 2 % 1 and not has_unit(value_at(case.tree, place)):
                 what = f"{subject(list(place))} is {number(angle)} rad, more than half a turn"
-                units = ("deg", "rad")
-                yield _looks_like(case, "angle-looks-like-degrees", what, place, angle, units, severity=WARNING)
+                yield _looks_like(case, "angle-looks-like-degrees", what, place, angle, "deg rad", severity=WARNING)
 
 
 @rule("angle-looks-like-radians", help="Write `90 deg`, or `1.5708 rad`.", topic=NUMBERS)
@@ -164,12 +162,11 @@ def speeds(case: Case) -> Iterator[Diagnostic]:
     for joint in case.robot.joints:  # a continuous joint may well be fast
         velocity = joint.limit.known_value("velocity") if joint.limit is not None else None
         path = case.joint(joint, "limit", "velocity")
-        if joint.type != "revolute" or not velocity or not FAST <= velocity <= FASTEST or velocity % STEP:
-            continue
-        if not has_unit(value_at(case.tree, path)):
+        is_fast = joint.type == "revolute" and velocity and FAST <= velocity <= FASTEST and not velocity % STEP
+        if velocity and is_fast and not has_unit(value_at(case.tree, path)):
             message = f'the velocity limit of joint "{joint.name}" is {number(velocity)} rad/s{case.stands_in(path)},'
             message += f" {number(round(velocity / (2 * math.pi), 1))} turns a second"
-            yield _looks_like(case, "velocity-looks-like-degrees", message, path, velocity, ("deg/s", "rad/s"))
+            yield _looks_like(case, "velocity-looks-like-degrees", message, path, velocity, "deg/s rad/s")
 
 
 @rule("control-character", help="Remove it.", topic=NUMBERS)
@@ -180,8 +177,7 @@ def characters(case: Case) -> Iterator[Diagnostic]:
         for path, text in entries:
             # A source at the top of a file belongs to all its entries: one place, one message.
             span = written_place(case.tree, path)[0].span
-            match = NOT_XML.search(text)
-            if match and (key or span not in reported):
+            if (match := NOT_XML.search(text)) and (key or span not in reported):
                 where = "a name in " + subject(list(path[:-1])) if key else subject(list(path))
                 message = f"{where} contains the character U+{ord(match[0]):04X}, which no XML file can carry"
                 yield case.problem("control-character", message, path, key=key)

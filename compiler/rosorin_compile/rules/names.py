@@ -68,9 +68,9 @@ def letters(case: Case) -> Iterator[Diagnostic]:
         other = first.setdefault((kind, look(one.name, kind not in ("material", "output"))), one)
         letter, strange, related = hidden_letter(one.name), foreign(one.name), []
         id, severity, message = "names-look-alike", WARNING, f'{one.kind} "{one.name}" '
+        if letter and NOT_XML.search(one.name):  # no file can carry it, which is reported
+            continue
         if letter:
-            if NOT_XML.search(one.name):  # no file can carry it, which is reported
-                continue
             # ``accept`` can name no material or robot: these do not prevent the import of somebody else's robot.
             is_mild = case.robot.source.status == "imported" and one.kind in ("material", "robot")
             id, severity = "invisible-letter", WARNING if is_mild else ERROR

@@ -42,12 +42,10 @@ def backends(case: Case) -> Iterator[Diagnostic]:
         if format is None or format.write is None:
             yield _unknown(case, output)
             continue
-        for option in output.options:
-            if option not in format.options:
-                message = f'the backend "{output.backend}" has no option "{option}"'
-                listed = f"its options: {', '.join(sorted(format.options))}"
-                help = Suggestion(option, format.options, instead=listed)
-                yield case.problem("unknown-option", message, ("outputs", output.name, option), help, key=True)
+        for option in (option for option in output.options if option not in format.options):
+            message = f'the backend "{output.backend}" has no option "{option}"'
+            help = Suggestion(option, format.options, instead=f"its options: {', '.join(sorted(format.options))}")
+            yield case.problem("unknown-option", message, ("outputs", output.name, option), help, key=True)
         if is_placed and format.check is not None and (not case.wanted or output.name in case.wanted):
             yield from format.check(case, output)
 
@@ -83,12 +81,11 @@ def _endings(format: Format) -> tuple[str, ...]:
 @rule("file-ending", help="Call it as its readers expect, or write the format of that name.", topic=OUTPUTS)
 def file_endings(case: Case) -> Iterator[Diagnostic]:
     """A warning: the name of an artifact ends as those of another format do."""
-    for output in case.robot.outputs:
-        format = case.formats.get(output.backend)
-        own = _endings(format) if format is not None else ()
-        stem, ending = posixpath.splitext(output.file)
+    for output in (output for output in case.robot.outputs if output.backend in case.formats):
+        format = case.formats[output.backend]
+        own, (stem, ending) = _endings(format), posixpath.splitext(output.file)
         ending = ending.casefold()
-        if format is None or not own or ending in own:
+        if not own or ending in own:
             continue
         holds, taken = _LANGUAGE.get(own[0], ""), _LANGUAGE.get(ending, "")
         if not holds or not taken or holds == taken or (holds, taken) in _ALSO:
@@ -110,8 +107,8 @@ def output_files(case: Case) -> Iterator[Diagnostic]:
         path: Path = ("outputs", output.name, "file")
         reason = _outside(output.file)
         if reason:
-            format = case.formats.get(output.backend)
-            name = (format.file if format is not None else "").format(case.robot.name) or f"{output.name}.txt"
+            usual = case.formats[output.backend].file if output.backend in case.formats else ""
+            name = usual.format(case.robot.name) or f"{output.name}.txt"
             help = f"write file: {name}, a name within the outputs folder; -o FOLDER chooses that folder"
             yield case.problem("outside-outputs", f'the artifact "{output.file}" {reason}', path, help)
             continue

@@ -9,13 +9,14 @@ from typing import Any
 
 from rosorin_compile.language.annotations import Node
 from rosorin_compile.language.schema import sections
-from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Joint
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Joint, Robot
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic
 from rosorin_compile.source.rule_registry import JOINTS, POSES, rule
 from rosorin_compile.source.tree import Map, Path
 from rosorin_compile.source.wording import first_of
 
 from .case import Case, number
+from .joints import circles
 
 # Positions come from pulses and printed limits: a hair beyond is rounding.
 ROUNDING = 1e-6
@@ -53,11 +54,10 @@ def within_limits(case: Case) -> Iterator[Diagnostic]:
             message = f'joint "{joint.name}" is continuous: its soft limits have no effect'
             path = case.joint(joint, "safety_controller")
             yield case.problem("beyond-joint-limit", message, path, "make it revolute", within=True)
-        for index, text in enumerate(joint.urdf_elements if ends else ()):
-            for value in map(float, _INITIAL.findall(text)):
-                if not _has(ends, value):
-                    message = f'the initial position of joint "{joint.name}" is {number(value)}, beyond its limits'
-                    yield case.problem("beyond-joint-limit", message, case.joint(joint, "urdf_elements", index))
+        for index, text in enumerate(joint.urdf_elements):
+            for value in (value for value in map(float, _INITIAL.findall(text)) if not _has(ends, value)):
+                message = f'the initial position of joint "{joint.name}" is {number(value)}, beyond its limits'
+                yield case.problem("beyond-joint-limit", message, case.joint(joint, "urdf_elements", index))
 
 
 def _bounded(node: Node | None, value: Any, path: Path, joint: str) -> Iterator[tuple[str, Path, str, Any]]:
@@ -213,25 +213,15 @@ def leaders(case: Case) -> Iterator[Diagnostic]:
         elif not leader.moves:
             message += f", which is {leader.type} and has no single position"
             yield case.problem("mimic-fixed", message, path, related=[("the leader", case.joint(leader))])
-    for first, *others in circles(case):
-        names = [joint.name for joint in (first, *others, first)]
-        related = [(f'"{joint.name}" follows here', case.joint(joint, "mimic", "joint")) for joint in others]
-        message = f"joints follow each other in a circle: {' -> '.join(names)}"
-        yield case.problem("mimic-cycle", message, case.joint(first, "mimic", "joint"), related=related)
+    for names in circles(_leaders(robot)):
+        first, *others = [case.joint(robot.joint[name], "mimic", "joint") for name in names]
+        related = [(f'"{name}" follows here', path) for name, path in zip(names[1:], others, strict=True)]
+        message = f"joints follow each other in a circle: {' -> '.join([*names, names[0]])}"
+        yield case.problem("mimic-cycle", message, first, related=related)
 
 
-def circles(case: Case) -> Iterator[list[Joint]]:
-    """Yield each circle of followers once, beginning with the joint that the description names first."""
-    done: set[str] = set()
-    for start in case.robot.joints:
-        chain: list[Joint] = []
-        joint: Joint | None = start if start.mimic else None
-        while joint is not None and joint.name not in done:
-            done.add(joint.name)
-            chain.append(joint)
-            joint = case.robot.joint.get(joint.mimic.joint) if joint.mimic else None
-        if joint is not None and joint in chain:
-            yield chain[chain.index(joint) :]
+def _leaders(robot: Robot) -> dict[str, str]:
+    return {joint.name: joint.mimic.joint for joint in robot.joints if joint.mimic}
 
 
 @rule("mimic-not-published", "A joint follows one that is not in the URDF.", "Give both the same publisher.", JOINTS)
@@ -242,7 +232,7 @@ def order(case: Case) -> Iterator[Diagnostic]:
     It goes once through the followers by name (ros/robot_state_publisher@humble:src/robot_state_publisher.cpp), so a
     follower of a follower is lost unless its leader comes first; and readers of the URDF look for the leader there.
     """
-    in_circle = {joint.name for circle in circles(case) for joint in circle}
+    in_circle = {name for names in circles(_leaders(case.robot)) for name in names}
     for joint in case.robot.published_by(ROBOT_STATE_PUBLISHER):
         mimic = joint.mimic
         leader = case.robot.joint.get(mimic.joint) if mimic else None

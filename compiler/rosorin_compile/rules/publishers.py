@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 from itertools import product
@@ -19,7 +18,7 @@ from rosorin_compile.source.tree import Path, Seq, Text, exists, value_at
 from rosorin_compile.source.wording import count_of, first_of, phrase, quote, suggest, swaps
 
 from .case import Case, first_fed
-from .joints import WORLD_FRAMES, pieces
+from .joints import WORLD_FRAMES, circles, pieces
 
 MAX_MODES = 10
 _NAME = re.compile(r"[^\W\d]\w*")
@@ -33,17 +32,14 @@ Combination = Mapping[str, bool]
 def legal(case: Case) -> Iterator[Diagnostic]:
     """Conditions that are invalid, name an unknown mode, or are never true; edges without a publisher."""
     names = ", ".join(publisher.name for publisher in case.robot.publishers)
+    known = f"add publisher: NAME, where NAME is one of {names}" if names else ""
     for index, edge in enumerate(case.robot.edges):
         problem = _condition(case, index, edge)
         if problem is not None:
             yield problem
         if edge.publisher.kind == UNPUBLISHED and not edge.joint:
             message = f"no node publishes the edge {edge.parent} -> {edge.child}"
-            help = (
-                f"add publisher: NAME, where NAME is one of {names}"
-                if names
-                else "declare a node in publishers: publisher: NAME"
-            )
+            help = known or "declare a node in publishers: publisher: NAME"
             yield case.problem("unpublished-edge", message, ("edges", index, "child"), help)
 
 
@@ -182,13 +178,12 @@ def _place(case: Case, step: Step) -> Path:
     return _turn_of_urdf(case, joint) or case.end(joint, "child")
 
 
-def _turn_of_urdf(case: Case, joint: Joint) -> Path | None:
-    """Return the path of robot_state_publisher in a list of publishers, or None if there is no such list."""
+def _turn_of_urdf(case: Case, joint: Joint) -> Path:
+    """Return the path of robot_state_publisher in a list of publishers, or an empty path if there is no such list."""
     path = case.publisher(joint)
     turns = value_at(case.tree, path) if path[-1] == "publisher" else None
     owners = [turn["by"] for turn in turns] if isinstance(turns, Seq) else []
-    is_turn = ROBOT_STATE_PUBLISHER in owners
-    return (*path, owners.index(ROBOT_STATE_PUBLISHER), "by") if is_turn else None
+    return (*path, owners.index(ROBOT_STATE_PUBLISHER), "by") if ROBOT_STATE_PUBLISHER in owners else ()
 
 
 @rule("two-publishers", "A frame has two publishers.", "Remove one, or give each a `when` without the other.", FRAMES)
@@ -267,10 +262,10 @@ def started(case: Case) -> Iterator[Diagnostic]:
     launched = bool(case.feeding(STATIC_TRANSFORM_PUBLISHER))
     has_urdf = first_fed(robot, ROBOT_STATE_PUBLISHER, case.formats) is not None
     statics = [joint for joint, _, _ in _static_publishers(case)]
-    for kind, joints, is_there, what in (
-        (STATIC_TRANSFORM_PUBLISHER, statics, launched, "launch file that starts it"),
-        (ROBOT_STATE_PUBLISHER, list(robot.published_by(ROBOT_STATE_PUBLISHER)), has_urdf, "URDF that it reads"),
-    ):
+    ours = list(robot.published_by(ROBOT_STATE_PUBLISHER))
+    kinds = [(STATIC_TRANSFORM_PUBLISHER, statics, launched, "launch file that starts it")]
+    kinds += [(ROBOT_STATE_PUBLISHER, ours, has_urdf, "URDF that it reads")]
+    for kind, joints, is_there, what in kinds:
         is_explicit = any(exists(case.tree, case.joint(joint, "publisher")) for joint in joints)
         if not is_there and (is_explicit or (launched and joints)):
             names = first_of([joint.name for joint in joints], 3)
@@ -355,37 +350,17 @@ def _misspelt_world(case: Case) -> Iterator[Diagnostic]:
 @rule("edge-cycle", help="Correct the parent or the child of an edge: frames are a tree.", topic=FRAMES)
 def no_cycle(case: Case) -> Iterator[Diagnostic]:
     """Edges lead, with the joints between, back to where they began, in some combination of modes."""
-    core = _on_circles(steps_in_modes(case)[0]) if case.robot.is_tree and case.robot.edges else []
-    modes = modes_in(case.robot, [step.when for step in core])
+    steps = steps_in_modes(case)[0] if case.robot.is_tree and case.robot.edges else []
+    modes = modes_in(case.robot, [step.when for step in steps])
     for combination in combinations(modes) if len(modes) <= MAX_MODES else ():
-        above = {step.child: step for step in reversed(_on_circles(active_in(core, combination)))}
-        here, walked = next(reversed(above), ""), dict[str, Step]()
-        while here in above and here not in walked:  # every way up ends in a circle
-            walked[here] = above[here]
-            here = above[here].parent
-        circle = list(walked.values())[list(walked).index(here) :][::-1] if walked else []
-        edges = [step for step in circle if step.edge is not None]
-        if edges:
+        above = {step.child: step for step in reversed(active_in(steps, combination))}
+        for names in circles({child: step.parent for child, step in above.items()}):
+            circle = [above[name] for name in reversed(names)]
+            edges = [step for step in circle if step.edge is not None]
             chain = " -> ".join([circle[0].parent, *(step.child for step in circle)])
             related = [(f"{step.parent} -> {step.child}", step.path) for step in edges[:-1]]
             yield case.problem("edge-cycle", f"transforms form a circle: {chain}", edges[-1].path, related=related)
             return
-
-
-def _on_circles(steps: list[Step]) -> list[Step]:
-    """Return the transforms of circles, and those that lead from one to another."""
-    for start, end in (("parent", "child"), ("child", "parent")):  # first leave out roots, then leaves
-        after: dict[str, list[str]] = {}
-        for step in steps:
-            after.setdefault(getattr(step, start), []).append(getattr(step, end))
-        count = Counter(getattr(step, end) for step in steps)
-        ready = [name for name in after if not count[name]]
-        for name in ready:
-            for other in after.get(name, ()):
-                count[other] -= 1
-                ready += [] if count[other] else [other]
-        steps = [step for step in steps if count[getattr(step, start)]]
-    return steps
 
 
 @rule("split-urdf", help="Let one publisher have both joints.", topic=FRAMES)
@@ -393,9 +368,9 @@ def one_urdf(case: Case) -> Iterator[Diagnostic]:
     """The URDF would have two roots, because another node publishes a joint between them."""
     if not case.robot.is_tree or not case.feeding(ROBOT_STATE_PUBLISHER):
         return
+    ours = case.robot.in_urdf()
     main, *others = _urdf_roots(case) or [""]
     for root in others:
-        ours = case.robot.in_urdf()
         first = next(joint for joint in case.robot.joints_from[root] if joint in ours)
         above = case.robot.joint_to.get(root, first)
         message = f'the URDF would have two roots, "{main}" and "{root}": it has joint "{first.name}",'
@@ -447,7 +422,7 @@ def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
         whens: dict[str, list[str]] = {}
         for step in published:
             whens.setdefault(step.child, []).append(step.when)
-        if all(len(modes_in(case.robot, some)) <= MAX_MODES for some in whens.values()):
+        if all(len(modes_in(case.robot, some)) <= MAX_MODES for some in whens.values()):  # else reported for a frame
             last = next(step for step in reversed(published) if step.when)
             message = f"the transforms depend on {len(modes)} modes together: too many to check"
             yield case.problem("too-many-modes", message, last.path, "use at most 10 modes", severity=WARNING)

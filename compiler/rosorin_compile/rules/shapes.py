@@ -45,8 +45,7 @@ def mesh_scales(case: Case) -> Iterator[Diagnostic]:
     for link, path, shape in case.shapes():
         if not isinstance(shape.geometry, Mesh):
             continue
-        factors = [abs(factor) for factor in shape.geometry.scale]  # a mirror is legal
-        low, high = min(factors), max(factors)
+        low, *_, high = sorted(factors := [abs(factor) for factor in shape.geometry.scale])  # a mirror is legal
         if low == 0 or not SMALLEST_SCALE <= high <= LARGEST_SCALE or high / low > UNEVEN:
             index = factors.index(high if high > LARGEST_SCALE else low)
             scale = ", ".join(map(number, shape.geometry.scale))
@@ -108,13 +107,12 @@ def _lengths(case: Case, what: str, path: Path, values: Vector, rest: float) -> 
     texts = list(written) if isinstance(written, Seq) else list(values)
     limit = max(LARGE, OUT_OF_PROPORTION * rest)
     far = [i for i, value in enumerate(values) if rest > 0 and abs(value) > limit and not has_unit(texts[i])]
-    if not far:
-        return
-    place = (*path, max(far, key=lambda index: abs(values[index])))
-    numbers = phrase(number(values[index]) for index in far)
-    message = f"{what}, by {numbers} m{case.stands_in(place)}, and the rest of the robot measures {number(rest)} m"
-    help = f"write {numbers} with mm if millimetres are meant, with m if not"
-    yield case.problem("size-implausible", message, place, help)
+    if far:
+        place = (*path, max(far, key=lambda index: abs(values[index])))
+        numbers = phrase(number(values[index]) for index in far)
+        message = f"{what}, by {numbers} m{case.stands_in(place)}, and the rest of the robot measures {number(rest)} m"
+        help = f"write {numbers} with mm if millimetres are meant, with m if not"
+        yield case.problem("size-implausible", message, place, help)
 
 
 @of_robot
@@ -135,9 +133,8 @@ def diagonal(robot: Robot, without: tuple[str, ...] = ()) -> float:
             step = joint.origin.transform()
             places[joint.child] = places[joint.parent].then(Transform(step.rows) if joint.name in without else step)
     points = [place.xyz for place in places.values()]
-    for name, place in places.items():
-        link = robot.link.get(name)
-        for shape in (*link.visual, *link.collision) if link else ():
+    for name, place in places.items():  # a tree has a link of each name
+        for shape in (*robot.link[name].visual, *robot.link[name].collision):
             ball = ball_of(shape)
             bounds = bounds_of([shape]) if ball and max(2 * ball.radius, math.hypot(*ball.middle)) <= LARGE else None
             points += [place.apply((x, y, z)) for x, y, z in product(*zip(*bounds, strict=True))] if bounds else []
@@ -147,27 +144,25 @@ def diagonal(robot: Robot, without: tuple[str, ...] = ()) -> float:
 
 def _is_world(robot: Robot, name: str) -> bool:
     """Return True for a bare frame at the root: where a robot is in the world may be far from it."""
-    link = robot.link.get(name)
-    is_bare = link is not None and not (link.visual or link.collision or link.inertial)
+    link = robot.link[name]
+    is_bare = not (link.visual or link.collision or link.inertial)
     return is_bare and name not in robot.joint_to and not name.startswith("base")
 
 
 def longest(shape: Shape) -> tuple[Path, float, float]:
     """Return the keys of the number of a shape's longest side, that side (m), and the number; nothing of a mesh."""
-    geometry: Any = shape.geometry
+    geometry, kind = shape.geometry, type(shape.geometry).__name__.lower()
     sides: list[tuple[Path, float, float]] = [((), 0.0, 0.0)]
     if isinstance(geometry, Box):
-        sides = [(("box", "size", index), size, size) for index, size in enumerate(geometry.size)]
-    elif isinstance(geometry, Sphere):
-        sides = [(("sphere", "radius"), 2 * geometry.radius, geometry.radius)]
+        sides = [((kind, "size", index), size, size) for index, size in enumerate(geometry.size)]
     elif isinstance(geometry, Ellipsoid):
-        sides = [(("ellipsoid", "radii", index), 2 * radius, radius) for index, radius in enumerate(geometry.radii)]
-    elif isinstance(geometry, (Cylinder, Capsule)):
-        kind, radius = type(geometry).__name__.lower(), geometry.radius
-        sides = [((kind, "length"), geometry.length, geometry.length), ((kind, "radius"), 2 * radius, radius)]
+        sides = [((kind, "radii", index), 2 * radius, radius) for index, radius in enumerate(geometry.radii)]
     elif isinstance(geometry, HeightMap):
         count = max(len(geometry.heights), len(geometry.heights[0]))
         sides = [(("height_map", "cell"), geometry.cell * count, geometry.cell)]
+    elif not isinstance(geometry, Mesh):
+        length = 0.0 if isinstance(geometry, Sphere) else geometry.length
+        sides = [((kind, "length"), length, length), ((kind, "radius"), 2 * geometry.radius, geometry.radius)]
     return max(sides, key=lambda side: side[1])
 
 
@@ -238,8 +233,7 @@ def _points(link: Link, place: Transform) -> list[Vector]:
     for shape in link.collision or link.visual:
         geometry, to_root = shape.geometry, place.then(shape.pose.transform())
         if isinstance(geometry, Box):
-            (a, b, c), (d, e, f) = geometry.lower, geometry.upper
-            own: list[Vector] = list(product((a, d), (b, e), (c, f)))
+            own = [(x, y, z) for x, y, z in product(*zip(geometry.lower, geometry.upper, strict=True))]
         elif isinstance(geometry, Sphere):
             sizes = [(x, y, z, geometry.radius / math.hypot(x, y, z)) for x, y, z in _SIDES]
             own = [(x * size, y * size, z * size) for x, y, z, size in sizes]
@@ -311,11 +305,10 @@ def unknown_materials(case: Case) -> Iterator[Diagnostic]:
         if material.name and material.name not in case.robot.material:
             unknown.setdefault(material.name, []).append(path)
     for name in list(unknown):
-        close = nearest(name, case.robot.material)
-        if close:
+        if close := nearest(name, case.robot.material):
             path, *others = unknown.pop(name)
-            related, help = [("also used here", other) for other in others[:MAX_RELATED]], suggest(close)
-            message = f'there is no material "{name}"'
+            related = [("also used here", other) for other in others[:MAX_RELATED]]
+            message, help = f'there is no material "{name}"', suggest(close)
             yield case.problem("unknown-material", message, path, help, related=related, severity=WARNING)
     if unknown:
         message = f"materials of visuals are not defined here: {quote(unknown, 8)}"

@@ -81,16 +81,15 @@ def _named(case: Case) -> Iterator[Named]:
                 if part.kind == SENSOR_ELEMENT and part.pose is not None:
                     yield Named(SITE, part.site + end, path)
                 if part.kind in (SENSOR_ELEMENT, BODY_ELEMENT):
-                    kind = SENSOR if part.kind == SENSOR_ELEMENT else part.element
-                    yield Named(kind, part.name + end, path)
+                    yield Named(SENSOR if part.kind == SENSOR_ELEMENT else part.element, part.name + end, path)
     for one in (one for section in of_topic("simulation") for one in case.symbols.definitions(section)):
         if one.kind in _DEFINED:
             yield Named(_DEFINED[one.kind], one.name, one.path, key=len(one.path) == 2)
     for pose in robot.poses:
         yield Named(KEY, pose.name, ("poses", pose.name))
     for path, text, top in mjcf_texts(case):
-        references = (one for found in found_in(text) for one in mujoco.defined_names(found, top))
-        yield from (Named(one.kind, one.name, path, key=False) for one in references)
+        for name in (name for found in found_in(text) for name in mujoco.defined_names(found, top)):
+            yield Named(name.kind, name.name, path, key=False)
 
 
 class _Names:
@@ -230,14 +229,12 @@ def mjcf_elements(case: Case) -> Iterator[Diagnostic]:
         for line, (name, kind, _, where, _) in [
             (it.line, one) for it in elements for one in mujoco.used_names(it, top)
         ]:
-            if (
-                (kind, name) in seen
-                or (names.has(kind, name) if kind != MATERIAL else name in names.by_kind[MATERIAL])
-                or (kind == BODY and "flexcomp" in tags)
-                or (kind in (mujoco.CLASS, mujoco.MESH) and name.startswith(own))
-                or (kind == mujoco.CLASS and name in ("main", case.robot.name))
-                or any(kind == made and name.startswith(start) for made, start in made_of)
-            ):
+            is_made = any(kind == made and name.startswith(start) for made, start in made_of)
+            is_made |= kind == BODY and "flexcomp" in tags
+            is_ours = kind in (mujoco.CLASS, mujoco.MESH) and name.startswith(own)
+            is_ours |= kind == mujoco.CLASS and name in ("main", case.robot.name)
+            exists = names.has(kind, name) if kind != MATERIAL else name in names.by_kind[MATERIAL]
+            if (kind, name) in seen or exists or is_made or is_ours:
                 continue
             seen.add((kind, name))
             word = GEOM if kind == GEOM else _WORDS.get(kind, kind)
@@ -263,8 +260,7 @@ def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, Help] | None:
         return f"<{tag}> is not a section of an MJCF", "write it in a link"
     if not top and tag in mujoco.SECTIONS:
         return f"<{tag}> is a section of the MJCF, and is in a link", "write it under mjcf at the top"
-    what = "section of an MJCF" if top else "element of a body"
-    return f"<{tag}> is no {what}", Suggestion(tag, known, "remove it")
+    return f"<{tag}> is no {'section of an MJCF' if top else 'element of a body'}", Suggestion(tag, known, "remove it")
 
 
 # The number of sizes that a site of each type has; further ones have no effect.

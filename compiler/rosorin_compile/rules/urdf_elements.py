@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Iterator, Mapping, Set
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosorin_compile.language.element_names import EITHER, FRAME, JOINT, LINK, REFERRING, Reference, references
 from rosorin_compile.language.schema import named_as
-from rosorin_compile.model import ROBOT_STATE_PUBLISHER
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Joint, Link, Shape
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, Source, Suggestion, nearest
 from rosorin_compile.source.project import data_folder
@@ -27,9 +27,6 @@ from rosorin_compile.source.xml.elements import canonical, damage, found_in, tre
 from .case import Case
 from .joints import WORLD_FRAMES
 
-if TYPE_CHECKING:
-    pass
-
 _MAX_RELATED = 3
 _AROUND = "elements"  # a tag that nobody closes by mistake
 _CLOSES = re.compile(r"</(.+)> does not close <(.+)>")
@@ -40,12 +37,11 @@ def urdf_texts(case: Case) -> Iterator[tuple[Path, str]]:
     robot = case.robot
     for index, text in enumerate(robot.urdf_elements):
         yield case.places.get(("urdf_element", str(index)), ("urdf_elements", index)), text
-    owners: list[tuple[Path, Iterable[str]]] = [(case.joint(one), one.urdf_elements) for one in robot.joints]
+    owners: list[tuple[Path, Joint | Link | Shape]] = [(case.joint(one), one) for one in robot.joints]
     for link in robot.links:
-        owners.append((case.link(link.name), link.urdf_elements))
-        owners += [(path, shape.urdf_elements) for _, path, shape in case.shapes(link)]
-    for path, texts in owners:
-        yield from (((*path, "urdf_elements", index), text) for index, text in enumerate(texts))
+        owners += [(case.link(link.name), link), *((path, shape) for _, path, shape in case.shapes(link))]
+    for path, owner in owners:
+        yield from (((*path, "urdf_elements", index), text) for index, text in enumerate(owner.urdf_elements))
 
 
 def mjcf_texts(case: Case) -> Iterator[tuple[Path, str, bool]]:
@@ -78,13 +74,12 @@ def well_formed(case: Case) -> Iterator[Diagnostic]:
             elif left and left[2] == _AROUND:
                 reason = f"</{left[1]}> does not close an open element"
         made = case.problem("bad-xml", f"not an XML element: {reason}", path, help)
-        wanted = text.split("\n")[line - 1] if line else ""
-        moved = at_name(made, wanted.strip(), line) if wanted.strip() else made
+        wrong = text.split("\n")[line - 1] if line else ""
+        moved = at_name(made, wrong.strip(), line) if wrong.strip() else made
         if moved.span is not None and moved is not made:
-            indent = len(wanted) - len(wanted.lstrip())
-            span = moved.span._replace(column=moved.span.column + max(0, column - 1 - indent), length=1)
-            made = replace(moved, span=span)
-        yield made
+            right = max(0, column - 1 - (len(wrong) - len(wrong.lstrip())))
+            moved = replace(moved, span=moved.span._replace(column=moved.span.column + right, length=1))
+        yield moved
 
 
 def at_name(made: Diagnostic, name: str, number: int) -> Diagnostic:
@@ -126,10 +121,9 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
             for one in named:
                 mentions.setdefault((one.kind, one.name), []).append((one, path, element.line))
     mentions = {key: uses for key, uses in mentions.items() if key[1] not in own}
-    robot = case.robot
+    robot, both = case.robot, {*case.robot.link, *case.robot.joint}
     links = {*robot.link, *WORLD_FRAMES, "world", *(name for edge in robot.edges for name in (edge.parent, edge.child))}
-    names: dict[str, Set[str]] = {LINK: links, JOINT: set(robot.joint), FRAME: links, "material": materials}
-    names[EITHER] = {*robot.link, *robot.joint}
+    names = {LINK: links, JOINT: {*robot.joint}, FRAME: links, "material": materials, EITHER: both}
     carried = robot.in_urdf() if mentions and case.feeding(ROBOT_STATE_PUBLISHER) else ()
     inside = {name for joint in carried for name in (joint.name, joint.parent, joint.child)}
     for (kind, name), uses in mentions.items():
@@ -138,11 +132,11 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
         if name not in names[kind] and (sure or nearest(name, names[kind])):
             message, uses = f'{found.where} names the {kind} "{name}", which does not exist', sure or uses
             real = {*robot.link} if kind in (LINK, FRAME) else names[kind]
+            help: Help = case.suggest(path, name, real, f"name a {kind} of the robot")
             # Without its prefix, as in a part.
             longer = sorted(one for one in real if one.endswith(name) and not one[: -len(name)][-1:].isalnum())
-            help: Help = suggest(*longer[:_MAX_RELATED])
-            help = help if longer else case.suggest(path, name, real, f"name a {kind} of the robot")
-        elif kind != "material" and carried and sure and name not in inside and name in {*robot.link, *robot.joint}:
+            help = suggest(*longer[:_MAX_RELATED]) if longer else help
+        elif kind != "material" and carried and sure and name not in inside and name in both:
             what = "link" if name in robot.link and kind != JOINT else "joint"
             message, uses = f'{found.where} names the {what} "{name}", which is not in the URDF', sure
             help = "let robot_state_publisher publish it, or remove the element"
@@ -213,9 +207,8 @@ _FREE = ("plugin", "script", "shader", "meta")  # their contents are their own
 @cache
 def sdf_elements() -> Mapping[str, list[str]]:
     """Return the elements of SDF by their parent, of all versions that are read."""
-    elements: dict[str, list[str]]
-    elements = json.loads(files.read_text(data_folder("schemas") / "sdf_elements.json"))["elements"]
-    return elements
+    data: Any = json.loads(files.read_text(data_folder("schemas") / "sdf_elements.json"))
+    return dict(data["elements"])
 
 
 @rule("misplaced-element", help="Move it where the message says, or correct its name.", topic=NUMBERS)

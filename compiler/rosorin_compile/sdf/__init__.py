@@ -1,7 +1,7 @@
 """SDF: the robot for Gazebo and Drake.
 
-``content`` is what an SDF contains, ``write`` writes it. ``read`` reads foreign files: ``values`` (numbers, poses and
-included files), ``models`` (nested models and names) and ``read_joints`` (what hangs on what, and joints).
+``content`` is what an SDF contains, ``write`` writes it. ``read`` reads foreign files: ``models`` (numbers, poses,
+included files, nested models and names) and ``read_joints`` (what hangs on what, and joints).
 """
 
 from __future__ import annotations

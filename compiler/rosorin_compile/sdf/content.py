@@ -148,15 +148,12 @@ def version_of(robot: Robot, output: Output) -> str:
 
 def joint_names(robot: Robot) -> Mapping[str, str]:
     """Return the name of each joint in the SDF, whose links, frames and joints share their names."""
-    links = {link.name for link in robot.links}
-    taken = links | {joint.name for joint in robot.joints}
-    names = {}
-    for joint in robot.joints:
-        name = joint.name
-        while name in links or (name != joint.name and name in taken):
-            name += "_joint"
-        taken.add(name)
-        names[joint.name] = name
+    taken, names = {*robot.link, *robot.joint}, {}
+    for name in robot.joint:
+        names[name] = name
+        while names[name] in robot.link or (names[name] != name and names[name] in taken):
+            names[name] += "_joint"
+        taken.add(names[name])
     return names
 
 
@@ -164,17 +161,15 @@ def view(robot: Robot, output: Output) -> Robot:
     """Return what an SDF has to contain at least: frames, what joints may do, masses, and what collides."""
     followers = version_of(robot, output) in (FOLLOWERS, NEWEST)
     names, world = joint_names(robot), world_of(robot)
-    form = str(output.options.get("height_maps", "rows"))
-    links, joints = [], []
+    links, joints, form = list[Link](), list[Joint](), str(output.options.get("height_maps", "rows"))
     for link in robot.links:
         solids = [solid for shape in link.collision for solid in shape.solids(form)]
         is_mesh = any(isinstance(solid.geometry, Mesh) for solid in solids)
         bare = () if is_mesh else tuple(Shape(solid.geometry, solid.pose) for solid in solids)
         links.append(Link(link.name, link.inertial if _has_mass(link.inertial) else None, (), bare))
     # A link that no joint of the SDF holds is read as one that floats in the world, and so is the root then.
-    loose = [joint for joint in robot.joints if joint.type in FREE and joint.parent != world]
-    around = world or WORLD
-    while loose and not world and around in robot.link:
+    loose, around = [one for one in robot.joints if one.type in FREE and one.parent != world], world or WORLD
+    while not world and around in robot.link:
         around += "_"
     if loose and not world:
         links.append(Link(around))
@@ -242,15 +237,14 @@ def sort_elements(robot: Robot, carrier: Mapping[str, str], joints: Collection[s
     blocks = list(_elements(robot.urdf_elements, "gazebo"))
     waiting += [(block.get("reference"), element) for block in blocks for element in block.children]
     for name, element in waiting:
-        tag, is_own = element.tag, element.parent is not None and element.parent.tag == "sdf"
-        numbers = ""
+        tag, is_own, numbers = element.tag, element.parent is not None and element.parent.tag == "sdf", ""
+        if tag in _FOR_CONVERSION:
+            continue
         if tag in OF_COLLISIONS and not is_own:
             with suppress(ValueError):  # else it is damaged
                 words = element.get("value") or element.text
                 numbers_of(words, OF_COLLISIONS[tag][2])
                 numbers = " ".join(words.split())
-        if tag in _FOR_CONVERSION:
-            continue
         if not name and tag in OF_MODEL:
             found.model.append(element.verbatim)
         elif name in carrier and (is_own or tag in OF_LINK):
@@ -282,8 +276,7 @@ def own_elements(texts: Sequence[str], *within: str) -> tuple[list[Element], Map
     """Return the contents of the <sdf> of an entry: elements, and of those at the paths ``within`` their texts."""
     found, inner = list[Element](), dict[str, list[str]]()
     waiting = [("", block) for block in _elements(texts, "sdf")]
-    while waiting:
-        above, block = waiting.pop(0)
+    for above, block in waiting:  # which grows
         for element in block.children:
             path = f"{above}/{element.tag}".lstrip("/")
             if path in within:
@@ -309,10 +302,9 @@ def _elements(texts: Sequence[str], tag: str) -> Iterator[Element]:
 def _relative_to(element: Element, frame: str) -> str:
     """Return an element of a frame of its link: its pose becomes relative to that frame."""
     pose = next((child for child in element.children if child.tag == "pose"), None)
-    text, word = element.verbatim, f' relative_to="{frame}"'
+    text, word, at = element.verbatim, f' relative_to="{frame}"', element.opened - element.start
     if element.tag not in _POSED or (pose is not None and {"relative_to", "frame"} & pose.attributes.keys()):
         return text
-    at = element.opened - element.start
     if pose is not None:
         at = pose.start - element.start + len("<pose")
         return f"{text[:at]}{word}{text[at:]}"

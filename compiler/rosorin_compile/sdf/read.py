@@ -24,10 +24,10 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.wording import count_of, first_of, mask_controls, phrase, quote
 from rosorin_compile.source.xml.markup import Element, MarkupError, correction, name_of, parse_artifact
 
+from . import models
 from .content import OF_LINK, OF_MODEL, SOLIDS, WORLD, keep, wrap
-from .models import FRAME, LINK, Node, Scope, SdfReader, relative_to
+from .models import FRAME, LINK, Node, Scope, SdfReader, WrittenPose
 from .read_joints import Bodies, Entries, Joints, is_near
-from .values import WrittenPose, is_true, name_span
 
 _READ = ("link", "frame", "joint", "model", "include", "pose")
 _IN_INCLUDE = ("uri", "name", "pose", "static", "placement_frame", "plugin")
@@ -86,7 +86,7 @@ class _Robot:
         self.holder: dict[str, Any] = {"urdf_elements": []}  # the elements of the robot
         self.constraints: dict[str, Placed] = {}
         static = [top.element.get("static"), *(one.text for one in top.element.children if one.tag == "static")]
-        self.of_pieces = "fixed" if any(map(is_true, static)) else "floating"  # joints that hold pieces without a joint
+        self.of_pieces = "fixed" if any(map(models.is_true, static)) else "floating"  # the joints of loose pieces
 
     def read(self) -> dict[str, Any] | None:
         top, reading, bodies, links = self.top, self.reading, self.bodies, self.entries.links
@@ -133,8 +133,8 @@ class _Robot:
         joints.read(world)
         for node in roots if world else ():
             joints.fix(node, world, bodies.local_pose(node, None), self.of_pieces)
-        spans = {node.called: name_span(node.element) for node in bodies.members}
-        made: dict[str, Any] = {"robot": Placed(top.name, name_span(top.element))}
+        spans = {node.called: models.name_span(node.element) for node in bodies.members}
+        made: dict[str, Any] = {"robot": Placed(top.name, models.name_span(top.element))}
         made["links"] = {name: Placed(links[name], spans.get(name, top.element.span)) for name in links}
         self._keep_elements(top)
         for name, found in self.entries.gazebo.items():
@@ -162,24 +162,23 @@ class _Robot:
     def _keep_elements(self, scope: Scope) -> None:
         element, reading = scope.element, self.reading
         reading.paths[id(element)] = ("robot",)
-        rest = reading.rest(element, _READ, ("name", "canonical_link", "placement_frame"))
-        gazebo = [child for child in rest if child.tag in OF_MODEL]
-        rest = [child for child in rest if child.tag not in OF_MODEL]
-        if scope is not self.top:  # what a nested model has is for that model alone, except for plugins
-            for child in gazebo:
-                if child.tag != "plugin":
-                    reading.cannot_carry(f"<{child.tag}> of {name_of(element)} within", child.span)
-                elif not scope.is_merged:
-                    message = f"{name_of(child)} becomes one of the robot: names in it stay as they are"
-                    reading.note("import-changed", message, child.span)
-            gazebo = [child for child in gazebo if child.tag == "plugin"]
+        gazebo, rest = list[Element](), list[Element]()
+        for child in reading.rest(element, _READ, ("name", "canonical_link", "placement_frame")):
+            if child.tag == "drake:joint":
+                message = f"{name_of(child)} is a joint of Drake's own, which no description has"
+                reading.lenient("sdf-joint", message, child.span, "make it one of SDF", "keeps it as it is")
+            if child.tag not in OF_MODEL:
+                rest += [] if self._is_constraint(child, scope) else [child]
+            elif scope is self.top or child.tag == "plugin":
+                gazebo.append(child)
+            else:  # what a nested model has is for that model alone, except for plugins
+                reading.cannot_carry(f"<{child.tag}> of {name_of(element)} within", child.span)
+        for child in gazebo if scope is not self.top and not scope.is_merged else ():
+            message = f"{name_of(child)} becomes one of the robot: names in it stay as they are"
+            reading.note("import-changed", message, child.span)
         if scope.including is not None:
             gazebo += [child for child in scope.including.children if child.tag == "plugin"]
             reading.check(scope.including, _IN_INCLUDE, ("merge",), None)
-        for child in (child for child in rest if child.tag == "drake:joint"):
-            message = f"{name_of(child)} is a joint of Drake's own, which no description has"
-            reading.lenient("sdf-joint", message, child.span, "make it one of SDF", "keeps it as it is")
-        rest = [child for child in rest if not self._is_constraint(child, scope)]
         for tag, found in (("gazebo", gazebo), ("sdf", rest)):
             self._put(tag, [(child, reading.text_of(child, scope)) for child in found])
         for node in scope.nodes.values():
@@ -212,13 +211,13 @@ class _Robot:
             if child.tag in ("visual", "collision"):
                 self._shape(child, link)
         for child in self.reading.rest(link.element, ("pose", "inertial", "visual", "collision"), ("name",)):
-            if child.tag in OF_LINK:
-                pose = self.reading.single(child, "pose")
-                owner, _ = self._placed(pose, link)
-                text = self.reading.text_of(child, link.scope, None if owner is link else pose)
-                self.entries.gazebo.setdefault(owner.called, []).append((child, text))
-            else:
+            if child.tag not in OF_LINK:
                 self._keep(child, link)
+                continue
+            pose = self.reading.single(child, "pose")
+            owner, _ = self._placed(pose, link)
+            text = self.reading.text_of(child, link.scope, None if owner is link else pose)
+            self.entries.gazebo.setdefault(owner.called, []).append((child, text))
 
     def _keep(self, element: Element, link: Node) -> None:
         text = wrap("sdf", [self.reading.text_of(element, link.scope)])
@@ -232,7 +231,7 @@ class _Robot:
         made: dict[str, Any] = {"mass": 1, "inertia": {key: Placed(1, span) for key in _INERTIA[:3]}}
         if element is not None:
             reading.paths[id(element)] = ("links", link.called, "inertial")
-        if element is not None and is_true(element.get("auto")):
+        if element is not None and models.is_true(element.get("auto")):
             made = {"of": "collision", "density": reading.one(element, "density") or Placed(_WATER, span)}
             reading.check(element, ("density",), ("auto",), None)
             for child in link.element.children:
@@ -242,19 +241,19 @@ class _Robot:
         elif element is not None:
             inertia = reading.single(element, "inertia")
             at = (inertia or element).span
-            default = {"ixx": Placed(1, at), "iyy": Placed(1, at), "izz": Placed(1, at)}
-            moments = {key: reading.one(inertia, key) or default.get(key) for key in _INERTIA}
+            moments = dict.fromkeys(_INERTIA[:3], Placed(1, at))
             if inertia is not None:
+                moments |= {key: one for key in _INERTIA if (one := reading.one(inertia, key))}
                 reading.check(inertia, _INERTIA, (), None)
             made = {"mass": reading.one(element, "mass") or Placed(1, span)}
             made |= self._placed(reading.single(element, "pose"), link, at_frame=False)[1].entry(span)
-            made["inertia"] = Placed({key: one for key, one in moments.items() if one is not None}, at)
+            made["inertia"] = Placed(moments, at)
             reading.check(element, ("pose", "mass", "inertia"), ("auto",), None)
         self.entries.links[link.called]["inertial"] = Placed(made, span)
 
     def _placed(self, pose: Element | None, link: Node, at_frame: bool = True) -> tuple[Node, WrittenPose]:
         """Return the frame of the body that a pose in a link is relative to, or the link, and the pose in it."""
-        written, base, attribute = self.reading.pose(pose), link, relative_to(pose)
+        written, base, attribute = self.reading.pose(pose), link, models.relative_to(pose)
         if attribute is not None and pose is not None:
             what = f"relative_to of {name_of(pose)}"
             base = self.reading.require(link.scope, attribute.value, attribute.span, what) or link
@@ -294,22 +293,18 @@ class _Robot:
         shapes.append(Placed(made, element.span))
 
     def _details(self, element: Element, solid: Element, made: dict[str, Any], link: Node) -> None:
-        reading, rest = self.reading, list[str]()
-
-        def texts(elements: list[Element]) -> list[str]:
-            return [reading.text_of(child, link.scope) for child in elements]
-
-        inner = reading.rest(solid, (*SOLIDS[solid.tag], "uri"), ("optimization",))
-        if inner:
-            rest.append(wrap(solid.tag, texts(inner)))
-            if any(child.tag == "submesh" for child in inner):
-                message = f"the submesh of {name_of(element)} is kept for SDF alone: other formats have the whole mesh"
-                reading.note("import-converted", message, solid.span)
+        reading, rest, more = self.reading, list[str](), dict[str, list[Element]]()
+        more[solid.tag] = reading.rest(solid, (*SOLIDS[solid.tag], "uri"), ("optimization",))
+        if any(child.tag == "submesh" for child in more[solid.tag]):
+            message = f"the submesh of {name_of(element)} is kept for SDF alone: other formats have the whole mesh"
+            reading.note("import-converted", message, solid.span)
         material = reading.single(element, "material")
         if material is not None and element.tag == "collision":
             reading.ignore("the material of a collision: what collides is not seen", material.span)
-        elif material is not None and (look := self._look(material, made, link)):
-            rest.append(wrap("material", texts(look)))
+        elif material is not None:
+            more["material"] = self._look(material, made, link)
+        for tag, inner in more.items():
+            rest += [wrap(tag, [reading.text_of(child, link.scope) for child in inner])] if inner else []
         for child in reading.rest(element, ("pose", "geometry", "material"), ("name",)):
             # A surface that has nothing but the same friction in both directions is a contact.
             ode = _only_descendant(child, "friction", "ode") if child.tag == "surface" else None
@@ -318,7 +313,7 @@ class _Robot:
             if mu is not None and found.keys() <= {"mu", "mu2"} and (other is None or mu.value == other.value):
                 made["contact"] = Placed({"friction": Placed([mu], mu.span)}, child.span)
             else:
-                rest += texts([child])
+                rest.append(reading.text_of(child, link.scope))
         if rest:
             keep(made, element, wrap("sdf", rest))
 
@@ -360,9 +355,10 @@ class _Robot:
         if solid.tag not in SOLIDS:
             known = sdf_elements()["geometry"]
             near = None if solid.tag in known or reading.options.lenient else correction(solid.tag, known)
-            if near is not None:
-                reading.misspelt(f"<{solid.tag}>", f"<{near}>", geometry, solid.span)
-            return solid if near is None else None
+            if near is None:
+                return solid
+            reading.misspelt(f"<{solid.tag}>", f"<{near}>", geometry, solid.span)
+            return None
         sizes: dict[str, Any] = {}
         uri = reading.text(solid, "uri") if solid.tag == "mesh" else None
         if uri is not None and uri.value != "__default__":
@@ -370,11 +366,11 @@ class _Robot:
         elif solid.tag == "mesh":
             reading.error("missing-element", f"{name_of(solid)} has no <uri>", solid.span, "name the mesh")
         for key, count in SOLIDS[solid.tag].items():
-            child = reading.single(solid, key)
-            if child is None and key != "scale":
+            child, unit = reading.single(solid, key), "" if key == "scale" else "m"
+            if child is None and unit:
                 reading.error("missing-element", f"{name_of(solid)} has no <{key}>", solid.span, f"add <{key}>")
-            values = None if child is None else reading.all_of(child, count, "" if key == "scale" else "m")
-            if child is not None and values and (key != "scale" or [one.value for one in values] != [1, 1, 1]):
+            values = None if child is None else reading.all_of(child, count, unit)
+            if child is not None and values and (unit or [one.value for one in values] != [1, 1, 1]):
                 sizes[key] = values[0] if count == 1 else Placed(values, child.span)
         made[solid.tag] = Placed(sizes, solid.span)
         return None if has_errors(reading.diagnostics[before:]) else solid

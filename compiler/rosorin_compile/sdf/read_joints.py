@@ -15,9 +15,9 @@ from rosorin_compile.model.geometry import cross
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, Suggestion, phrase, quote
 from rosorin_compile.source.xml.markup import Element, name_of, place
 
+from . import models
 from .content import OF_JOINT, WORLD, keep, wrap
-from .models import FRAME, JOINT, LINK, OWN, Node, Scope, SdfReader, relative_to
-from .values import WrittenPose, clean_number, is_true, name_span
+from .models import FRAME, JOINT, LINK, OWN, Node, Scope, SdfReader, WrittenPose
 
 _NEAR = 1e-10  # m, and entries of rotations: smaller values are rounding errors
 _TYPES = ("revolute", "continuous", "prismatic", "fixed", "ball")
@@ -31,7 +31,8 @@ _READ = (
 )
 _Z: Vector = (0.0, 0.0, 1.0)
 _STAND_INS = {"lower": -1000, "upper": 1000, "effort": 1000, "velocity": 10}  # N*m or N, rad/s or m/s, m or rad
-_MIMIC = ("multiplier", "offset", "reference")
+_USUAL_MIMIC = {"multiplier": 1.0, "offset": 0.0}
+_MIMIC = (*_USUAL_MIMIC, "reference")
 
 
 class Entries(NamedTuple):
@@ -67,7 +68,7 @@ class Bodies:
         self.links = [node for node in nodes if node.kind == LINK]
         self.members = [node for node in nodes if node.kind in (LINK, FRAME)]
         pose = reading.single(top.element, "pose")
-        self.world, attribute = reading.pose(pose).transform, relative_to(pose)
+        self.world, attribute = reading.pose(pose).transform, models.relative_to(pose)
         if attribute is not None and attribute.value != WORLD:
             message = f'the pose of the model is relative to "{attribute.value}", which is not in the file'
             help = "leave it out: the world is what is meant"
@@ -98,18 +99,18 @@ class Bodies:
     def _join(self, node: Node) -> None:
         reading, attribute = self.reading, node.element.attributes.get("type")
         reading.need(node.element, "type")
-        kind, problem = "", f"{name_of(node.element)} is of type"
-        if attribute is None or attribute.value in _TYPES:
-            kind = "" if attribute is None else attribute.value
-        elif attribute.value not in _NOT_CARRIED:
-            suggestion = Suggestion(attribute.value, (*_TYPES, *_NOT_CARRIED))
-            reading.error("joint-type", f'{problem} "{attribute.value}", which is unknown', attribute.span, suggestion)
-        else:
-            message, help = f'{problem} "{attribute.value}", which no description has', f"use {phrase(_TYPES)}"
-            if reading.lenient("sdf-joint", message, attribute.span, help, "leaves it out"):
+        kind = attribute.value if attribute is not None else ""
+        if attribute is not None and kind not in _TYPES:
+            what = f'{name_of(node.element)} is of type "{kind}", which'
+            if kind not in _NOT_CARRIED:
+                suggestion = Suggestion(kind, (*_TYPES, *_NOT_CARRIED))
+                reading.error("joint-type", f"{what} is unknown", attribute.span, suggestion)
+            elif reading.lenient(
+                "sdf-joint", f"{what} no description has", attribute.span, f"use {phrase(_TYPES)}", "leaves it out"
+            ):
                 reading.cannot_carry(name_of(node.element), attribute.span)
         parent, child = (self._end(node, end) for end in ("parent", "child"))
-        if not parent or not child or not kind:
+        if not parent or not child or kind not in _TYPES:
             return
         body = self.body_of(child[0])
         first = next((one for one in self.joints if body is not None and self.body_of(one.child) is body), None)
@@ -129,14 +130,14 @@ class Bodies:
 
     def _end(self, node: Node, end: str) -> tuple[Node | None, Span] | None:
         """Return the link or frame at an end of a joint, None for the world, with its place; None after an error."""
-        text, reading = self.reading.text(node.element, end), self.reading
+        text, reading, name = self.reading.text(node.element, end), self.reading, name_of(node.element)
         if text is None:
-            message = f"{name_of(node.element)} has no <{end}>"
-            reading.error("missing-element", message, node.element.span, f"add <{end}>LINK</{end}>")
+            help = f"add <{end}>LINK</{end}>"
+            reading.error("missing-element", f"{name} has no <{end}>", node.element.span, help)
             return None
         if text.value == WORLD and node.scope.find(WORLD) is None:
             return None, text.span
-        found = reading.require(node.scope, text.value, text.span, f"the {end} of {name_of(node.element)}")
+        found = reading.require(node.scope, text.value, text.span, f"the {end} of {name}")
         member = found if found is None or found.kind in (LINK, FRAME) else reading.link_of(found)
         if member is None and found is not None:
             reading.error("sdf-name-unknown", f'"{text.value}" has no link', text.span, "name a link or a frame")
@@ -221,20 +222,17 @@ class Joints:
         for end, link in (("parent", parent), ("child", child)):
             entry[end] = Placed(link, place(next(one for one in element.children if one.tag == end)))
         entry |= pose.entry(element.span)
-        self.entries.joints[node.called] = Placed(entry, name_span(element))
-        kept = []
-        for one in reading.rest(element, _READ, ("name", "type")):
-            if one.tag in OF_JOINT:
-                self.entries.gazebo.setdefault(node.called, []).append((one, reading.text_of(one, node.scope)))
-            else:
-                kept.append(reading.text_of(one, node.scope))
-        if kept:
+        self.entries.joints[node.called] = Placed(entry, models.name_span(element))
+        texts = [(one, reading.text_of(one, node.scope)) for one in reading.rest(element, _READ, ("name", "type"))]
+        if of_gazebo := [(one, text) for one, text in texts if one.tag in OF_JOINT]:
+            self.entries.gazebo.setdefault(node.called, []).extend(of_gazebo)
+        if kept := [text for one, text in texts if one.tag not in OF_JOINT]:
             keep(entry, element, wrap("sdf", kept))
         if has_axis:
             there = joint.there if is_at and not is_near(joint.there) else Transform()
-            span = (axis or element).span
             if numbers is None or there.rows != Transform().rows:
-                entry["axis"] = Placed([clean_number(value) for value in there.inverse().rotate(direction)], span)
+                turned = there.inverse().rotate(direction)
+                entry["axis"] = Placed([*map(models.clean_number, turned)], (axis or element).span)
             else:
                 entry["axis"] = Placed(numbers, numbers[0].span)
             self._details(node, entry, axis)
@@ -261,7 +259,7 @@ class Joints:
             frame = None if found is None else self.bodies.pose(found)
         elif not of_model and node.scope.version <= (1, 6):
             flag = self.reading.single(axis, "use_parent_model_frame")
-            of_model = node.scope.version < (1, 5) if flag is None else is_true(flag.text)
+            of_model = node.scope.version < (1, 5) if flag is None else models.is_true(flag.text)
         if of_model:
             frame = self.reading.model_pose(node.scope)
         if frame is None:
@@ -280,16 +278,14 @@ class Joints:
         if dynamics is not None and made:
             keys = {"spring_stiffness": "stiffness"}
             entry["dynamics"] = Placed({keys.get(key, key): number for key, number in made.items()}, dynamics.span)
-        rest: list[str] = []
+        rest, known = list[str](), {"limit": _LIMIT, "dynamics": _DYNAMICS}
         for child in reading.rest(axis, ("xyz", "use_parent_model_frame")):
-            if child.tag in ("limit", "dynamics"):
-                inner = reading.rest(child, _LIMIT if child.tag == "limit" else _DYNAMICS)
-                texts = [reading.text_of(one, node.scope) for one in inner]
-                rest += [wrap(child.tag, texts)] if texts else []
-            elif child.tag in ("mimic", "drake:mimic"):
+            if child.tag in ("mimic", "drake:mimic"):
                 self._mimic(child, node, entry)
-            else:
+            elif child.tag not in known:
                 rest.append(reading.text_of(child, node.scope))
+            elif texts := [reading.text_of(one, node.scope) for one in reading.rest(child, known[child.tag])]:
+                rest.append(wrap(child.tag, texts))
         if rest:
             text = Placed(wrap("sdf", [wrap("axis", rest)]), axis.span)
             entry["urdf_elements"] = [text, *entry.get("urdf_elements", ())]
@@ -344,10 +340,9 @@ class Joints:
                 number = found[0] if found else None
             if number is not None:
                 made[key] = number
-        reference = float(made.pop("reference").value) if "reference" in made else 0.0
-        if reference:
-            factor = float(made["multiplier"].value) if "multiplier" in made else 1.0
-            offset = float(made["offset"].value) if "offset" in made else 0.0
-            made["offset"] = Placed(clean_number(offset - factor * reference), element.span)
+        reference = made.pop("reference", None)
+        if reference is not None and reference.value:
+            factor, offset = (float(made[key].value) if key in made else usual for key, usual in _USUAL_MIMIC.items())
+            made["offset"] = Placed(models.clean_number(offset - factor * reference.value), element.span)
         entry["mimic"] = Placed(made, element.span)
         reading.check(element, _MIMIC, ("joint", "axis", *_MIMIC), None)

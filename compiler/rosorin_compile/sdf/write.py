@@ -82,12 +82,9 @@ class _Writer:
                 self._sensor(sensor, one)
 
     def _named(self, purpose: str) -> dict[str, list[tuple[str, Shape]]]:
-        taken: set[tuple[str, str]] = set()
-        found: dict[str, list[tuple[str, Shape]]] = {}
-        for link in self.robot.links:
-            body = self.content.carrier.get(link.name)
-            if body is None:
-                continue
+        taken, found = set[tuple[str, str]](), dict[str, list[tuple[str, Shape]]]()
+        for link in (link for link in self.robot.links if link.name in self.content.carrier):
+            body = self.content.carrier[link.name]
             solids = [solid for shape in getattr(link, purpose) for solid in shape.solids(self.boxes)]
             for index, solid in enumerate(solids, 1):
                 name = solid.name or f"{link.name}_{purpose}_{index}"
@@ -174,28 +171,23 @@ class _Writer:
 
     def _geometry(self, solid: Shape, kept: Sequence[str]) -> str:
         """Return the element of a geometry; ``kept`` is what else is in that of a mesh."""
-        shape, number = solid.geometry, self.number
-        tag = type(shape).__name__.lower()
+        shape, number, tag = solid.geometry, self.number, type(solid.geometry).__name__.lower()
         sizes = {key: getattr(shape, key) for key in SOLIDS[tag]}
-        start = ""
-        if isinstance(shape, Mesh):
-            start = f"<uri>{escape(shape.file)}</uri>"
-            sizes = {} if shape.scale == (1.0, 1.0, 1.0) else sizes
         texts = {key: numbers(size, number) if isinstance(size, tuple) else number(size) for key, size in sizes.items()}
+        if isinstance(shape, Mesh):
+            texts = {"uri": escape(shape.file), **({} if shape.scale == (1.0, 1.0, 1.0) else texts)}
         inner = "".join(f"<{key}>{text}</{key}>" for key, text in texts.items())
-        return f"<{tag}>{start}{inner}{''.join(kept)}</{tag}>"
+        return f"<{tag}>{inner}{''.join(kept)}</{tag}>"
 
     def _look(self, visual: Shape, more: Sequence[str]) -> str:
         """Return the contents of a material; ``more`` is what the description has for SDF alone."""
-        rgba, texture = self.robot.colour(visual), self.robot.texture(visual)
-        made = ""
+        rgba, texture, parts = self.robot.colour(visual), self.robot.texture(visual), list[str]()
         if rgba is not None:
-            colour = numbers(rgba, self.number)
-            made = "" if any(text.startswith("<ambient") for text in more) else f"<ambient>{colour}</ambient>"
-            made += f"<diffuse>{colour}</diffuse>"
+            is_own = any(text.startswith("<ambient") for text in more)
+            parts = [f"<{key}>{numbers(rgba, self.number)}</{key}>" for key in ("ambient", "diffuse")[is_own:]]
         if texture:
-            made += f"<pbr><metal><albedo_map>{escape(texture)}</albedo_map></metal></pbr>"
-        return made + "".join(more)
+            parts.append(f"<pbr><metal><albedo_map>{escape(texture)}</albedo_map></metal></pbr>")
+        return "".join([*parts, *more])
 
     def _joint(self, joint: Joint) -> list[str]:
         own, inner = own_elements(joint.urdf_elements, "axis", "axis/limit", "axis/dynamics")
@@ -241,8 +233,8 @@ class _Writer:
                 self.open.append(loop.name)
                 continue
             first, second, at = ends
+            name = loop.name
             if self.gazebo:
-                name = loop.name
                 while name in taken:
                     name += "_loop"
                 taken.add(name)
@@ -259,8 +251,7 @@ class _Writer:
                     text = vector([0.0 if abs(value) < _ROUNDING else value for value in xyz], self.number)
                     lines.append(f"      <{word}_body_{letter}>{escape(carrier)}</{word}_body_{letter}>")
                     lines.append(f"      <{word}_{end}>{text}</{word}_{end}>")
-                name = f"{loop.name}_{number}" if number else loop.name
-                yield from _element(f"{word}{attributes(name=name)}", lines, "    ")
+                yield from _element(f"{word}{attributes(name=f'{name}_{number}' if number else name)}", lines, "    ")
 
     def _loop_ends(self, loop: Entry) -> tuple[str, str, Transform] | None:
         """Return the links of a constraint and its place in the first (joints at zero), or None without such links."""
@@ -308,10 +299,10 @@ class _Writer:
 
         message = f"readers of SDF take a moving link without mass for 1 kg, so {LEAST.mass:g} kg is written"
         lost(message, content.weightless, "give it an inertial", "sdf-without-mass")
-        planar = [joint.name for joint in robot.joints if joint.type == "planar"]
-        message = "SDF has no planar joint, so the child is free to move in every direction"
-        lost(message, planar, "if it should not be, make it two prismatic joints and a continuous one")
         axleless = [joint for joint in robot.joints if not joint.moves and not joint.is_fixed]
+        names = [joint.name for joint in axleless if joint.type == "planar"]
+        message = "SDF has no planar joint, so the child is free to move in every direction"
+        lost(message, names, "if it should not be, make it two prismatic joints and a continuous one")
         names = [joint.name for joint in axleless if joint.dynamics and any(astuple(joint.dynamics))]
         message = "SDF has no dynamics of joints that move in several directions"
         lost(message, names, "make each of them several joints, one for each axis")
@@ -329,12 +320,11 @@ class _Writer:
         lost("SDF has no constraints between joints but mimic", couplings, "use mimic")
         lost("constraints are not in the SDF", self.open, "both ends have to be links of the SDF")
         closed = [one.name for one in self.loops if one.name not in self.open]
-        if not self.gazebo:
-            message, help = "only Drake reads constraints", 'write gazebo: "classic" for joints that close the loops'
-            lost(message, closed, help)
-        elif self.gazebo != CLASSIC:
+        message, help = "only Drake reads constraints", 'write gazebo: "classic" for joints that close the loops'
+        if self.gazebo:
+            message = f"Gazebo {distribution(self.gazebo)} does not close kinematic loops"
             help = "see github.com/gazebosim/gz-physics/issues/25; Gazebo classic closes them"
-            lost(f"Gazebo {distribution(self.gazebo)} does not close kinematic loops", closed, help)
+        lost(message, closed if self.gazebo != CLASSIC else [], help)
         if self.kept.left_out:
             message = f"SDF cannot express {first_of(list(self.kept.left_out), 3)}: only readers of URDF know it"
             found.append(Diagnostic("not-in-format", NOTE, message))

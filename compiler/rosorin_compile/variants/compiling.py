@@ -17,7 +17,7 @@ from concurrent.futures import CancelledError, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from importlib.metadata import distributions
 from pathlib import Path
 from typing import Any
@@ -45,9 +45,13 @@ class Job:
 
     request: Request  # with the output folder of the sweep
     shared: dict[str, Any]
-    state: str = ""
     current: Path = field(default_factory=Path.cwd)
     version: str = __version__
+
+    def is_current(self, variant: Variant, record: Mapping[str, Any]) -> bool:
+        """Return True if a variant was written with the same arguments and from the same files as now."""
+        same = (input_digest(path) == before for path, before in record["inputs"].items())
+        return bool(record["key"] == self.key(variant)) and all(same)
 
     def key(self, variant: Variant) -> str:
         """Return a digest of all that a variant depends on, except the contents of its input files."""
@@ -56,14 +60,14 @@ class Job:
         arguments = plain([self.shared, variant.arguments], typed=True)
         return digest(json.dumps([*job, variant.name, arguments]).encode())
 
-
-def state_digest() -> str:
-    """Return a digest that changes when this tool, an installed package or the search path of packages changes."""
-    files = [path for folder in tool_folders().values() for path in folder.rglob("*") if path.suffix != ".pyc"]
-    parts = [f"{one.metadata['Name']} {one.version}" for one in distributions()]
-    parts += [f"{path} {path.stat().st_mtime_ns}" for path in files if path.is_file()]
-    variables = [os.environ.get(name, "") for name in ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")]
-    return digest(json.dumps([variables, sorted(parts)]).encode())
+    @cached_property
+    def state(self) -> str:
+        """A digest that changes when this tool, an installed package or the search path of packages changes."""
+        files = [path for folder in tool_folders().values() for path in folder.rglob("*") if path.suffix != ".pyc"]
+        parts = [f"{one.metadata['Name']} {one.version}" for one in distributions()]
+        parts += [f"{path} {path.stat().st_mtime_ns}" for path in files if path.is_file()]
+        variables = [os.environ.get(name, "") for name in ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")]
+        return digest(json.dumps([variables, sorted(parts)]).encode())
 
 
 @dataclass(frozen=True)
@@ -189,7 +193,6 @@ def _content_digest(path: str, *_: int) -> str:
 
 
 _TIMEOUT = 10  # seconds in which a scheduler has to answer
-cores = system.cores
 Work = Callable[[Variant], Any]
 
 

@@ -64,14 +64,13 @@ class VariantsFolder:
             entry = {**record["entry"], "artifacts": dict(record["entry"]["artifacts"])}
             return {"key": record["key"], "inputs": dict(record["inputs"]), "entry": entry}
         except (OSError, ValueError, KeyError, TypeError):
-            return {"key": "", "entry": {"artifacts": {}}}
+            return {"key": "", "inputs": {}, "entry": {"artifacts": {}}}
 
     def is_intact(self, name: str, artifacts: Mapping[str, str]) -> bool:
         """Return True if the artifacts of a variant have these digests."""
-        try:
+        with suppress(OSError):
             return all(digest((self.path / name / file).read_bytes()) == d for file, d in artifacts.items())
-        except OSError:
-            return False
+        return False
 
     def put(self, name: str, files: Mapping[str, bytes], record: Mapping[str, Any]) -> None:
         """Make ``files`` the artifacts of a variant; files of others in its folder are kept."""

@@ -15,6 +15,7 @@ from rosorin_compile.formats.compilation import Compiled, Variant
 from rosorin_compile.language.arguments import declared_arguments, from_python
 from rosorin_compile.output.atomic_files import OutputError
 from rosorin_compile.request import FilePath, Packages, Request, Values, Warn
+from rosorin_compile.source import system
 from rosorin_compile.source.diagnostics import (
     ERROR,
     NOTE,
@@ -23,29 +24,15 @@ from rosorin_compile.source.diagnostics import (
     RequestError,
     Source,
     UnknownName,
-    and_more,
-    count_of,
     error,
 )
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.version import __version__
+from rosorin_compile.source.wording import and_more, count_of
 
-from .compiling import (
-    Job,
-    Result,
-    compile_in_order,
-    compile_only,
-    compile_variant,
-    connect,
-    cores,
-    entry_of,
-    from_json,
-    input_digest,
-    plain,
-    state_digest,
-)
+from .compiling import Job, Result, compile_in_order, compile_only, compile_variant, connect, entry_of, from_json, plain
 from .folder import VariantsFolder
 from .variants import NAME, Variants, wrong_name
 
@@ -196,7 +183,7 @@ def write_sweep(
         declared, wrong = declared_arguments(description.path, shared, request.packages)
         types = {argument.name: argument.type for argument in declared}
         wrong = [problem for problem in wrong if problem.severity == ERROR]
-        listed = Variants(over, list(types), whole, description.path.parent if types.get(whole) == "text" else None)
+        listed = Variants(over, types, whole, description.path.parent if types.get(whole) == "text" else None)
         if whole and not listed.is_folder:
             raise RequestError("--as goes with a folder of files, one per variant")
         if whole and whole not in types and not wrong:
@@ -206,24 +193,20 @@ def write_sweep(
             tell(problem)
         if not wrong:
             placed = replace(request, description=replace(description, outputs=folder), warn=None)
-            writer = _Writer(Job(placed, shared, state_digest()), listed, tell, prune)
+            writer = _Writer(Job(placed, shared), listed, tell, prune)
             writer.run(jobs, dask)
             result = replace(result, removed=tuple(writer.removed), complete=True)
     except (LoadError, OutputError) as problem:
         tell(problem.diagnostic)
-    if writer is not None:
-        counts = writer.counts
-        result = replace(result, made=counts["made"], unchanged=counts["unchanged"], error=counts["error"])
-    return replace(result, diagnostics=tuple(reported))
+    counts: dict[str, Any] = writer.counts if writer is not None else {}
+    return replace(result, **counts, diagnostics=tuple(reported))
 
 
 class _Writer:
-    """One run: what it has counted so far."""
-
     def __init__(self, job: Job, variants: Variants, tell: Callable[[Diagnostic], None], prune: bool) -> None:
         self.job, self.variants, self.tell, self.prune = job, variants, tell, prune
         self.folder, self.edited = VariantsFolder(job.request.description.outputs), 0
-        self.counts = {"made": 0, "unchanged": 0, "error": 0}
+        self.counts = dict.fromkeys(("made", "unchanged", "error"), 0)
         self.removed: list[str] = []
         self.remarks: dict[str, tuple[str, int]] = {}  # by JSON: the first variant that has it, and how many have
 
@@ -232,7 +215,7 @@ class _Writer:
         path, shared = self.job.request.description.path, self.job.shared
         head: dict[str, Any] = {"tool": __version__, "description": os.path.relpath(path, self.folder.path)}
         head |= {"arguments": plain(shared)} if shared else {}
-        work, jobs = partial(compile_variant, self.job), min(jobs or cores(), len(self.variants))
+        work, jobs = partial(compile_variant, self.job), min(jobs or system.cores(), len(self.variants))
         try:
             cluster = closing(connect(dask)) if dask else nullcontext()
             with cluster as client, self.folder.hold(), self.folder.index(head) as add:
@@ -257,7 +240,7 @@ class _Writer:
     def _unchanged(self, variant: Variant) -> dict[str, Any] | None:
         """Return the entry of a variant that need not be compiled, or None."""
         record = self.folder.record(variant.name)
-        if record["key"] != self.job.key(variant) or any(input_digest(p) != d for p, d in record["inputs"].items()):
+        if not self.job.is_current(variant, record):
             return None
         is_intact = self.folder.is_intact(variant.name, record["entry"]["artifacts"])
         self.edited += not is_intact

@@ -141,12 +141,11 @@ class Variants:
 
     def _from_tree(self) -> Iterator[Variant]:
         tree = parse_yaml(self._source, max_nodes=_MAX_NODES)
-        if not isinstance(tree, (Map, Seq)):
-            if tree is not None:
-                raise _refused(
-                    f"{self._source.path} is a text", self._source.span(), "write a list or a mapping", "not-a-mapping"
-                )
+        if tree is None:
             return
+        if not isinstance(tree, (Map, Seq)):
+            message, help = f"{self._source.path} is a text", "write a list or a mapping"
+            raise _refused(message, self._source.span(), help, "not-a-mapping")
         is_named = isinstance(tree, Map)
         spans = [*tree.value_spans.values()] if isinstance(tree, Map) else tree.value_spans
         for key, value, span in zip(tree, tree.values() if isinstance(tree, Map) else tree, spans, strict=True):

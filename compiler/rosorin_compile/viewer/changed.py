@@ -18,7 +18,7 @@ from .overlay import Overlay, moves, of_two, robot_before
 from .page import html, left_out
 from .page.data import before_data
 from .page.images import Data, Embedding, mesh_table
-from .showing import Shown, look, nameless, on_disk
+from .robot_view import RobotView, load, nameless, on_disk
 
 if TYPE_CHECKING:
     from rosorin_compile.compare.changes import Change
@@ -36,7 +36,7 @@ class Picture(NamedTuple):
     ``files`` are the meshes of before by name; ``inputs`` the files that the page is made of.
     """
 
-    shown: Shown
+    shown: RobotView
     before: Overlay | None
     files: Mapping[str, Path]
     inputs: tuple[Path, ...]
@@ -64,7 +64,7 @@ class Pictures:
 
     def take(self, request: Request, compiled: Compiled, found: Committed) -> None:
         """Add the changes of one robot since its artifacts were committed."""
-        shown, outputs = look(request).shown, request.description.outputs
+        shown, outputs = load(request)[0], request.description.outputs
         comparison, committed, meshes = found.comparison, found.committed, found.meshes
         if shown is None:
             return
@@ -88,7 +88,7 @@ class Pictures:
 
     def take_sides(self, requests: Sequence[Request], found: Difference, prefix: str | None) -> None:
         """Add the second of two robots over the first one, if both can be shown; ``prefix`` is that of the second."""
-        first, second = (look(request).shown for request in requests)
+        first, second = (load(request)[0] for request in requests)
         if first is None or second is None:
             return
         a, b = found.sides

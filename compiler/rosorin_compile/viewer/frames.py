@@ -18,7 +18,7 @@ from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.publishers import check_modes
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName
 
-from .frames_picture import Tree, cells_of, frame_trees, svg
+from .frames_picture import Tree, cells_of, frame_trees, number_whys, svg
 
 
 @dataclass(frozen=True)
@@ -100,36 +100,27 @@ def frames(
     case, diagnostics = request.load_case()
     if case is None:
         return Frames(request.description.name, diagnostics=diagnostics)
-    chosen = check_modes(case.robot, modes or {})
-    if output is not None:
-        found = _draw_frames(case.robot, frame_trees(case.robot, chosen), os.fsdecode(output), force)
-    else:
-        found = _frames(case.robot, chosen, frame, publisher)
-    return replace(found, diagnostics=(*diagnostics, *found.diagnostics))
-
-
-def _frames(robot: Robot, modes: Mapping[str, bool], frame: str | None, publisher: str | None) -> Frames:
-    """Return the trees of a robot, of them only the path to a frame or the edges of a publisher.
-
-    Raises UnknownName, and TooMany.
-    """
-    edges = rows(robot)
-    names_of_frames = [*robot.frames, *(name for row in edges for name in (row.parent, row.child))]
-    publishers = [*(row.publisher for row in edges), NOBODY]
-    for kind, name, names in (("frame", frame, names_of_frames), ("publisher", publisher, publishers)):
+    chosen, edges = check_modes(case.robot, modes or {}), rows(case.robot)
+    every = dict.fromkeys([*case.robot.frames, *(name for row in edges for name in (row.parent, row.child))])
+    publishers = dict.fromkeys([*(row.publisher for row in edges), NOBODY])
+    for kind, name, names in (("frame", frame, every), ("publisher", publisher, publishers)):
         if name is not None and name not in names:
-            raise UnknownName(kind, name, dict.fromkeys(names))
-    situations, shown = [], frame_trees(robot, modes)
-    for tree in shown:
-        drawn = lines(tree.edges, robot.frames)
+            raise UnknownName(kind, name, names)
+    trees = frame_trees(case.robot, chosen)
+    found = Frames(case.robot.name, diagnostics=diagnostics, robot=case.robot, trees=trees)
+    if output is not None:
+        return _draw(found, case.robot, os.fsdecode(output), force)
+    situations = []
+    for tree in trees:
+        drawn = lines(tree.edges, case.robot.frames)
         drawn = drawn if frame is None else way(drawn, frame)
-        kept = [line.row for line in drawn if line.row and publisher in (None, line.row.publisher)]
+        shown = [FrameEdge.from_row(line.row) for line in drawn if line.row and publisher in (None, line.row.publisher)]
         here = tuple(dict.fromkeys(line.frame for line in drawn)) if publisher is None else ()
-        situations.append(FrameSituation(tree.label, tree.modes, here, tuple(map(FrameEdge.from_row, kept))))
-    return Frames(robot.name, tuple(situations), robot=robot, trees=shown)
+        situations.append(FrameSituation(tree.label, tree.modes, here, tuple(shown)))
+    return replace(found, situations=tuple(situations))
 
 
-def _draw_frames(robot: Robot, shown: Sequence[Tree], output: str, force: bool) -> Frames:
+def _draw(found: Frames, robot: Robot, output: str, force: bool) -> Frames:
     """Write a drawing of the trees, or one for each tree into a folder: an existing one, or a name that ends in "/".
 
     A file that this tool did not write is replaced with ``force`` only. Raises RequestError.
@@ -138,9 +129,9 @@ def _draw_frames(robot: Robot, shown: Sequence[Tree], output: str, force: bool) 
     folder = output.endswith(("/", os.sep)) or target.is_dir()
     if not folder and target.suffix.lower() != ".svg":
         raise RequestError(f"{output} is not a picture: name one that ends in .svg, or FOLDER/")
-    pictures = {target: shown}
+    pictures = {target: found.trees}
     if folder:
-        pictures = {target / (f"frames_{tree.short}.svg" if tree.short else "frames.svg"): [tree] for tree in shown}
+        pictures = {target / f"{'_'.join(filter(None, ('frames', one.short)))}.svg": (one,) for one in found.trees}
     for path in pictures:
         check_target(path, force)
     files = {path.name: svg(robot, drawn) for path, drawn in pictures.items()}
@@ -151,8 +142,8 @@ def _draw_frames(robot: Robot, shown: Sequence[Tree], output: str, force: bool) 
             write_file(target, files[target.name].encode(), may_replace=None)
     except OutputError as problem:
         failure = problem.diagnostic if folder else replace(problem.diagnostic, rule="picture-file")
-        return Frames(robot.name, diagnostics=(failure,), robot=robot)
-    return Frames(robot.name, files=tuple(pictures), robot=robot, trees=tuple(shown))
+        return replace(found, diagnostics=(*found.diagnostics, failure), trees=())
+    return replace(found, files=tuple(pictures))
 
 
 def check_target(path: Path, force: bool) -> None:
@@ -164,8 +155,7 @@ def check_target(path: Path, force: bool) -> None:
             raise RequestError(f"{path} exists and was not written by this tool: name another file, or add --force")
 
 
-_HEADS = ("frame", "published by", "topic", "joint", "")
-_FLAT_HEADS = ("from", "to", "published by", "topic", "joint", "")
+_HEADS = ("published by", "topic", "joint", "")
 _OPTIONAL = ("joint", "topic")  # columns that are left out in this order if a terminal is too narrow
 BOLD, _DIM, _PLAIN = "\033[1m", "\033[2m", "\033[0m"
 # Colours of a terminal: blue, yellow, green, magenta, cyan, red, then the bright ones.
@@ -184,17 +174,11 @@ class Look(NamedTuple):
         """Return a text in a colour, if there are colours."""
         return f"{code}{text}{_PLAIN}" if self.publishers and text else text
 
-    def colour(self, row: Row | None) -> str:
-        """Return the colour of an edge; a root is bold."""
-        if row is None or row.publisher not in self.publishers:
-            return BOLD if row is None else _DIM
-        return f"\033[{_COLOURS[self.publishers.index(row.publisher) % len(_COLOURS)]}m"
-
 
 def tree(lines: Sequence[Line], look: Look) -> list[str]:
     """Return a tree as lines of text."""
     before: list[str] = []  # the start of lines below each line
-    cells = []
+    entries = []
     solid, dashed, corner, side, bar = ("--", "..", "`", "|", "|") if look.ascii else ("──", "╌╌", "└", "├", "│")
     for line in lines:
         start = below = ""
@@ -203,46 +187,43 @@ def tree(lines: Sequence[Line], look: Look) -> list[str]:
             start = f"{before[line.on]}{corner if line.last else side}{branch} "
             below = f"{before[line.on]}{' ' if line.last else bar}   "
         before.append(below)
-        cells.append(((f"{start}{line.frame}{' (above)' if line.up else ''}",), line.row, len(start)))
-    return _columns(_HEADS, cells, look)
+        entries.append(((f"{start}{line.frame}{' (above)' if line.up else ''}",), line.row, len(start)))
+    return _columns(("frame", *_HEADS), entries, look)
 
 
 def table(rows: Sequence[Row], look: Look) -> list[str]:
     """Return edges as lines of text, without the tree."""
-    return _columns(_FLAT_HEADS, [((row.parent, row.child), row, 0) for row in rows], look)
+    return _columns(("from", "to", *_HEADS), [((row.parent, row.child), row, 0) for row in rows], look)
 
 
 def _columns(heads: Sequence[str], entries: Sequence[tuple[tuple[str, ...], Row | None, int]], look: Look) -> list[str]:
     """Return columns under their heads; an entry has its first cells, its edge, and the width of its indentation."""
-    whys = dict.fromkeys(row.why for _, row, _ in entries if row is not None and row.why)
-    numbers = {why: at for at, why in enumerate(whys, 1)}
-    shown = [(heads, _DIM, 0)]
+    whys = number_whys(row for _, row, _ in entries)
+    shown = [(dict(zip(heads, heads, strict=True)), _DIM, 0)]
     for first, row, indent in entries:
-        more = ("", "", "", "")
+        cells, colour = ["", "", "", ""], BOLD if row is None else _DIM
         if row is not None:
-            who, topic, joint, when = cells_of(row, numbers).values()
-            more = who, topic or "-", joint, f"when {when}" if when else ""
-        shown.append(((*first, *more), look.colour(row), indent))
-    columns = zip(heads, *(texts for texts, _, _ in shown), strict=True)
-    widths = {head: max(map(text_width, texts)) for head, *texts in columns}
+            who, topic, joint, when = cells_of(row, whys).values()
+            cells = [who, topic or "-", joint, f"when {when}" if when else ""]
+            if row.publisher in look.publishers:
+                colour = f"\033[{_COLOURS[look.publishers.index(row.publisher) % len(_COLOURS)]}m"
+        shown.append((dict(zip(heads, (*first, *cells), strict=True)), colour, indent))
+    widths = {head: max(text_width(cells[head]) for cells, _, _ in shown) for head in heads}
     left_out = []
     for head in _OPTIONAL:
         used = [width for width in widths.values() if width]
         if 0 < look.width < sum(used) + len(_GAP) * (len(used) - 1):
             left_out.append(head)
             del widths[head]
-    lines: list[str] = []
+    lines = []
     for texts, colour, indent in shown:
-        cells = [(text, widths[head]) for head, text in zip(heads, texts, strict=True) if head in widths]
-        text = _GAP.join(text + " " * (width - text_width(text)) for text, width in cells).rstrip()
-        lines.append(text[:indent] + look.paint(text[indent:], colour))
+        text = _GAP.join(texts[head] + " " * (width - text_width(texts[head])) for head, width in widths.items())
+        lines.append(text[:indent] + look.paint(text[indent:].rstrip(), colour))
     lines += [look.paint(f"(no room for: {', '.join(left_out)})", _DIM)] if left_out else []
-    return lines + [look.paint(f"({at}) {why}", _DIM) for why, at in numbers.items()]
+    return lines + [look.paint(f"({number}) {why}", _DIM) for why, number in whys.items()]
 
 
 def text_width(text: str) -> int:
     """Return the number of columns that a text takes up in a terminal."""
-    if text.isascii():
-        return len(text)
     shown = [letter for letter in text if unicodedata.category(letter) not in ("Mn", "Me", "Cf")]
     return sum(2 if unicodedata.east_asian_width(letter) in ("W", "F") else 1 for letter in shown)

@@ -7,7 +7,7 @@ a group ``<g class="line">`` whose ``data-`` attributes have its values.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import count, product
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -39,18 +39,11 @@ _MARGIN, _GAP, _HEAD = 22.0, 26.0, 56.0
 _COLUMNS = {"publisher": "published by", "topic": "topic", "joint": "joint", "when": "when"}
 
 
-class _Style(NamedTuple):
-    """The look of an edge: the width of its line, and what it means."""
-
-    width: float
-    dashed: bool
-    about: str
-
-
-_STYLES = {
-    "moving": _Style(2.6, False, "moving, on /tf"),
-    "static": _Style(1.2, False, "static, on /tf_static"),
-    NOBODY: _Style(1.4, True, "nobody: in the description, not in tf2"),
+# The look of an edge: the width of its line, and what it means.
+_STYLES: Mapping[str, dict[str, Any]] = {
+    "moving": {"width": 2.6, "dashed": False, "about": "moving, on /tf"},
+    "static": {"width": 1.2, "dashed": False, "about": "static, on /tf_static"},
+    NOBODY: {"width": 1.4, "dashed": True, "about": "nobody: in the description, not in tf2"},
 }
 
 
@@ -128,22 +121,10 @@ def svg(robot: Robot, trees: Sequence[Tree]) -> str:
     """Return the picture of all trees, one below the other."""
     from rosorin_compile.formats.templating import Templates
 
-    panels: list[dict[str, Any]] = []
-    for tree in trees:
-        drawn = lines(tree.edges, robot.frames)
-        panels.append(
-            {
-                "label": tree.label,
-                "lines": drawn,
-                "count": _count(drawn),
-                "count_x": _MARGIN + (text_width(tree.label, 14) + 18 if tree.label else 0.0),
-                "last": {line.on: at for at, line in enumerate(drawn) if line.on >= 0},
-                "used": {name for row in _rows(drawn) for name, cell in cells_of(row, {}).items() if cell},
-            }
-        )
-    every = [line for panel in panels for line in panel["lines"]]
-    edges = _rows(every)
-    whys = {why: at for at, why in enumerate(dict.fromkeys(row.why for row in edges if row.why), 1)}
+    drawn = [lines(tree.edges, robot.frames) for tree in trees]
+    every = [line for panel in drawn for line in panel]
+    edges = [line.row for line in every if line.row is not None]
+    whys = number_whys(edges)
     colour = colours(publishers(rows(robot)))
     title = f"{robot.name}: the tree of frames"
 
@@ -155,6 +136,7 @@ def svg(robot: Robot, trees: Sequence[Tree]) -> str:
         if texts:
             end += max(map(text_width, (head, *texts))) + _GAP + (14.0 if name == "publisher" else 0.0)
 
+    panels = [_panel(tree, part) for tree, part in zip(trees, drawn, strict=True)]
     # The legend: publishers with their colours, as many in a row as there is room for, and the kinds of lines.
     keys = [name for name in colour if any(row.publisher == name for row in edges)]
     styles = [style for name, style in _STYLES.items() if name != NOBODY or any(not row.published for row in edges)]
@@ -162,7 +144,7 @@ def svg(robot: Robot, trees: Sequence[Tree]) -> str:
         end - _GAP,
         *(panel["count_x"] + text_width(panel["count"]) for panel in panels),
         *(_MARGIN + text_width(title, 16), *(_MARGIN + 30 + text_width(name) for name in keys)),
-        _MARGIN + sum(58 + text_width(style.about) for style in styles) - 20,
+        _MARGIN + sum(58 + text_width(style["about"]) for style in styles) - 20,
     )
     x, y, placed_keys = _MARGIN, 58.0, []
     for name in keys:
@@ -190,16 +172,25 @@ def svg(robot: Robot, trees: Sequence[Tree]) -> str:
     return Templates.own("viewer/frames.svg.jinja", {**size, **legend, **looks, **functions, "panels": panels})
 
 
-def _rows(drawn: Sequence[Line]) -> list[Row]:
-    return [line.row for line in drawn if line.row is not None]
-
-
-def _count(drawn: Sequence[Line]) -> str:
-    """Return the number of frames, and of edges of each kind."""
-    frames, styles = len({line.frame for line in drawn}), Counter(row.style for row in _rows(drawn))
+def _panel(tree: Tree, drawn: Sequence[Line]) -> dict[str, Any]:
+    """Return a tree as the template takes it, with the number of frames, and of edges of each kind."""
+    edges = [line.row for line in drawn if line.row is not None]
+    frames, styles = len({line.frame for line in drawn}), Counter(row.style for row in edges)
     kinds = {"moving": "moving", "static": "static", NOBODY: "published by nobody"}
     counts = [f"{styles[style]} {text}" for style, text in kinds.items() if styles[style]]
-    return ", ".join([f"{frames} {plural('frame', frames)}", *counts])
+    return {
+        "label": tree.label,
+        "lines": drawn,
+        "count": ", ".join([f"{frames} {plural('frame', frames)}", *counts]),
+        "count_x": _MARGIN + (text_width(tree.label, 14) + 18 if tree.label else 0.0),
+        "last": {line.on: at for at, line in enumerate(drawn) if line.on >= 0},
+        "used": {name for row in edges for name, cell in cells_of(row, {}).items() if cell},
+    }
+
+
+def number_whys(edges: Iterable[Row | None]) -> dict[str, int]:
+    """Return the number of the note for each reason why nobody publishes an edge."""
+    return {why: at for at, why in enumerate(dict.fromkeys(row.why for row in edges if row and row.why), 1)}
 
 
 def right_of(line: Line) -> float:

@@ -34,7 +34,7 @@ from rosorin_compile.source.system import pip_install
 
 from .page import html
 from .page.images import Serving, tables
-from .showing import Shown, look
+from .robot_view import RobotView, load
 
 if TYPE_CHECKING:
     from rosorin_compile.cli.console import Console
@@ -260,7 +260,7 @@ _INTERVAL = 0.15  # seconds between two looks at the files
 class LiveRobot:
     """One robot that is shown while its files change; ``contacts`` returns the engine that finds overlapping links."""
 
-    def __init__(self, request: Request, console: Console, contacts: Callable[[Shown], Any]) -> None:
+    def __init__(self, request: Request, console: Console, contacts: Callable[[RobotView], Any]) -> None:
         self.console = console
         self.request = replace(request, warn=console.warn_ahead)
         self.contacts = contacts
@@ -303,14 +303,14 @@ class LiveRobot:
     def compile(self) -> None:
         """Read the robot, and notify the pages; after an error they keep the last one."""
         Progress.begin()
-        looked = look(self.request)
+        shown, diagnostics, inputs = load(self.request)
         Progress.wipe()
-        errors = [one for one in looked.diagnostics if one.severity == ERROR]
+        errors = [one for one in diagnostics if one.severity == ERROR]
         self.console.show(errors)
-        for file in looked.files:
+        for file in inputs:
             with suppress(OSError):
                 files.read_bytes(file)  # what the page requests later is followed, too
-        page, shown = self.page, looked.shown
+        page = self.page
         if shown is None:
             if not page.text:
                 self._publish({"robot": None})
@@ -335,7 +335,7 @@ class LiveRobot:
         with self.lock:
             return function(argument)
 
-    def _contacts_of(self, shown: Shown) -> Callable[[Mapping[str, Any]], list[list[str]]]:
+    def _contacts_of(self, shown: RobotView) -> Callable[[Mapping[str, Any]], list[list[str]]]:
         """Return a function for the pairs of links that collide at positions by joint (rad or m)."""
         engine = self.contacts(shown)
 

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-mujoco = pytest.importorskip("mujoco", minversion="4")
+mujoco = pytest.importorskip("mujoco", minversion="3.12")
 
 from rosorin_compile.formats.imported_robot import ReadOptions  # noqa: E402
 from rosorin_compile.formats.robot_files import read_robot  # noqa: E402

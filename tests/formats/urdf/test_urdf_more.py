@@ -14,7 +14,7 @@ from support.images import png
 from support.paths import DATA
 from support.robots import compiled_text, sound
 
-mujoco = pytest.importorskip("mujoco", minversion="4")
+mujoco = pytest.importorskip("mujoco", minversion="3.12")
 
 OUTPUTS = "outputs: {urdf: {file: a.urdf}, mjcf: {file: a.xml}, frames: {file: a.md}, static_tf: {file: a.launch.py}}\n"
 ROBOT = (DATA / "robots/urdf_more.yaml").read_text("utf-8")

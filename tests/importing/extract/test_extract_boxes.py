@@ -8,9 +8,9 @@ import trimesh
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from rosorin_compile.importing.description import layout
 from rosorin_compile.importing.extract.extract import shape_entry
 from rosorin_compile.importing.extract.shapes import fit_shapes, smallest_circle
-from rosorin_compile.importing.layout import layout
 from rosorin_compile.language.sections.links import lower_shape
 from rosorin_compile.model import Box, Capsule, Cylinder, Pose, Shape
 from rosorin_compile.model.geometry import IDENTITY

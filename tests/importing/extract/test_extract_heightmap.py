@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.importing.extract.height_map import Grid, cut_above, make_height_map, surface_heights
-from rosorin_compile.importing.extract.sources import GridOptions
+from rosorin_compile.importing.extract.height_map import Grid, GridOptions, cut_above, make_height_map, surface_heights
 from support.meshes import box, clipped_heights, quad, random_points
 
 CELL = 0.01

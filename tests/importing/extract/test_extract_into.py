@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compilation import compile_robot
-from rosorin_compile.importing.extract.height_map_file import find_map, replace_map
+from rosorin_compile.importing.extract.height_map import find_map, replace_map
 from rosorin_compile.model import HeightMap
 from rosorin_compile.model.mesh_triangles import ExtractProblem
 from rosorin_compile.source.diagnostics import Source

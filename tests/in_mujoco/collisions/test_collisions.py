@@ -11,7 +11,7 @@ from rosorin_compile.mujoco.collisions import Search
 from support.commands import Shown, ask, write_files
 from support.paths import DATA
 
-pytest.importorskip("mujoco", minversion="4")
+pytest.importorskip("mujoco", minversion="3.12")
 trimesh = pytest.importorskip("trimesh")
 pytest.importorskip("scipy")
 

@@ -17,7 +17,7 @@ from rosorin_compile.source.project import Description
 from support.coal import Coal
 from support.paths import data_text
 
-pytest.importorskip("mujoco", minversion="4")
+pytest.importorskip("mujoco", minversion="3.12")
 pytest.importorskip("pinocchio")
 pytest.importorskip("coal")
 trimesh = pytest.importorskip("trimesh")

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-mujoco = pytest.importorskip("mujoco", minversion="4")
+mujoco = pytest.importorskip("mujoco", minversion="3.12")
 
 from rosorin_compile.formats.templating import Templates  # noqa: E402
 from rosorin_compile.model import Cylinder, HeightMap, Joint, Limit, Link, Mesh, Output, Pose, Robot, Shape, Sphere  # noqa: E402

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytest.importorskip("mujoco", minversion="4")
+pytest.importorskip("mujoco", minversion="3.12")
 
 from dataclasses import replace
 

@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-mujoco = pytest.importorskip("mujoco", minversion="4")
+mujoco = pytest.importorskip("mujoco", minversion="3.12")
 
 from rosorin_compile.model.geometry import rotation_of_rpy  # noqa: E402
 from rosorin_compile.mujoco.mjcf import engine, robot  # noqa: E402

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-mujoco = pytest.importorskip("mujoco", minversion="4")
+mujoco = pytest.importorskip("mujoco", minversion="3.12")
 
 from rosorin_compile.model import Shape  # noqa: E402
 from rosorin_compile.model.shape import Material  # noqa: E402

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("mujoco", minversion="4")
+pytest.importorskip("mujoco", minversion="3.12")
 
 from rosorin_compile.compare.artifacts import agreement
 from rosorin_compile.mujoco.mjcf.read_back import read

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-mujoco = pytest.importorskip("mujoco", minversion="4")
+mujoco = pytest.importorskip("mujoco", minversion="3.12")
 
 from rosorin_compile.formats.templating import Templates  # noqa: E402
 from rosorin_compile.model import Joint, Limit, Link, Mesh, Output, Pose, Robot, Shape, Sphere  # noqa: E402

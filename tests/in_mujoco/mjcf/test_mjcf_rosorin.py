@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-mujoco = pytest.importorskip("mujoco", minversion="4")
+mujoco = pytest.importorskip("mujoco", minversion="3.12")
 
 from rosorin_compile.model import Robot  # noqa: E402
 from rosorin_compile.source.diagnostics import ERROR, WARNING  # noqa: E402

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-mujoco = pytest.importorskip("mujoco", minversion="4")
+mujoco = pytest.importorskip("mujoco", minversion="3.12")
 
 import struct  # noqa: E402
 

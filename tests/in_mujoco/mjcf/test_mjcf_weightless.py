@@ -6,7 +6,7 @@ import pytest
 from support.paths import data_text
 from support.robots import compiled_text, sound
 
-mujoco = pytest.importorskip("mujoco", minversion="4")
+mujoco = pytest.importorskip("mujoco", minversion="3.12")
 
 ROBOT = data_text("robots/mjcf_weightless.yaml").replace(
     "LIMIT", "limit: {lower: -1, upper: 1, effort: 1, velocity: 1}"

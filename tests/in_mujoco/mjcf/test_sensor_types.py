@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-mujoco = pytest.importorskip("mujoco", minversion="4")
+mujoco = pytest.importorskip("mujoco", minversion="3.12")
 
 from rosorin_compile.model import Pose  # noqa: E402
 from support.engines import rpy_matrix  # noqa: E402

@@ -18,7 +18,7 @@ from support.cases import as_comment, check
 from support.commands import Shown
 from support.paths import DATA, ROOT
 
-pytest.importorskip("mujoco", minversion="4")
+pytest.importorskip("mujoco", minversion="3.12")
 
 pytestmark = pytest.mark.slow  # MuJoCo, and seconds of simulation
 

@@ -12,13 +12,13 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Joint, Limit, Link, Output, Robot
 from rosorin_compile.model.drive import Drive
+from rosorin_compile.mujoco.mjcf.bodies import home_of
 from rosorin_compile.mujoco.mjcf.engine import quiet
-from rosorin_compile.mujoco.rest_pose import home_of
 from rosorin_compile.mujoco.scenarios import FORCE, FREE, POSITION, VELOCITY, World, hold, swept_joints
 from support.paths import ROOT, ROSORIN, data_text
 from support.robots import compiled
 
-pytest.importorskip("mujoco", minversion="4")
+pytest.importorskip("mujoco", minversion="3.12")
 
 pytestmark = pytest.mark.slow  # MuJoCo
 

@@ -155,7 +155,7 @@ def test_a_mesh_never_leads_out_of_the_package(tmp_path: Path, name: str) -> Non
             "{small: {backend: urdf, file: small/r.urdf, elements: []}, urdf: {file: full/r.urdf}}",
             "error[package-same-place]: the outputs small and urdf would both be urdf/r.urdf in the package\n",
         ),
-        ("{frames: {file: f.md}}", "error[package-no-urdf]: no output is a URDF, and a package is nothing without\n"),
+        ("{frames: {file: f.md}}", "error[package-no-urdf]: no output is a URDF, which a package needs\n"),
     ],
 )
 def test_outputs_that_make_no_package(

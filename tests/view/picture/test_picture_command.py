@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.viewer.picture.labels import AXIS_COLOURS
+from rosorin_compile.viewer.picture.render import AXIS_COLOURS
 from support.drawings import hue_name, pixels
 from support.paths import IMPORTED, OUTPUTS, ROOT, data_text
 

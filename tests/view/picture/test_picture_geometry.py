@@ -12,8 +12,7 @@ from rosorin_compile.model import Box as BoxShape
 from rosorin_compile.model import Robot, Shape, Transform
 from rosorin_compile.viewer.page.data import robot_data
 from rosorin_compile.viewer.picture.draw import VIEWS
-from rosorin_compile.viewer.picture.render import THEMES, Camera, Scene, render
-from rosorin_compile.viewer.picture.triangles import pieces
+from rosorin_compile.viewer.picture.render import Camera, Scene, render
 from support.drawings import HUES, first_hit, hue_name, rgba
 from support.robots import compiled, compiled_text
 
@@ -36,14 +35,12 @@ def scene_of(
     robot: Robot, direction: tuple[float, float, float], size: tuple[int, int] = SIZE
 ) -> tuple[dict, Scene, Camera]:
     poses = robot.poses_in_root({})
-    made = pieces(robot, poses, {}, visual=True, collision=False)
-    corners = np.concatenate([piece.bounds for piece in made])
-    bounds = np.array([corners.min(axis=0), corners.max(axis=0)])
-    return poses, Scene(made, bounds, THEMES["light"]), Camera.fit(bounds, direction, *size)
+    scene = Scene(robot, poses, {})
+    return poses, scene, Camera.fit(scene.bounds, direction, *size)
 
 
 def drawn(scene: Scene, camera: Camera, transparent: bool) -> np.ndarray:
-    return render(scene, camera, transparent, lambda *_: None)
+    return render(scene, camera, "light", transparent)
 
 
 def random_robot(folder: Path, seed: int) -> Robot:
@@ -139,7 +136,7 @@ def test_colours_of_links_are_those_of_the_page():
     colours = {link["name"]: link["colour"] for link in robot_data(robot)["links"]}
     box = {link.name: Shape(BoxShape((0, 0, 0), (1, 1, 1))) for link in robot.links}
     bare = replace(robot, links=tuple(replace(link, visual=(), collision=(box[link.name],)) for link in robot.links))
-    made = pieces(bare, {name: Transform() for name in box}, {}, visual=False, collision=True)
-    for link, piece in zip(bare.links, made, strict=True):
+    scene = Scene(bare, {name: Transform() for name in box}, {})
+    for link, colour in zip(bare.links, scene.looks[::12, :3], strict=True):  # a box has twelve triangles
         named = colours[link.name]
-        assert [int(named[at : at + 2], 16) / 255 for at in (1, 3, 5)] == pytest.approx(piece.colour, abs=0.003)
+        assert [int(named[at : at + 2], 16) / 255 for at in (1, 3, 5)] == pytest.approx(colour, abs=0.003)

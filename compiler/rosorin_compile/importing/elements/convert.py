@@ -25,11 +25,10 @@ from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import ERROR, Source, first_of, has_errors
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.tree import Map, Path, Seq, Text
-from rosorin_compile.source.xml.elements import indent_lines, tree_of
+from rosorin_compile.source.xml.elements import attribute_value, indent_lines, tree_of
 from rosorin_compile.source.xml.markup import COMMENT, Remark, parse
 
-from .hardware import block
-from .sensors import CannotConvert, GazeboSensor, entry, gazebo_of, overlay, read_sensor, without_collisions
+from .sections import CannotConvert, GazeboSensor, block, entry, gazebo_of, overlay, read_sensor, without_collisions
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element as Tree
@@ -40,17 +39,14 @@ _FEW = 3  # names in a line of the report
 
 
 class Candidate(NamedTuple):
-    """An element that may become an entry: its section and name, the index of its text, and its index in that text.
-
-    ``reference`` is the value of that attribute of the enclosing ``<gazebo>``.
-    """
+    """An element that may become an entry: its section and name, the index of its text, and its index in that text."""
 
     section: str
     name: str
     text: int
     number: int
     element: Tree
-    reference: str = ""
+    reference: str = ""  # of the enclosing <gazebo>
 
     @property
     def called(self) -> str:
@@ -59,13 +55,10 @@ class Candidate(NamedTuple):
 
 
 class Converted(NamedTuple):
-    """A robot whose elements became sections: ``names`` of the new entries by kind, ``kept`` reasons by element.
-
-    ``plain`` is the tree with all elements.
-    """
+    """A robot whose elements became sections: ``names`` of the new entries by kind, ``kept`` reasons by element."""
 
     imported: Imported
-    plain: Map | None = None
+    plain: Map | None = None  # the tree with all elements
     names: Mapping[str, Sequence[str]] = {}
     kept: Mapping[str, str] = {}
 
@@ -90,7 +83,6 @@ class _Conversion:
         self.kept: dict[str, str] = {}
 
     def convert(self, found: list[Candidate]) -> Converted:
-        """Return the robot with sections."""
         count = Counter((one.section, one.name) for one in found)
         unique: dict[str, dict[str, Candidate]] = {CONTROL: {}, SENSORS: {}}
         for one in found:
@@ -109,7 +101,7 @@ class _Conversion:
         if self.imported.format == "sdf" and sensors:
             outputs["sdf"] = {**(outputs.get("sdf") or {}), "gazebo": gazebo}
         sections = {CONTROL: control, SENSORS: sensors, ELEMENTS: elements, "outputs": outputs}
-        imported = self.imported._replace(tree=_put(self.tree, sections), comments=comments)
+        imported = self.imported._replace(tree=put_values(self.tree, sections), comments=comments)
         names = {"hardware block": list(control), "sensor": list(sensors)}
         return Converted(imported, self.tree, {key: value for key, value in names.items() if value}, self.kept)
 
@@ -140,7 +132,7 @@ class _Conversion:
                 reasons[name] = str(problem)
         options = {"gazebo": gazebo}
         reasons |= self.remove_refused(entries, SENSORS, options)
-        robot = self.with_sections({SENSORS: entries})[0] if entries else None
+        robot = self.with_entries(SENSORS, entries, {})[0] if entries else None
         for made in robot.sensors if robot is not None else ():
             if made.name in entries and (changes := overlay(sensors[made.name], made, gazebo)):
                 entries[made.name]["gazebo"] = changes
@@ -152,12 +144,12 @@ class _Conversion:
     def remove_refused(self, entries: dict[str, Any], section: str, options: Mapping[str, Any]) -> dict[str, str]:
         """Remove the entries that a rule refuses, alone or together, and return the reasons by name."""
         reasons: dict[str, str] = {}
-        if entries and self.with_sections({section: entries}, options)[1]:
+        if entries and self.with_entries(section, entries, options)[1]:
             for name in list(entries):
-                if reason := self.with_sections({section: {name: entries[name]}}, options)[1]:
+                if reason := self.with_entries(section, {name: entries[name]}, options)[1]:
                     reasons[name] = reason
                     del entries[name]
-            if entries and (together := self.with_sections({section: entries}, options)[1]):
+            if entries and (together := self.with_entries(section, entries, options)[1]):
                 reasons |= dict.fromkeys(entries, together)
                 entries.clear()
         return reasons
@@ -176,13 +168,11 @@ class _Conversion:
             texts, wrong = self.write(section, entries, options), dict[str, str]()
             for name in entries:
                 one = found[name]
-                alone = one.element
+                before = ElementTree.tostring(one.element, "unicode")
                 if section == SENSORS:
-                    alone = ElementTree.Element("gazebo", {"reference": one.reference} if one.reference else {})
-                    alone.append(one.element)
-                before, *after = without_collisions(
-                    [ElementTree.tostring(alone, "unicode"), *texts.get(one.called, [])]
-                )
+                    reference = f" reference={attribute_value(one.reference)}" if one.reference else ""
+                    before = f"<gazebo{reference}>{before}</gazebo>"
+                before, *after = without_collisions([before, *texts.get(one.called, [])])
                 if changes := element_differences([before], after, followers):
                     missing = "nothing is written: its link has no mass that Gazebo keeps it for"
                     wrong[name] = f"written back, it differs: {changes[0]}" if after else missing
@@ -193,12 +183,10 @@ class _Conversion:
                 del entries[name]
         return reasons
 
-    def with_sections(
-        self, sections: dict[str, Any], options: Mapping[str, Any] | None = None
-    ) -> tuple[Robot | None, str]:
-        """Return the robot with more sections, or None and its first error."""
-        output = {"file": "robot.urdf", **(options or {})}
-        tree, expansion = _put(self.tree, {**sections, "outputs": {"urdf": output}}).copy(), Expansion()
+    def with_entries(self, section: str, entries: Any, options: Mapping[str, Any]) -> tuple[Robot | None, str]:
+        """Return the robot with entries of a section, or None and its first error."""
+        output = {"file": "robot.urdf", **options}
+        tree, expansion = put_values(self.tree, {section: entries, "outputs": {"urdf": output}}).copy(), Expansion()
         if isinstance(tree.get(SENSORS), Map):
             tree[SENSORS] = tree[SENSORS].copy()
             apply_types(tree, None, Scope(expansion), data_folder("parts_library") / "sensors.yaml")
@@ -209,21 +197,16 @@ class _Conversion:
 
     def write(self, section: str, entries: dict[str, Any], options: Mapping[str, Any]) -> dict[str, list[str]]:
         """Return the URDF elements that are written for entries, by the name that messages use."""
-        robot, brings = self.with_sections({section: entries}, options)[0], FORMATS["urdf"].brings
+        robot, brings = self.with_entries(section, entries, options)[0], FORMATS["urdf"].brings
         found: dict[str, list[str]] = {}
         if robot is not None and brings is not None:
             for text in brings(robot, Output("urdf", "urdf", "robot.urdf", {**options, "number_format": "exact"})):
-                texts = Seq(self.texts.span)
-                texts.put(text, self.texts.span)
-                for one in _candidates(texts):
+                for one in _candidates([text]):
                     found.setdefault(one.called, []).append(text)
         return found
 
     def without(self, taken: list[Candidate]) -> tuple[Seq, list[Comment]]:
-        """Return the elements except those that became entries, and all comments with their new paths.
-
-        An empty ``<gazebo>`` is removed, too.
-        """
+        """Return the elements that did not become entries, without empty ``<gazebo>``s, and all comments."""
         left, paths, inner = Seq(self.texts.span, self.texts.via), dict[int, Path](), list[Comment]()
         for index, (text, span) in enumerate(zip(self.texts, self.texts.value_spans, strict=True)):
             rest = str(text)
@@ -241,7 +224,7 @@ class _Conversion:
         return left, [*comments, *inner]
 
 
-def _candidates(texts: Seq) -> list[Candidate]:
+def _candidates(texts: Sequence[str]) -> list[Candidate]:
     """Return the hardware blocks and the sensors in the elements of each text that is XML."""
     found = []
     for index, text in enumerate(texts):
@@ -279,10 +262,10 @@ def _cut(text: str, taken: list[Candidate]) -> tuple[str, list[tuple[Path, str]]
     return indent_lines("\n".join(line for line in rest.split("\n") if line.strip()), ""), comments
 
 
-def _put(tree: Map, sections: Mapping[str, Any]) -> Map:
-    """Return a tree with added sections of plain values; empty sections are removed."""
+def put_values(tree: Map, values: Mapping[str, Any]) -> Map:
+    """Return a tree with added or replaced values, which may be plain; empty values are removed."""
     made = tree.copy()
-    for key, value in sections.items():
+    for key, value in values.items():
         if value:
             plain = value if isinstance(value, (Map, Seq)) else as_tree(value, tree.span, [key])
             made.put(key, plain, tree.span, tree.span)

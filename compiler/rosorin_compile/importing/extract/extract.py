@@ -1,31 +1,32 @@
-"""Extract shapes around parts and height maps from meshes.
-
-numpy, scipy and trimesh are imported after a check that they are installed.
-"""
+"""Extract shapes around parts and height maps from meshes; numpy, scipy and trimesh are imported when needed."""
 
 from __future__ import annotations
 
 import math
+import os
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Pose, Shape
-from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
+from rosorin_compile.formats.imported_robot import ReadOptions
+from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Mesh, Pose, Shape
+from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh, load_mesh
 from rosorin_compile.output.atomic_files import OutputError, write_file
-from rosorin_compile.request import FilePath, Packages, Values, Warn, read_options
+from rosorin_compile.request import FilePath, Packages, Request, Values, Warn, read_options
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import Diagnostic, DiagnosticError, RequestError
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, DiagnosticError, RequestError, UnknownName
 from rosorin_compile.source.messages import arrange
+from rosorin_compile.source.packages import Packages as PackageFinder
 from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.project import Description, NoDescription
 from rosorin_compile.source.wording import mask_controls
 
-from ..description import _written
-from ..layout import layout, number
-from .height_map_file import find_map, height_map_yaml, replace_map
-from .sources import MAX_DIGITS, GridOptions, read_parts
+from ..description import layout, number, plain_value
+
+if TYPE_CHECKING:
+    from rosorin_compile.model.mesh_triangles import Floats
 
 MARK = "# rosorin-compile extract"  # begins every file that extract writes
 
@@ -55,13 +56,9 @@ class ExtractedHeightMap:
         """The height map in the form of the driver's model (schemas/robot_model.schema.json)."""
         if self.height_map is None:
             return {}
-        return {
-            "frame": self.frame,
-            "origin_xy": list(self.height_map.origin),
-            "cell": self.height_map.cell,
-            "method": self.height_map.method,
-            "z": [list(heights) for heights in self.height_map.heights],
-        }
+        grid, rows = self.height_map, [list(heights) for heights in self.height_map.heights]
+        head = {"frame": self.frame, "origin_xy": list(grid.origin), "cell": grid.cell, "method": grid.method}
+        return {**head, "z": rows}
 
 
 def extract_boxes(
@@ -102,8 +99,8 @@ def extract_boxes(
     diagnostics: list[Diagnostic] = []
     if not 1 <= stack <= 100:
         raise RequestError("--stack takes 1 to 100 boxes")
-    if not 0 <= digits <= MAX_DIGITS:
-        raise RequestError(f"--digits takes 0 to {MAX_DIGITS} decimals")
+    if not 0 <= digits <= 9:
+        raise RequestError("--digits takes 0 to 9 decimals")
     try:
         TriangleMesh.require_packages()
         from .shapes import fit_shapes
@@ -116,16 +113,13 @@ def extract_boxes(
             smallest = min(fits, key=lambda kind: fits[kind].volume)
             fit = fits[smallest if shape == "smallest" else shape]
             words = {"box": "axis-aligned box", "stack": f"stack of {len(fit.pieces)} boxes"}
-            what = f"{words.get(fit.kind, fit.kind.replace('_', ' '))} around {', '.join(part.meshes)}"
-            entries[part.name] = {
-                "collision": [shape_entry(piece) for piece in fit.pieces],
-                "source": {"status": "calculated", "note": what},
-            }
+            note = f"{words.get(fit.kind, fit.kind.replace('_', ' '))} around {', '.join(part.meshes)}"
+            collision = [shape_entry(piece) for piece in fit.pieces]
+            entries[part.name] = {"collision": collision, "source": {"status": "calculated", "note": note}}
             shapes = {}
             for kind, fit in fits.items():
-                pieces = [
-                    {**_sizes(piece), "xyz": list(piece.pose.xyz), "rpy": list(piece.pose.rpy)} for piece in fit.pieces
-                ]
+                poses = [{"xyz": list(piece.pose.xyz), "rpy": list(piece.pose.rpy)} for piece in fit.pieces]
+                pieces = [{**_sizes(piece), **pose} for piece, pose in zip(fit.pieces, poses, strict=True)]
                 measures = {"volume": fit.volume, "overhang_volume": fit.overhang, "overlap": fit.overlap}
                 shapes[kind] = {"shapes": pieces, **measures}
                 name = f"stack of {len(pieces)}" if kind == "stack" else kind.replace("_", " ")
@@ -134,13 +128,8 @@ def extract_boxes(
                     overhang = f"{_volume(fit.overhang)} ({100 * fit.overhang / fit.volume:.0f}%)"
                 overlap = math.floor(fit.overlap * 1000) / 10  # 100% means all of it, not nearly all
                 rows.append((part.name, name, _volume(fit.volume), overhang, f"{overlap:g}%"))
-            values[part.name] = {
-                "meshes": list(part.meshes),
-                "triangles": len(part.triangles),
-                "closed": fit.overhang is not None,
-                "smallest": smallest,
-                "shapes": shapes,
-            }
+            values[part.name] = {"meshes": list(part.meshes), "triangles": len(part.triangles)}
+            values[part.name] |= {"closed": fit.overhang is not None, "smallest": smallest, "shapes": shapes}
         text = _first_line(sources, reading.arguments, "boxes") + layout({"links": entries})
         if output is not None:
             _save(output, text, force)
@@ -169,9 +158,9 @@ def shape_entry(shape: Shape) -> dict[str, Any]:
     geometry, sizes = shape.geometry, _sizes(shape)
     if isinstance(geometry, Box) and geometry.centre == (0.0, 0.0, 0.0):
         sizes = {"box": {"size": geometry.size}}
-    entry: dict[str, Any] = _written(sizes)
+    entry: dict[str, Any] = plain_value(sizes)
     if shape.pose.xyz != (0, 0, 0):
-        entry["xyz"] = _written(shape.pose.xyz)
+        entry["xyz"] = plain_value(shape.pose.xyz)
     if shape.pose.rpy != (0, 0, 0):
         entry["rpy"] = [number(angle, "deg") for angle in shape.pose.rpy]
     return entry
@@ -232,7 +221,6 @@ def extract_height_map(
     reading, wrong = read_options(arguments, packages, trust, warn)
     if wrong:
         return ExtractedHeightMap(diagnostics=tuple(wrong))
-    grid = GridOptions(cell, origin, cells, size, below, map_digits, step, bottom)
     transform = Pose((xyz[0], xyz[1], xyz[2]), (rpy[0], rpy[1], rpy[2])).transform()
     diagnostics: list[Diagnostic] = []
     if into is not None and output is not None:
@@ -243,8 +231,9 @@ def extract_height_map(
         TriangleMesh.require_packages()
         import numpy as np
 
-        from .height_map import make_height_map, summary
+        from .height_map import GridOptions, find_map, height_map_yaml, make_height_map, replace_map, summary
 
+        grid = GridOptions(cell, origin, cells, size, below, map_digits, step, bottom)
         existing = None if into is None else find_map(Path(into), frame)
         if existing is not None:
             grid, frame = existing.complete(grid), existing.link
@@ -262,17 +251,16 @@ def extract_height_map(
         note = note or f"top of {', '.join(name for part in parts for name in part.meshes)}"
         report = [summary(height_map)]
         if existing is not None:
-            text, path = replace_map(existing, height_map, status, note), existing.source.path
-            is_new = text != existing.source.text
-            place = f"{path}:{existing.collision.key_spans['height_map'].line}"
-            report.append(f"{place}: height map of {frame} {'replaced' if is_new else 'unchanged'}")
-            if is_new:
-                _save(path, text, force=True)
+            text = replace_map(existing, height_map, status, note)
+            is_new, place = text != existing.source.text, existing.collision.key_spans["height_map"]
+            verb = "replaced" if is_new else "unchanged"
+            report.append(f"{place.source.path}:{place.line}: height map of {frame} {verb}")
+            output, force = existing.source.path if is_new else None, True
         else:
             text = _first_line(sources, reading.arguments, "heightmap")
             text += height_map_yaml(frame, height_map, status, note)
-            if output is not None:
-                _save(output, text, force)
+        if output is not None:
+            _save(output, text, force)
     except DiagnosticError as problem:
         return ExtractedHeightMap(diagnostics=all_diagnostics(problem, diagnostics))
     return ExtractedHeightMap(frame, height_map, text, tuple(report), tuple(arrange(diagnostics)))
@@ -305,3 +293,108 @@ def all_diagnostics(problem: DiagnosticError, others: list[Diagnostic]) -> tuple
     if isinstance(problem, NotThere):
         raise RequestError(f"{problem.diagnostic.message}; {problem.diagnostic.help}") from None
     return tuple(arrange([*others, problem.diagnostic]))
+
+
+@dataclass(frozen=True)
+class Part:
+    """A named body: its triangles (n, 3, 3) in its own frame in metres, and the names of its mesh files."""
+
+    name: str
+    triangles: Floats
+    meshes: tuple[str, ...]
+
+
+class RobotSource:
+    """A robot: its model, the tree that it was built from, and where its meshes are searched."""
+
+    def __init__(self, name: str, options: ReadOptions, diagnostics: list[Diagnostic]) -> None:
+        """Read a robot by name, folder or file; ``diagnostics`` gets warnings. Raises RequestError, ExtractProblem."""
+        try:
+            (description,) = Description.find([name])
+        except NoDescription as problem:
+            raise RequestError(f"{problem}; or name mesh files, or a URDF") from None
+        request = Request(description, options.arguments, (), options.packages, options.trust, options.tell)
+        reading = request.read(options.lenient)
+        if reading.robot is None or reading.tree is None:
+            first = next(one for one in reading.diagnostics if one.severity == ERROR)
+            diagnostics += [one for one in reading.diagnostics if one is not first]
+            raise ExtractProblem(first)
+        # Elements that cannot be converted hold no joint and no mesh; `check` reports those of a description.
+        found = reading.diagnostics if request.is_foreign else ()
+        found = [one for one in found if one.rule != "import-cannot-carry"]
+        diagnostics += [one for one in found if one.severity in (ERROR, WARNING)]
+        self.robot, self.tree, self.diagnostics = reading.robot, reading.tree, diagnostics
+        self.path, self.packages = description.path, PackageFinder(options.packages, os.environ, description.path)
+
+    def link(self, name: str) -> str:
+        """Return the name of a link. Raises UnknownName if the robot has no link of this name."""
+        if name not in self.robot.link:
+            raise UnknownName("link", name, self.robot.link, "the robot")
+        return name
+
+    def part(self, link: str, section: str) -> Part | None:
+        """Return the meshes of a link in its frame, or None; an unreadable one is a warning in ``diagnostics``."""
+        import numpy as np
+
+        shapes = {"collision": self.robot.link[link].collision, "visual": self.robot.link[link].visual}
+        if section == "auto":
+            has_mesh = any(isinstance(shape.geometry, Mesh) for shape in shapes["collision"])
+            section = "collision" if has_mesh else "visual"
+        pieces, names = [], []
+        for index, shape in enumerate(shapes[section]):
+            if not isinstance(shape.geometry, Mesh):
+                continue
+            address = shape.geometry.file
+            path = self.packages.resolve(address, self.path.parent)
+            try:
+                if path is None or not files.is_file(path):
+                    package = address.split("://")[-1].split("/")[0]
+                    help = f"name its folder: --package {package}=FOLDER" if path is None else ""
+                    raise ExtractProblem.new("mesh-missing", f"{section} of {link}: there is no file {address}", help)
+                mesh = load_mesh(Path(files.label(path)), shape.geometry.scale)
+            except ExtractProblem as problem:
+                span = self.tree.locate(("links", link, section, index, "mesh", "file")).span
+                self.diagnostics.append(replace(problem.diagnostic, severity=WARNING, span=span))
+                continue
+            transform = shape.pose.transform()
+            pieces.append(TriangleMesh.place(mesh.triangles, transform.rows, transform.xyz))
+            names.append(mesh.name)
+        return Part(link, np.concatenate(pieces), tuple(dict.fromkeys(names))) if pieces else None
+
+
+def read_parts(
+    names: Sequence[str],
+    links: Sequence[str],
+    section: str,
+    scale: Sequence[float],
+    options: ReadOptions,
+    diagnostics: list[Diagnostic],
+) -> tuple[list[Part], RobotSource | None]:
+    """Return a part for each mesh file, or for each link with meshes of one robot, and that robot.
+
+    ``scale`` has factors of mesh files; ``diagnostics`` gets warnings. Raises RequestError, ExtractProblem.
+    """
+    if names and all(Path(name).suffix.lower().removeprefix(".") in TriangleMesh.FORMATS for name in names):
+        if links:
+            raise RequestError("--link selects a link of a robot; a mesh file has none")
+        bodies: dict[str, Part] = {}
+        for name in names:
+            mesh, stem = load_mesh(Path(name), scale), Path(name).stem
+            longest = float((mesh.triangles.max(axis=(0, 1)) - mesh.triangles.min(axis=(0, 1))).max())
+            if longest > 20:
+                message = f"{mesh.name} is {longest:g} m long; that looks like millimetres"
+                help = "--scale 0.001 turns millimetres into metres"
+                diagnostics.append(Diagnostic("mesh-looks-like-millimetres", WARNING, message, None, (), help))
+            if stem in bodies:
+                raise RequestError(f'two meshes are called "{stem}"; each part needs a different name')
+            bodies[stem] = Part(stem, mesh.triangles, (mesh.name,))
+        return list(bodies.values()), None
+    if len(names) != 1:
+        raise RequestError("name mesh files, or one robot")
+    source = RobotSource(names[0], options, diagnostics)
+    selected = [source.link(name) for name in links] or list(source.robot.link)
+    parts = [part for name in selected if (part := source.part(name, section)) is not None]
+    if not parts:
+        message = f"{', '.join(links) or names[0]} has no mesh that can be read"
+        raise ExtractProblem.new("mesh-empty", message, "see above, or --from")
+    return parts, source

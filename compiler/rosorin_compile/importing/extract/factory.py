@@ -8,10 +8,9 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.model import Box
 from rosorin_compile.model.mesh_triangles import ExtractProblem, TriangleMesh
 from rosorin_compile.output.artifact_set import write_set
 from rosorin_compile.request import FilePath, Packages, Values, Warn, read_options
@@ -21,11 +20,8 @@ from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.packages import Packages as PackageFinder
 from rosorin_compile.source.progress import Progress
 
-from ..description import _written
-from ..layout import layout
-from .extract import MARK, all_diagnostics, is_made
-from .height_map_file import height_map_yaml
-from .sources import GridOptions, RobotSource
+from ..description import layout, plain_value
+from .extract import MARK, RobotSource, all_diagnostics, is_made
 
 _POSE = ("type", "parent", "child", "xyz", "rpy", "axis")
 _KEYS = (*_POSE, "limit", "mimic", "dynamics", "calibration", "safety_controller")
@@ -33,9 +29,7 @@ _NOT_TAKEN = ("mass-", "inertia-", "shape-")  # rules about values that are not 
 _MAX_BYTES = 5_000_000  # of a robot file
 _ROBOT = re.compile(r"<robot\b[^>]*?\sname\s*=", re.DOTALL)
 _INCLUDES = re.compile(r"<xacro:include\b[^>]*?\sfilename\s*=\s*[\"']([^\"']+)[\"']", re.DOTALL)
-_CONDITION = re.compile(
-    r"<xacro:(if|unless)\b[^>]*?\svalue\s*=\s*(\"[^\"]*\"|'[^']*')[^>]*>(.*?)</xacro:\1>", re.DOTALL
-)
+_CONDITION = re.compile(r"""(?s)<xacro:(if|unless)\b[^>]*?\svalue\s*=\s*("[^"]*"|'[^']*')[^>]*>(.*?)</xacro:\1>""")
 _PROPERTY = re.compile(r"<xacro:property\b[^>]*?\sname\s*=\s*[\"'](\w+)[\"'][^>]*?\svalue\s*=\s*[\"']([^\"']*)[\"']")
 _VARIABLE = re.compile(r"""\$\((env|optenv|arg)\s+(\w+)[^()]*\)\s*['"]?\s*(?:[!=]=\s*['"]([^'"]*)['"])?""")
 
@@ -86,27 +80,28 @@ def extract_factory(
     reading, wrong = read_options(arguments, packages, trust, warn, lenient)
     if wrong:
         return ExtractedFactory(diagnostics=tuple(wrong))
-    grid = GridOptions(cell, origin, cells, size, below, map_digits, step)
     if frame and not height_map_link:
         raise RequestError("--frame is that of the height map; name its link: --heightmap-link LINK")
     frame, folder = frame or height_map_link, Path(package)
     path, diagnostics = None, list[Diagnostic]()
     try:
         TriangleMesh.require_packages()
-        from .height_map import make_height_map, summary
+        from .height_map import GridOptions, height_map_yaml, make_height_map, summary
         from .shapes import enclosing_box
 
+        grid = GridOptions(cell, origin, cells, size, below, map_digits, step)
         path = _find_robot_file(folder, robot)
         name = PackageFinder.name_of(folder) or files.resolve(folder).name
-        source = RobotSource.read(str(path), replace(reading, packages={name: folder, **reading.packages}), diagnostics)
+        source = RobotSource(str(path), replace(reading, packages={name: folder, **reading.packages}), diagnostics)
         for link in filter(None, (height_map_link, frame)):
             source.link(link)
-        boxes: dict[str, Box] = {}
+        boxes: dict[str, Any] = {}
         for index, link in enumerate(source.robot.link):
             Progress.step("measuring", index, len(source.robot.link))
             part = None if link == height_map_link else source.part(link, section)
             if part is not None:
-                boxes[link] = enclosing_box(part.triangles, digits=5)
+                box = enclosing_box(part.triangles, digits=5)
+                boxes[link] = {"collision": [{"box": {"min": plain_value(box.lower), "max": plain_value(box.upper)}}]}
         texts, lines = dict[str, str](), list[str]()
         if height_map_link is not None and frame is not None:
             part = source.part(height_map_link, section)
@@ -125,17 +120,14 @@ def extract_factory(
                 diagnostics.append(problem.diagnostic)
         # Joints have all their numbers, with the accepted violations of rules about them.
         joints = {
-            joint: {key: _written(value) for key, value in entry.items() if key in _KEYS}
+            joint: {key: plain_value(value) for key, value in entry.items() if key in _KEYS}
             for joint, entry in (source.tree.get("joints") or {}).items()
         }
         accepted = [one for one in source.tree.get("accept") or () if not one["rule"].startswith(_NOT_TAKEN)]
         document = {"source": {"status": "factory", "note": f"description package {name}"}, "joints": joints}
-        texts["joints"] = layout({**document, "accept": _written(accepted)} if accepted else document)
-        links = {
-            link: {"collision": [{"box": {"min": _written(box.lower), "max": _written(box.upper)}}]} if box else {}
-            for link in source.robot.link
-            if (box := boxes.get(link)) or not (lines and link == frame)
-        }
+        texts["joints"] = layout({**document, "accept": plain_value(accepted)} if accepted else document)
+        linked = [link for link in source.robot.link if link in boxes or not (lines and link == frame)]
+        links = {link: boxes.get(link, {}) for link in linked}
         note = f"boxes around the meshes of the package {name}"
         texts["boxes"] = layout({"source": {"status": "calculated", "note": note}, "links": links})
         head = f"{MARK} factory: %s of the package {name}. Numbers only; metres, radians.\n"
@@ -154,10 +146,7 @@ def extract_factory(
 
 
 def _find_robot_file(package: Path, requested: str | None) -> Path:
-    """Return the requested file of a package, or the only one with a robot that no other file includes.
-
-    Raises RequestError if there is no such package or file, else ExtractProblem.
-    """
+    """Return the requested robot file of a package, or its only one. Raises RequestError, ExtractProblem."""
     if not files.is_folder(package):
         raise RequestError(f"{package} is not a folder; name the folder of a description package")
     endings = FORMATS.endings()

@@ -27,26 +27,17 @@ Floats = NDArray[np.float64]
 Vector = tuple[float, float, float]
 
 _STL_NOISE = 1e-7  # m: STL corners have 24 bits
-_AXIS_ANGLES: dict[str, Vector] = {"x": (0, math.pi / 2, 0), "y": (math.pi / 2, 0, 0), "z": (0, 0, 0)}
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A shape around a mesh, in one or more pieces that share nothing but faces, and how well it fits. Volumes in m^3.
-
-    ``overhang`` is the volume of the shape outside the mesh, None for an open mesh. ``overlap`` is the fraction of the
-    corners of the mesh that the shape encloses.
-    """
+    """A shape around a mesh, in one or more pieces that share nothing but faces, and how well it fits."""
 
     kind: str
     pieces: tuple[Shape, ...]
-    overhang: float | None
-    overlap: float
-
-    @property
-    def volume(self) -> float:
-        """The volume of all pieces in m^3."""
-        return sum(map(_volume, self.pieces))
+    volume: float  # m^3
+    overhang: float | None  # the volume outside of the mesh in m^3, None for an open mesh
+    overlap: float  # the fraction of the corners of the mesh that the shape encloses
 
 
 def fit_shapes(triangles: Floats, digits: int, stack: int, axis: str = "auto") -> dict[str, Fit]:
@@ -60,7 +51,7 @@ def fit_shapes(triangles: Floats, digits: int, stack: int, axis: str = "auto") -
     triangles = np.round(triangles, 10)  # differences below 0.1 nm would become divisors
     hull = _hull(triangles.reshape(-1, 3))
     oriented = _oriented_box(hull, digits)
-    angles = list(_AXIS_ANGLES.values())
+    angles: list[Vector] = [(0, math.pi / 2, 0), (math.pi / 2, 0, 0), (0, 0, 0)]  # along x, y and z
     if oriented.pose.rpy != (0, 0, 0):
         angles += [_angles_along((x, y, z)) for x, y, z in zip(*oriented.pose.transform().rows, strict=True)]
     cylinders, capsules = zip(*(_round_shapes(hull, rpy, digits) for rpy in angles), strict=True)
@@ -73,9 +64,9 @@ def fit_shapes(triangles: Floats, digits: int, stack: int, axis: str = "auto") -
     }
     fits = {}
     for kind, shapes in pieces.items():
-        overhang = max(0.0, sum(map(_volume, shapes)) - size) if size else None
+        volume = sum(map(_volume, shapes))
         inside = np.any([_contains(shape, corners) for shape in shapes], axis=0)
-        fits[kind] = Fit(kind, shapes, overhang, float(inside.mean()))
+        fits[kind] = Fit(kind, shapes, volume, max(0.0, volume - size) if size else None, float(inside.mean()))
     return fits
 
 
@@ -174,10 +165,7 @@ def _positive(value: float, digits: int) -> float:
 
 
 def _round_shapes(points: Floats, rpy: Vector, digits: int) -> tuple[Shape, Shape]:
-    """Return the smallest cylinder along the z axis of a frame, and the best of 32 capsules on its axis.
-
-    The capsules have 1 to 1.5 times the radius of the cylinder.
-    """
+    """Return the smallest cylinder along the z axis of a frame, and the best of 32 capsules on its axis."""
     rotation = _rotation(rpy)
     local = points @ rotation
     (x, y), _ = smallest_circle(local[:, :2])
@@ -240,15 +228,12 @@ def _volume(shape: Shape) -> float:
 
 
 def smallest_circle(points: Floats) -> tuple[tuple[float, float], float]:
-    """Return centre and radius of the smallest circle around points (n, 2).
-
-    If two points define it, they are the farthest pair; else its centre is a corner of the farthest-point Voronoi
-    diagram, which trimesh searches.
-    """
+    """Return centre and radius of the smallest circle around points (n, 2)."""
     hull = _hull(points)
     distances = squareform(pdist(hull))
     first, second = divmod(int(distances.argmax()), len(hull))
     centre, radius = (hull[first] + hull[second]) / 2, distances[first, second] / 2
+    # If two points define it, they are the farthest pair; else its centre is a corner of a Voronoi diagram.
     if np.linalg.norm(hull - centre, axis=1).max() > radius * (1 + 1e-9) + 1e-15:
         centre, _ = minimum_nsphere(hull)
     return (float(centre[0]), float(centre[1])), float(np.linalg.norm(hull - centre, axis=1).max())

@@ -1,20 +1,26 @@
-"""Links and the joints that carry them, as nodes with flat values that can be compared.
+"""The instances of a part as nodes with flat values, and parameters for the values that differ between them.
 
-The values of a node map the path of each scalar below "link" and "joint" to the scalar. A node precedes all nodes that
-hang on it, so that a subtree is a slice.
+A node is a link and the joint that carries it. Its values map the path of each scalar below "link" and "joint" to the
+scalar. A node precedes all nodes that hang on it, so that a subtree is a slice. Numbers that differ only in sign share
+a sign parameter. A text that contains the name of its use becomes an expression with ``${name}``. A list in which
+several numbers differ is one parameter, and equal values in several places share one.
 """
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Iterator, Mapping
+import re
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from keyword import kwlist
 from typing import Any
 
+from rosorin_compile.language.expression.functions import reserved_names
+from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.tree import Path
 from rosorin_compile.source.units import Quantity
 
-from ..layout import Expression
+from ..description import Expression, escape, free_name, is_number
 
 Values = dict[Path, Any]
 
@@ -26,20 +32,19 @@ _MAX_NODES = 200  # links of one part
 _UNFIT = frozenset(("publisher", "target", "urdf_elements", "mjcf_elements", "sites", "cameras", "lights"))
 _WITH_AXIS = ("revolute", "continuous", "prismatic", "planar")
 _PRODUCTS = ("ixy", "ixz", "iyz")
+_WORDS = {"lower": "lower_limit", "upper": "upper_limit", "file": "mesh", "rgba": "colour", "material": "look"}
+_AXES = {"xyz": ("x", "y", "z"), "rpy": ("roll", "pitch", "yaw")}
 
 
 @dataclass
 class Node:
-    """A link and the joint that carries it; a root has no joint.
-
-    ``up`` is the index of the node that carries it, or -1. ``rank`` are the positions of link and joint in the source.
-    """
+    """A link and the joint that carries it; a root has no joint."""
 
     link: str
     joint: str
     carrier: str
-    up: int
-    rank: tuple[int, int]
+    up: int  # the index of the node that carries it, or -1
+    rank: tuple[int, int]  # the positions of link and joint in the source
     entries: dict[str, Any]
     values: Values
     size: int = 1
@@ -125,7 +130,6 @@ def deep_copy(value: Any) -> Any:
 
 
 def _scalars(value: Any, path: Path = ()) -> Iterator[tuple[Path, Any]]:
-    """Yield the path and value of each scalar."""
     if isinstance(value, (Mapping, list)) and value:
         for step, item in value.items() if isinstance(value, Mapping) else enumerate(value):
             yield from _scalars(item, (*path, step))
@@ -134,16 +138,13 @@ def _scalars(value: Any, path: Path = ()) -> Iterator[tuple[Path, Any]]:
 
 
 def mirror_node(node: Node, mirror: str, is_root: bool) -> Values:
-    """Return the values of a node as ``mirror`` of the language reflects them.
-
-    The pose of a root is that of the use, which is not reflected.
-    """
+    """Return the values of a node as ``mirror`` of the language reflects them."""
     values = dict(node.values)
     axis = "xyz".index(mirror) if mirror else -1
     for path, number in node.values.items() if mirror else ():
         key, index = (path[-2], path[-1]) if len(path) > 1 else ("", "")
         is_axis_of_joint = path[:2] == ("joint", "axis") and node.kind in _WITH_AXIS
-        if is_root and is_pose(path):
+        if is_root and is_pose(path):  # it is that of the use
             continue
         if key in ("min", "max") and index == axis and path[-3] == "box":
             opposite: Path = (*path[:-2], "max" if key == "min" else "min", axis)
@@ -170,6 +171,125 @@ def is_pose(path: Path) -> bool:
     return path[:2] in (("joint", "xyz"), ("joint", "rpy"))
 
 
-def is_number(value: Any) -> bool:
-    """Return True for an int or float, and False for a boolean."""
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
+@dataclass
+class Parameter:
+    """A parameter of a part: its name, its type, and its value in each instance; a sign is 1 or -1."""
+
+    name: str
+    kind: str
+    values: Sequence[Any]
+    is_derived: bool = False  # the part computes it from ``mirrored``
+
+    @property
+    def default(self) -> Any:
+        """The value of at least half of the instances, or None."""
+        text, count = Counter(map(repr, self.values)).most_common(1)[0]
+        has_default = self.kind != "sign" and count > 1 and 2 * count >= len(self.values)
+        return next(value for value in self.values if repr(value) == text) if has_default else None
+
+    @property
+    def entry(self) -> dict[str, Any]:
+        """Its entry under ``params``."""
+        if self.kind == "sign":
+            return {"type": "integer", "one_of": [1, -1]}
+        entry = {} if self.kind == "any" else {"type": self.kind}
+        return entry if self.default is None else {**entry, "default": self.default}
+
+
+class Parameters:
+    """The parameters of one part; ``uses``, ``prefixes`` and ``mirrored`` describe the use of each instance."""
+
+    def __init__(self, uses: Sequence[str], prefixes: Sequence[str], mirrored: Sequence[bool]) -> None:
+        self.uses, self.prefixes, self.mirrored = uses, prefixes, mirrored
+        self.count = 0  # of values that became expressions
+        self._index: dict[Any, Parameter] = {}
+
+    @property
+    def arguments(self) -> list[Parameter]:
+        """The parameters that a use gives."""
+        return [one for one in self._index.values() if not one.is_derived]
+
+    @property
+    def derived(self) -> dict[str, Expression]:
+        """The parameters that the part computes."""
+        names = [one.name for one in self._index.values() if one.is_derived]
+        return dict.fromkeys(names, Expression("${-1 if mirrored else 1}"))
+
+    def replace(self, values: Mapping[Path, Sequence[Any]], owner: str) -> dict[Path, Any]:
+        """Return an expression for each value, or list, of a link or joint that differs between instances."""
+        differing = [path for path, some in values.items() if any(value != some[0] for value in some[1:])]
+        numbers = [path for path in differing if isinstance(path[-1], int) and all(map(is_number, values[path]))]
+        points = Counter(path[:-1] for path in numbers if not _is_sign(values[path]))
+        terms: dict[Path, Any] = {}
+        for unit in dict.fromkeys(path[:-1] if points[path[:-1]] > 1 else path for path in differing):
+            some = values.get(unit, ())
+            if unit not in values:
+                columns = [values[path] for path in values if path[:-1] == unit]
+                text = f"${{{self._parameter('any', list(zip(*columns, strict=True)), unit, owner)}}}"
+            elif all(map(is_number, some)) and _is_sign(some):
+                text = f"${{{self._signed(some)}}}"
+            elif all(isinstance(value, str) for value in some):
+                text = self._text(some, unit, owner)
+            else:
+                kind = "boolean" if all(isinstance(one, bool) for one in some) else "any"
+                text = f"${{{self._parameter(kind, some, unit, owner)}}}"
+            terms[unit] = Expression(text)
+        self.count += len(terms)
+        return terms
+
+    def _parameter(self, kind: str, values: Sequence[Any], path: Path, owner: str) -> str:
+        """Return the name of the parameter with these values, creating it if necessary."""
+        key = (kind, repr(list(values)))
+        if key not in self._index:
+            words = [step for step in path if isinstance(step, str)]
+            word = _WORDS.get(words[-1], words[-1])
+            if isinstance(path[-1], int) and words[-1] in _AXES:
+                word = _AXES[words[-1]][path[-1]]
+            if owner and any(one.name == _identifier(word) for one in self._index.values()):
+                word = f"{re.sub(r'[$][{][^}]*[}]', '', owner)}_{word}"
+            self._index[key] = Parameter(self._free_name(_identifier(word)), kind, values)
+        return self._index[key].name
+
+    def _free_name(self, word: str) -> str:
+        return free_name(word, {*reserved_names(), *kwlist, *(one.name for one in self._index.values())})
+
+    def _signed(self, values: Sequence[Any]) -> str:
+        """Return the product of the first value with a sign parameter."""
+        signs = tuple(1 if value == values[0] else -1 for value in values)
+        if signs not in self._index:
+            is_derived = any(self.mirrored) and signs == tuple(-1 if flag else 1 for flag in self.mirrored)
+            name = self._free_name("side" if is_derived else "direction")
+            self._index[signs] = Parameter(name, "sign", signs, is_derived)
+        value = values[0]
+        text = value.text if isinstance(value, Quantity) and value.text else exact(value)
+        return f"{text[:-1] if text in ('1', '-1') else f'{text} * '}{self._index[signs].name}"
+
+    def _text(self, texts: Sequence[str], path: Path, owner: str) -> str:
+        """Return an expression with the name or prefix of the use, or a parameter for what differs between texts."""
+        if all(self.uses) and not any("${" in text or "$(" in text for text in texts):
+            for word, names in (("name", self.uses), ("prefix", self.prefixes)):
+                pattern = r"{}" if word == "prefix" else r"(?<![A-Za-z0-9]){}(?![A-Za-z0-9])"
+                rows = {
+                    tuple(re.split(pattern.format(re.escape(name)), text)) if name else ()
+                    for text, name in zip(texts, names, strict=True)
+                }
+                if len(rows) == 1 and len(pieces := rows.pop()) > 1:
+                    return f"${{{word}}}".join(map(escape, pieces))
+        before = after = ""
+        if path[-1] == "file":  # the parameter is the part that differs between folder and extension
+            folders, endings = ({text.rpartition(sign)[i] for text in texts} for sign, i in (("/", 0), (".", 2)))
+            before = f"{min(folders)}/" if len(folders) == 1 and all("/" in text for text in texts) else ""
+            after = f".{min(endings)}" if len(endings) == 1 and all("." in t[len(before) :] for t in texts) else ""
+        middles = [text[len(before) : len(text) - len(after)] for text in texts]
+        name = self._parameter("text", middles, path, owner)
+        return f"{escape(before)}${{{name}}}{escape(after)}"
+
+
+def _identifier(text: str) -> str:
+    """Return a name for expressions that resembles a text."""
+    name = re.sub(r"[\W_]+", "_", text, flags=re.ASCII).strip("_").lower()
+    return name if name and not name[0].isdigit() else f"n_{name}".strip("_")
+
+
+def _is_sign(values: Sequence[Any]) -> bool:
+    return len({abs(value) for value in values}) == 1

@@ -16,10 +16,8 @@ from rosorin_compile.formats.imported_robot import BEFORE, INSIDE, Comment, Impo
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.tree import Path
 
-from ..description import lines_of
-from ..layout import Expression, Verbatim
-from .nodes import MOUNT, REFERENCES, Node, deep_copy, equal_shapes, is_number, is_pose, mirror_node, nodes_of
-from .parameters import Parameters, free_name
+from ..description import Expression, Verbatim, free_name, is_number, lines_of
+from .nodes import MOUNT, REFERENCES, Node, Parameters, deep_copy, equal_shapes, is_pose, mirror_node, nodes_of
 
 MAX_PARAMETERS = 6
 _MIN_SAVED = 8  # lines in total
@@ -230,10 +228,7 @@ class _Body:
 def _sections(
     nodes: Sequence[Node], terms: Sequence[Mapping[Path, Any]], names: Mapping[str, str]
 ) -> dict[str, dict[str, Any]]:
-    """Return the links and the joints of a subtree with new names, in the order of the source.
-
-    ``terms`` are expressions that replace values of a node.
-    """
+    """Return links and joints with new names, and ``terms`` in place of values, in the order of the source."""
     filled = [(node, deep_copy(node.entries)) for node in nodes]
     for (_, entries), replacements in zip(filled, terms, strict=True):
         for path, term in replacements.items():

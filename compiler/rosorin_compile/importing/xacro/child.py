@@ -18,6 +18,7 @@ from contextlib import suppress
 from importlib import import_module
 from io import StringIO
 from pathlib import Path
+from traceback import walk_tb
 from types import ModuleType, SimpleNamespace
 from typing import Any
 from urllib.parse import unquote
@@ -31,7 +32,6 @@ Place = tuple[int, int, int]  # the number of a file, the offset in its text, an
 
 MAX_MEMORY = 8 << 30  # bytes
 _GRACE = 2  # seconds of CPU to report the place; a process in the midst of one number reports nothing
-_PR_SET_PDEATHSIG = 1  # include/uapi/linux/prctl.h: which signal a process gets when its parent ends
 MARK = "rosorin_place"
 CALL = "rosorin-call"  # the element around the call of a macro, in a text that is expanded in place of its file
 
@@ -82,7 +82,7 @@ def main(run: Callable[[dict[str, Any]], dict[str, Any]] = lambda request: Expan
 
 
 def _limit(seconds: float) -> None:
-    """Limit the resources of the process, and make it end with its parent, where the system supports this."""
+    """Limit the resources of the process, where the system supports this."""
 
     def end(*_: object) -> None:
         raise OutOfTime
@@ -97,10 +97,6 @@ def _limit(seconds: float) -> None:
     with suppress(AttributeError, OSError):  # Windows
         signal.signal(signal.SIGPROF, end)
         signal.setitimer(signal.ITIMER_PROF, seconds)
-    with suppress(ImportError, OSError, AttributeError):  # Linux
-        import ctypes
-
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 class Expansion:
@@ -305,31 +301,22 @@ def causes(problem: BaseException) -> Iterator[BaseException]:
 
 def elements(document: minidom.Document) -> Iterator[Any]:
     """Yield the elements of a document in the order of its text."""
-    waiting: list[Any] = [document.documentElement]
-    while waiting:
-        node = waiting.pop()
-        yield node
-        waiting += [child for child in reversed(node.childNodes) if child.nodeType == child.ELEMENT_NODE]
+    root: Any = document.documentElement
+    yield from (root, *root.getElementsByTagName("*"))
 
 
 def _place_of_error(problem: BaseException) -> Place | None:
     """Return the place of the element at which xacro failed; for an endless recursion, the outermost element."""
-    found: Place | None = None
-    step = problem.__traceback__
-    while step is not None and (found is None or not isinstance(problem, RecursionError)):
-        frame: Any = step.tb_frame
+    found: list[Place | None] = []
+    for frame, _ in walk_tb(problem.__traceback__):
         if frame.f_globals.get("__name__", "").startswith("xacro"):
             nodes = [frame.f_locals.get(name) for name in ("node", "elt")]  # names of elements in xacro functions
-            found = next((_place(node) for node in nodes if node is not None), None) or found
-        step = step.tb_next
-    return found
+            found += [place for node in nodes if (place := _place(node))][:1]
+    return next(iter(found if isinstance(problem, RecursionError) else reversed(found)), None)
 
 
 def _place(node: Any) -> Place | None:
     """Return the place of a node, or of the closest enclosing node if xacro created it from scratch."""
-    while node is not None:
-        found: Place | None = getattr(node, MARK, None)
-        if found is not None:
-            return found
+    while node is not None and not hasattr(node, MARK):
         node = node.parentNode
-    return None
+    return getattr(node, MARK, None)

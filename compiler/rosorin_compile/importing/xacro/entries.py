@@ -16,8 +16,7 @@ from rosorin_compile.formats.urdf.read import NUMBERS as ATTRIBUTES
 from rosorin_compile.formats.urdf.read import SHAPES
 from rosorin_compile.formats.xml_reader import ANGLES, LENGTHS
 
-from ..description import in_order
-from ..layout import Expression, Verbatim
+from ..description import Expression, Verbatim, in_order
 from .ir import Call, Comment, Element, Failed, If, Macro, Words, all_of, as_text, call, fold, negate, plain_node
 from .values import Values
 
@@ -224,19 +223,18 @@ class Entries:
         """Return the lines of nodes. Raises Failed."""
         lines: list[str] = []
         for at, node in enumerate(nodes):
+            text = ""
             if isinstance(node, Words):
                 text = str(self.values.text(node.pieces, escape))
-                lines += [pad + line.strip() for line in text.splitlines() if line.strip()]
-            elif isinstance(node, Comment):
-                if "--" not in node.text and "${" not in node.text:
-                    lines += [f"{pad}{line.strip()}" for line in f"<!--{node.text}-->".splitlines()]
-            elif isinstance(node, If):
-                if not at or not _is_opposite(nodes[at - 1], node):
-                    lines += self._choice(node, nodes[at + 1 : at + 2], pad)
+            elif isinstance(node, Comment) and "--" not in node.text and "${" not in node.text:
+                text = f"<!--{node.text}-->"
+            elif isinstance(node, If) and not (at and _is_opposite(nodes[at - 1], node)):
+                lines += self._choice(node, nodes[at + 1 : at + 2], pad)
             elif isinstance(node, Call):
-                lines.append(f"{pad}${{{self.call_text(node)}}}")
-            else:
+                text = f"${{{self.call_text(node)}}}"
+            elif isinstance(node, Element):
                 lines += self._element(node, pad)
+            lines += [pad + line.strip() for line in text.splitlines() if line.strip()]
         return lines
 
     def _choice(self, node: If, following: list[Any], pad: str) -> list[str]:
@@ -291,10 +289,7 @@ def conditional(value: Any, when: Condition) -> Any:
 
 
 def merge(key: str, found: list[Alternative], sure: Sequence[Condition] = ()) -> Any:
-    """Merge alternatives into one value, or return None if that is impossible.
-
-    ``sure`` are conditions of which at least one always holds.
-    """
+    """Merge alternatives into one value, or return None; one of the conditions ``sure`` always holds."""
     found = sorted(found, key=lambda one: one[1] is None)
     values, whens = [value for value, _ in found], [when for _, when in found]
     if whens.count(None) > 1:

@@ -20,28 +20,8 @@ from rosorin_compile.source import files
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import Description
 
+from . import ir
 from .child import causes, portable
-from .ir import (
-    TOKEN,
-    UNKNOWN,
-    Failed,
-    Pieces,
-    Restart,
-    Symbol,
-    as_text,
-    call,
-    example_of,
-    is_known,
-    join_pieces,
-    literal,
-    negate,
-    pieces_of,
-    plain_node,
-    symbol_of,
-    type_of,
-    variables_in,
-    with_tokens,
-)
 
 if TYPE_CHECKING:
     from .program import Program
@@ -67,37 +47,37 @@ class Evaluator:
         method = getattr(self, f"_{type(tree).__name__.lower()}", self._computed)
         return method(tree)
 
-    def _symbol(self, tree: ast.expr) -> Symbol:
-        return symbol_of(self.eval(tree))
+    def _symbol(self, tree: ast.expr) -> ir.Symbol:
+        return ir.symbol_of(self.eval(tree))
 
-    def _made(self, tree: ast.expr, node: ast.expr, items: dict[ast.expr, Symbol], kind: str = "") -> Symbol:
+    def _made(self, tree: ast.expr, node: ast.expr, items: dict[ast.expr, ir.Symbol], kind: str = "") -> ir.Symbol:
         """Return a symbol; its example is that of a tree in which the ``items`` have their examples."""
-        known = all(map(is_known, items.values()))
-        value: Any = UNKNOWN
-        if all(one.value is not UNKNOWN for one in items.values()):
+        known = all(map(ir.is_known, items.values()))
+        value: Any = ir.UNKNOWN
+        if all(one.value is not ir.UNKNOWN for one in items.values()):
             try:
                 value = self._example(tree, items)
             except Exception:
                 if known:
                     raise
-        return Symbol(node, value, kind or type_of(value), known)
+        return ir.Symbol(node, value, kind or ir.type_of(value), known)
 
     def _example(self, tree: ast.expr, items: dict[ast.expr, Any]) -> Any:
         """Return what Python computes of a tree in which the ``items`` have their examples."""
         names = {one: f"_{index}" for index, one in enumerate(items)}
-        examples = {names[one]: example_of(value) for one, value in items.items()}
+        examples = {names[one]: ir.example_of(value) for one, value in items.items()}
         value = self.program.xacro.safe_eval(ast.unparse(_with_names(tree, names)), examples)
         return list(value) if isinstance(value, Iterator) else value
 
     def _constant(self, tree: ast.Constant) -> Any:
-        return symbol_of(with_tokens(tree.value) if isinstance(tree.value, str) else tree.value)
+        return ir.symbol_of(ir.with_tokens(tree.value) if isinstance(tree.value, str) else tree.value)
 
     def _name(self, tree: ast.Name) -> Any:
-        token = TOKEN.fullmatch(tree.id)
+        token = ir.TOKEN.fullmatch(tree.id)
         if token:
-            return symbol_of(self.program.literal(Symbol.tokens[int(token[1])]))
+            return ir.symbol_of(self.program.literal(ir.Symbol.tokens[int(token[1])]))
         if self.arguments and tree.id in self.program.arguments:
-            return symbol_of(self.program.literal(self.program.argument(tree.id)))
+            return ir.symbol_of(self.program.literal(self.program.argument(tree.id)))
         return self.program.read(self.symbols, tree.id)
 
     def _attribute(self, tree: ast.Attribute) -> Any:
@@ -105,14 +85,14 @@ class Evaluator:
         if isinstance(base, self.program.xacro.NameSpace):
             return self.program.read(base, tree.attr, own=True)
         subscript = ast.Subscript(tree.value, ast.Constant(tree.attr), ast.Load())
-        return self._entry(subscript, symbol_of(base), symbol_of(tree.attr))
+        return self._entry(subscript, ir.symbol_of(base), ir.symbol_of(tree.attr))
 
     def _subscript(self, tree: ast.Subscript) -> Any:
         if isinstance(tree.slice, ast.Slice):
             return self._computed(tree)
         return self._entry(tree, self._symbol(tree.value), self._symbol(tree.slice))
 
-    def _entry(self, tree: ast.Subscript, base: Symbol, key: Symbol) -> Symbol:
+    def _entry(self, tree: ast.Subscript, base: ir.Symbol, key: ir.Symbol) -> ir.Symbol:
         made = self._made(tree, ast.Subscript(base.node, key.node, ast.Load()), {tree.value: base, tree.slice: key})
         if isinstance(base.node, ast.Dict) and key.constant is not None:
             pairs = zip(base.node.keys, base.node.values, strict=True)
@@ -121,12 +101,12 @@ class Evaluator:
             found = base.node.elts[key.value : key.value + 1]
         else:
             found = []
-        return Symbol(found[0], made.value, made.type, made.known) if found else made
+        return ir.Symbol(found[0], made.value, made.type, made.known) if found else made
 
-    def _boolop(self, tree: ast.BoolOp) -> Symbol:
+    def _boolop(self, tree: ast.BoolOp) -> ir.Symbol:
         """Return the value of and, or; what is known decides, or is left out."""
         wins = isinstance(tree.op, ast.Or)
-        left: list[Symbol] = []
+        left: list[ir.Symbol] = []
         for item in tree.values:
             value = self._symbol(item)
             decides = value.known and bool(value.value) == wins
@@ -139,10 +119,12 @@ class Evaluator:
         if len(left) == 1:
             return left[0]
         examples = [one.value for one in left]
-        found = UNKNOWN if UNKNOWN in examples else next((one for one in examples if bool(one) == wins), examples[-1])
+        found = (
+            ir.UNKNOWN if ir.UNKNOWN in examples else next((one for one in examples if bool(one) == wins), examples[-1])
+        )
         types = {one.type for one in left}
         nodes = [one.as_truth() if types == {"boolean"} else one.node for one in left]
-        return Symbol(ast.BoolOp(tree.op, nodes), found, types.pop() if len(types) == 1 else "", False)
+        return ir.Symbol(ast.BoolOp(tree.op, nodes), found, types.pop() if len(types) == 1 else "", False)
 
     def _ifexp(self, tree: ast.IfExp) -> Any:
         test = self._symbol(tree.test)
@@ -150,10 +132,10 @@ class Evaluator:
             return self.eval(tree.body if test.value else tree.orelse)
         return choice(test, self._symbol(tree.body), self._symbol(tree.orelse))
 
-    def _unaryop(self, tree: ast.UnaryOp) -> Symbol:
+    def _unaryop(self, tree: ast.UnaryOp) -> ir.Symbol:
         item = self._symbol(tree.operand)
         if isinstance(tree.op, ast.Not):
-            return self._made(tree, negate(item.as_truth()), {tree.operand: item}, "boolean")
+            return self._made(tree, ir.negate(item.as_truth()), {tree.operand: item}, "boolean")
         return self._made(tree, ast.UnaryOp(tree.op, item.as_number()), {tree.operand: item})
 
     def _binop(self, tree: ast.BinOp) -> Any:
@@ -161,10 +143,10 @@ class Evaluator:
         if isinstance(tree.op, ast.Mod) and left.type == "text":
             return self._computed(tree)
         if isinstance(tree.op, ast.Add) and left.type == right.type == "text":
-            return symbol_of(join_pieces([left, right]))
+            return ir.symbol_of(ir.join_pieces([left, right]))
         return self._made(tree, ast.BinOp(left.node, tree.op, right.node), {tree.left: left, tree.right: right})
 
-    def _compare(self, tree: ast.Compare) -> Symbol:
+    def _compare(self, tree: ast.Compare) -> ir.Symbol:
         sides = {one: self._symbol(one) for one in (tree.left, *tree.comparators)}
         items = [*sides.values()]
         self.program.note_comparison(items)
@@ -172,30 +154,30 @@ class Evaluator:
         node = node or ast.Compare(items[0].node, tree.ops, [one.node for one in items[1:]])
         return self._made(tree, node, sides, "boolean")
 
-    def _equality(self, items: list[Symbol], operator: ast.cmpop) -> ast.expr | None:
+    def _equality(self, items: list[ir.Symbol], operator: ast.cmpop) -> ast.expr | None:
         """Return the comparison of a flag or a number with a constant, which may be a text."""
-        constants = [one for one in items if one.known and not any(variables_in([one.node]))]
+        constants = [one for one in items if one.known and not any(ir.variables_in([one.node]))]
         if not isinstance(operator, (ast.Eq, ast.NotEq)) or not constants:
             return None
         other = constants[-1]
         item = items[0] if other is items[1] else items[1]
-        value = literal(other.value)
+        value = ir.literal(other.value)
         if isinstance(item.value, str) != isinstance(other.value, str):
             return None
         if item.type == "boolean" and value in (0, 1):
-            return item.node if bool(value) == isinstance(operator, ast.Eq) else negate(item.node)
+            return item.node if bool(value) == isinstance(operator, ast.Eq) else ir.negate(item.node)
         if item.type == "number" and isinstance(value, (bool, int, float)):
-            number = plain_node(int(value) if isinstance(value, bool) else value)
+            number = ir.plain_node(int(value) if isinstance(value, bool) else value)
             return ast.Compare(item.node, [operator], [number])
         return None
 
-    def _list(self, tree: ast.List | ast.Tuple) -> Symbol:
+    def _list(self, tree: ast.List | ast.Tuple) -> ir.Symbol:
         items = {one: self._symbol(one) for one in tree.elts}
         return self._made(tree, ast.List([one.node for one in items.values()], ast.Load()), items, "list")
 
     _tuple = _list
 
-    def _dict(self, tree: ast.Dict) -> Symbol:
+    def _dict(self, tree: ast.Dict) -> ir.Symbol:
         items = {one: self._symbol(one) for one in (*tree.keys, *tree.values) if one is not None}
         keys: list[ast.expr | None] = [items[one].node for one in tree.keys if one is not None]
         return self._made(tree, ast.Dict(keys, [items[one].node for one in tree.values]), items, "table")
@@ -209,36 +191,36 @@ class Evaluator:
                 ast.Dict([ast.Constant(one.arg) for one in tree.keywords], [one.value for one in tree.keywords])
             )
         is_plain = not tree.keywords and not any(isinstance(one, ast.Starred) for one in tree.args)
-        if isinstance(owner, Symbol) and is_plain and name in _METHODS.split():
+        if isinstance(owner, ir.Symbol) and is_plain and name in _METHODS.split():
             return self._function(tree, name, {function.value: owner})
-        if isinstance(owner, Symbol) or not is_plain or any(isinstance(one, ast.Lambda) for one in ast.walk(tree)):
+        if isinstance(owner, ir.Symbol) or not is_plain or any(isinstance(one, ast.Lambda) for one in ast.walk(tree)):
             return self._computed(tree)
         if name == "load_yaml":
             return self.program.named.load(self._symbol(tree.args[0]))
         if name == "dotify":
             return self.eval(tree.args[0])
         if name == "arg":
-            return symbol_of(self.program.literal(self.program.argument(str(self._symbol(tree.args[0]).value))))
+            return ir.symbol_of(self.program.literal(self.program.argument(str(self._symbol(tree.args[0]).value))))
         if name == "str" and len(tree.args) == 1:
             item = self._symbol(tree.args[0])
-            value = UNKNOWN if item.value is UNKNOWN else str(item.value)
-            return item if item.type == "text" else Symbol(item.as_text(), value, "text", item.known, [item])
+            value = ir.UNKNOWN if item.value is ir.UNKNOWN else str(item.value)
+            return item if item.type == "text" else ir.Symbol(item.as_text(), value, "text", item.known, [item])
         if name not in _FUNCTIONS.split():
             return self._computed(tree)
         return self._function(tree, name, {})
 
-    def _function(self, tree: ast.Call, name: str, owner: dict[ast.expr, Symbol]) -> Symbol:
+    def _function(self, tree: ast.Call, name: str, owner: dict[ast.expr, ir.Symbol]) -> ir.Symbol:
         """Return the call of a function, or of a method of an owner, that the language also has."""
         arguments = owner | {one: self._symbol(one) for one in tree.args}
         items = list(arguments.values())
-        node: ast.expr = call(name, *(one.node for one in items))
+        node: ast.expr = ir.call(name, *(one.node for one in items))
         if name == "split" and items[0].type == "list":
             node = items[0].node
         elif name == "float" and items[0].type == "number":
             node = items[0].as_number()
         elif name in _ANGULAR:
-            node = call("float", node)
-        called = {} if owner else {tree.func: Symbol(None, self.eval(tree.func), "", True)}
+            node = ir.call("float", node)
+        called = {} if owner else {tree.func: ir.Symbol(None, self.eval(tree.func), "", True)}
         return self._made(tree, node, arguments | called)
 
     def _computed(self, tree: ast.expr) -> Any:
@@ -247,14 +229,14 @@ class Evaluator:
         own |= {one.arg for one in ast.walk(tree) if isinstance(one, ast.arg)}
         items: dict[ast.expr, Any] = {}
         for one in ast.walk(tree):
-            is_text = isinstance(one, ast.Constant) and isinstance(one.value, str) and TOKEN.search(one.value)
+            is_text = isinstance(one, ast.Constant) and isinstance(one.value, str) and ir.TOKEN.search(one.value)
             if is_text or (isinstance(one, ast.Name) and one.id not in own):
                 items[one] = self.eval(one)  # type: ignore[index, arg-type]
-        unknown = [one.node for one in items.values() if not is_known(one)]
+        unknown = [one.node for one in items.values() if not ir.is_known(one)]
         if unknown:
-            raise Failed(f"{TOKEN.sub('_', ast.unparse(tree))[:60]} cannot be translated", *unknown)
+            raise ir.Failed(f"{ir.TOKEN.sub('_', ast.unparse(tree))[:60]} cannot be translated", *unknown)
         value = self._example(tree, items)
-        return value if callable(value) else symbol_of(value)
+        return value if callable(value) else ir.symbol_of(value)
 
 
 def _with_names(tree: Any, names: dict[ast.expr, str]) -> Any:
@@ -268,17 +250,17 @@ def _with_names(tree: Any, names: dict[ast.expr, str]) -> Any:
     return type(tree)(**{field: _with_names(value, names) for field, value in ast.iter_fields(tree)})
 
 
-def choice(test: Symbol, then: Symbol, other: Symbol) -> Symbol:
+def choice(test: ir.Symbol, then: ir.Symbol, other: ir.Symbol) -> ir.Symbol:
     """Return one of two values, by a condition."""
     node, is_same = _without_not(test.as_truth())
     if not is_same:
         then, other = other, then
-    if as_text(then.node) == as_text(other.node):
+    if ir.as_text(then.node) == ir.as_text(other.node):
         return then
-    value: Any = UNKNOWN if test.value is UNKNOWN else (then if bool(test.value) == is_same else other).value
+    value: Any = ir.UNKNOWN if test.value is ir.UNKNOWN else (then if bool(test.value) == is_same else other).value
     if then.declared_type == other.declared_type == "list":
-        return Symbol(ast.IfExp(node, then.as_list(), other.as_list()), value, "list", False)
-    return Symbol(ast.IfExp(node, then.node, other.node), value, then.type if then.type == other.type else "", False)
+        return ir.Symbol(ast.IfExp(node, then.as_list(), other.as_list()), value, "list", False)
+    return ir.Symbol(ast.IfExp(node, then.node, other.node), value, then.type if then.type == other.type else "", False)
 
 
 def _without_not(node: ast.expr) -> tuple[ast.expr, bool]:
@@ -301,13 +283,13 @@ class Conditions:
         program, text, holds = self.program, node.getAttribute("value"), node.tagName == "xacro:if"
         program.take_comments(node)
         test = program.eval_text(text, symbols)
-        if is_known(test):
+        if ir.is_known(test):
             decided: bool | None = bool(program.xacro.get_boolean_value(test, text))
         else:
-            if type(literal(test.value)) in (int, float):
-                program.note_comparison([test, symbol_of(0), symbol_of(1)])
+            if type(ir.literal(test.value)) in (int, float):
+                program.note_comparison([test, ir.symbol_of(0), ir.symbol_of(1)])
             plain, is_same = _without_not(test.as_flag())
-            found = self.assumed.get(as_text(plain))
+            found = self.assumed.get(ir.as_text(plain))
             decided = None if found is None else found == is_same
         if decided is None:
             self._branch(node, test, holds, macros, symbols)
@@ -317,15 +299,15 @@ class Conditions:
         else:
             program.xacro.replace_node(node, by=None)
 
-    def _branch(self, node: Any, test: Symbol, holds: bool, macros: Any, symbols: Any) -> None:
+    def _branch(self, node: Any, test: ir.Symbol, holds: bool, macros: Any, symbols: Any) -> None:
         """Evaluate a conditional branch, and make the properties that it sets depend on the condition, too."""
         program, calls, xacro = self.program, self.program.macro_calls, self.program.xacro
-        value = test.value is not UNKNOWN and bool(xacro.get_boolean_value(test, ""))
-        test = Symbol(test.as_flag(), value, "boolean", False)
+        value = test.value is not ir.UNKNOWN and bool(xacro.get_boolean_value(test, ""))
+        test = ir.Symbol(test.as_flag(), value, "boolean", False)
         before = [(table, dict(dict.items(table)), set(table.unevaluated)) for table in self._tables(symbols)]
         defined = [(macro, macro.body) for table in self._tables(macros) for macro in dict.values(table)]
         plain, is_same = _without_not(test.node)
-        key = as_text(plain)
+        key = ir.as_text(plain)
         self.assumed[key] = is_same == holds
         node.removeAttribute("value")
         node.tagName = node.nodeName = "xacro-if"
@@ -335,12 +317,12 @@ class Conditions:
         except Exception as problem:
             chain = list(causes(problem))
             is_endless = any(isinstance(one, RecursionError) for one in chain)
-            if any(isinstance(one, Restart) for one in chain) or (value == holds and not is_endless):
+            if any(isinstance(one, ir.Restart) for one in chain) or (value == holds and not is_endless):
                 raise
             reason = f"with another value of it, {' '.join(str(problem).split())[:120] or type(problem).__name__}"
-            if is_endless or any(isinstance(one, Failed) for one in chain):
-                raise (Restart if program.blame([test.node], reason) else Failed(reason)) from None
-            program.refused |= dict.fromkeys(variables_in([test.node]), reason)
+            if is_endless or any(isinstance(one, ir.Failed) for one in chain):
+                raise (ir.Restart if program.blame([test.node], reason) else ir.Failed(reason)) from None
+            program.refused |= dict.fromkeys(ir.variables_in([test.node]), reason)
             for table, values, unevaluated in before:  # xacro refuses the other value as well
                 dict.clear(table)
                 dict.update(table, values)
@@ -352,19 +334,19 @@ class Conditions:
         finally:
             self.assumed.pop(key, None)
         if any(macro.body is not body for macro, body in defined):
-            raise Failed("a macro is defined in two ways", test.node)
+            raise ir.Failed("a macro is defined in two ways", test.node)
         node.setAttribute("test", str(test))
         node.setAttribute("holds", str(int(holds)))
         for table, values, unevaluated in before:
             for name in [one for one in values if dict.get(table, one) is not values[one]]:
-                if not isinstance(dict.get(table, name), (str, int, float, Symbol, list, dict)):
+                if not isinstance(dict.get(table, name), (str, int, float, ir.Symbol, list, dict)):
                     continue
                 new = table[name]
                 dict.__setitem__(table, name, values[name])
                 table.unevaluated.discard(name)
                 if name in unevaluated:
                     table.unevaluated.add(name)
-                then, other = map(symbol_of, (new, table[name]) if holds else (table[name], new))
+                then, other = map(ir.symbol_of, (new, table[name]) if holds else (table[name], new))
                 dict.__setitem__(table, name, choice(test, then, other))
 
     def _tables(self, table: Any) -> Iterator[Any]:
@@ -375,47 +357,43 @@ class Conditions:
 
 
 class NamedFiles:
-    """The packages and YAML files that a description names.
-
-    ``copied`` has the texts of files that it cannot find in a package, ``folders`` the folders of its packages, and
-    ``unfound`` the packages that it can find only through an option.
-    """
+    """The packages and YAML files that a description names."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
-        self.copied: dict[str, str] = {}
-        self.folders: dict[str, str] = {}
-        self.unfound: dict[str, None] = {}
+        self.copied: dict[str, str] = {}  # the texts of files that it cannot find in a package
+        self.folders: dict[str, str] = {}  # of its packages
+        self.unfound: dict[str, None] = {}  # packages that it can find only through an option
         self._found = Packages({}, os.environ, Path(program.request["folder"], Description.ROOT_FILE))
 
     def finds(self, package: str) -> bool:
         """Return True if the description finds a package by its name. Raises Failed if it is missing."""
         folder, found = self.program.packages.find(package), self._found.find(package)
         if folder is None:
-            raise Failed(f'the package "{package}" is not found')
+            raise ir.Failed(f'the package "{package}" is not found')
         self.folders[package] = str(folder)
         return found is not None and files.resolve(found) == files.resolve(folder)
 
-    def load(self, name: Symbol) -> Symbol:
+    def load(self, name: ir.Symbol) -> ir.Symbol:
         """Return the table of a YAML file."""
-        if name.value is UNKNOWN:
-            raise Failed("the file that is loaded is not known", name.node)
-        node: ast.expr = plain_node(self._copy(str(name.value)))
+        if name.value is ir.UNKNOWN:
+            raise ir.Failed("the file that is loaded is not known", name.node)
+        node: ast.expr = ir.plain_node(self._copy(str(name.value)))
         if not name.known:
-            for one in variables_in([name.node]):
+            for one in ir.variables_in([name.node]):
                 one.names_file = True
             for path in self._candidates(name):
                 self._copy(path)
-            node = symbol_of(join_pieces(self.name_of(pieces_of(name)))).node
+            node = ir.symbol_of(ir.join_pieces(self.name_of(ir.pieces_of(name)))).node
         value = self.program.xacro.load_yaml(str(name.value))
-        return Symbol(call("load", node), value, type_of(value), name.known)
+        return ir.Symbol(ir.call("load", node), value, ir.type_of(value), name.known)
 
-    def name_of(self, pieces: Pieces) -> Pieces:
+    def name_of(self, pieces: ir.Pieces) -> ir.Pieces:
         """Return the name by which the description finds a YAML file; for one in a package its address."""
         first = pieces[0] if pieces else ""
-        if not isinstance(first, Symbol) or not first.package:
+        if not isinstance(first, ir.Symbol) or not first.package:
             return pieces
-        start, *rest = pieces_of(join_pieces([f"package://{first.package}", *pieces[1:]]))
+        start, *rest = ir.pieces_of(ir.join_pieces([f"package://{first.package}", *pieces[1:]]))
         return [self._address(start), *rest]
 
     def _address(self, name: str) -> str:
@@ -432,16 +410,16 @@ class NamedFiles:
             name = Path(name).name if name.startswith("..") else name
         if not name.startswith("package://"):
             if Path(name).is_absolute() or ".." in Path(name).parts:
-                raise Failed(f"{Path(name).name} is not a file of the xacro or its packages")
+                raise ir.Failed(f"{Path(name).name} is not a file of the xacro or its packages")
             with suppress(OSError, ValueError):  # xacro cannot read it either
                 self.copied[name] = files.read_text(Path(path))
         return name
 
-    def _candidates(self, name: Symbol) -> list[str]:
+    def _candidates(self, name: ir.Symbol) -> list[str]:
         """Return the files that arguments in a name choose from, and record the values that choose them."""
         pattern, form, variables = "", "", []
-        for piece in pieces_of(name):
-            variable = piece.variable if isinstance(piece, Symbol) else None
+        for piece in ir.pieces_of(name):
+            variable = piece.variable if isinstance(piece, ir.Symbol) else None
             if isinstance(piece, str) or piece.package:
                 text = piece if isinstance(piece, str) else str(piece.value)
                 pattern, form = pattern + glob.escape(text), form + re.escape(text)

@@ -14,7 +14,7 @@ import signal
 import subprocess
 import sys
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -118,19 +118,17 @@ def _span_in_tag(element: Element, origin: Element, start: int, length: int) -> 
         source = origin.attributes.get(name)
         if source is None or not attribute.name_start <= start <= attribute.start + len(attribute.raw):
             continue
-        if start < attribute.start:
-            return source.name_span
-        if source.raw == attribute.raw:
+        if source.raw == attribute.raw and start >= attribute.start:
             return origin.document.span(source.start + start - attribute.start, length)
-        return source.span
+        return source.name_span if start < attribute.start else source.span
     return origin.span
 
 
 def is_xacro(document: Document, path: Path) -> bool:
     """Return True if a document has elements or attributes of xacro, or, in a .xacro, ${} or $()."""
-    for element in document.root.iter() if "xacro:" in document.source.text else ():
-        if any(name.startswith("xacro:") for name in (element.tag, *element.attributes)):
-            return True
+    elements = document.root.iter() if "xacro:" in document.source.text else ()
+    if any(name.startswith("xacro:") for element in elements for name in (element.tag, *element.attributes)):
+        return True
     declared = path.suffix.lower() == ".xacro" or "xmlns:xacro" in document.root.attributes
     # What xacro has made declares its prefix too, and often holds comments that it left alone.
     return declared and re.search(r"\$[{(]", _COMMENT.sub("", document.source.text)) is not None
@@ -149,13 +147,12 @@ def _only_left_over(document: Document, path: Path) -> bool:
     elements = list(document.root.iter())
     can_define = any(one.tag in ("xacro:include", "xacro:macro") for one in elements)
     for element in elements:
+        word = element.tag.removeprefix("xacro:")
         if any(above.tag.startswith("xacro:") for above in element.ancestors()):
             continue
-        word = element.tag.removeprefix("xacro:")
-        if element.tag == word:
-            if any("${" in one.raw or "$(" in one.raw for one in element.attributes.values()):
-                return False
-        elif word not in _DEFINING and (word in _MAKING or can_define):
+        if element.tag == word and any("${" in one.raw or "$(" in one.raw for one in element.attributes.values()):
+            return False
+        if element.tag != word and word not in _DEFINING and (word in _MAKING or can_define):
             return False
     return True
 
@@ -169,15 +166,10 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
     first = document.root.span
     call = None if options.call is None else macro_call(options.call, document, path, options)
     if call is not None and call.problems:
-        return Imported(None, call.problems, files=(path,))
-    warning = Diagnostic(
-        "xacro-runs-code",
-        report.WARNING,
-        f"{document.source.path} is expanded by xacro, which can run Python code of its author",
-        first,
-        (),
-        "continue only with files of authors whom you trust; --trust confirms that",
-    )
+        return Imported(None, [*call.problems], files=(path,))
+    message = f"{document.source.path} is expanded by xacro, which can run Python code of its author"
+    help = "continue only with files of authors whom you trust; --trust confirms that"
+    warning = Diagnostic("xacro-runs-code", report.WARNING, message, first, (), help)
     trusted = options.trust or not untrusted_files([path])
     diagnostics = [] if trusted else [warning]
     if options.tell is not None:
@@ -192,7 +184,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         found.setdefault(os.path.abspath(name), Path(os.path.normpath(name)))
     files = tuple(found.values())
     if trusted and not options.trust and (others := untrusted_files(files)):  # the first file is listed, these are not
-        diagnostics.append(replace(warning, message=f"{warning.message}: {label(others[0])} is not a trusted file"))
+        diagnostics.append(replace(warning, message=f"{message}: {label(others[0])} is not a trusted file"))
     origins = _Origins(answer, document, path)
     diagnostics += _remarks(answer, first)
     problems = _errors(answer, document, path, origins, options, files)
@@ -221,11 +213,10 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
     read = read_urdf(made, path, options, files)
     if mount and read.tree is not None:
         read = read._replace(tree=_without_mount(read.tree, mount), mount=mount)
-    if call is not None:
-        read = read._replace(passed=call.passed)
-    read = read._replace(packages={name: Path(folder) for name, folder in answer["packages"].items()})
-    own = _of_this_machine(made, answer["folders"])
-    return read._replace(diagnostics=[*diagnostics, *map(with_calls, [*read.diagnostics, *own])])
+    packages = {name: Path(folder) for name, folder in answer["packages"].items()}
+    more = map(with_calls, [*read.diagnostics, *_of_this_machine(made, answer["folders"])])
+    passed = call.passed if call is not None else frozenset()
+    return read._replace(packages=packages, passed=passed, diagnostics=[*diagnostics, *more])
 
 
 def _errors(
@@ -300,8 +291,7 @@ def _without_mount(tree: Map, mount: str) -> Map:
     made = tree.copy()
     made["links"] = made["links"].copy()
     del made["links"][mount]
-    accept = tree.get("accept")
-    if accept is not None:
+    if (accept := tree.get("accept")) is not None:
         made["accept"] = Seq(accept.span)
         for entry, span in zip(accept, accept.value_spans, strict=True):
             if mount not in entry["of"]:
@@ -317,10 +307,9 @@ def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnos
         for value, span in (*values, (element.text, element.span)):
             if any(f"{folder}{os.sep}" in value for folder in folders):
                 found.append((f"{name_of(element)} names a file of this machine: {value.strip()[:200]}", span))
-    if found:
-        (message, span), *more = found
-        help = "artifacts have it, too; let the xacro write package://PACKAGE/FILE where the reader takes that"
-        message += f",{and_more(len(more))}" if more else ""
+    help = "artifacts have it, too; let the xacro write package://PACKAGE/FILE where the reader takes that"
+    for message, span in found[:1]:
+        message += f",{and_more(len(found) - 1)}" if len(found) > 1 else ""
         yield Diagnostic("import-machine-path", report.WARNING, message, span, (), help)
 
 
@@ -336,8 +325,7 @@ def _expand(
 ) -> dict[str, Any]:
     """Run xacro in a child process on a file, or on a ``text`` in its place; with a ``plan``, on symbols."""
     setting = os.environ.get("ROSORIN_COMPILE_XACRO_SECONDS", "")
-    is_number = setting.isascii() and setting.isdigit() and len(setting) < 9
-    seconds = (int(setting) if is_number else 0) or MAX_SECONDS
+    seconds = (int(setting) if re.fullmatch("[0-9]{1,8}", setting) else 0) or MAX_SECONDS
     request = {
         "file": str(path),
         "text": text,
@@ -376,7 +364,7 @@ def _expand(
     return answer
 
 
-def untrusted_files(files: Iterable[Path]) -> list[Path]:
+def untrusted_files(files: Sequence[Path]) -> list[Path]:
     """Return the files that are trusted neither by the environment variable nor by a digest in the user's list.
 
     Trust comes from the person who runs the command; a description cannot grant it. Each line of the list begins with
@@ -390,11 +378,8 @@ def untrusted_files(files: Iterable[Path]) -> list[Path]:
     with suppress(OSError, ValueError):
         lines = (folder / _TRUSTED_FILES).read_text("utf-8").splitlines()
         digests = {line.split()[0].lower() for line in lines if line.strip() and not line.startswith("#")}
-    untrusted = []
-    for file in files:
-        try:
-            is_trusted = bool(digests) and hashlib.sha256(file.read_bytes()).hexdigest() in digests
-        except OSError:
-            is_trusted = False
-        untrusted += [] if is_trusted else [file]
-    return untrusted
+    trusted = []
+    for file in files if digests else ():
+        with suppress(OSError):
+            trusted += [file] if hashlib.sha256(file.read_bytes()).hexdigest() in digests else []
+    return [file for file in files if file not in trusted]

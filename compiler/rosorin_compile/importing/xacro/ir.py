@@ -12,13 +12,15 @@ import ast
 import math
 import re
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
-from keyword import iskeyword
+from keyword import kwlist
 from typing import Any
 
 from rosorin_compile.language.expression import evaluate
 from rosorin_compile.language.expression.functions import CONSTANTS, OF_DESCRIPTIONS, ExpressionError, functions
 
+from ..description import free_name
 from .child import MARK, Place
 
 COMMENTS = "rosorin_comments"  # the attribute of an element that has the comments before it
@@ -68,11 +70,17 @@ def plain_node(value: Any) -> ast.expr:
     raise Failed(f"{type(value).__name__} cannot be translated")
 
 
-def number_node(text: str) -> ast.expr:
-    """Return the number in a text as an expression. Raises Failed."""
+def number_in(text: str) -> int | float:
+    """Return the number that a text is. Raises Failed."""
     value = literal(text.strip())
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         raise Failed(f'"{text[:40]}" is not a number')
+    return value
+
+
+def number_node(text: str) -> ast.expr:
+    """Return the number in a text as an expression. Raises Failed."""
+    value = number_in(text)
     if isinstance(value, float) and value.is_integer() and abs(value) < 1e6:
         value = int(value)
     return plain_node(value)
@@ -100,7 +108,7 @@ def all_of(*nodes: ast.expr | None) -> ast.expr | None:
     """Join conditions by ``and``; return None without any."""
     found: dict[str, ast.expr] = {}
     for node in nodes:
-        decided = None if node is None else fold(node)
+        decided = True if node is None else fold(node)
         if decided is False:
             return plain_node(False)
         if node is not None and decided is not True:
@@ -111,14 +119,11 @@ def all_of(*nodes: ast.expr | None) -> ast.expr | None:
 def fold(node: ast.expr) -> Any:
     """Return the value of an expression of constants, or None."""
     names = {one.id for one in ast.walk(node) if isinstance(one, ast.Name)}
-    if any(name in _OUTSIDE or (name not in CONSTANTS and name not in functions()) for name in names):
-        return None
-    if any(hasattr(one, "variable") for one in ast.walk(node)):
-        return None
-    try:
-        return evaluate(as_text(node), dict[str, Any]().__getitem__)
-    except ExpressionError:
-        return None
+    is_open = any(name in _OUTSIDE or (name not in CONSTANTS and name not in functions()) for name in names)
+    if not is_open and not any(variables_in([node])):
+        with suppress(ExpressionError):
+            return evaluate(as_text(node), dict[str, Any]().__getitem__)
+    return None
 
 
 def as_text(node: ast.expr) -> str:
@@ -137,13 +142,8 @@ def variables_in(nodes: Iterable[ast.AST]) -> Iterator[Any]:
 
 def usable(name: str, taken: Iterable[str], shadows: bool = False) -> str:
     """Return a name for an expression of the language that is not taken; ``shadows``: it may be that of a function."""
-    name = re.sub(r"\W", "_", name, flags=re.ASCII) or "value"
-    made, number = name, 1
-    reserved = {*(() if shadows else functions()), *OF_DESCRIPTIONS, *CONSTANTS, "rad", "deg", *taken}
-    while made in reserved or iskeyword(made):
-        number += 1
-        made = f"{name}_{number}"
-    return made
+    reserved = {*(() if shadows else functions()), *OF_DESCRIPTIONS, *CONSTANTS, "rad", "deg", *kwlist, *taken}
+    return free_name(re.sub(r"\W", "_", name, flags=re.ASCII) or "value", reserved)
 
 
 class Restart(Exception):
@@ -152,25 +152,20 @@ class Restart(Exception):
 
 @dataclass(eq=False)
 class Variable:
-    """An argument, a parameter of a macro, or a property that becomes a named value.
-
-    ``ours`` is its name in the description, ``value`` an example of it as xacro has it, ``symbol`` the value of a
-    property or the default of an argument, and ``owner`` the key of its macro. ``candidates`` are values that it is
-    compared with. ``names_file`` and ``names_mesh``: it is the name of a YAML file that is loaded, or of a mesh.
-    """
+    """An argument, a parameter of a macro, or a property that becomes a named value."""
 
     kind: str
     name: str
-    ours: str
-    value: Any
+    ours: str  # its name in the description
+    value: Any  # an example of it as xacro has it
     type: str
-    symbol: Symbol | None = None
-    owner: str = ""
+    symbol: Symbol | None = None  # the value of a property, or the default of an argument
+    owner: str = ""  # the key of its macro
     place: Any = None
     comments: list[str] = field(default_factory=list)
-    candidates: list[Any] = field(default_factory=list)
+    candidates: list[Any] = field(default_factory=list)  # that it is compared with
     environment: bool = False
-    names_file: bool = False
+    names_file: bool = False  # the name of a YAML file that is loaded
     names_mesh: bool = False
     printed: bool = False  # a text contains it
     used: bool = False
@@ -364,7 +359,6 @@ def words_of(pieces: Pieces) -> list[Pieces]:
 
 
 def _number_of_word(word: Pieces) -> ast.expr:
-    """Return one word as a number."""
     if len(word) == 1:
         return number_node(word[0]) if isinstance(word[0], str) else word[0].as_number()
     if len(word) == 2 and word[0] in ("-", "+") and isinstance(word[1], Symbol):
@@ -419,14 +413,13 @@ class Comment:
 
 @dataclass(eq=False)
 class Macro:
-    """A macro that is kept. ``level`` is the element in which it is called; ``robot`` makes it a part.
+    """A macro that is kept. ``level`` is the element in which it is called; ``robot`` makes it a part."""
 
-    ``definition`` is the macro object of xacro, and ``key`` is the place of the definition.
-    """
-
-    definition: Any
-    key: str
+    name: str
+    key: str  # the place of the definition as text
     level: str
+    place: Place | None
+    comments: list[str]
     parameters: dict[str, Variable] = field(default_factory=dict)
     body: list[Any] = field(default_factory=list)
     calls: list[Call] = field(default_factory=list)
@@ -434,18 +427,6 @@ class Macro:
     depth: int = 0
     table: Any = None
     ours: str = ""
-
-    @property
-    def name(self) -> str:
-        return str(self.definition.body.getAttribute("name")).removeprefix("xacro:")
-
-    @property
-    def place(self) -> Place | None:
-        return getattr(self.definition.body, MARK, None)
-
-    @property
-    def comments(self) -> list[str]:
-        return getattr(self.definition.body, COMMENTS, [])
 
 
 def nodes_of(parent: Any) -> list[Any]:
@@ -479,15 +460,16 @@ def walk(nodes: list[Any]) -> Iterator[Any]:
         yield from walk(getattr(node, "body", []))
 
 
-def expressions_in(node: Any) -> list[ast.AST]:
-    """Return the expressions of a node, without those of its body."""
-    pieces: Pieces = []
-    if isinstance(node, Element):
-        pieces = [piece for text in node.attributes.values() for piece in text]
-    elif isinstance(node, Words):
-        pieces = node.pieces
-    elif isinstance(node, If):
-        pieces = [node.test]
-    elif isinstance(node, Call):
-        pieces = [one for one, _ in node.given.values()]
-    return [piece.node for piece in pieces if isinstance(piece, Symbol)]
+def expressions_in(nodes: list[Any]) -> Iterator[ast.AST]:
+    """Yield the expressions of nodes and of their bodies."""
+    for node in walk(nodes):
+        pieces: Pieces = []
+        if isinstance(node, Element):
+            pieces = [piece for text in node.attributes.values() for piece in text]
+        elif isinstance(node, Words):
+            pieces = node.pieces
+        elif isinstance(node, If):
+            pieces = [node.test]
+        elif isinstance(node, Call):
+            pieces = [one for one, _ in node.given.values()]
+        yield from (piece.node for piece in pieces if isinstance(piece, Symbol))

@@ -44,18 +44,14 @@ class Invocation:
 
 
 class Calls:
-    """The calls of macros of one run.
-
-    ``macros`` are the macros that are kept, ``building`` those whose body is being evaluated, ``paths`` the elements in
-    which those are called. ``called`` has the keys of called macros, and whether they produced any element.
-    """
+    """The calls of macros of one run."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
-        self.macros: dict[str, Macro] = {}
-        self.building: list[Macro] = []
-        self.paths: list[str] = [""]
-        self.called: dict[str, bool] = {}
+        self.macros: dict[str, Macro] = {}  # that are kept
+        self.building: list[Macro] = []  # whose body is being evaluated
+        self.paths: list[str] = [""]  # the elements in which those are called
+        self.called: dict[str, bool] = {}  # by key of the macro, whether it produced any element
 
     def call(self, node: Any, macros: Any, symbols: Any) -> bool:
         """Handle the call of a macro; return False if the element is not a call."""
@@ -89,10 +85,11 @@ class Calls:
         names: list[str] = []
         node = node.parentNode
         while node.parentNode is not None and node.tagName != "xacro:macro":
-            if node.tagName.startswith("xacro:") and node.tagName not in _TRANSPARENT:
-                return None
-            names += [] if node.tagName in _TRANSPARENT else [node.tagName]
+            if node.tagName not in _TRANSPARENT:
+                names.append(node.tagName)
             node = node.parentNode
+        if any(name.startswith("xacro:") for name in names):
+            return None
         if node.nodeType == node.ELEMENT_NODE:
             names += [self.paths[-1]] if self.paths[-1] else []
         else:
@@ -167,7 +164,10 @@ class Calls:
         level = path.rpartition("/")[2] if path in _ENTRIES else "xml" if path else "robot"
         macro = self.macros.get(f"{key} {level}")
         if macro is None:
-            macro = self.macros[f"{key} {level}"] = Macro(call.definition, key, level)
+            body = call.definition.body
+            name, place = body.getAttribute("name").removeprefix("xacro:"), getattr(body, MARK, None)
+            macro = Macro(name, key, level, place, getattr(body, COMMENTS, []))
+            self.macros[f"{key} {level}"] = macro
             self._build(macro, call, path, values, blocks)
         program.take_comments(node)
         for name, value in values.items():

@@ -9,7 +9,7 @@ from __future__ import annotations
 import glob
 import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -49,16 +49,13 @@ _EVALUATED = re.compile(r"\$+(?=[{(])")  # with one more dollar, xacro takes it 
 class Call(NamedTuple):
     """The xacro that calls a macro, empty with ``problems``, and the keys of the include whose values it passes."""
 
-    text: str
-    passed: frozenset[str]
-    problems: list[Diagnostic]
+    text: str = ""
+    passed: frozenset[str] = frozenset()
+    problems: Sequence[Diagnostic] = ()
 
 
 def macros_of(document: Document, path: Path, packages: Packages) -> dict[str, Parameters]:
-    """Return the macros of a xacro file, and of the files that it includes by names without expressions.
-
-    A macro with several definitions, each under a condition, has the parameters of all of them, none required.
-    """
+    """Return the macros of a xacro file, and of the files that it includes by names without expressions."""
     found: dict[str, Parameters] = {}
     waiting, visited = [(document, path)], {os.path.abspath(path)}
     for opened, file in waiting:
@@ -66,11 +63,9 @@ def macros_of(document: Document, path: Path, packages: Packages) -> dict[str, P
             if any(above.tag == "xacro:macro" for above in element.ancestors()):
                 continue
             name, parameters = element.get("name").removeprefix("xacro:"), _parameters(element.get("params"))
-            if element.tag == "xacro:macro" and name in found:
-                merged = {**found[name], **parameters}
-                found[name] = {parameter: default or "" for parameter, default in merged.items()}
-            elif element.tag == "xacro:macro" and name:
-                found[name] = parameters
+            if element.tag == "xacro:macro" and name:  # of several definitions, no parameter is required
+                merged = {**found.get(name, {}), **parameters}
+                found[name] = {key: default or "" for key, default in merged.items()} if name in found else merged
             if element.tag != "xacro:include" or "ns" in element.attributes:
                 continue
             included = _FIND.sub(lambda match: str(packages.find(match[1]) or match[0]), element.get("filename"))
@@ -117,8 +112,7 @@ def macro_call(entry: Map, document: Document, path: Path, options: ReadOptions)
     if name not in macros:
         message = f'{path.name} defines no macro "{name}"'
         suggestion = Suggestion(name, macros, none="it has none: remove macro to include it as a robot")
-        problem = error("unknown-macro", message, entry.value_spans["macro"], suggestion)
-        return Call("", frozenset(), [problem])
+        return Call(problems=[error("unknown-macro", message, entry.value_spans["macro"], suggestion)])
     parameters = macros[name]
     values, passed, problems = _values(entry, parameters)
     attributes, blocks, missing = "", "", []
@@ -146,14 +140,14 @@ def macro_call(entry: Map, document: Document, path: Path, options: ReadOptions)
         help = f"write {', '.join(_keys_for(missing))}"
         problems.append(error("missing-argument", message, entry.value_spans["macro"], help))
     if problems:
-        return Call("", passed, problems)
+        return Call(problems=problems)
     file = attribute_value(_as_text(glob.escape(os.path.abspath(path))))
     text = (
         f'<robot name={attribute_value(name)} xmlns:xacro="http://www.ros.org/wiki/xacro">'
         f"<xacro:include filename={file}/>"
         f"<{CALL}><xacro:{name}{attributes}>{blocks}</xacro:{name}></{CALL}></robot>"
     )
-    return Call(text, passed, [])
+    return Call(text, passed)
 
 
 def _values(entry: Map, parameters: Parameters) -> tuple[Values, frozenset[str], list[Diagnostic]]:
@@ -174,10 +168,10 @@ def _values(entry: Map, parameters: Parameters) -> tuple[Values, frozenset[str],
         values[parent] = entry["parent"], entry.value_spans["parent"]
         passed.add("parent")
     texts: dict[str, str] = {}
-    for key, dimension in _DIMENSIONS.items():
-        if entry.get(key) is not None and is_vector(entry[key], dimension):
+    for key in [one for one in _DIMENSIONS if entry.get(one) is not None]:
+        if is_vector(entry[key], _DIMENSIONS[key]):
             texts[key] = " ".join(repr(float(number)) for number in entry[key])
-        elif entry.get(key) is not None:
+        else:
             message = f"{key} is a list of three {'lengths' if key == 'xyz' else 'angles'}"
             problems.append(error("wrong-type", message, entry.value_spans[key]))
     span = entry.value_spans[next(iter(texts), "macro")]
@@ -226,11 +220,9 @@ def _block(parameter: str, value: Any) -> str:
         raise ValueError(f"is a block, and no XML: {problem.diagnostic.message}") from None
     if any(element.tag.startswith("xacro:") for element in root.iter()):
         raise ValueError("is a block with elements of xacro, which only a xacro file may have")
-    if parameter.startswith("**"):
-        return text
-    if len(root.children) != 1:
+    if not parameter.startswith("**") and len(root.children) != 1:
         raise ValueError(f"is a block of one element of XML, not of {len(root.children)}")
-    return _as_text(value)
+    return text if parameter.startswith("**") else _as_text(value)
 
 
 def with_macros(schema: dict[str, Any], roots: Iterable[Path]) -> dict[str, Any]:
@@ -245,9 +237,7 @@ def with_macros(schema: dict[str, Any], roots: Iterable[Path]) -> dict[str, Any]
                 path = reader.target(item["file"], item.get("package"), by, packages)
                 found[item["file"]] = macros_of(parse(read_source(path)), path, Packages(packages, os.environ, path))
     conditions: list[dict[str, Any]] = []
-    for file, macros in found.items():
-        if not macros:
-            continue
+    for file, macros in [(file, macros) for file, macros in found.items() if macros]:
         is_file = {"properties": {"file": {"const": file}}, "required": ["file"]}
         names = {"anyOf": [{"enum": list(macros)}, {"pattern": r"\$\{"}]}
         conditions.append({"if": is_file, "then": {"properties": {"macro": names}}})
@@ -255,8 +245,7 @@ def with_macros(schema: dict[str, Any], roots: Iterable[Path]) -> dict[str, Any]
             keys: dict[str, Any] = {}
             for parameter, default in parameters.items():
                 text = "Required." if default is None else f"Default: {default or 'none.'}"
-                is_block = parameter.startswith("*")
-                text = "A block: the text of an element of XML." if is_block else text
+                text = "A block: the text of an element of XML." if parameter.startswith("*") else text
                 keys[parameter.lstrip("*")] = {"description": text}
             values = {"properties": keys, "additionalProperties": False, "patternProperties": {r"\$\{": True}}
             is_call = {"properties": {"file": {"const": file}, "macro": {"const": name}}, "required": ["file", "macro"]}

@@ -16,29 +16,10 @@ from collections.abc import Iterable
 from importlib import import_module
 from typing import Any
 
-from . import child
+from ..description import is_number
+from . import child, ir
 from .child import MARK, Expansion, causes
 from .evaluate import Conditions, Evaluator, NamedFiles
-from .ir import (
-    COMMENTS,
-    Failed,
-    Macro,
-    Restart,
-    Symbol,
-    Variable,
-    as_text,
-    call,
-    example_of,
-    is_known,
-    join_pieces,
-    literal,
-    pieces_of,
-    symbol_of,
-    type_of,
-    usable,
-    variables_in,
-    with_tokens,
-)
 from .macro_calls import Calls
 
 MAX_RUNS = 60
@@ -50,18 +31,14 @@ def main() -> None:
 
 
 class Program(Expansion):
-    """A run of a file with symbols.
-
-    ``inlined`` are macros that are expanded where they are called, by their place, and ``fixed`` the values of
-    arguments that are not kept, each with the reason. ``kinds`` are types of parameters, and ``implicit``
-    properties of its callers that a macro has as parameters, as far as earlier runs found them.
-    """
+    """A run of a file with symbols."""
 
     def __init__(self, request: dict[str, Any]) -> None:
         super().__init__(request)
         self.request = request
-        self.inlined: dict[str, str] = dict(request["inlined"])
-        self.fixed: dict[str, list[str]] = dict(request["fixed"])
+        self.inlined: dict[str, str] = dict(request["inlined"])  # places of macros, with the reason
+        self.fixed: dict[str, list[str]] = dict(request["fixed"])  # values of arguments, with the reason
+        # What earlier runs found: types of parameters, and properties of its callers that a macro has as parameters.
         self.kinds: dict[str, str] = {}
         self.implicit: dict[str, set[str]] = {}
 
@@ -79,20 +56,20 @@ class Program(Expansion):
                 return Writer(self).answer(document)
             except Exception as problem:
                 chain = list(causes(problem))
-                if any(isinstance(one, Restart) for one in chain):
+                if any(isinstance(one, ir.Restart) for one in chain):
                     continue
-                failed = next((one for one in chain if isinstance(one, Failed)), None)
+                failed = next((one for one in chain if isinstance(one, ir.Failed)), None)
                 reason = str(failed or problem) or repr(problem)
                 if failed is None or not self.blame(failed.nodes, reason):
                     return {"error": reason}
         return {"error": "too much of it cannot be translated"}
 
     def reset(self) -> None:
-        Symbol.tokens.clear()
-        self.variables: list[Variable] = []
-        self.arguments: dict[str, Variable] = {}
+        ir.Symbol.tokens.clear()
+        self.variables: list[ir.Variable] = []
+        self.arguments: dict[str, ir.Variable] = {}
         self.constants: dict[str, Any] = {}  # the values of arguments that are not kept
-        self.refused: dict[Variable, str] = {}  # variables with values that xacro refuses, with the reason
+        self.refused: dict[ir.Variable, str] = {}  # variables with values that xacro refuses, with the reason
         self.names: set[str] = set()
         self.defined: dict[str, tuple[str, Any]] = {}
         self.macro_calls, self.conditions, self.named = Calls(self), Conditions(self), NamedFiles(self)
@@ -103,13 +80,13 @@ class Program(Expansion):
 
     def blame(self, nodes: Iterable[ast.AST], reason: str) -> bool:
         """Give up macros whose parameters occur in expressions, else the arguments; return True if there are any."""
-        variables: dict[Variable, None] = {}
-        waiting = list(variables_in(nodes))
+        variables: dict[ir.Variable, None] = {}
+        waiting = list(ir.variables_in(nodes))
         while waiting:
             one = waiting.pop(0)
             if one not in variables:
                 variables[one] = None
-                waiting += variables_in([one.symbol.node]) if one.kind == "let" and one.symbol is not None else ()
+                waiting += ir.variables_in([one.symbol.node]) if one.kind == "let" and one.symbol is not None else ()
         macros = [one.owner for one in variables if one.owner and one.owner not in self.inlined]
         values = [one for one in variables if one.kind == "argument" and one.name not in self.fixed]
         self.inlined |= dict.fromkeys(macros, reason)
@@ -117,12 +94,13 @@ class Program(Expansion):
             self.fixed |= {one.name: [str(one.value), reason] for one in values}
         return bool(macros or values)
 
-    def variable(self, kind: str, name: str, value: Any, declared_type: str, macro: Macro | None = None) -> Variable:
+    def variable(
+        self, kind: str, name: str, value: Any, declared_type: str, macro: ir.Macro | None = None
+    ) -> ir.Variable:
         """Return a new variable, with a name that is free where it is read."""
-        own = macro.names if macro is not None else set()
+        own, owner = (set(), "") if macro is None else (macro.names, macro.key)
         taken = {"argument": set(), "parameter": own, "let": own | self.names}[kind]
-        ours, owner = usable(name, taken, kind == "argument"), macro.key if macro is not None else ""
-        made = Variable(kind, name, ours, value, declared_type, owner=owner)
+        made = ir.Variable(kind, name, ir.usable(name, taken, kind == "argument"), value, declared_type, owner=owner)
         own.add(made.ours)
         if kind != "parameter":
             self.names.add(made.ours)
@@ -131,39 +109,36 @@ class Program(Expansion):
 
     def literal(self, value: Any) -> Any:
         """Return the value of a text, as xacro takes it for that of a property."""
-        if not isinstance(value, Symbol):
+        if not isinstance(value, ir.Symbol):
             return self.own_literal(value)
         made = self.own_literal(value.value) if isinstance(value.value, str) else value.value
         if made is value.value or (isinstance(made, str) and made == value.value):
             return value
         if isinstance(made, str):  # without the quotes around it
-            if not value.pieces:
-                return value
-            first, *inner, last = value.pieces
-            return join_pieces([first[1:], *inner, last[:-1]])
+            first, *inner, last = value.pieces or ["", "", ""]
+            return ir.join_pieces([first[1:], *inner, last[:-1]]) if value.pieces else value
         if isinstance(made, bool):
-            return Symbol(value.as_flag(), made, "boolean", value.known)
-        return Symbol(value.as_number(), made, "number", value.known)
+            return ir.Symbol(value.as_flag(), made, "boolean", value.known)
+        return ir.Symbol(value.as_number(), made, "number", value.known)
 
-    def note_comparison(self, items: list[Symbol]) -> None:
+    def note_comparison(self, items: list[ir.Symbol]) -> None:
         """Record the values that an argument is compared with: they are used to verify the translation."""
         texts = [text for one in items for text in (one.value if isinstance(one.value, (list, tuple)) else [one.value])]
         texts = [one for one in texts if isinstance(one, (str, int, float)) and not isinstance(one, bool)]
-        for one in items:
-            if one.variable is not None:
-                one.variable.candidates += texts
+        for variable in filter(None, (one.variable for one in items)):
+            variable.candidates += texts
 
     def declare(self, name: str, default: Any, node: Any, environment: bool = False) -> None:
         """Declare an argument."""
         if name not in self.arguments:
-            text = str(example_of(default))
-            kind = type_of(literal(text))
-            kind = kind if kind in ("number", "boolean") else "text"
-            made = self.arguments[name] = self.variable("argument", name, text, kind)
-            made.symbol, made.environment = symbol_of(default), environment
+            text = str(ir.example_of(default))
+            kind = ir.type_of(ir.literal(text))
+            made = self.variable("argument", name, text, kind if kind in ("number", "boolean") else "text")
+            made.symbol, made.environment = ir.symbol_of(default), environment
+            self.arguments[name] = made
         made = self.arguments[name]
         made.place = made.place or getattr(node, MARK, None)
-        made.comments = made.comments or getattr(node, COMMENTS, [])
+        made.comments = made.comments or getattr(node, ir.COMMENTS, [])
 
     def argument(self, name: str) -> Any:
         """Return the value of an argument."""
@@ -172,21 +147,21 @@ class Program(Expansion):
         if name not in self.arguments:
             raise import_module("xacro.substitution_args").ArgException(name)
         made = self.arguments[name]
-        return Symbol(made.node, made.value, made.type, False)
+        return ir.Symbol(made.node, made.value, made.type, False)
 
     def extension(self, text: str, symbols: Any) -> Any:
         """Return the value of $(...)."""
         kind, _, rest = text.strip().partition(" ")
         if kind == "eval":
             return Evaluator(self, symbols, arguments=True).eval(ast.parse(rest.strip(), mode="eval").body)
-        named = with_tokens(rest.strip())
-        if not is_known(named):
-            raise Failed(f"$({kind}) cannot be translated", named.node)
-        rest = str(example_of(named))
+        named = ir.with_tokens(rest.strip())
+        if not ir.is_known(named):
+            raise ir.Failed(f"$({kind}) cannot be translated", named.node)
+        rest = str(ir.example_of(named))
         if kind == "arg":
             return self.argument(rest)
         if kind == "find":
-            return Symbol(call("find", ast.Constant(rest)), self.share(rest), "text", True)
+            return ir.Symbol(ir.call("find", ast.Constant(rest)), self.share(rest), "text", True)
         name, _, default = rest.partition(" ")
         if kind == "optenv" or (kind == "env" and name in os.environ):
             if name not in self.fixed:
@@ -211,8 +186,8 @@ class Program(Expansion):
         if inner:
             return "".join(map(str, results))
         if len(results) == 1:
-            return with_tokens(results[0]) if isinstance(results[0], str) else results[0]
-        return with_tokens("".join(map(str, results)))
+            return ir.with_tokens(results[0]) if isinstance(results[0], str) else results[0]
+        return ir.with_tokens("".join(map(str, results)))
 
     def read(self, table: Any, name: str, own: bool = False) -> Any:
         """Return the value of a name: a global name of xacro, a property or a parameter."""
@@ -224,50 +199,50 @@ class Program(Expansion):
                 raise NameError(f"name '{name}' is not defined")
             value = holder[name]
             if name in ("pi", "e", "tau"):
-                return Symbol(ast.Name(name, ast.Load()), value, "number", True)
-            return symbol_of(value) if isinstance(value, (int, float)) else value
+                return ir.Symbol(ast.Name(name, ast.Load()), value, "number", True)
+            return ir.symbol_of(value) if isinstance(value, (int, float)) else value
         value = self.reference(holder, name)
         for macro in reversed(self.macro_calls.building) if not own else ():
             if holder.depth >= macro.depth:
                 break
-            owners = {one.owner for one in variables_in([value.node])} if isinstance(value, Symbol) else set()
+            owners = {one.owner for one in ir.variables_in([value.node])} if isinstance(value, ir.Symbol) else set()
             if owners - {"", macro.key}:
                 self.implicit.setdefault(macro.key, set()).add(name)
-                raise Restart
+                raise ir.Restart
         return value
 
     def reference(self, table: Any, name: str) -> Any:
         """Return the value of a property as a reference to it."""
         value = table[name]
-        macro: Macro | None = vars(table).get("rosorin_macro")
+        macro: ir.Macro | None = vars(table).get("rosorin_macro")
         if isinstance(value, self.xacro.Table) or "rosorin_plain" in vars(table):
             return value
-        bound: dict[str, tuple[Any, str, Symbol]] = vars(table).setdefault("rosorin_bound", {})
+        bound: dict[str, tuple[Any, str, ir.Symbol]] = vars(table).setdefault("rosorin_bound", {})
         before = bound.get(name)
         if before is not None and before[0] is value:
             return before[2]
         try:
-            symbol = symbol_of(value)
-        except Failed:
+            symbol = ir.symbol_of(value)
+        except ir.Failed:
             return value
-        first = next(iter(pieces_of(symbol)), None)
+        first = next(iter(ir.pieces_of(symbol)), None)
         is_variable = symbol.variable is not None and symbol.variable.kind != "let"
         is_inner = macro is not None and macro.level != "robot"  # a named value has no properties of its own
-        if is_variable or is_inner or (isinstance(first, Symbol) and first.package):
+        if is_variable or is_inner or (isinstance(first, ir.Symbol) and first.package):
             return symbol
         if isinstance(value, float) and value == math.pi:
-            return Symbol(ast.Name("pi", ast.Load()), value, "number", True)
-        text = as_text(symbol.node)
+            return ir.Symbol(ast.Name("pi", ast.Load()), value, "number", True)
+        text = ir.as_text(symbol.node)
         if before is not None and before[1] == text:  # it is set to the same value again
-            bound[name] = (value, text, before[2])
-            return before[2]
-        made = self.variable("let", name, symbol.value, symbol.declared_type, macro)
-        place, comments, raw = vars(table).get("rosorin_places", {}).get(name, (None, [], ""))
-        made.symbol, made.place, made.comments = symbol, place, comments
-        is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        made.digits = raw if is_number and self.own_literal(raw) == value else ""
-        bound[name] = (value, text, Symbol(made.node, symbol.value, made.type, symbol.known))
-        return bound[name][2]
+            read = before[2]
+        else:
+            made = self.variable("let", name, symbol.value, symbol.declared_type, macro)
+            made.symbol = symbol
+            made.place, made.comments, raw = vars(table).get("rosorin_places", {}).get(name, (None, [], ""))
+            made.digits = raw if is_number(value) and self.own_literal(raw) == value else ""
+            read = ir.Symbol(made.node, symbol.value, made.type, symbol.known)
+        bound[name] = (value, text, read)
+        return read
 
     def patch(self, xacro: Any) -> None:
         """Let xacro evaluate with symbols."""
@@ -277,28 +252,23 @@ class Program(Expansion):
         xacro.eval_text, xacro.eval_all = self.eval_text, self.eval_all
         xacro.handle_macro_call = lambda *words: self.macro_calls.call(*words)
         xacro.remove_previous_comments = self.take_comments
-        xacro.get_boolean_value = lambda value, condition: own_boolean(example_of(value), condition)
+        xacro.get_boolean_value = lambda value, condition: own_boolean(ir.example_of(value), condition)
 
     def take_comments(self, node: Any) -> None:
         """Remove the comments before an element of xacro and remember them with it."""
         found: list[str] = []
-        before = node.previousSibling
-        while before is not None:
-            if before.nodeType == before.TEXT_NODE and before.data.isspace() and before.data.count("\n") <= 1:
-                before = before.previousSibling
-            elif before.nodeType == before.COMMENT_NODE:
-                found.insert(0, before.data)
-                before, gone = before.previousSibling, before
-                gone.parentNode.removeChild(gone)
-            else:
-                break
-        after = node.nextSibling
-        if after is not None and after.nodeType == after.TEXT_NODE and "\n" not in after.data and after.data.isspace():
+        before, after = node.previousSibling, node.nextSibling
+        while before is not None and (_is_blank(before, 1) or before.nodeType == before.COMMENT_NODE):
+            before, taken = before.previousSibling, before
+            if taken.nodeType == taken.COMMENT_NODE:
+                found.insert(0, taken.data)
+                taken.parentNode.removeChild(taken)
+        if after is not None and _is_blank(after, 0):
             after = after.nextSibling
         if after is not None and after.nodeType == after.COMMENT_NODE and "\n" not in after.data:  # on the same line
             found.append(after.data)
             after.parentNode.removeChild(after)
-        setattr(node, COMMENTS, [*getattr(node, COMMENTS, []), *found])
+        setattr(node, ir.COMMENTS, [*getattr(node, ir.COMMENTS, []), *found])
 
     def eval_all(self, node: Any, macros: Any, symbols: Any) -> None:
         """Evaluate an element and what it contains."""
@@ -325,9 +295,9 @@ class Program(Expansion):
     def known_name(self, node: Any, attribute: str, symbols: Any) -> str:
         """Return the name in an attribute. Raises Failed if it depends on an argument."""
         name = self.eval_text(node.getAttribute(attribute), symbols)
-        if not is_known(name):
-            raise Failed("the name of an element or attribute depends on it", name.node)
-        return str(example_of(name))
+        if not ir.is_known(name):
+            raise ir.Failed("the name of an element or attribute depends on it", name.node)
+        return str(ir.example_of(name))
 
     def element(self, node: Any, macros: Any, symbols: Any) -> None:
         """Evaluate an element of xacro, or one that stays."""
@@ -347,7 +317,7 @@ class Program(Expansion):
             name, default = node.getAttribute("name"), self.eval_text(node.getAttribute("default"), symbols)
             if name not in self.fixed:
                 self.declare(name, default, node)
-            elif example_of(default) == self.fixed[name][0] and is_known(default):
+            elif ir.example_of(default) == self.fixed[name][0] and ir.is_known(default):
                 self.constants.setdefault(name, default)  # it may begin with the folder of a package
             xacro.replace_node(node, by=None)
         elif tag == "xacro:insert_block":
@@ -364,9 +334,9 @@ class Program(Expansion):
         scope, building = node.getAttribute("scope"), self.macro_calls.building
         if building and (scope == "global" or (scope == "parent" and symbols is building[-1].table)):
             self.macro_calls.inline(building[0 if scope == "global" else -1].key, "it sets a property of its caller")
-        name = str(example_of(self.eval_text(node.getAttribute("name"), symbols)))
+        name = str(ir.example_of(self.eval_text(node.getAttribute("name"), symbols)))
         self.take_comments(node)
-        place = (getattr(node, MARK, None), getattr(node, COMMENTS, []), node.getAttribute("value"))
+        place = (getattr(node, MARK, None), getattr(node, ir.COMMENTS, []), node.getAttribute("value"))
         vars(symbols).setdefault("rosorin_places", {})[name] = place
         self.xacro.grab_property(node, symbols)
 
@@ -388,7 +358,12 @@ class Program(Expansion):
     def include(self, node: Any, macros: Any, symbols: Any) -> None:
         """Include a file."""
         name = self.eval_text(node.getAttribute("filename"), symbols)
-        if not is_known(name):
-            raise Failed("the file to include is named by it", name.node)
-        node.setAttribute("filename", str(example_of(name)).replace("${", "$${"))
+        if not ir.is_known(name):
+            raise ir.Failed("the file to include is named by it", name.node)
+        node.setAttribute("filename", str(ir.example_of(name)).replace("${", "$${"))
         self.own_include(node, macros, symbols, self.eval_all)
+
+
+def _is_blank(node: Any, lines: int) -> bool:
+    """Return True if a node is white space with at most some line ends."""
+    return bool(node.nodeType == node.TEXT_NODE and node.data.isspace() and node.data.count("\n") <= lines)

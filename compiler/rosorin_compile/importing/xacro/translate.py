@@ -30,9 +30,7 @@ from rosorin_compile.source.project import Description
 from rosorin_compile.source.xml.elements import canonical, tree_of
 from rosorin_compile.source.xml.markup import MarkupError
 
-from ..description import _Document, _written, sorted_sections
-from ..description import tree_of as whole_tree
-from ..layout import Remarks, Verbatim, layout
+from ..description import Remarks, Verbatim, document_value, layout, plain_value, sorted_sections
 from ..round_trip import model_differences
 from .expand import _expand
 from .write_yaml import decode
@@ -49,17 +47,13 @@ _Rows = Sequence[Combination]
 
 
 class Target(NamedTuple):
-    """The destination of a description, and its differences from the xacro.
-
-    ``schema`` is the address of the schema for editors; ``name`` another name of the robot; ``meshes`` is put before
-    relative names of meshes. ``shares``: files are included from other descriptions next to it that have the same.
-    """
+    """The destination of a description, and its differences from the xacro."""
 
     folder: Path
-    schema: str = ""
-    name: str | None = None
-    meshes: str | None = None
-    shares: bool = False
+    schema: str = ""  # the address of the schema for editors
+    name: str | None = None  # another name of the robot
+    meshes: str | None = None  # the prefix of relative names of meshes
+    shares: bool = False  # files are included from other descriptions next to it that have the same
 
     def address(self, name: str, text: str) -> str:
         """Return the name of a file as the description includes it: that of another description if it is the same."""
@@ -80,20 +74,16 @@ class InlinedMacro(NamedTuple):
 
 @dataclass(frozen=True)
 class Translation:
-    """The files of a description (text by name), and what became of the macros and arguments of the source.
-
-    ``fixed`` are arguments with the value that they keep, ``proven`` the combinations of arguments that were compared.
-    ``report`` are the lines for the person who imports the robot. Without files, ``reason`` says why.
-    """
+    """The files of a description (text by name), and what became of the macros and arguments of the source."""
 
     files: dict[str, str]
     kept: tuple[str, ...] = ()
     inlined: tuple[InlinedMacro, ...] = ()
     arguments: tuple[str, ...] = ()
-    fixed: tuple[tuple[str, str], ...] = ()
-    proven: tuple[Combination, ...] = ()
-    report: tuple[str, ...] = ()
-    reason: str = ""
+    fixed: tuple[tuple[str, str], ...] = ()  # arguments with the value that they keep
+    proven: tuple[Combination, ...] = ()  # that were compared
+    report: tuple[str, ...] = ()  # lines for the person who imports the robot
+    reason: str = ""  # why there are no files
 
 
 class _Flat(Exception):
@@ -101,13 +91,10 @@ class _Flat(Exception):
 
 
 class _Fault(NamedTuple):
-    """What is wrong with a translation, and with which arguments.
-
-    ``macros`` are lists of names: of each, the first macro that is kept may be at fault.
-    """
+    """What is wrong with a translation, and with which arguments."""
 
     text: str
-    macros: list[list[str]]
+    macros: list[list[str]]  # of each, the first macro that is kept may be at fault
     combination: Combination
 
 
@@ -119,10 +106,8 @@ def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outp
     """
     try:
         return _Search(path, options, imported, wanted, target).run()
-    except MarkupError as problem:
-        reason = problem.diagnostic.message
-    except (_Flat, OSError) as problem:
-        reason = str(problem)
+    except (MarkupError, _Flat, OSError) as problem:
+        reason = problem.diagnostic.message if isinstance(problem, MarkupError) else str(problem)
     return Translation({}, report=(f"flat, without macros and arguments: {reason}",), reason=reason)
 
 
@@ -156,14 +141,13 @@ class _Search:
             every = sorted([*rows, *invented], key=lambda row: row != failing)  # what failed before fails first
             variables = {one["name"]: one["value"] for one in answer["arguments"] if one["environment"]}
             refused = self.expand(every, variables)
-            frozen: dict[str, list[str]] = {}
+            before = len(self.fixed)
             for name, value in variables.items():
                 others = [row for row in every if len(row) == 1 and row[0][0] == name]
                 if others and all(row in refused for row in others):
                     reason = f"with another value of the environment variable {name} xacro makes no robot"
-                    frozen[name] = [value, reason]
-            if frozen:
-                self.fixed |= frozen
+                    self.fixed[name] = [value, reason]
+            if len(self.fixed) > before:
                 continue
             files = self.files(answer)
             packages = {**self.options.packages, **{name: Path(one) for name, one in answer["packages"].items()}}
@@ -172,16 +156,15 @@ class _Search:
                 failing = compared.combination
                 self.give_up(answer, compared)
                 continue
-            files = {name: text for name, text in files.items() if not name.startswith("../")}
-            return Translation(
-                files,
+            made = Translation(
+                {name: text for name, text in files.items() if not name.startswith("../")},
                 tuple({key: name for name, _, key in answer["macros"]}.values()),
                 tuple(InlinedMacro(*one) for one in answer["lost"]),
                 tuple(one["name"] for one in answer["arguments"] if one["used"]),
                 tuple((name, value) for name, (value, _) in self.fixed.items()),
                 tuple(compared),
-                tuple(self.report(answer, compared, rows, refused, total)),
             )
+            return replace(made, report=tuple(self.report(answer, made, rows, refused, total)))
         raise _Flat("nothing that was given up makes it the same robot")
 
     def is_late(self) -> bool:
@@ -193,22 +176,19 @@ class _Search:
         ``variables`` are the arguments that are variables of the environment. The first two robots are always made, the
         others unless it is late.
         """
-        refused: list[Combination] = []
         for number, row in enumerate(rows):
             if row not in self.robots and (number < 2 or not self.is_late()):
                 arguments = {name: text for name, text in row if name not in variables}
-                options = replace(self.options, trust=True, tell=None)
-                options = replace(options, arguments={**self.options.arguments, **arguments})
+                arguments = {**self.options.arguments, **arguments}
+                options = replace(self.options, trust=True, tell=None, arguments=arguments)
                 if changed := {name: text for name, text in row if name in variables}:
                     options = replace(options, environment={**(options.environment or os.environ), **changed})
                 read = read_robot(self.path, options)
                 if self.target.meshes is not None and read.tree is not None:
                     read = read._replace(tree=move_files(read.tree, self.target.meshes))
                 self.robots[row] = read
-            made = self.robots.get(row)
-            if made is not None and (made.tree is None or has_errors(made.diagnostics)):
-                refused.append(row)
-        return refused
+        made = [(row, self.robots[row]) for row in rows if row in self.robots]
+        return [row for row, one in made if one.tree is None or has_errors(one.diagnostics)]
 
     def compare(
         self, files: Mapping[str, str], rows: _Rows, packages: Mapping[str, Path]
@@ -252,8 +232,7 @@ class _Search:
             raise _Flat(fault.text)
 
     def files(self, answer: Mapping[str, Any]) -> dict[str, str]:
-        """Return the files of the description."""
-        tree, root = whole_tree(self.imported), Description.ROOT_FILE
+        tree, root = self.imported.whole, Description.ROOT_FILE
         documents: dict[str, Any] = decode(answer["documents"])
         remarks: dict[str, dict[tuple[Any, ...], list[str]]] = {}
         for file, path, lines in answer["remarks"]:
@@ -271,10 +250,8 @@ class _Search:
         head |= {"source": dict(tree["source"])} if "source" in tree else {}
         head |= {"include": list(made)} if made else {}
         others = {name: value for name, value in tree.items() if name not in (*_HEAD, *_TAIL)}
-        document = _Document(tree)
-        tail = {name: document.value(value, (name,), None) for name, value in sorted_sections(others).items()}
-        tail["accept"] = self.acceptances()
-        tail["outputs"] = {one: _written(entry) for one, entry in self.outputs.items()}
+        tail = {name: document_value(tree, value, (name,)) for name, value in sorted_sections(others).items()}
+        tail |= {"accept": self.acceptances(), "outputs": plain_value(self.outputs)}
         first = [f"yaml-language-server: $schema={self.target.schema}"] if self.target.schema else []
         return {root: text(root, {**head, **tail, **documents.get(root, {})}, first), **made, **answer["copied"]}
 
@@ -289,13 +266,12 @@ class _Search:
         return [{name: value for name, value in entry.items() if value} for entry in made.values()]
 
     def report(
-        self, answer: Mapping[str, Any], compared: _Rows, rows: _Rows, refused: _Rows, total: int
+        self, answer: Mapping[str, Any], made: Translation, rows: _Rows, refused: _Rows, total: int
     ) -> Iterator[str]:
         """Yield the lines about macros, arguments and packages, and about the combinations that were compared."""
-        kept = list({key: name for name, _, key in answer["macros"]}.values())
-        lost = [InlinedMacro(*one) for one in answer["lost"]]
-        if kept or lost:
-            line = f"{len(kept)} of {count_of(len(kept) + len(lost), 'macro')} kept"
+        lost, used, compared = made.inlined, made.arguments, made.proven
+        if made.kept or lost:
+            line = f"{len(made.kept)} of {count_of(len(made.kept) + len(lost), 'macro')} kept"
             how = f", {len(lost)} written out where {'it is' if len(lost) == 1 else 'they are'} called"
             yield f"{line}{how}" if lost else line
         yield from (f"  {one.name}: {one.reason}{f' ({one.at})' if one.at else ''}" for one in lost)
@@ -303,7 +279,6 @@ class _Search:
             yield f"named values where they are called, because they only set properties: {phrase(answer['silent'])}"
         if idle := list(dict.fromkeys(answer["uncalled"])):
             yield f"left out, because nothing calls {_them(idle)}: {phrase(idle)}"
-        used = [one["name"] for one in answer["arguments"] if one["used"]]
         if used:
             yield f"arguments kept: {phrase(used)}"
         if unused := [one["name"] for one in answer["arguments"] if one["name"] not in (*used, *self.fixed)]:
@@ -343,29 +318,25 @@ def _error(diagnostics: Sequence[Diagnostic], stage: Path, row: Combination) -> 
     errors = [one for one in diagnostics if has_errors([one])]
     macros: list[list[str]] = []
     for one in errors:
-        for span in (one.span, *(related.span for related in one.related)):
-            lines = span.source.text.splitlines()[: span.line] if span is not None else []
-            entries = [match[1] for line in lines if (match := re.match(r"  ([\w.-]+)[(:]", line))]
-            macros.append(entries[-1:])
+        for place in filter(None, (one.span, *(related.span for related in one.related))):
+            lines = place.source.text.splitlines()[: place.line]
+            macros.append([match[1] for line in lines if (match := re.match(r"  ([\w.-]+)[(:]", line))][-1:])
         macros += [[name] for related in one.related for name in re.findall(r'part "(\w+)"', related.message)]
     span = errors[0].span if errors else None
     text = errors[0].message.replace(f"{stage}/", "") if errors else "what is compiled is not a robot"
-    where = f" ({Path(span.source.path).name}:{span.line})" if span is not None else ""
-    return _Fault(text + where, macros, row)
+    return _Fault(text + (f" ({Path(span.source.path).name}:{span.line})" if span else ""), macros, row)
 
 
 def _calls(texts: Sequence[str], made: Imported) -> list[list[str]]:
     """Return the calls of macros, innermost first, that made each link, joint and element that sentences name."""
-    names = set(re.findall(r"[\w./-]+", " ".join(texts)))
-    tree = made.whole
+    names, tree = set(re.findall(r"[\w./-]+", " ".join(texts))), made.whole
     spans = []
     for section in ("links", "joints"):
         spans += [tree[section].value_spans[name] for name in tree.get(section) or () if name in names]
-    elements: Any = tree.get("urdf_elements") or ()
-    for number, text in enumerate(elements):
+    for number, text in enumerate(tree.get("urdf_elements") or ()):
         root = tree_of(str(text))
         if root.tag in names or root.get("reference") in names:
-            spans.append(elements.value_spans[number])
+            spans.append(tree["urdf_elements"].value_spans[number])
     calls = [" ".join(one.message for one in getattr(span, "via", ())) for span in spans]
     return [re.findall(r'the macro "([^"]+)"', text) for text in calls]
 

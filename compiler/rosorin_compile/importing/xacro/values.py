@@ -10,22 +10,9 @@ from typing import TYPE_CHECKING, Any
 from rosorin_compile.formats.xml_reader import ANGLES, LENGTHS
 from rosorin_compile.source.numbers import exact
 
-from ..layout import Expression, Verbatim, in_degrees
+from ..description import Expression, Verbatim, in_degrees
+from . import ir
 from .child import portable
-from .ir import (
-    Failed,
-    Pieces,
-    Symbol,
-    Variable,
-    as_text,
-    fold,
-    join_pieces,
-    joined_node,
-    literal,
-    pieces_of,
-    symbol_of,
-    words_of,
-)
 
 if TYPE_CHECKING:
     from .program import Program
@@ -50,44 +37,46 @@ class Values:
                     self.program.named.unfound[name] = None
             if hasattr(one, "variable"):
                 one.variable.used = True
-        return as_text(node)
+        return ir.as_text(node)
 
     def expression(self, node: ast.expr) -> Expression:
         """Return an expression of the language as a value."""
         return Expression(f"${{{self.expression_text(node)}}}")
 
-    def number(self, pieces: Pieces, unit: str = "") -> Any:
+    def number(self, pieces: ir.Pieces, unit: str = "") -> Any:
         """Return a number. Raises Failed if a text is not a number."""
-        symbol = symbol_of(join_pieces(pieces))
+        symbol = ir.symbol_of(ir.join_pieces(pieces))
         return self._plain(symbol.as_number(), unit) if symbol.constant is None else number(symbol.constant, unit)
 
-    def list_of(self, pieces: Pieces, count: int, unit: str = "") -> Any:
+    def list_of(self, pieces: ir.Pieces, count: int, unit: str = "") -> Any:
         """Return a list of numbers. Raises Failed if there are more or fewer."""
-        words = words_of(pieces)
+        words = ir.words_of(pieces)
         if len(words) == count:
             return [self.number(word, unit) for word in words]
         if len(words) != 1 or (isinstance(words[0][0], str) and len(words[0]) == 1):
-            raise Failed(f"{len(words)} numbers, not {count}")
-        return self._list(symbol_of(join_pieces(words[0])), unit)
+            raise ir.Failed(f"{len(words)} numbers, not {count}")
+        return self._list(ir.symbol_of(ir.join_pieces(words[0])), unit)
 
-    def file(self, pieces: Pieces) -> Any:
+    def file(self, pieces: ir.Pieces) -> Any:
         """Return the name of a mesh or a texture."""
         return self.text(self._file_name(pieces))
 
-    def _file_name(self, pieces: Pieces) -> Pieces:
+    def _file_name(self, pieces: ir.Pieces) -> ir.Pieces:
         """Return the name of a file: of a package by its address."""
         first = pieces[0] if pieces else ""
         if first == "file://":
             return self._file_name(pieces[1:])
-        if isinstance(first, Symbol):
-            return pieces_of(join_pieces([f"package://{first.package}", *pieces[1:]])) if first.package else pieces
+        if isinstance(first, ir.Symbol):
+            return (
+                ir.pieces_of(ir.join_pieces([f"package://{first.package}", *pieces[1:]])) if first.package else pieces
+            )
         program = self.program
         first = portable(f"{first}x", program.packages, [*map(str, program.xacro.all_includes), program.file])[:-1]
         if self.meshes and "://" not in first and not first.startswith("/"):
             first = f"{self.meshes.rstrip('/')}/{first}"
         return [first, *pieces[1:]]
 
-    def text(self, pieces: Pieces, escape: Callable[[str], str] = lambda text: text) -> Any:
+    def text(self, pieces: ir.Pieces, escape: Callable[[str], str] = lambda text: text) -> Any:
         """Return a text with the expressions in it."""
         made, is_plain = "", True
         for piece in pieces:
@@ -96,7 +85,7 @@ class Values:
                 continue
             is_raw = isinstance(piece.value, str) or piece.type in ("number", "", "table")
             node = piece.node if is_raw and piece.type != "list" else piece.as_text()
-            value = fold(node)
+            value = ir.fold(node)
             if isinstance(value, str) or (isinstance(value, int) and not isinstance(value, bool)):
                 made += escape(str(value)).replace("${", "$${")
                 continue
@@ -105,7 +94,7 @@ class Values:
             made, is_plain = f"{made}${{{self.expression_text(node)}}}", False
         return made.replace("$${", "${") if is_plain else Expression(made)
 
-    def value(self, symbol: Symbol, variable: Variable, unit: str = "") -> Any:
+    def value(self, symbol: ir.Symbol, variable: ir.Variable, unit: str = "") -> Any:
         """Return the value that a variable is given."""
         node = symbol.node
         if isinstance(node, ast.Name) and node.id == "none":
@@ -113,39 +102,35 @@ class Values:
         if variable.type == "list":
             return self._list(symbol, unit)
         if variable.type == "boolean":
-            made = symbol.as_flag()
-            decided = fold(made)
-            return decided if isinstance(decided, bool) else self.expression(made)
+            decided = ir.fold(symbol.as_flag())
+            return decided if isinstance(decided, bool) else self.expression(symbol.as_flag())
         if variable.type == "number":
             return self.number([symbol])
         if variable.names_mesh:
-            return self.file(pieces_of(symbol))
+            return self.file(ir.pieces_of(symbol))
         if symbol.pieces or symbol.constant is not None or symbol.package or variable.type == "text":
-            pieces = pieces_of(symbol)
+            pieces = ir.pieces_of(symbol)
             if variable.names_file:
                 pieces = self.program.named.name_of(pieces)
-            is_passed = len(pieces) == 1 and isinstance(pieces[0], Symbol)
+            is_passed = len(pieces) == 1 and isinstance(pieces[0], ir.Symbol)
             return self.expression(pieces[0].node) if is_passed else self.text(pieces)
         return self._plain(node)
 
-    def argument(self, symbol: Symbol, variable: Variable) -> ast.expr:
+    def argument(self, symbol: ir.Symbol, variable: ir.Variable) -> ast.expr:
         """Return a value as an argument of a named value."""
         if variable.names_mesh:
-            return joined_node(self._file_name(pieces_of(symbol)))
+            return ir.joined_node(self._file_name(ir.pieces_of(symbol)))
         if variable.type == "list":
             return symbol.as_list()
         if variable.type == "boolean":
             return symbol.as_flag()
         return symbol.as_number() if variable.type == "number" else symbol.node
 
-    def _list(self, symbol: Symbol, unit: str) -> Any:
-        words = (symbol.constant or "").split()
+    def _list(self, symbol: ir.Symbol, unit: str) -> Any:
+        words, made = (symbol.constant or "").split(), symbol.as_list()
         if len(words) > 1:
             return [number(word, unit) for word in words]
-        made = symbol.as_list()
-        if isinstance(made, ast.List):
-            return [self._plain(item, unit) for item in made.elts]
-        return self.expression(made)
+        return self._plain(made, unit) if isinstance(made, ast.List) else self.expression(made)
 
     def _plain(self, node: ast.expr, unit: str = "") -> Any:
         """Return an expression of the language as a value."""
@@ -157,13 +142,13 @@ class Values:
             return [self._plain(item, unit) for item in node.elts]
         if isinstance(node, ast.Name) and node.id in ("true", "false", "none"):
             return {"true": True, "false": False, "none": None}[node.id]
-        value = fold(node)
+        value = ir.fold(node)
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             is_negative = isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub)
             is_literal = isinstance(node.operand if is_negative else node, ast.Constant)  # type: ignore[attr-defined]
             degrees = in_degrees(float(value), "deg") if unit == ANGLES and value else ""
             if is_literal or value == 0 or degrees:
-                return number(as_text(node).replace(" ", ""), unit) if is_literal else Verbatim(degrees or "0")
+                return number(ir.as_text(node).replace(" ", ""), unit) if is_literal else Verbatim(degrees or "0")
         inner = node.args[0] if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "float" else None
         if unit == ANGLES and isinstance(inner, ast.Call) and getattr(inner.func, "id", "") in _ANGULAR:
             node = inner  # an angle is not a plain number
@@ -172,10 +157,7 @@ class Values:
 
 def number(text: str, unit: str) -> Verbatim:
     """Format a number. Raises Failed if the text is not a number."""
-    text = text.strip()
-    value = literal(text)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or value != value or abs(value) == float("inf"):
-        raise Failed(f'"{text[:40]}" is not a number')
+    text, value = text.strip(), ir.number_in(text)
     if value == 0:
         return Verbatim("0")
     if unit == ANGLES and (degrees := in_degrees(float(value), "deg")):

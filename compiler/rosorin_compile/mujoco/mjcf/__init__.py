@@ -5,7 +5,7 @@ which links may touch, ``unsupported`` what MuJoCo would refuse. ``read_back`` r
 
 Reading: MuJoCo reads foreign files in a child process (``process``, ``engine``), which also compares an import with its
 source (``compare_models``). ``reading`` has the state and the places in the text, and ``robot`` fills the
-tree with ``links``, ``shapes`` and ``entries``.
+tree, with ``links`` and ``shapes``.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Bodies and geoms of an MJCF of ours: their names, their groups, and the bits of their shapes.
+"""Bodies and geoms of an MJCF of ours: their names, groups and bits, ranges of joints, and the pose at home.
 
 MuJoCo lets two geoms touch if the ``contype`` of one has a bit that the ``conaffinity`` of the other has. A shape has
 those of its ``contact``; a shape without them, and so the floor of a scene, has bit 1 in both. Where a robot sets no
@@ -12,11 +12,17 @@ scaled between the lowest and the highest; the first row has the largest y. Belo
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Sequence
+import math
+from collections.abc import Container, Iterator, Mapping, Sequence
+from functools import reduce
 from itertools import product
 from typing import NamedTuple
 
 from rosorin_compile import model
+from rosorin_compile.model.bounds import Bounds, reach_along
+from rosorin_compile.model.geometry import IDENTITY
+from rosorin_compile.model.mesh_vertices import Clouds, no_clouds
+from rosorin_compile.model.robot import JointPose
 from rosorin_compile.model.shape import MERGED
 from rosorin_compile.source.cache import of_robot
 
@@ -162,8 +168,6 @@ class Field(NamedTuple):
 
 def has_volume(geometry: model.Geometry) -> bool:
     """Return True if MuJoCo accepts the sizes of a geometry: all above zero; a mesh may be mirrored."""
-    if isinstance(geometry, model.HeightMap):
-        return True
     if isinstance(geometry, model.Mesh):
         return all(geometry.scale)
     return all(size > 0 for size in half_sizes(geometry))
@@ -221,3 +225,79 @@ def field_of(shape: model.Shape, grid: model.HeightMap) -> Field:
     middle = shape.pose.transform().apply((grid.origin[0] + half[0], grid.origin[1] + half[1], low))
     elevation = tuple(round(point - low, 12) for point in points)
     return Field(across + 1, count + 1, size, elevation, model.Pose(middle, shape.pose.rpy))
+
+
+HOME = "home"
+_DIGITS = 9  # of a height in metres: removes rounding only
+
+
+def range_of(joint: model.Joint) -> tuple[float, float] | None:
+    """Return the range of a joint that moves by itself (rad or m), a turn without limits; None if it has no bounds."""
+    limit = joint.limit
+    if not joint.moves or joint.mimic is not None:
+        return None
+    if joint.type != "continuous" and limit is not None and limit.lower is not None and limit.upper is not None:
+        return limit.lower, limit.upper
+    return None if joint.type == "prismatic" else (-math.pi, math.pi)
+
+
+def leader_of(robot: model.Robot, joint: model.Joint) -> model.Joint:
+    """Return the joint that a joint follows in the end, or itself."""
+    while joint.mimic is not None:
+        joint = robot.joint[joint.mimic.joint]
+    return joint
+
+
+def home_of(robot: model.Robot) -> JointPose:
+    """Return the pose called home; without one all joints are at zero, or at the limit nearest to it."""
+    named = next((pose for pose in robot.poses if pose.name == HOME), None)
+    return JointPose(HOME, nearest_to_zero(robot)) if named is None else named
+
+
+def nearest_to_zero(robot: model.Robot) -> dict[str, float]:
+    """Return the limits (rad or m), no stand-ins, nearest to zero of the joints whose limits do not include it."""
+    measured = [joint for joint in robot.joints if joint.limit and not {"lower", "upper"} & set(joint.limit.stand_ins)]
+    ranges = {joint.name: range_of(joint) or (0.0, 0.0) for joint in measured}
+    return {name: low if low > 0.0 else high for name, (low, high) in ranges.items() if low < high and low * high > 0.0}
+
+
+def stands_at(robot: model.Robot, pose: JointPose, clouds: Clouds = no_clouds) -> model.Pose:
+    """Return the pose of the root of a free robot in the world.
+
+    It is that of the pose, or that of the root in the description. Without either, the robot stands upright, its lowest
+    collision shape at z = 0; with meshes of unknown size it stays at the origin.
+    """
+    if pose.base is not None:
+        return pose.base
+    if robot.root_in_world.placed:
+        return robot.root_in_world.pose
+    bounds, meshes = reach(robot, pose.positions, "collision", IDENTITY, clouds)
+    if bounds is None or meshes:
+        return IDENTITY
+    return model.Pose((0.0, 0.0, 0.0 - round(bounds.lower[2], _DIGITS)))
+
+
+def reach(
+    robot: model.Robot, positions: Mapping[str, float], purpose: str, at: model.Pose, clouds: Clouds
+) -> tuple[Bounds | None, int]:
+    """Return the box (m) around the shapes of a robot at joint positions (rad or m), with its root ``at`` a pose.
+
+    It is None without shapes. The second value is the number of meshes of unknown size, which are not in it.
+    """
+    boxes, unknown, root = list[Bounds](), 0, at.transform()
+    places = [(name, root.then(place)) for name, place in robot.poses_in_root(dict(positions)).items()]
+    for shape, there in ((shape, there) for name, there in places for shape in getattr(robot.link[name], purpose)):
+        if isinstance(shape.geometry, model.Mesh):
+            points, frame = clouds(shape.geometry), there.then(shape.pose.transform())
+            a, b, c = shape.geometry.scale
+            placed = [frame.apply((a * x, b * y, c * z)) for x, y, z in points or ()]
+            unknown += points is None
+            boxes += [Bounds(*(tuple(map(end, zip(*placed, strict=True))) for end in (min, max)))] if placed else []
+            continue
+        far = reach_along(shape, there)
+        lower, upper = (
+            (sign * far((sign, 0.0, 0.0)), sign * far((0.0, sign, 0.0)), sign * far((0.0, 0.0, sign)))
+            for sign in (-1.0, 1.0)
+        )
+        boxes += [Bounds(lower, upper)] if lower[0] <= upper[0] else []
+    return reduce(Bounds.join, boxes) if boxes else None, unknown

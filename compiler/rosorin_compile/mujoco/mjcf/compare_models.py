@@ -205,15 +205,13 @@ class Comparison:
                 self.report("body", one, "inertia", f"inertia {moments}, along the axes of the body")
         self._frames()
         self._keys_and_order()
-        geoms = list(self.maps["geom"])
+        geoms, texts = list(self.maps["geom"]), set[str]()
         touching, ours = may_touch(theirs, geoms), may_touch(own, list(self.maps["geom"].values()))
-        texts = set()
         for a, b in zip(*np.nonzero(np.triu(touching != ours)), strict=True):
             bodies = sorted(int(theirs.geom_bodyid[geoms[at]]) for at in (a, b))
             names = " and ".join(self.source.name_of("body", body) for body in bodies)
             texts.add(f"{names} may touch only in {'the source' if touching[a, b] else 'ours'}")
-        for text in sorted(texts):
-            self.report("contact", -1, "", text)
+        self.differences += [Difference("contact", "", text) for text in sorted(texts)]
         return self.differences
 
     def report(self, kind: str, index: int, field: str, text: str) -> None:
@@ -256,12 +254,12 @@ class Comparison:
         for index in sorted(set(range(len(ours.names[kind]))) - set(found.values())):
             waiting.setdefault(self._signature(ours, kind, index), []).append(index)
         for index in sorted(set(range(len(source.names[kind]))) - set(found)):
-            if candidates := waiting.get(self._signature(source, kind, index)):
-                apart = [0.0]
-                if kind == "geom":
-                    pos, size = source.data.geom_xpos[index], source.mj.geom_size[index]
-                    gaps = ours.data.geom_xpos[candidates] - pos, ours.mj.geom_size[candidates] - size
-                    apart = np.abs(np.hstack(gaps)).max(axis=1).round(9).tolist()
+            candidates, apart = waiting.get(self._signature(source, kind, index), []), [0.0]
+            if candidates and kind == "geom":
+                pos, size = source.data.geom_xpos[index], source.mj.geom_size[index]
+                gaps = ours.data.geom_xpos[candidates] - pos, ours.mj.geom_size[candidates] - size
+                apart = np.abs(np.hstack(gaps)).max(axis=1).round(9).tolist()
+            if candidates:
                 found[index] = candidates.pop(apart.index(min(apart)))
         for one, other in found.items() if kind == "geom" else ():  # the import gives meshes other names
             is_mesh = source.mesh_of(one) >= 0
@@ -291,23 +289,21 @@ class Comparison:
     def _objects(self) -> None:
         """Report objects that only one model has, and those with another name."""
         ours = self.ours
-        for kind, names in self.source.names.items():
-            for index, name in enumerate(names):
-                other = self.maps[kind].get(index)
-                if other is None:
-                    self.report(kind, index, "", "is not in ours")
-                elif name and kind not in ("mesh", "hfield"):
-                    found = ours.names[kind][other]
-                    if found not in (name, self.names.get(kind, {}).get(index)):
-                        self.report(kind, index, "name", f"is called {found or 'nothing'} in ours")
+        for kind, index, name in (
+            (kind, *one) for kind, names in self.source.names.items() for one in enumerate(names)
+        ):
+            other = self.maps[kind].get(index)
+            found = ours.names[kind][other] if other is not None else ""
+            if other is None:
+                self.report(kind, index, "", "is not in ours")
+            elif name and kind not in ("mesh", "hfield") and found not in (name, self.names.get(kind, {}).get(index)):
+                self.report(kind, index, "name", f"is called {found or 'nothing'} in ours")
+        # What changes nothing is added silently: every robot of ours has a key "home".
+        heavy, solid = ours.mj.body_mass > _NO_MASS, ours.mj.geom_contype | ours.mj.geom_conaffinity
+        matters: dict[str, Any] = {"body": heavy, "geom": solid, "key": [name != "home" for name in ours.names["key"]]}
         for kind in _MATTER:
             for index in sorted(set(range(len(ours.names[kind]))) - set(self.maps[kind].values())):
-                is_harmless = (
-                    (kind == "geom" and not ours.collides(index))
-                    or (kind == "body" and ours.mj.body_mass[index] <= _NO_MASS)
-                    or (kind == "key" and ours.names["key"][index] == "home")  # every robot of ours has it
-                )
-                if not is_harmless:
+                if kind not in matters or matters[kind][index]:
                     self.report(kind, -1, "", f"{ours.name_of(kind, index)} is only in ours")
 
     def _field(self, kind: str, array: str, extent: str, one: int, other: int) -> None:
@@ -352,14 +348,13 @@ class Comparison:
         for chance in (None, np.random.default_rng(1)):
             self.place(chance)
             for kind, one, other in ((of, *pair) for of in _FRAMES for pair in sorted(self.maps[of].items())):
-                body = self.source.body_of(kind, one)
-                if kind == "body" and body in moved:
-                    moved.add(one)
-                if (one if kind == "body" else body) in moved or (kind, one) in reported:
-                    continue
-                if not self._same_frame(kind, one, other):
+                above = self.source.body_of(kind, one)
+                body = one if kind == "body" else above
+                if kind == "body" and above in moved:
+                    moved.add(body)
+                if body not in moved and (kind, one) not in reported and not self._same_frame(kind, one, other):
                     reported.add((kind, one))
-                    moved |= {one} if kind == "body" else {body} if kind == "joint" else set()
+                    moved |= {body} if kind in ("body", "joint") else set()
 
     def _same_frame(self, kind: str, one: int, other: int) -> bool:
         """Compare an object in the world, a mesh by its vertices; report a difference and return False."""
@@ -387,19 +382,17 @@ class Comparison:
         return len(self.differences) == before
 
     def _keys_and_order(self) -> None:
-        for key, (field, extent) in product(self.maps["key"].items(), _OF_KEYS.items()):
+        for (key, at), (field, extent) in product(self.maps["key"].items(), _OF_KEYS.items()):
             width, kind = {"mpos": 3, "mquat": 4}.get(field, 1), _PIECES[extent][0]
-            rows = [
-                np.reshape(getattr(model.mj, f"key_{field}")[index], (-1, width))
-                for model, index in zip((self.source, self.ours), key, strict=True)
-            ]
+            first = np.reshape(getattr(self.source.mj, f"key_{field}")[key], (-1, width))
+            second = np.reshape(getattr(self.ours.mj, f"key_{field}")[at], (-1, width))
             for one, other in self.maps[kind].items():
-                theirs = rows[0][self.source.piece(extent, one)].ravel()
-                own = rows[1][self.ours.piece(extent, other)].ravel()
+                theirs = first[self.source.piece(extent, one)].ravel()
+                own = second[self.ours.piece(extent, other)].ravel()
                 is_turn = field in ("qpos", "mquat") and len(theirs) == len(own) > 0
                 if not (_same_position(theirs, own) if is_turn else close(theirs, own)):
                     text = f"{field} of {self.source.name_of(kind, one)} {in_words(theirs, own)}"
-                    self.report("key", key[0], field, text)
+                    self.report("key", key, field, text)
         keys = [other for _, other in sorted(self.maps["key"].items())]
         if keys != list(range(len(keys))):
             self.report("order", -1, "key", "the keys of the source are not the first ones, in their order")
@@ -410,11 +403,8 @@ class Comparison:
 
     def moves_alike(self) -> bool:
         """Return True if the models must move in the same way in spite of the differences."""
-        return all(
-            _STILL.fullmatch(f"{one.kind} {one.field}")
-            or (one.kind in _SCENE and one.text.endswith(": is not in ours"))
-            for one in self.differences
-        )
+        lost = [one for one in self.differences if one.kind in _SCENE and one.text.endswith(": is not in ours")]
+        return all(one in lost or _STILL.fullmatch(f"{one.kind} {one.field}") for one in self.differences)
 
     def motion(self) -> tuple[float, str]:
         """Return the largest difference of frames (m) and accelerations (a share) in random states, and where it is."""

@@ -142,20 +142,15 @@ def _foot(face: Sequence[Vector]) -> Vector | None:
     """Return the foot of the origin on a point, line or triangle, or None if it is not between the corners."""
     if len(face) == 1:
         return face[0]
-    if len(face) == 2:
-        a, b = face
-        along = minus(b, a)
-        square = dot(along, along)
-        share = -dot(a, along) / square if square > 0 else 0.0
-        shares = [1 - share, share]
-    else:
-        # The share of a corner is the area of the triangle of the foot and the other two corners.
-        a, b, c = face
-        normal = cross(minus(b, a), minus(c, a))
-        square = dot(normal, normal)
-        if square == 0:
-            return None
-        shares = [dot(cross(p, q), normal) / square for p, q in ((b, c), (c, a), (a, b))]
+    a, b, *_ = face
+    along = minus(b, a)
+    normal = cross(along, minus(face[2], a)) if len(face) == 3 else along
+    square = dot(normal, normal)
+    if square == 0:
+        return None
+    shares = [1 + dot(a, along) / square, -dot(a, along) / square]
+    if len(face) == 3:  # the share of a corner is the area of the triangle of the foot and the other two corners
+        shares = [dot(cross(p, q), normal) / square for p, q in ((b, face[2]), (face[2], a), (a, b))]
     if min(shares) <= 0:
         return None
     x, y, z = (sum(share * corner[k] for share, corner in zip(shares, face, strict=True)) for k in range(3))
@@ -208,8 +203,7 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
 
     for link in robot.walk():
         above = robot.joint_to.get(link.name)
-        is_welded = above is not None and above.is_fixed
-        places[link.name] = places[above.parent].then(above.transform()) if above and is_welded else Transform()
+        places[link.name] = places[above.parent].then(above.transform()) if above and above.is_fixed else Transform()
     for top, below in solid.items() if implied else ():
         joint = robot.joint_to.get(top)
         over = solid[top_of[joint.parent]] if joint is not None else []
@@ -247,18 +241,13 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
 
 def _constant(joint: Joint, place: Transform, geom: Geom) -> tuple[float, float]:
     """Return two lengths (m) of the middle of a shape that the motion of the joint does not change."""
-    point, axis = place.apply(geom.solid.middle), unit(joint.axis)
-    if joint.type == "floating":
-        return 0.0, 0.0
-    if joint.type == "ball":
-        return norm(point), 0.0
-    along = dot(axis, point)
-    if joint.type == "planar":
-        return along, 0.0
+    point = place.apply(geom.solid.middle)
+    along = dot(unit(joint.axis), point)
     if joint.type == "prismatic":
         one, other = plane_axes(joint.axis)
         return dot(one, point), dot(other, point)
-    return along, math.sqrt(max(dot(point, point) - along * along, 0.0))
+    lengths = {"floating": (0.0, 0.0), "ball": (norm(point), 0.0), "planar": (along, 0.0)}
+    return lengths.get(joint.type) or (along, math.sqrt(max(dot(point, point) - along * along, 0.0)))
 
 
 def _always_touch(
@@ -287,19 +276,16 @@ def refused_by_mjx(robot: Robot, output: Output) -> Iterator[tuple[tuple[str, st
     masks, touching = Masks(robot, implied), contacts(robot, form, implied)
     # The first shape of each kind and mask of a link, with its number.
     looks: dict[tuple[str, str, bodies.Mask], int] = {}
-    for link in robot.links:
-        for number, shape in enumerate(link.collision):
-            kind = _kind(robot, shape, form)
-            if kind:
-                looks.setdefault((link.name, kind, masks.mask_of(link.name, shape)), number)
-    kinds_here = {kind for _, kind, _ in looks}
-    wanted = {kinds for kinds in CANNOT if kinds <= kinds_here}
+    for name, (number, shape) in ((link.name, one) for link in robot.links for one in enumerate(link.collision)):
+        if kind := _kind(robot, shape, form):
+            looks.setdefault((name, kind, masks.mask_of(name, shape)), number)
     paired = {frozenset((geom.link, _kind(robot, geom.solid.shape, form)) for geom in pair) for pair in touching.pairs}
     excluded = set(map(frozenset, touching.excluded))
     top_of = {name: top for top, names in weld_groups(robot).items() for name in names}
     above = {top: top_of[robot.joint_to[top].parent] for top in set(top_of.values()) if top in robot.joint_to}
     world = "" if robot.has_free_base(output) else robot.root  # the top of what is welded to the world
-    found: set[frozenset[str]] = set()
+    kinds_here = {kind for _, kind, _ in looks}
+    wanted, found = {kinds for kinds in CANNOT if kinds <= kinds_here}, set[frozenset[str]]()
     for first, second in combinations(looks, 2):
         if found == wanted:
             return

@@ -49,6 +49,15 @@ def put_some(entry: Map, key: str, value: Any) -> None:
         put(entry, key, value)
 
 
+def mapping(values: Mapping[str, Any], element: Element) -> Map:
+    """Return values that are not empty as an entry at the place of an element; zero is a value."""
+    entry = Map(element.span)
+    for key, value in values.items():
+        if value or value == 0:
+            put(entry, key, value)
+    return entry
+
+
 def put_number(entry: Map, key: str, value: float, element: Element, attribute: str = "", at: int = 0) -> None:
     """Set a number; its place is word ``at`` of the attribute if that word has the same value."""
     words = element.attributes.get(attribute)
@@ -135,17 +144,13 @@ def value_of(text: str, form: Mapping[str, Any], element: Element, attribute: st
         return text
     if form.get("$ref") == "#/$defs/rgba":
         form = {"minItems": 3, "maxItems": 4, "type": "array"}
-    kinds = form.get("type", "string")
+    kinds, allowed = form.get("type", "string"), form.get("items", {}).get("enum", ())
     if "enum" in form or kinds == "string":
         return text if text in form.get("enum", (text,)) else None
     if kinds == "boolean":
         return {"true": True, "false": False}.get(text)
-    allowed = form.get("items", {}).get("enum", ())
     if allowed and all(word in allowed for word in text.split()):
-        listed = Seq(element.span)
-        for word in text.split():
-            listed.put(word, _place(element, attribute, text))
-        return listed
+        return listing(text.split(), element)
     found = _numbers(text)
     if len(found) == 1 and ("number" in kinds or kinds == "integer"):
         return int(found[0]) if kinds == "integer" else plain(found[0])
@@ -175,11 +180,11 @@ def _equals(text: str, value: float) -> bool:
 def _place(element: Element, attribute: str, text: str) -> Span:
     """Return the place of the attribute in the file, if it is this very text or number there."""
     own: Attribute | None = element.attributes.get(attribute)
-    if own is None or own.value == text:
-        return own.span if own else element.span
+    if own is None:
+        return element.span
     words, found = own.words(), _numbers(text)
     is_number = len(words) == 1 and len(found) == len(text.split()) == 1 and _equals(words[0].text, float(text))
-    return own.span if is_number else element.span
+    return own.span if own.value == text or is_number else element.span
 
 
 def floats(attributes: Attributes, name: str, usual: Sequence[float] = ()) -> list[float]:
@@ -204,13 +209,10 @@ def tidy(value: float, zero: float = ROUNDING) -> float:
     >>> tidy(0.30000000000000004), tidy(0.1234567890123456), tidy(1e-17), tidy(-0.0)
     (0.3, 0.1234567890123456, 0.0, 0.0)
     """
-    if abs(value) < zero or not math.isfinite(value):
-        return value if not math.isfinite(value) else 0.0
-    for digits in range(1, 14):
-        short = float(f"{value:.{digits}g}")
-        if abs(short - value) <= ROUNDING * abs(value):
-            return short
-    return value
+    if abs(value) < zero:
+        return 0.0
+    shorter = (float(f"{value:.{digits}g}") for digits in range(1, 14))
+    return next((short for short in shorter if abs(short - value) <= ROUNDING * abs(value)), value)
 
 
 def tidy_angle(value: float) -> float:

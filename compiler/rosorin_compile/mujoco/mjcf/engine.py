@@ -109,14 +109,12 @@ def load(text: str, folder: str) -> tuple[str, bool]:
 
 def reason(mujoco: Any, problem: Exception) -> tuple[str, bool]:
     """Return why MuJoCo refuses a model, and whether it is too old to know what MuJoCo 4 does."""
-    why, version = str(problem), mujoco.__version__
-    is_new, is_unknown = int(version.partition(".")[0]) >= _WRITTEN_FOR, "unrecognized" in why
-    if is_new:
-        is_gone = is_unknown and "composite" in why
-        return (f"MuJoCo {version} no longer reads <composite>, MuJoCo 3 does: {why}" if is_gone else why), False
-    if not (isinstance(problem, AttributeError) or is_unknown):
-        return why, False
-    return f"MuJoCo {version} is too old for it, MuJoCo {_WRITTEN_FOR} may know it: {why}", True
+    why, version, is_unknown = str(problem), mujoco.__version__, "unrecognized" in str(problem)
+    is_new = int(version.partition(".")[0]) >= _WRITTEN_FOR
+    if not is_new and (is_unknown or isinstance(problem, AttributeError)):
+        return f"MuJoCo {version} is too old for it, MuJoCo {_WRITTEN_FOR} may know it: {why}", True
+    is_gone = is_new and is_unknown and "composite" in why
+    return (f"MuJoCo {version} no longer reads <composite>, MuJoCo 3 does: {why}" if is_gone else why), False
 
 
 def _proof(mujoco: Any, request: dict[str, Any], here: Path) -> dict[str, Any]:
@@ -141,8 +139,7 @@ def _proof(mujoco: Any, request: dict[str, Any], here: Path) -> dict[str, Any]:
         return {"differences": differences}
     largest, where = comparison.motion()
     if largest > TOLERANCE:
-        text = f"frames or accelerations differ by {largest:.2g} ({where})"
-        differences.insert(0, ("motion", "", text))
+        differences.insert(0, ("motion", "", f"frames or accelerations differ by {largest:.2g} ({where})"))
     return {"differences": differences, "motion": f"in {STATES} random states: largest difference {largest:.2g}"}
 
 
@@ -197,11 +194,11 @@ def _limit(cpu_seconds: int) -> None:
 def _facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
     """Return the compiled model as lists of plain values by MuJoCo's names, and facts that only the file has."""
     has_digits = hasattr(spec.compiler, "savecompiled")
-    if has_digits:  # before MuJoCo 4 it writes six digits
+    if has_digits:  # else MuJoCo is as old as 3.12 and writes six digits
         spec.compiler.savecompiled = False
     elements = _elements(ElementTree.fromstring(spec.to_xml()))  # noqa: S314 - MuJoCo's own text
     made: dict[str, Any] = {"name": spec.modelname, "elements": elements}
-    made |= {} if has_digits else {"rounded_by": mujoco.__version__}
+    made["rounded_by"] = "" if has_digits else mujoco.__version__
     for word, (kind, prefix, fields) in _TABLES.items():
         columns = {field: getattr(model, f"{prefix}_{field}").tolist() for field in fields.split()}
         if word == "actuators":  # of the first of its controls
@@ -218,13 +215,15 @@ def _facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
     for word in ("exclude_signature", "qpos0", "dof_damping", "dof_armature", "dof_frictionloss"):
         made[word] = getattr(model, word).ravel().tolist()
     made["integrator"] = _INTEGRATORS[int(model.opt.integrator)]
-    for geom in spec.geoms:
-        made["geoms"][geom.id]["class"] = geom.classname.name if geom.classname else ""
-    for body in spec.bodies:
-        if body.explicitinertial:  # fullinertia is nan without one
-            full = body.fullinertia.tolist()
-            full = full if full[0] == full[0] else None
-            made["bodies"][body.id]["written"] = {"pos": body.ipos.tolist(), "full": full}
+    for word in ("bodies", *HELD):
+        for thing in getattr(spec, word):
+            entry = made[word][thing.id]
+            entry["line"] = int(re.sub(r"\D", "", thing.info) or 0)
+            if word == "geoms":
+                entry["class"] = thing.classname.name if thing.classname else ""
+            elif word == "bodies" and thing.explicitinertial:
+                full = thing.fullinertia.tolist()  # nan without one
+                entry["written"] = {"pos": thing.ipos.tolist(), "full": full if full[0] == full[0] else None}
     usual = type(spec)().add_mesh().inertia
     for mesh in spec.meshes:
         entry = made["meshes"][mesh.id]
@@ -235,7 +234,7 @@ def _facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
     made["assets"] = list(dict.fromkeys(asset.file for asset in assets if asset.file))
     textures = {texture.id: texture.file for texture in spec.textures}
     for entry in made["materials"]:
-        entry["texture"] = next((file for file in map(textures.get, entry["texid"]) if file), "")
+        entry["texture"] = next(filter(None, map(textures.get, entry["texid"])), "")
     return made
 
 

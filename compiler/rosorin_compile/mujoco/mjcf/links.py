@@ -35,7 +35,6 @@ from . import convert
 from .reading import BALL, FREE, HINGE, SLIDE, Reading
 from .unsupported import LEAST, LEAST_EIGENVALUE
 
-GROUND = "ground"
 NO_MASS = 1e-12  # kg: less than a grain of dust; MuJoCo loads no moving body without any
 STAND_IN_EFFORT = 1000.0  # N*m or N
 STAND_IN_VELOCITY = 10.0  # rad/s or m/s
@@ -46,18 +45,8 @@ _POSED = ("name", "pos", "quat")
 # The sections of marks in a link, with the tag of their elements and the form of their entries.
 _MARKS = {"sites": ("site", "site"), "cameras": ("camera", "mjcf_camera"), "lights": ("light", "light")}
 # Attributes that are read of the compiled model or follow from the kind of the joint, and those of dynamics.
-_READ = [
-    "name",
-    "type",
-    "pos",
-    "axis",
-    "range",
-    "limited",
-    "ref",
-    "springref",
-    "actuatorfrcrange",
-    "actuatorfrclimited",
-]
+_READ = {"name", "type", "pos", "axis", "range", "limited", "ref", "springref"}
+_READ |= {"actuatorfrcrange", "actuatorfrclimited"}
 _OF_LIMITS = ("solreflimit", "solimplimit", "margin")
 _OF_DYNAMICS = {"damping": "damping", "frictionloss": "friction", "armature": "armature", "stiffness": "stiffness"}
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
@@ -65,23 +54,21 @@ _ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 def name_all(reading: Reading) -> None:
     """Give every body the name of its link and every joint its name: its own, or one made of names around it."""
-    bodies, joints = reading.facts["bodies"], reading.facts["joints"]
-    for index, body in enumerate(bodies):
-        if index and body["name"]:
-            link = reading.link_of[index] = reading.unique("link", body["name"])
-            reading.rename("body", body["name"], link)
-            if link != body["name"]:
-                message = f'the body "{body["name"]}" becomes the link "{link}": names hold no markup or quotes'
-                reading.change(message, reading.places.body(index).span)
+    (_, *bodies), joints = enumerate(reading.facts["bodies"]), reading.facts["joints"]
+    for index, body in ((index, body) for index, body in bodies if body["name"]):
+        link = reading.link_of[index] = reading.unique("link", body["name"])
+        reading.rename("body", body["name"], link)
+        if link != body["name"]:
+            message = f'the body "{body["name"]}" becomes the link "{link}": names hold no markup or quotes'
+            reading.change(message, reading.places.body(index).span)
     if reading.ground:
-        reading.link_of[0] = reading.unique("link", GROUND)
+        reading.link_of[0] = reading.unique("link", "ground")
         reading.renamed.setdefault("body", {})["world"] = reading.link_of[0]
-    for index, body in enumerate(bodies):
-        if index and not body["name"]:
-            names = [joints[at]["name"] for at in reading.joints_in.get(index, ())]
-            above = reading.link_of.get(body["parentid"], "")
-            made_up = f"{names[-1]}_link" if names and names[-1] else f"{above}_body" if above else "base_link"
-            reading.link_of[index] = reading.unique("link", made_up)
+    for index, body in ((index, body) for index, body in bodies if not body["name"]):
+        names = [joints[at]["name"] for at in reading.joints_in.get(index, ())]
+        above = reading.link_of.get(body["parentid"], "")
+        made_up = f"{names[-1]}_link" if names and names[-1] else f"{above}_body" if above else "base_link"
+        reading.link_of[index] = reading.unique("link", made_up)
     named = {BALL: reading.ball_of, SLIDE: reading.joint_of, HINGE: reading.joint_of}
     for index, joint in sorted(enumerate(joints), key=lambda one: not one[1]["name"]):  # names of the file come first
         if joint["type"] in named:
@@ -129,11 +116,10 @@ def _inertial(body: Mapping[str, Any], element: Element) -> Map:
     elif is_turned and (written or min(body["inertia"]) < LEAST_EIGENVALUE):
         moments, pose = convert.full_inertia(body["inertia"], convert.NO_POSE.rows), Transform(rows, place)
     convert.put_pose(entry, pose, element)
-    inertia, order = Map(element.span), {"fullinertia": convert.MOMENTS, "diaginertia": convert.MOMENTS[:3]}
-    attribute = next((word for word in order if word in element.attributes), "")
-    for key, value in moments.items():
-        if value or key in convert.MOMENTS[:3]:
-            at = order[attribute].index(key) if attribute and key in order[attribute] else 99
+    inertia = Map(element.span)
+    attribute = next((word for word in ("fullinertia", "diaginertia") if word in element.attributes), "")
+    for at, (key, value) in enumerate(moments.items()):
+        if value or at < 3:
             convert.put_number(inertia, key, value, element, attribute, at)
     convert.put(entry, "inertia", inertia)
     if not written:
@@ -158,7 +144,7 @@ def add_marks(reading: Reading) -> None:
         is_at_origin = convert.tidy_vector(place.xyz) == _ORIGIN and convert.is_unturned(place)
         if kind == "sites" and name == link and is_at_origin and more.keys() <= {"group"}:
             continue  # every link has a site of its name
-        clashes = tag == "site" and name in reading.taken["link"]  # each link has a site of its own
+        clashes = tag == "site" and name in reading.taken["link"]
         called = reading.name(tag, f"{name}_site" if clashes else name, f"{link}_{tag}", index)
         if clashes:
             reading.rename(tag, name, called)
@@ -212,9 +198,7 @@ def add_joints(reading: Reading) -> None:
 def add_root(reading: Reading) -> None:
     """Set where the only top body is in the world, and the name and dynamics of its free joint."""
     if reading.ground:
-        world = Map(reading.places.body(0).span)
-        convert.put(world, "world", True)
-        convert.put(reading.tree, "root", world)
+        convert.put(reading.tree, "root", convert.mapping({"world": True}, reading.places.body(0)))
         return
     top = reading.tops[0]
     body, element = reading.facts["bodies"][top], reading.places.body(top)
@@ -251,8 +235,8 @@ def _add_chain(
         origin = place.then(convert.transform([a - b for a, b in zip(anchor, at, strict=True)]))
         ref = convert.tidy_position(reading.facts["qpos0"][joint["qposadr"]], kind == SLIDE) if kind != BALL else 0.0
         if ref:  # the origin is where the joint is at zero
-            turn = Transform() if kind == SLIDE else Transform(rotation_about(axis, -ref))
-            origin = origin.then(convert.transform([-ref * part for part in axis]) if kind == SLIDE else turn)
+            back = convert.transform([-ref * part for part in axis]) if kind == SLIDE else None
+            origin = origin.then(back or Transform(rotation_about(axis, -ref)))
         types = {HINGE: "revolute" if joint["limited"] else "continuous", SLIDE: "prismatic", BALL: "ball"}
         entry = reading.add_joint(name, types[kind], above, child, span)
         convert.put_pose(entry, origin, element if number == 1 and anchor == _ORIGIN else span)
@@ -270,23 +254,24 @@ def _put_details(reading: Reading, which: int, entry: Map, element: Element, ref
     joint = reading.facts["joints"][which]
     name, attributes, kind = (reading.ball_of | reading.joint_of)[which], joint["element"]["attributes"], joint["type"]
     limit, missing, slides = Map(element.span), list[str](), kind == SLIDE
-    if kind != BALL:
+    if kind == BALL:
+        rest = _put_dynamics(entry, attributes, element)
+        rest |= {"range": f"0 {joint['range'][1]!r}"} if joint["limited"] else {}
+        reading.put_words(entry, rest, "joint", element, f'the joint "{name}"')
+        return
+    for at, (key, sign) in enumerate({"lower": "-", "upper": ""}.items()):
         if joint["limited"]:
-            for at, key in enumerate(("lower", "upper")):
-                convert.put_number(limit, key, convert.tidy_position(joint["range"][at], slides), element, "range", at)
+            convert.put_number(limit, key, convert.tidy_position(joint["range"][at], slides), element, "range", at)
         elif slides:
-            missing += ["lower", "upper"]
-            for key, sign in (("lower", "-"), ("upper", "")):
-                convert.put(limit, key, Quantity.parse(f"{sign}{STAND_IN_TRAVEL:g} m"))
-        effort = convert.tidy(max(map(abs, joint["actfrcrange"]))) if joint["actfrclimited"] else drive.effort
-        if effort is not None or drive.speed is not None or limit:  # a limit needs both, for readers of URDF
-            for key, value, stand_in, word in (
-                ("effort", effort, STAND_IN_EFFORT, "actuatorfrcrange"),
-                ("velocity", drive.speed, STAND_IN_VELOCITY, ""),
-            ):
-                number = stand_in if value is None else convert.tidy(value)
-                convert.put_number(limit, key, number, element, word, 1)
-                missing += [key] if value is None else []
+            missing.append(key)
+            convert.put(limit, key, Quantity.parse(f"{sign}{STAND_IN_TRAVEL:g} m"))
+    effort = convert.tidy(max(map(abs, joint["actfrcrange"]))) if joint["actfrclimited"] else drive.effort
+    if effort is not None or drive.speed is not None or limit:  # a limit needs both, for readers of URDF
+        of_effort = ("effort", effort, STAND_IN_EFFORT, "actuatorfrcrange")
+        for key, value, stand_in, word in (of_effort, ("velocity", drive.speed, STAND_IN_VELOCITY, "")):
+            number = stand_in if value is None else convert.tidy(value)
+            convert.put_number(limit, key, number, element, word, 1)
+            missing += [key] if value is None else []
     if missing:
         convert.put(limit, "stand_ins", convert.listing(missing, element))
         verb, them = ("is a stand-in", "it") if len(missing) == 1 else ("are stand-ins", "them")
@@ -296,32 +281,27 @@ def _put_details(reading: Reading, which: int, entry: Map, element: Element, ref
         reading.stand_ins.setdefault(word, []).append((name, limit[key], element.span))
     convert.put_some(entry, "limit", limit)
     rest = _put_dynamics(entry, attributes, element)
-    if {"stiffness", "springdamper"} & attributes.keys() and kind != BALL:
-        at_rest = convert.tidy_position(float(attributes.get("springref", 0)), slides)
-        if at_rest:
-            dynamics = entry.get("dynamics") or Map(element.span)
-            convert.put(entry, "dynamics", dynamics)
-            convert.put_number(dynamics, "spring_reference", at_rest, element, "springref")
+    at_rest = convert.tidy_position(float(attributes.get("springref", 0)), slides)
+    if {"stiffness", "springdamper"} & attributes.keys() and at_rest:
+        dynamics = entry.get("dynamics") or Map(element.span)
+        convert.put(entry, "dynamics", dynamics)
+        convert.put_number(dynamics, "spring_reference", at_rest, element, "springref")
     if drive.entry is not None:
         convert.put(entry, "actuator", drive.entry)
-    if kind != BALL:
-        low, high = joint["actfrcrange"]
-        # A force that is not the same both ways, or that its actuators have as well, is not effort.
-        is_repeated = drive.effort is not None and math.isclose(drive.effort, high, rel_tol=1e-9)
-        if joint["actfrclimited"] and (low != -high or is_repeated):
-            rest["actuatorfrcrange"] = f"{low!r} {high!r}"
-        rest |= {"ref": repr(ref)} if ref else {}
-    elif joint["limited"]:
-        rest["range"] = f"0 {joint['range'][1]!r}"
+    low, high = joint["actfrcrange"]
+    # A force that is not the same both ways, or that its actuators have as well, is not effort.
+    is_repeated = drive.effort is not None and math.isclose(drive.effort, high, rel_tol=1e-9)
+    if joint["actfrclimited"] and (low != -high or is_repeated):
+        rest["actuatorfrcrange"] = f"{low!r} {high!r}"
+    rest |= {"ref": repr(ref)} if ref else {}
     reading.put_words(entry, rest, "joint", element, f'the joint "{name}"')
 
 
 def _put_dynamics(entry: Map, attributes: Mapping[str, str], element: Element) -> dict[str, str]:
-    dynamics = Map(element.span)
-    words = {key: text for key, text in attributes.items() if key in _OF_DYNAMICS and any(map(float, text.split()))}
-    pair = [float(number) for number in attributes.get("springdamper", "").split()]
-    if pair and min(pair) > 0:  # of which MuJoCo makes both, whatever the others are
-        words = {key: text for key, text in words.items() if key not in ("damping", "stiffness")}
+    dynamics, pair = Map(element.span), convert.floats(attributes, "springdamper")
+    # A pair above zero decides both, whatever the others are.
+    known = ("frictionloss", "armature") if pair and min(pair) > 0 else _OF_DYNAMICS
+    words = {key: text for key, text in attributes.items() if key in known and any(map(float, text.split()))}
     rest = convert.put_words(dynamics, words, "dynamics", element, _OF_DYNAMICS)
     convert.put_some(entry, "dynamics", dynamics)
     return rest | {key: text for key, text in attributes.items() if key not in _READ and key not in _OF_DYNAMICS}
@@ -350,25 +330,21 @@ def _drives_of(reading: Reading) -> dict[int, Drive]:
     others, in_joints, kept = Map(reading.markup.root.span), list[int](), list[Element]()
     elements = reading.elements_of("actuator", nodes)
     for number, (fact, node, element) in enumerate(zip(reading.facts["actuators"], nodes, elements, strict=True)):
-        attributes = node["attributes"]
+        attributes, entry = node["attributes"], Map(element.span)
         if {"plugin", "instance"} & attributes.keys() or node["inner"]:
             reading.keep_in_section("actuator", node, f"actuator <{element.tag}>", element.span)
             kept.append(element)
             continue
-        if len(kept) > 0 and kept[0] not in reading.reported:
+        if kept and kept[0] not in reading.reported:
             reading.reported.add(kept[0])
             what = f"the actuator <{kept[0].tag}> is behind those that the language has words for"
             reading.change(f"{what}: its control is not where it was", kept[0].span)
         index = fact["trnid"][0] if "joint" in attributes and fact["trnid"][0] in reading.joint_of else None
-        before = drives.get(index) if index is not None else None
-        entry = Map(element.span)
-        is_in_joint = index is not None and (before is None or before.entry is None)
-        if index is not None and is_in_joint:
+        if index is not None and index not in drives:
             joint = reading.joint_of[index]
             name = reading.name("actuator", fact["name"], joint)
             _fill(reading, entry, "actuator", fact, attributes, element, index)
-            if name != joint:
-                convert.put(entry, "name", name)
+            convert.put_some(entry, "name", name if name != joint else "")
             in_joints.append(index)
         else:
             targets = {word: attributes[word] for word in _TARGETS if word in attributes}
@@ -389,19 +365,19 @@ def _drives_of(reading: Reading) -> dict[int, Drive]:
         is_plain = (fact["gaintype"], fact["biastype"]) == (_FIXED_GAIN, _NO_BIAS)
         if effort is None and is_plain and fact["ctrllimited"]:
             effort = gear * abs(float(fact["gainprm"][0])) * control
-        total = before.effort if before else 0.0
-        total = None if total is None or effort is None else total + effort
-        if is_in_joint:
-            # A velocity servo that is commanded as fast both ways limits the speed of the joint in place of a range.
-            (low, high), turns, limit = fact["ctrlrange"], float(fact["gear"][0]), None
-            speed = convert.tidy(high / turns) if turns > 0 else 0.0
-            is_servo = entry.get("type") == "velocity" and fact["ctrllimited"]
-            if is_servo and low == -high and speed > 0 and turns * speed == high:
-                entry.pop("range", None)
-                limit = speed
-            drives[index] = Drive(total, entry, limit)
-        elif before is not None:
-            drives[index] = before._replace(effort=total)
+        if index in drives:
+            total = drives[index].effort
+            total = None if total is None or effort is None else total + effort
+            drives[index] = drives[index]._replace(effort=total)
+            continue
+        # A velocity servo that is commanded as fast both ways limits the speed of the joint in place of a range.
+        (low, high), turns, limit = fact["ctrlrange"], float(fact["gear"][0]), None
+        speed = convert.tidy(high / turns) if turns > 0 else 0.0
+        is_servo = entry.get("type") == "velocity" and fact["ctrllimited"]
+        if is_servo and low == -high and speed > 0 and turns * speed == high:
+            entry.pop("range", None)
+            limit = speed
+        drives[index] = Drive(effort, entry, limit)
     convert.put_some(reading.tree, "actuators", others)
     names = list(reading.actuator_of.values())
     ordered = [*(name for name in names if name not in others), *others]
@@ -426,16 +402,16 @@ def _fill(
     rest = {key: text for key, text in more.items() if key not in _ACTUATOR_READ}
     joint = reading.facts["joints"][index] if index is not None else None
     inherits = float(attributes.get("inheritrange", 0)) and kind in ("position", "general")
-    is_position = kind == "position"
+    is_position, limits = kind == "position", joint["range"] if joint is not None and joint["limited"] else None
     if not inherits and (fact["ctrllimited"] or "ctrlrange" in attributes):
         # The range of its joint is the usual one of a position servo.
-        ends = [fact["gear"][0] * end for end in joint["range"]] if joint is not None and joint["limited"] else None
-        if not is_position or not fact["ctrllimited"] or ends != fact["ctrlrange"]:
+        is_usual = limits is not None and [fact["gear"][0] * end for end in limits] == fact["ctrlrange"]
+        if not (is_usual and is_position and fact["ctrllimited"]):
             slides = not is_position or joint is None or joint["type"] == SLIDE
             values = [convert.tidy_position(value, slides) for value in fact["ctrlrange"]]
             convert.put(entry, "range", convert.numbers(values, element, "ctrlrange"))
         rest |= {} if fact["ctrllimited"] else {"ctrllimited": "false"}
-    elif not inherits and is_position and joint is not None and joint["limited"]:
+    elif not inherits and is_position and limits is not None:
         convert.put(entry, "unlimited", True)
     if fact["forcelimited"] or "forcerange" in attributes:
         convert.put(entry, "force", convert.listing([convert.tidy(value) for value in fact["forcerange"]], element))
@@ -445,21 +421,21 @@ def _fill(
 
 def _kind(attributes: Mapping[str, str]) -> tuple[str, Mapping[str, float], Mapping[str, str]]:
     """Return the type of an actuator by its numbers, its gains, and the other attributes."""
-    gain, bias = convert.floats(attributes, "gainprm", [1, 0, 0]), convert.floats(attributes, "biasprm", [0, 0, 0])
+    (kp, *gain), bias = convert.floats(attributes, "gainprm", [1, 0, 0]), convert.floats(attributes, "biasprm", [0] * 3)
     gains, dynamics = attributes.get("gaintype", "fixed"), attributes.get("dyntype", "none")
     attributes = {key: text for key, text in attributes.items() if key != "inheritrange" or float(text)}  # 0 is none
+    if gains != "fixed" or dynamics not in ("none", "filterexact") or any(gain) or any(bias[3:]):
+        return "general", {}, attributes
     plain = {key: text for key, text in attributes.items() if key not in _OF_KIND}
     no_servo = {key: text for key, text in plain.items() if key != "inheritrange"}
-    if gains == "fixed" and dynamics in ("none", "filterexact") and not any(gain[1:]) and not any(bias[3:]):
-        bias_type, kp = attributes.get("biastype", "none"), gain[0]
-        filtered = {"timeconst": attributes.get("dynprm", "1").split()[0]} if dynamics == "filterexact" else {}
-        if bias_type == "affine" and kp > 0 and bias[:2] == [0, -kp]:
-            word = "kv" if bias[2] <= 0 else "damping_ratio"
-            return "position", {"kp": kp} | ({word: abs(bias[2])} if bias[2] else {}), plain | filtered
-        if bias_type == "affine" and kp > 0 and bias[:3] == [0, 0, -kp] and not filtered:
-            return "velocity", {"kv": kp}, no_servo
-        if bias_type == "none" and "body" in attributes and not filtered:
-            return "adhesion", {}, no_servo | ({"gain": repr(kp)} if kp != 1 else {})
-        if bias_type == "none" and kp == 1 and not filtered:
-            return "motor", {}, no_servo
-    return "general", {}, attributes
+    filtered = {"timeconst": attributes.get("dynprm", "1").split()[0]} if dynamics == "filterexact" else {}
+    is_affine = attributes.get("biastype", "none") == "affine" and kp > 0
+    is_plain = attributes.get("biastype", "none") == "none" and not filtered
+    if is_affine and bias[:2] == [0, -kp]:
+        word = "kv" if bias[2] <= 0 else "damping_ratio"
+        return "position", {"kp": kp} | ({word: abs(bias[2])} if bias[2] else {}), plain | filtered
+    if is_affine and bias[:3] == [0, 0, -kp] and not filtered:
+        return "velocity", {"kv": kp}, no_servo
+    if is_plain and "body" in attributes:
+        return "adhesion", {}, no_servo | ({"gain": repr(kp)} if kp != 1 else {})
+    return ("motor", {}, no_servo) if is_plain and kp == 1 else ("general", {}, attributes)

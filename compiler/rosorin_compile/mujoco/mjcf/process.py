@@ -14,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping
+from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -96,12 +97,10 @@ def refusal(text: str, folder: Path, seconds: int = SECONDS) -> Refusal:
         files.record(file, files.version(file))
     if not is_installed("mujoco"):
         return Refusal(missing="MuJoCo")
-    if not names:
-        from . import engine
-
-        answer: Any = engine.load(text, str(folder))
-    else:
+    if names:
         answer = _in_child("load", {"text": text, "folder": str(files.resolve(folder))}, seconds)
+    else:
+        answer = import_module(".engine", __package__).load(text, str(folder))
     if isinstance(answer, Answer):
         return Refusal(answer.refusal)
     reason, outdated = " ".join(answer[0].split()).removeprefix("Error: "), answer[1]
@@ -124,8 +123,7 @@ def prove(imported: Imported, text: str, meshes: Mapping[str, str], seconds: int
     patterns = [pattern for words, pattern in LISTED.items() if any(words in message for message in messages)]
     for kind, field, text in answer["differences"]:
         is_listed = any(re.match(pattern, f"{kind} {field}: {text}") for pattern in patterns)
-        by_feature = known if is_listed else wrong
-        by_feature.setdefault(f"{kind} {field}".strip(), []).append(text)
+        (known if is_listed else wrong).setdefault(f"{kind} {field}".strip(), []).append(text)
     if wrong:
         return Proof(wrong, known)
     but = f"except for what is listed above ({phrase(list(known))})" if known else "in every field but its appearance"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -110,8 +111,7 @@ class _Reader:
         for element in worldbody.iter("geom"):  # a visual has the colour of its material
             if (colour := colours.get(element.get("material", ""))) is not None:
                 element.attrib.setdefault("rgba", colour)
-        waiting = [(body, TOP) for body in reversed(worldbody.findall("body"))]
-        site = worldbody.find("site")
+        waiting, site = [(body, TOP) for body in reversed(worldbody.findall("body"))], worldbody.find("site")
         if site is not None:  # the root link is the world: it has a site there
             waiting = [(worldbody, TOP)]
             worldbody.set("name", site.get("name", ""))
@@ -149,18 +149,20 @@ class _Reader:
                     self._replace(name, actuator=Actuator(kp=kp, kv=kv, range=reach))
                 else:
                     self._section(kind, element)
-        touching: dict[str, set[str]] = {"contact_pairs": set(), "contact_pairs_with_friction": set()}
+        kinds = ("excluded_contacts", "contact_pairs", "contact_pairs_with_friction")
+        sets: dict[str, set[str]] = {kind: set() for kind in kinds}
         for pair in self.root.iterfind("contact/pair"):
             names = " - ".join(sorted(self.geoms.get(_text(pair, word), "") for word in ("geom1", "geom2")))
-            touching["contact_pairs" if pair.get("condim") == "1" else "contact_pairs_with_friction"].add(names)
+            sets["contact_pairs" if pair.get("condim") == "1" else "contact_pairs_with_friction"].add(names)
             if {key: text for key, text in pair.items() if key not in ("geom1", "geom2", "class")} not in TOUCHES:
                 self._section("contact_pair", pair)
-        excluded = ([_text(pair, "body1"), _text(pair, "body2")] for pair in self.root.iterfind("contact/exclude"))
-        excludes = frozenset(" - ".join(sorted(self.owners.get(name, name) for name in pair)) for pair in excluded)
+        for pair in self.root.iterfind("contact/exclude"):
+            bodies = [_text(pair, word) for word in ("body1", "body2")]
+            sets["excluded_contacts"].add(" - ".join(sorted(self.owners.get(name, name) for name in bodies)))
         poses = tuple(map(self._pose, self.root.iterfind("keyframe/key")))
         robot = model.Robot("", tuple(self.links), tuple(self.joints.values()), poses=poses)
-        pairs = {kind: frozenset(names) for kind, names in touching.items()}
-        return Mjcf(robot, **self.sections, excluded_contacts=excludes, **pairs)  # type: ignore[arg-type]
+        more: dict[str, Any] = {**self.sections, **{kind: frozenset(names) for kind, names in sets.items()}}
+        return Mjcf(robot, **more)
 
     def _put(self, kind: str, name: str, path: str, element: Element) -> None:
         """Add the attributes of an element, numbers as numbers; an element without any by its tag."""
@@ -169,10 +171,9 @@ class _Reader:
         if not attributes:
             entry[path] = element.tag
         for key, text in attributes.items():
-            try:
+            found: tuple[float, ...] = ()
+            with suppress(ValueError):
                 found = numbers_of(text)
-            except ValueError:
-                found = ()
             entry[f"{path} {key}"] = found[0] if len(found) == 1 else found or text
 
     def _section(self, kind: str, element: Element) -> None:
@@ -187,20 +188,18 @@ class _Reader:
         place, ref = _transform(body), _reference(joints[0]) if len(joints) == 1 else 0.0
         if ref:  # where the body is with its joint at zero; only one that is alone in a body has a reference
             x, y, z = unit(numbers_of(joints[0].get("axis", "0 0 1"), 3))  # type: ignore[arg-type]
-            back = model.Transform(rotation_about((x, y, z), -ref))
-            if joints[0].get("type") == "slide":
-                back = model.Transform(xyz=(-ref * x, -ref * y, -ref * z))
-            place = place.then(back)
+            slides = joints[0].get("type") == "slide"
+            moved = model.Transform(xyz=(-ref * x, -ref * y, -ref * z))
+            place = place.then(moved if slides else model.Transform(rotation_about((x, y, z), -ref)))
         self.elements |= {_text(joint, "name"): joint for joint in joints}
+        self.joints[name] = _joint(joints, parent, name, pose_of(place))
         if free and parent == TOP:
             self.free = True
             self.sections.setdefault("link", {}).setdefault(name, {})["base"] = "free"
-        if free and parent != TOP:
+        elif free:
             called = _text(free[0], "name")
             self.elements[called] = free[0]
             self.joints[name] = model.Joint(called, "floating", parent, name, pose_of(place))
-        else:
-            self.joints[name] = _joint(joints, parent, name, pose_of(place))
         waiting = [part for part in body if part.tag not in _PLAIN]
         while waiting:  # the site of a link, and what sensors are made of
             part = waiting.pop(0)
@@ -235,13 +234,9 @@ class _Reader:
             return model.Mesh(f"{kind} {geom.get('hfield', '')}".strip())
         found = numbers_of(geom.attrib["size"], counts[kind]) if "size" in geom.attrib else ()
         x, y, z = (*found, 0.0, 0.0, 0.0)[:3]
-        if kind == "box":
-            return model.Box((-x, -y, -z), (x, y, z))
-        if kind == "ellipsoid":
-            return model.Ellipsoid((x, y, z))
-        if kind == "sphere":
-            return model.Sphere(x)
-        return model.Cylinder(x, 2 * y) if kind == "cylinder" else model.Capsule(x, 2 * y)
+        made = {"box": model.Box((-x, -y, -z), (x, y, z)), "ellipsoid": model.Ellipsoid((x, y, z))}
+        made |= {"sphere": model.Sphere(x), "cylinder": model.Cylinder(x, 2 * y), "capsule": model.Capsule(x, 2 * y)}
+        return made[kind]
 
     def _replace(self, name: str, **values: Any) -> None:
         joint = next((joint for joint in self.joints.values() if joint.name == name), None)
@@ -251,10 +246,9 @@ class _Reader:
 
     def _pose(self, key: Element) -> JointPose:
         sizes = {name: _SIZES.get(joint.get("type", ""), 1) for name, joint in self.elements.items()}
-        length = sum(sizes.values()) + (_FREE if self.free else 0)
-        numbers = numbers_of(key.attrib["qpos"], length) if "qpos" in key.attrib else (0.0,) * length
-        left = iter(numbers[length - sum(sizes.values()) :])
-        positions: dict[str, float] = {}
+        start, positions = _FREE if self.free else 0, dict[str, float]()
+        length = start + sum(sizes.values())
+        left = iter((numbers_of(key.attrib["qpos"], length) if "qpos" in key.attrib else (0.0,) * length)[start:])
         for name, size in sizes.items():
             values = [next(left) for _ in range(size)]
             if size == 1:

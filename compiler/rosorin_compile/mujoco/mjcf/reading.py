@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import posixpath
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -30,7 +31,7 @@ FREE, BALL, SLIDE, HINGE = range(4)
 MAX_DEPTH = 20  # of files that include files
 _GROUPING = ("frame", "replicate")
 _MAKERS = ("attach", "replicate", "flexcomp", "composite")
-_TAGS = {**HELD, "bodies": ("body",)}
+_TAGS = {"bodies": ("body",), **HELD}
 _LINE = re.compile(r"\bline (\d+)")
 _TAG = re.compile(r"Element '([^']+)'")
 _QUOTED = re.compile(r"'([^']+)'")
@@ -84,28 +85,31 @@ class Markup:
                 continue
             name = file.value.replace("\\", "/")  # MuJoCo takes both for a separator
             is_adjacent = not files.is_file(main / name) and files.is_file(folder / name)
-            path = folder / name if is_adjacent else main / name
-            absolute = os.path.abspath(path)
-            problem = ("", "", "")
+            path, is_model = folder / name if is_adjacent else main / name, element.tag == "model"
+            absolute = os.path.abspath(path)  # MuJoCo compares names, and follows no links
+            rule, message, help = "", "", ""
             if not any(files.resolve(path).is_relative_to(allowed) for allowed in self.allowed):
+                rule, message = "include-outside", f"{file.value} is outside the folder of the robot, and is not read"
                 help = "move it there, or allow its folder: --package NAME=FOLDER"
-                problem = ("include-outside", f"{file.value} is outside the folder of the robot, and is not read", help)
             elif depth == MAX_DEPTH:
-                problem = ("include-too-many", f"files include each other {MAX_DEPTH} levels deep", "join some")
-            elif element.tag != "model" and absolute in above:
-                problem = ("include-cycle", f"{file.value} includes itself", "remove one include")
-            elif element.tag != "model" and absolute in known:  # MuJoCo compares names, and follows no links
-                message = f"{file.value} is included a second time: MuJoCo includes a file once"
-                problem = ("mjcf-refused", message, "include a copy, or use a class")
-            if problem[0]:
-                raise MarkupError(error(problem[0], problem[1], file.span, problem[2]))
-            if element.tag == "model":
-                if absolute not in {os.path.abspath(one) for one in self.files}:
-                    self._model(path, file.span, depth + 1)
-                continue
-            known.add(absolute)
-            self.included[element] = self._read(path, file.span)
-            self._follow(self.included[element], main, path.parent, known, (*above, absolute), depth + 1)
+                rule, message, help = (
+                    "include-too-many",
+                    f"files include each other {MAX_DEPTH} levels deep",
+                    "join some",
+                )
+            elif absolute in above and not is_model:
+                rule, message, help = "include-cycle", f"{file.value} includes itself", "remove one include"
+            elif absolute in known and not is_model:
+                rule, message = "mjcf-refused", f"{file.value} is included a second time: MuJoCo includes a file once"
+                help = "include a copy, or use a class"
+            if rule:
+                raise MarkupError(error(rule, message, file.span, help))
+            if not is_model:
+                known.add(absolute)
+                self.included[element] = self._read(path, file.span)
+                self._follow(self.included[element], main, path.parent, known, (*above, absolute), depth + 1)
+            elif absolute not in {os.path.abspath(one) for one in self.files}:
+                self._model(path, file.span, depth + 1)
 
     def place_of(self, name: str) -> str:
         """Return the name of a mesh or texture of an included file or attached model as seen from the main file."""
@@ -148,45 +152,30 @@ class Markup:
 
 
 class Places:
-    """Where each body, joint, geom, site, camera and light of the compiled model is in the text."""
+    """Where each body, joint, geom, site, camera and light of the compiled model is in the text, by its line."""
 
     def __init__(self, markup: Markup, facts: Mapping[str, Any]) -> None:
         self.markup = markup
         self.parts: dict[tuple[str, int], Element] = {("bodies", 0): markup.first("worldbody")}
-        held: dict[tuple[str, int], list[int]] = {}
-        for kind in _TAGS:
+        inside: dict[Element, list[Element]] = {}
+        passed = Counter[tuple[Element, str]]()
+        for kind, tags in _TAGS.items():
             for index, thing in list(enumerate(facts[kind]))[kind == "bodies" :]:
-                held.setdefault((kind, thing["parentid" if kind == "bodies" else "bodyid"]), []).append(index)
-        waiting: list[tuple[int, Sequence[Element]]] = [(0, markup.sections("worldbody"))]
-        while waiting:
-            index, containers = waiting.pop()
-            for kind, tags in _TAGS.items():
-                wanted = [(at, str(facts[kind][at]["name"])) for at in held.get((kind, index), ())]
-                for at, element in self._match(containers, tags, wanted).items():
-                    self.parts[kind, at] = element
-                    waiting += [(at, [element])] if kind == "bodies" else []
+                holder, name = self.body(thing["parentid" if kind == "bodies" else "bodyid"]), thing["name"]
+                if holder not in inside:
+                    containers = markup.sections("worldbody") if holder.tag == "worldbody" else [holder]
+                    inside[holder] = [element for one in containers for element in self._direct(one)]
+                found = [one for one in inside[holder] if one.tag in tags and one.span.line == thing["line"]]
+                found = [one for one in found if one.get("name") == name] or found  # a replica has another name
+                found = found or [*(one for one in inside[holder] if one.tag in _MAKERS), holder][:1]
+                self.parts[kind, index] = found[min(passed[found[0], name], len(found) - 1)]
+                passed[found[0], name] += 1  # of several on one line
 
-    def _match(
-        self, containers: Sequence[Element], tags: Sequence[str], wanted: list[tuple[int, str]]
-    ) -> dict[int, Element]:
-        """Return the element of each object: by order where nothing is repeated, else by name, else what holds it."""
-        if not wanted:
-            return {}
-        elements = [element for container in containers for element in self._direct(container, tags)]
-        if len(elements) == len(wanted):
-            return {at: element for (at, _), element in zip(wanted, elements, strict=True)}
-        holders = [e for c in containers for e in self.markup.elements_below(c) if e.tag in _MAKERS]
-        nameless = [element for element in elements if not element.get("name")]
-        fallback = [*nameless, *holders, *containers, self.markup.root][0]
-        names = {element.get("name"): element for element in elements if element.get("name")}
-        return {at: names.get(name) or names.get(name.rstrip("0123456789")) or fallback for at, name in wanted}
-
-    def _direct(self, container: Element, tags: Sequence[str]) -> Iterator[Element]:
+    def _direct(self, container: Element) -> Iterator[Element]:
         for child in self.markup.child_elements(container):
-            if child.tag in tags:
-                yield child
-            elif child.tag in _GROUPING:
-                yield from self._direct(child, tags)
+            yield child
+            if child.tag in _GROUPING:
+                yield from self._direct(child)
 
     def body(self, index: int) -> Element:
         return self.place_of("bodies", index)
@@ -229,7 +218,7 @@ def place(markup: Markup, message: str) -> Span:
     """Return the place that a message of MuJoCo is about: the element that has most of the line and names in it."""
     line, tag = _LINE.search(message), _TAG.search(message)
     quoted = set(_QUOTED.findall(message)) - {tag[1] if tag else ""}
-    best, likely = 0, markup.root.span
+    found: list[tuple[int, Span]] = [(0, markup.root.span)]
 
     def is_quoted(own: Attribute) -> bool:
         in_folder = own.name == "file" and own.value and any(one.endswith(f"/{own.value}") for one in quoted)
@@ -239,11 +228,9 @@ def place(markup: Markup, message: str) -> Span:
         attribute = next(filter(is_quoted, element.attributes.values()), None)
         here = line is not None and element.document is markup.root.document and element.span.line == int(line[1])
         score = 4 * here + 2 * (tag is not None and element.tag == tag[1]) + 3 * (attribute is not None)
-        if score > best:
-            best, likely = score, element.span
-            if attribute is not None:
-                likely = attribute.name_span if attribute.name in quoted else attribute.span
-    return likely
+        span = element.span if attribute is None else attribute.span
+        found.append((score, attribute.name_span if attribute is not None and attribute.name in quoted else span))
+    return max(found, key=lambda one: one[0])[1]
 
 
 class Reading:
@@ -258,12 +245,8 @@ class Reading:
         self.markup, self.places, self.facts = markup, places, facts
         self.diagnostics: list[Diagnostic] = []
         self.tree, self.links, self.joints, self.materials = (Map(markup.root.span) for _ in range(4))
-        self.link_of: dict[int, str] = {}
-        self.joint_of: dict[int, str] = {}
-        self.ball_of: dict[int, str] = {}
-        self.material_of: dict[int, str] = {}
-        self.actuator_of: dict[int, str] = {}
-        self.servos: dict[int, int] = {}
+        self.link_of, self.joint_of, self.ball_of = dict[int, str](), dict[int, str](), dict[int, str]()
+        self.material_of, self.actuator_of, self.servos = dict[int, str](), dict[int, str](), dict[int, int]()
         self.in_order = True  # the actuators, as an MJCF of ours has them
         self.sensor_order: list[str] = []  # names, if it is not that of an MJCF of ours
         self.stand_ins: dict[str, list[tuple[str, float, Span]]] = {}  # by the word of the limit: joint, value, place
@@ -287,10 +270,8 @@ class Reading:
     def unique(self, kind: str, name: str) -> str:
         """Return a name, with a number appended if another object of its kind has it."""
         taken, word = self.taken.setdefault(kind, set()), convert.legal(name) or "unnamed"
-        given, count = word, 1
-        while given in taken:
-            count += 1
-            given = f"{word}_{count}"
+        names = (f"{word}_{count}" if count > 1 else word for count in range(1, len(taken) + 2))
+        given = next(one for one in names if one not in taken)
         taken.add(given)
         return given
 

@@ -12,7 +12,7 @@ from rosorin_compile.model.link import together
 from rosorin_compile.model.simulation import GENERAL, MOTOR, POSITION, SENSOR_ELEMENT, VELOCITY, Actuator
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Suggestion, count_of, first_of
-from rosorin_compile.source.xml.elements import found_in
+from rosorin_compile.source.xml.elements import Found, found_in
 
 from .unsupported import along_link_of, position_range
 
@@ -54,8 +54,7 @@ def stand_ins(robot: Robot, joints: Sequence[Joint], output: Output | None) -> l
     if kind == "none":
         return []
     driven = {name for one in robot.actuators for name in one.targets.values()}
-    kept = [text for text in robot.mjcf if "<actuator" in text]
-    driven |= {found.attributes.get("joint", "") for text in kept for found in found_in(text)}
+    driven |= {found.attributes.get("joint", "") for found in _kept(robot)}
     places, made = robot.poses_in_root({}), list[Drive]()
     for joint in joints:
         if not joint.moves or joint.mimic or joint.actuator or joint.name in driven:
@@ -85,13 +84,10 @@ def aims(drive: Drive) -> tuple[float, float] | None:
     if actuator.range is not None or joint is None:
         return actuator.range
     ends = position_range(joint) if actuator.type == POSITION else None
-    if actuator.type == VELOCITY and joint.limit and joint.limit.known_value("velocity"):
-        speed = joint.limit.known_value("velocity") or 0.0
-        ends = -speed, speed
-    if ends is None:
-        return None
-    low, high = sorted((actuator.gear[0] if actuator.gear else 1.0) * end for end in ends)
-    return low, high
+    speed = joint.limit.known_value("velocity") if actuator.type == VELOCITY and joint.limit else None
+    low, high = (-speed, speed) if speed else ends or (0.0, 0.0)
+    low, high = sorted((actuator.gear[0] if actuator.gear else 1.0) * end for end in (low, high))
+    return (low, high) if speed or ends else None
 
 
 def is_clamped(robot: Robot, joint: Joint, effort: float) -> bool:
@@ -101,8 +97,8 @@ def is_clamped(robot: Robot, joint: Joint, effort: float) -> bool:
     total = 0.0
     for actuator in (*own, *(one for one in others if one.targets.get("joint") == joint.name)):
         gear, mjcf = abs(actuator.gear[0]) if actuator.gear else 1.0, actuator.mjcf
-        found = mjcf.get("gainprm", 1.0) if actuator.type == GENERAL else 1.0
-        gain = found[0] if isinstance(found, tuple) else found
+        gain = mjcf.get("gainprm", 1.0) if actuator.type == GENERAL else 1.0
+        gain = gain[0] if isinstance(gain, tuple) else gain
         usual = {"gaintype": "fixed", "biastype": "none"} if actuator.type == GENERAL else {}
         is_plain = actuator.type in (MOTOR, GENERAL) and all(mjcf.get(key, text) == text for key, text in usual.items())
         is_limited = actuator.range is not None and not actuator.unlimited and mjcf.get("ctrllimited") is not False
@@ -115,11 +111,14 @@ def is_clamped(robot: Robot, joint: Joint, effort: float) -> bool:
     return bool(own) and math.isclose(total, effort, rel_tol=_ROUNDING)
 
 
+def _kept(robot: Robot) -> list[Found]:
+    elements = [found for text in robot.mjcf if "<actuator" in text for found in found_in(text)]
+    return [found for found in elements if found.tags[:-1] == ("actuator",)]
+
+
 def kept_controls(robot: Robot) -> int:
     """Return how many controls the actuators have in elements of MJCF."""
-    texts = [text for text in robot.mjcf if "<actuator" in text]
-    elements = [found for text in texts for found in found_in(text) if found.tags[:-1] == ("actuator",)]
-    return sum(control_count(found.tags[-1], found.attributes) for found in elements)
+    return sum(control_count(found.tags[-1], found.attributes) for found in _kept(robot))
 
 
 def control_count(tag: str, attributes: Mapping[str, object]) -> int:

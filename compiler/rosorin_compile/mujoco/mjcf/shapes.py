@@ -64,10 +64,8 @@ def add_shapes(reading: Reading) -> None:
             if purpose == "visual":
                 _put_look(reading, geom, shape, element)
             else:
-                contact, attributes = Map(element.span), geom["element"]["attributes"]
-                for word in ("contype", "conaffinity"):
-                    if geom[word] != 1:
-                        convert.put(contact, word, geom[word])
+                attributes, bits = geom["element"]["attributes"], ("contype", "conaffinity")
+                contact = convert.mapping({word: geom[word] for word in bits if geom[word] != 1}, element)
                 own = {key: attributes[key] for key in _OF_CONTACT if key in attributes}
                 reading.put_words(contact, own, "contact", element, "a geom")
                 convert.put_some(shape, "contact", contact)
@@ -92,10 +90,9 @@ def _put_more(reading: Reading, geom: Thing, shape: Map, element: Element, purpo
         more["group"] = str(geom["group"])
     elif purposes[0] != purpose and reading.groups.get(purpose, _HIDDEN) != _HIDDEN:
         more["group"] = str(_HIDDEN)  # the visual is what is seen of it
-    if purposes == ["collision"] and "rgba" in attributes:
-        more["rgba"] = " ".join(map(repr, _colour(geom)))
-    if purposes == ["collision"] and geom["matid"] >= 0:
-        more["material"] = _material(reading, geom["matid"])
+    if purposes == ["collision"]:
+        more |= {"rgba": " ".join(map(repr, _colour(geom)))} if "rgba" in attributes else {}
+        more |= {"material": _material(reading, geom["matid"])} if geom["matid"] >= 0 else {}
     inner = Map(element.span)
     reading.put_words(inner, more, "mjcf_geom", element, f'a geom of link "{reading.link_of[geom["bodyid"]]}"')
     for word, value in inner.items():
@@ -139,13 +136,10 @@ def _asset_name(asset: convert.Node) -> str:
 
 
 def _is_carried(reading: Reading, geom: Thing) -> bool:
-    inner = geom["element"]["inner"]  # plugins
-    if geom["type"] == _MESH:
-        mesh = reading.facts["meshes"][geom["dataid"]]
-        inner = inner or _asset(reading, "mesh", mesh["name"])["inner"]
-        if not _mesh_file(mesh):
-            return False
-    return geom["type"] in _CARRIED and geom["bodyid"] in reading.link_of and not inner
+    mesh = reading.facts["meshes"][geom["dataid"]] if geom["type"] == _MESH else None
+    if mesh and (not _mesh_file(mesh) or _asset(reading, "mesh", mesh["name"])["inner"]):
+        return False
+    return geom["type"] in _CARRIED and geom["bodyid"] in reading.link_of and not geom["element"]["inner"]  # plugins
 
 
 def is_scene(geom: Thing) -> bool:
@@ -207,14 +201,13 @@ def _put_look(reading: Reading, geom: Thing, shape: Map, element: Element) -> No
             convert.put(shape, "rgba", convert.numbers(rgba, element, "rgba"))
         return
     material = reading.facts["materials"][at]
-    is_layered = bool(_asset(reading, "material", material["name"])["inner"])
+    is_layered, texture = bool(_asset(reading, "material", material["name"])["inner"]), material["texture"]
     if rgba == _NO_COLOUR and not is_layered:
         convert.put(shape, "material", _material(reading, at))
         return
     convert.put(shape, "rgba", convert.numbers(_colour(material) if rgba == _NO_COLOUR else rgba, element, "rgba"))
-    if material["texture"]:
-        convert.put(shape, "texture", reading.markup.place_of(material["texture"]))
-    if material["texture"] or is_layered or _more_of_material(reading, material):
+    convert.put_some(shape, "texture", texture and reading.markup.place_of(texture))
+    if texture or is_layered or _more_of_material(reading, material):
         convert.put_inner(shape, "material", _material(reading, at))
 
 
@@ -241,10 +234,9 @@ def _material(reading: Reading, index: int) -> str:
         return name
     given = reading.material_of[index] = reading.name("material", name)
     reading.renamed.setdefault("material", {})[name] = given
-    entry, more = Map(element.span), _more_of_material(reading, material)
-    convert.put(entry, "rgba", convert.numbers(_colour(material), element, "rgba"))
-    if material["texture"]:
-        convert.put(entry, "texture", reading.markup.place_of(material["texture"]))
+    more, file = _more_of_material(reading, material), material["texture"]
+    entry = convert.mapping({"rgba": convert.numbers(_colour(material), element, "rgba")}, element)
+    convert.put_some(entry, "texture", file and reading.markup.place_of(file))
     texture = more.pop("texture", "")
     reading.put_words(entry, more, "material", element, f'the material "{given}"')
     if texture:
@@ -260,10 +252,10 @@ def _add_unused(reading: Reading) -> None:
     used = {geom["matid"] for geom in geoms if _is_carried(reading, geom)}
     left = {geom["matid"] for geom in geoms} - used - {-1}
     for index in range(len(reading.facts["materials"])):
-        if index not in left:
+        if index in left:
+            reading.scene.append(("material", markup.first("asset").span))
+        else:
             _material(reading, index)
-    for _ in left:
-        reading.scene.append(("material", markup.first("asset").span))
     convert.put_some(reading.tree, "materials", reading.materials)
     textures = {name for kind, name in reading.of_scene if kind == "texture"}
     for material in assets["material_assets"]:

@@ -35,8 +35,7 @@ def mesh_path(file: str) -> str:
     ('meshes/arm/visual/base.DAE.obj', 'base.stl', '')
     """
     ending = posixpath.splitext(file)[1].lower()
-    more = CONVERTED_ENDING if ending in _CONVERTED else ""
-    return _path(file, more) if more or ending in _MESH_FORMATS else ""
+    return _path(file, CONVERTED_ENDING * (ending in _CONVERTED)) if ending in (*_CONVERTED, *_MESH_FORMATS) else ""
 
 
 def texture_path(file: str) -> str:
@@ -60,11 +59,9 @@ def _path(file: str, more: str) -> str:
         return "" if more or scheme not in ("file", file) else file.removeprefix("file://")
     if not more:
         return file
-    inside = posixpath.normpath(file)
-    is_outside = inside.startswith("../")
-    while inside.startswith("../"):  # converted files are next to the MJCF
-        inside = inside[3:]
-    return f"{MESHES}/{inside}{more}" if is_outside else f"{inside}{more}"
+    outside = posixpath.normpath(file)
+    inside = re.sub(r"^(\.\./)+", "", outside)  # converted files are next to the MJCF
+    return f"{inside}{more}" if inside == outside else f"{MESHES}/{inside}{more}"
 
 
 def is_written(robot: Robot, mesh: Mesh) -> bool:
@@ -106,16 +103,18 @@ def report_omissions(robot: Robot, joints: list[Joint], unpaired: Sequence[tuple
     """Yield what joints, meshes and textures have that MJCF cannot express; ``unpaired`` links have too many shapes."""
     for joint in joints:
         ends, effort = position_range(joint), joint.limit.known_value("effort") if joint.limit else None
+        what, empty = f'joint "{joint.name}"', "MuJoCo ignores an empty range"
         if ends and ends[0] >= ends[1]:
-            message = f'joint "{joint.name}" is limited to {ends[0]:g} to {ends[1]:g}: MuJoCo ignores an empty range'
+            message = f"{what} is limited to {ends[0]:g} to {ends[1]:g}: {empty}"
             yield _omitted(message, "make the joint fixed, or its range wider")
         if joint.moves and effort is not None and effort <= 0:
-            message = f'joint "{joint.name}" has an effort of {effort:g}: MuJoCo ignores an empty range of forces'
-            yield _omitted(message, "give the effort that the joint really has")
+            yield _omitted(
+                f"{what} has an effort of {effort:g}: {empty} of forces", "give the effort that it really has"
+            )
         words = ["limit"] if joint.limit is not None and joint.type == "planar" else []
         words += ["dynamics"] if joint.dynamics is not None and joint.type != "ball" else []
         if words and not joint.moves and not is_free(robot, joint):
-            message = f'joint "{joint.name}" is {joint.type}, without its {" and ".join(words)} in the MJCF'
+            message = f"{what} is {joint.type}, without its {' and '.join(words)} in the MJCF"
             yield _omitted(message, "the URDF carries them")
     files = [shape.texture for link in robot.links for shape in link.visual]
     files += [material.texture for material in robot.materials]
@@ -151,8 +150,7 @@ LEAST_EIGENVALUE = 1e-14
 
 def has_mass(inertial: Inertial) -> bool:
     """Return True if an inertial has a mass or an inertia."""
-    i = inertial
-    return bool(i.mass) or any((i.ixx, i.iyy, i.izz, i.ixy, i.ixz, i.iyz))
+    return bool(inertial.mass or inertial.ixx or inertial.iyy or inertial.izz) or has_products(inertial)
 
 
 def has_products(inertial: Inertial) -> bool:

@@ -32,7 +32,7 @@ from rosorin_compile.model.mesh_vertices import clouds_of
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.model.shape import Material
 from rosorin_compile.model.simulation import POSITION, Attribute
-from rosorin_compile.mujoco.rest_pose import HOME, home_of, stands_at
+from rosorin_compile.mujoco.mjcf.bodies import HOME, home_of, stands_at
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
 from rosorin_compile.source.xml.elements import indent_lines
@@ -55,12 +55,11 @@ def _several(joint: model.Joint, printer: ElementPrinter) -> list[Markup]:
     is_free = bodies.is_free(printer.robot, joint)
     if is_free or joint.type == "ball":
         return [attributes(name=joint.name, type="free" if is_free else "ball", **_inner(joint, printer))]
-    base, parts = base_name(joint, printer.robot), list(zip(bodies.FLOATING, ("slide",) * 3, _AXES, strict=False))
-    if joint.type == "planar":
-        axes = (*plane_axes(joint.axis), joint.axis)
-        parts = list(zip(bodies.PLANAR, ("slide", "slide", "hinge"), axes, strict=True))
+    base, is_planar = base_name(joint, printer.robot), joint.type == "planar"
+    ends, kinds = (bodies.PLANAR, ("slide", "slide", "hinge")) if is_planar else (bodies.FLOATING[:3], ("slide",) * 3)
+    parts = zip(ends, kinds, (*plane_axes(joint.axis), joint.axis) if is_planar else _AXES, strict=True)
     made = [attributes(name=base + end, **_motion(kind, axis, printer.number)) for end, kind, axis in parts]
-    return made if joint.type == "planar" else [*made, attributes(name=base + bodies.FLOATING[3], type="ball")]
+    return made if is_planar else [*made, attributes(name=base + bodies.FLOATING[3], type="ball")]
 
 
 def base_name(joint: model.Joint, robot: model.Robot) -> str:
@@ -191,11 +190,9 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
     shared += [printer.actuator(drive) for drive in drives]
     classes = Classes(robot.name, shared, [*robot.mjcf, *(text for _, text in measuring.sections)])
     geoms = _Geoms(output, printer, classes, shown)
-    stands_there = partial(stands_at, robot, clouds=clouds_of(robot, as_opened=True))
-    is_placed = robot.root_in_world.placed or not free
-    root = robot.root_in_world.pose if is_placed else stands_there(home_of(robot))
-    top = 1 if robot.root_in_world.world else 0  # the depth of the frames that are bodies in the world
-    in_world = robot.root_in_world
+    in_world, stands_there = robot.root_in_world, partial(stands_at, robot, clouds=clouds_of(robot, as_opened=True))
+    root = in_world.pose if in_world.placed or not free else stands_there(home_of(robot))
+    top = 1 if in_world.world else 0  # the depth of the frames that are bodies in the world
     name = in_world.joint or bodies.free_name(f"{robot.root}_free", robot.joint)
     tag, kind = ("freejoint", {}) if set(in_world.values) <= {"group", "align"} else ("joint", {"type": "free"})
     free_joint = Markup("<{}{}/>").format(tag, printer.print_values({"name": name, **kind, **in_world.values}))
@@ -270,8 +267,7 @@ def _walk(robot: model.Robot) -> Iterator[Frame]:
         frame = waiting.pop()
         yield frame
         depth = frame.depth + 1
-        for name, pose in reversed(edges.get(frame.name, ())):
-            waiting.append(Frame(name, depth, pose, None, None))
+        waiting += [Frame(name, depth, pose, None, None) for name, pose in reversed(edges.get(frame.name, ()))]
         for joint in reversed(robot.joints_from.get(frame.name, ())):
             ref, moving = bodies.reference(joint), None if joint.is_fixed else joint
             place = pose_of(joint.transform(ref)) if ref else joint.origin
@@ -312,9 +308,8 @@ class _Geoms:
     def geoms_of(self, link: model.Link, purpose: str) -> Iterator[Markup]:
         """Yield the attributes of the geoms of a link for a purpose."""
         is_shown, rolls = purpose == bodies.COLLISION and link.name in self.shown, link.name in self.rolls
-        kind = purpose
-        if purpose == bodies.COLLISION and (rolls or is_shown):
-            kind = (bodies.SHOWN_WHEEL if is_shown else bodies.WHEEL) if rolls else bodies.SHOWN
+        kinds = {(False, True): bodies.SHOWN, (True, False): bodies.WHEEL, (True, True): bodies.SHOWN_WHEEL}
+        kind = kinds.get((rolls, is_shown), purpose) if purpose == bodies.COLLISION else purpose
         for index, solid in bodies.numbered_solids(link, purpose, self.form):
             geometry, name = solid.geometry, self.names[link.name, purpose, index]
             is_lost = isinstance(geometry, model.Mesh) and not unsupported.is_written(self.robot, geometry)
@@ -361,14 +356,14 @@ def _geom_names(robot: model.Robot, form: str) -> tuple[dict[tuple[str, str, int
     others are called after their link.
     """
     places: dict[tuple[str, str, int], str] = {}
+    first = dict[str, str]()
     for purpose, link in product((bodies.COLLISION, bodies.VISUAL), robot.links):
         for number, solid in bodies.numbered_solids(link, purpose, form):
             places[link.name, purpose, number] = solid.name
-    own, first = [(at, name) for at, name in places.items() if name], dict[str, str]()
-    for (_, purpose, _), name in own:
-        first.setdefault(name, purpose)
-    counts = Counter(name for (_, purpose, _), name in own if first[name] == purpose)
-    names = {at: name for at, name in own if counts[name] == 1 and first[name] == at[1]}
+            first.setdefault(solid.name, purpose)
+    own = [(at, name) for at, name in places.items() if name and first[name] == at[1]]
+    counts = Counter(name for _, name in own)
+    names = {at: name for at, name in own if counts[name] == 1}
     taken, aliases = set(names.values()), {}
     for at in places:
         plain = f"{at[0]}_{at[1]}_{at[2]}"
@@ -382,10 +377,9 @@ def _geom_names(robot: model.Robot, form: str) -> tuple[dict[tuple[str, str, int
 def _option(robot: model.Robot, output: model.Output, free: bool, printer: ElementPrinter) -> Sequence[Markup | str]:
     """Return the settings of the simulation and its flags; those of an imported robot are complete."""
     described, drive = output.options.get("option", {}), robot.drive
-    standing: Mapping[str, object] = {}
-    if (free or drive) and not (described and robot.source.status == "imported"):
-        standing = STANDING if drive is None or drive.slides else PLAIN_WHEELS
-    values = {**OPTION, **standing, **described}
+    is_whole = bool(described) and robot.source.status == "imported"
+    standing = STANDING if drive is None or drive.slides else PLAIN_WHEELS
+    values = {**OPTION, **(standing if (free or drive) and not is_whole else {}), **described}
     flags = values.pop("flag", {})
     texts = {word: printer.text(tuple(one) if isinstance(one, (list, tuple)) else one) for word, one in values.items()}
     return attributes(**texts), attributes(**flags) if flags else ""

@@ -22,6 +22,7 @@ from rosorin_compile.formats.templating import Templates, attributes
 from rosorin_compile.model import Pose, Robot, Sensor, Shape, Vector, simulation
 from rosorin_compile.model.shape import Material
 from rosorin_compile.model.simulation import Attribute, Values
+from rosorin_compile.mujoco.sections import TARGETS
 from rosorin_compile.source.diagnostics import Diagnostic, error
 from rosorin_compile.source.numbers import NumberFormat, numbers, vector
 from rosorin_compile.source.xml.elements import found_in
@@ -30,13 +31,10 @@ from . import bodies
 from .servos import Drive, aims
 from .unsupported import is_textured
 
-# What each joint has for itself, and what many have in common that move otherwise.
-_OWN = ("name", "class", "type")
+# Attributes that no class has, and those that differ between the left and the right side of a robot.
+_OWN = {"name", "class", "type", "lengthrange", *TARGETS.values()}
 _SIDE = ("axis", "range", "ctrlrange", "forcerange")
-# The kinds of actuators whose attributes all may stand in a class, and what an actuator acts on.
-_KINDS = ("position", "velocity", "motor", "general")
-_TARGETS = ("name", "class", "joint", "jointinparent", "tendon", "site", "refsite", "body", "slidersite", "cranksite")
-_OF_ACTUATOR = (*_TARGETS, "lengthrange")  # MuJoCo takes it in no class
+_KINDS = ("joint", "position", "velocity", "motor", "general")  # elements whose other attributes a class may have
 
 _WORD = re.compile(r"[^\W\d_]+")
 _CLASS = re.compile(r'<default\b[^<>]*\bclass="([^"]*)"')
@@ -84,16 +82,15 @@ class Classes:
 
     def __init__(self, robot: str, elements: Sequence[Named], kept: Iterable[str]) -> None:
         self._taken = {name for text in kept for name in _CLASS.findall(text)} | {"main"}
-        self.outer = self._free(robot)
+        self.outer = bodies.free_name(robot, self._taken)
         self._elements = elements
         self._names: dict[int, str] = {}
-        self._taken |= set(map(self.class_name, bodies.CLASSES))
+        self._taken |= {self.outer, *map(self.class_name, bodies.CLASSES)}
         self.shared: dict[str, list[_Shared]] = {}
         for shared in self._groups():
-            name = self._with_joints(shared) or self._called(shared)
             if self._saved(shared) > 0:
-                if name not in self.shared:
-                    self._free(name)
+                name = self._with_joints(shared) or self._called(shared)
+                self._taken.add(name)
                 self.shared.setdefault(name, []).append(shared)
                 self._names |= dict.fromkeys(shared.members, name)
 
@@ -131,11 +128,6 @@ class Classes:
             made.append(Class(name, [Part(one.tag, attributes(**one.values)) for one in shared]))
         return Class(self.outer, (), made)
 
-    def _free(self, name: str) -> str:
-        name = bodies.free_name(name, self._taken)
-        self._taken.add(name)
-        return name
-
     def _groups(self) -> Iterator[_Shared]:
         """Yield what elements share that move alike; those of one axis and range alone, where their names say so."""
         for members in self._alike(range(len(self._elements)), _SIDE):
@@ -150,20 +142,16 @@ class Classes:
         groups: dict[object, list[int]] = {}
         for place in places:
             tag, values = self._elements[place].tag, self._elements[place].values
-            others = (*(_OWN if tag == "joint" else _OF_ACTUATOR), *without)
-            key = frozenset((word, text) for word, text in values.items() if word not in others)
-            is_alone = tag != "joint" and tag not in _KINDS
-            groups.setdefault((tag, place) if is_alone else (tag, key), []).append(place)
+            key = frozenset((word, text) for word, text in values.items() if word not in (*_OWN, *without))
+            groups.setdefault((tag, key if tag in _KINDS else place), []).append(place)
         return list(groups.values())
 
     def _shared(self, members: Sequence[int]) -> _Shared:
         """Return the attributes that all elements have, in the order of the first one."""
-        first, *rest = [self._elements[place] for place in members]
-        own, common = _OWN if first.tag == "joint" else _OF_ACTUATOR, dict[str, str]()
-        for word, text in first.values.items():
-            if word not in own and all(one.values.get(word) == text for one in rest):
-                common[word] = text
-        return _Shared(first.tag, common, members, _words_of([first.joint, *(one.joint for one in rest)]))
+        elements = [self._elements[place] for place in members]
+        shared = set.intersection(*(set(one.values.items()) for one in elements))
+        common = [pair for pair in elements[0].values.items() if pair in shared and pair[0] not in _OWN]
+        return _Shared(elements[0].tag, dict(common), members, _words_of([one.joint for one in elements]))
 
     def _with_joints(self, shared: _Shared) -> str:
         """Return the class that has all joints of these actuators, and can have them, too; empty if there is none."""
@@ -186,9 +174,8 @@ class Classes:
         joined = self._with_joints(shared)
         name = joined or self._called(shared)
         size, naming = len(attributes(**shared.values)), len(f' class="{name}"')
-        around = len(f"        <{shared.tag}/>\n")
-        around += 0 if joined else len(f'      <default class="{name}">\n      </default>\n')
-        return len(shared.members) * (size - naming) - size - around if size else 0
+        around = f"        <{shared.tag}/>\n" + f'      <default class="{name}">\n      </default>\n' * (not joined)
+        return len(shared.members) * (size - naming) - size - len(around) if size else 0
 
 
 def _words_of(names: Sequence[str]) -> str:
@@ -200,10 +187,8 @@ def _words_of(names: Sequence[str]) -> str:
     ('joint', '')
     """
     split = list(map(_WORD.findall, names))
-    shortest = min(map(len, split))
-    begin = next((at for at in range(shortest) if len({tuple(words[at : at + 1]) for words in split}) > 1), shortest)
-    rest = range(shortest - begin)
-    end = next((at for at in rest if len({words[len(words) - 1 - at] for words in split}) > 1), len(rest))
+    begin = len(posixpath.commonprefix(split))
+    end = len(posixpath.commonprefix([words[begin:][::-1] for words in split]))
     words = split[0][:begin] + split[0][len(split[0]) - end :]
     return "_".join([word for word in words if word != "joint"] or words[:1])
 
@@ -315,11 +300,9 @@ class ElementPrinter:
 
     def touching(self, shape: Shape, purpose: str) -> dict[str, str]:
         """Return the attributes of how a shape touches, and those that the language has no word for."""
-        values: dict[str, Attribute] = {}
-        if shape.contact is not None and purpose == "collision":
-            bits: Values = {word: shape.contact.values.get(word) for word in bodies.BITS}  # first in the element
-            values |= {**bits, **shape.contact.values}
-        return self.texts(values | dict(shape.mjcf))
+        contact = shape.contact.values if shape.contact is not None and purpose == "collision" else {}
+        bits = {word: contact.get(word) for word in bodies.BITS}  # first in the element
+        return self.texts({**bits, **contact, **shape.mjcf})
 
     def print_values(self, values: Values) -> Markup:
         return attributes(**self.texts(values))
@@ -362,14 +345,11 @@ def sensor_elements(
     made, number = SensorElements({}, [], [], list(robot.mjcf), []), printer.number
     for sensor, part in [(one, part) for one in robot.sensors for part in one.simulated]:
         place = place_of(part.pose.xyz, part.pose.rpy, number) if part.pose is not None else {}
-        replicate: dict[str, str] = {}
+        around, of_body = Markup(), made.of_bodies.setdefault(part.link, [])
         if part.replicas is not None:
-            step = part.replicas.step
-            replicate = {"count": str(part.replicas.count), "sep": "_"}
-            replicate |= {"offset": vector(step.xyz, number)} if any(step.xyz) else {}
-            replicate |= {"euler": vector(step.rpy, number)} if any(step.rpy) else {}
-        around, of_body = attributes(**replicate), made.of_bodies.setdefault(part.link, [])
-        values: dict[str, str] = {"name": part.name}
+            step = {"offset": part.replicas.step.xyz, "euler": part.replicas.step.rpy}
+            turned = {word: vector(one, number) for word, one in step.items() if any(one)}
+            around = attributes(count=str(part.replicas.count), sep="_", **turned)
         more = {name: printer.text(value) for name, value in part.attributes.items() if value is not None}
         if part.kind == simulation.TEMPLATE_ELEMENT:
             names: dict[str, Any] = {"robot": robot, "sensor": sensor, "element": part, "number": number}
@@ -380,12 +360,12 @@ def sensor_elements(
             else:
                 of_body.append(Part("", text=text))
         elif part.kind == simulation.BODY_ELEMENT:
-            of_body.append(Part(part.element, attributes(**{**values, **place, **more}), around))
+            of_body.append(Part(part.element, attributes(**{"name": part.name, **place, **more}), around))
         elif part.kind == simulation.SENSOR_ELEMENT:
-            is_frame = part.element.startswith("frame")
-            values |= {"objtype": "site", "objname": part.site} if is_frame else {"site": part.site}
-            values = {name: value for name, value in values.items() if part.attributes.get(name, "") is not None}
-            made.sensors.append(Part(part.element, attributes(**{**values, **more})))  # such as clock without a site
+            at = {"objtype": "site", "objname": part.site} if part.element.startswith("frame") else {"site": part.site}
+            without = [name for name, value in part.attributes.items() if value is None]  # such as clock without a site
+            values = {name: value for name, value in {"name": part.name, **at}.items() if name not in without}
+            made.sensors.append(Part(part.element, attributes(**{**values, **more})))
             if part.pose is not None:
                 of_body.append(Part("site", attributes(name=part.site, **place), around))
     if not order:
@@ -398,12 +378,7 @@ def sensor_elements(
         else:
             made.kept.append(text)
     rank = {name: place for place, name in enumerate(order)}
-
-    def place_in_order(part: Part) -> int:
-        name = _NAME.search(part.attributes)
-        return rank.get(name[1], len(rank)) if name else len(rank)
-
-    made.sensors.sort(key=place_in_order)
+    made.sensors.sort(key=lambda part: rank.get((_NAME.findall(part.attributes) or [""])[0], len(rank)))
     return made
 
 
@@ -411,10 +386,10 @@ def _damaged(sensor: Sensor, part: simulation.Simulated, text: str) -> Iterator[
     from xml.etree import ElementTree
 
     what, around = f'what {part.element} makes for sensor "{sensor.name}"', part.section or "body"
+    help = "MJCF is XML: close every element, put every value in quotes"
     try:
         made = ElementTree.fromstring(f"<{around}>{text}</{around}>")  # noqa: S314 - no entities without a DOCTYPE
     except ElementTree.ParseError as problem:
-        help = "MJCF is XML: close every element, put every value in quotes"
         yield error("template-failed", f"{what} is not XML: {problem}", None, help)
         return
     if any(True for name in ("joint", "freejoint") for _ in made.iter(name)):

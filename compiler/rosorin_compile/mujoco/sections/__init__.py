@@ -9,6 +9,7 @@ which refuses to load the MJCF.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import product
 from typing import Any, NamedTuple
 
 from rosorin_compile.language.lower import Problem, entries_of, pose_of_entry, record_of, renamed_values
@@ -133,12 +134,10 @@ def _target(actuator: Actuator) -> tuple[str, str] | None:
     if len(used - {"refsite", "slidersite"}) > 1:
         named = phrase([words[word] for word in sorted(used)])
         return f"acts on several things: {named}", "leave one; write an actuator for each of the others"
-    allowed = WORDS[actuator.type]
-    if not used <= allowed:
-        can = [key for key, word in TARGETS.items() if word in allowed]
-        help = f"name a {' or '.join(can)}" if can else ""
-        return f"is of type {actuator.type}, which drives no {words[min(used - allowed)]}", help
-    return None
+    wrong = used - WORDS[actuator.type]
+    can = [key for key, word in TARGETS.items() if word in WORDS[actuator.type]]
+    help = f"name a {' or '.join(can)}" if can else ""
+    return (f"is of type {actuator.type}, which drives no {words[min(wrong)]}", help) if wrong else None
 
 
 @rule(
@@ -150,22 +149,21 @@ def _target(actuator: Actuator) -> tuple[str, str] | None:
 def words(case: Case) -> Iterator[Diagnostic]:
     """Actuators with words of another type, or without a gain that MuJoCo would take for 1."""
     for actuator, called, path, joint in drivers(case):
-        allowed, kind = WORDS[actuator.type], actuator.type
+        kind, of_type = actuator.type, f"{called} is of type {actuator.type}"
         values: dict[str, object] = {"kp": actuator.kp is not None, "kv": actuator.kv}
         values |= {"dampratio": actuator.damping_ratio, "gear": actuator.gear, "forcerange": actuator.force is not None}
         used: list[tuple[str, Path]] = [(word, (_OF_US[word],)) for word, value in values.items() if value]
         for word, key in (*used, *((word, ("mjcf", word)) for word in actuator.mjcf)):
-            if word not in allowed:
+            if word not in WORDS[kind]:
                 types = ", ".join(name for name in WORDS if word in WORDS[name])
-                message = f"{called} is of type {kind}, which has no {key[-1]}"
-                help = f"leave it out, or use a type that has it: {types}"
-                yield case.problem("actuator-word", message, (*path, *key), help, key=True)
-        if joint is not None and "joint" not in allowed:
-            message = f"{called} is of type {kind}, which drives no joint"
-            yield case.problem("actuator-target", message, (*path, "type"), "write it under actuators, with its target")
+                help, place = f"leave it out, or use a type that has it: {types}", (*path, *key)
+                yield case.problem("actuator-word", f"{of_type}, which has no {key[-1]}", place, help, key=True)
+        if joint is not None and "joint" not in WORDS[kind]:
+            message, help = f"{of_type}, which drives no joint", "write it under actuators, with its target"
+            yield case.problem("actuator-target", message, (*path, "type"), help)
         gain = _LACKING.get(kind, "")
         if gain and not values[gain]:
-            message = f"{called} is of type {kind} and has no {gain}: MuJoCo would use 1"
+            message = f"{of_type} and has no {gain}: MuJoCo would use 1"
             yield case.problem("actuator-word", message, path, f"write {gain}: ...", key=True)
         if actuator.damping_ratio and actuator.kv:
             message = f"{called} has kv and damping_ratio, two keys for the same damping"
@@ -186,14 +184,12 @@ _SIZES = ("damping", "friction", "armature", "stiffness", "kp", "kv", "damping_r
 )
 def ranges(case: Case) -> Iterator[Diagnostic]:
     """Empty ranges of actuators and joints."""
-    for entry, path, called in _entries(case):
-        for inner, place in ((entry, path), (entry.get("mjcf") or {}, (*path, "mjcf"))):
-            for key in _RANGES:
-                ends = inner.get(key)
-                if isinstance(ends, list) and len(ends) == 2 and not ends[0] < ends[1]:
-                    message = f"the {key} of {called} goes from {number(ends[0])} to {number(ends[1])}"
-                    help = "give the smaller number first, or leave it out where there is none"
-                    yield case.problem("range-without-room", message, (*place, key), help)
+    for (entry, path, called), key in product(_entries(case), _RANGES):
+        for ends, place in ((entry.get(key), path), ((entry.get("mjcf") or {}).get(key), (*path, "mjcf"))):
+            if isinstance(ends, list) and len(ends) == 2 and not ends[0] < ends[1]:
+                message = f"the {key} of {called} goes from {number(ends[0])} to {number(ends[1])}"
+                help = "give the smaller number first, or leave it out where there is none"
+                yield case.problem("range-without-room", message, (*place, key), help)
 
 
 def _entries(case: Case) -> Iterator[tuple[Mapping[str, Any], Path, str]]:
@@ -209,13 +205,11 @@ def _entries(case: Case) -> Iterator[tuple[Mapping[str, Any], Path, str]]:
 @Check
 def negative(case: Case) -> Iterator[Diagnostic]:
     """Sizes below zero (dynamics-negative) besides those of joints."""
-    for entry, path, called in _entries(case):
-        is_in_joint = path[0] == "joints" and len(path) > 2
-        for key in ("damping_ratio",) if is_in_joint else _SIZES:
-            value = entry.get(key, 0.0)
-            if isinstance(value, (int, float)) and value < 0:
-                message = f"the {key} of {called} is {number(value)}, below zero"
-                yield case.problem("dynamics-negative", message, (*path, key), "write it without the sign")
+    for (entry, path, called), key in product(_entries(case), _SIZES):
+        value, is_in_joint = entry.get(key, 0.0), path[0] == "joints" and len(path) > 2
+        if isinstance(value, (int, float)) and value < 0 and (key == "damping_ratio" or not is_in_joint):
+            message = f"the {key} of {called} is {number(value)}, below zero"
+            yield case.problem("dynamics-negative", message, (*path, key), "write it without the sign")
 
 
 @rule(
@@ -226,8 +220,10 @@ def negative(case: Case) -> Iterator[Diagnostic]:
 )
 def contacts(case: Case) -> Iterator[Diagnostic]:
     """Contacts that MuJoCo would refuse or read as something else."""
-    shapes = ((link.name, index, one) for link in case.robot.links for index, one in enumerate(link.collision))
-    for link, index, _ in (one for one in shapes if one[2].contact):
+    shapes = (
+        (link.name, index) for link in case.robot.links for index, one in enumerate(link.collision) if one.contact
+    )
+    for link, index in shapes:
         path, called = case.link(link, "collision", index, "contact"), f'a shape of link "{link}"'
         entry = value_at(case.tree, path)
         if entry.get("condim", 3) not in _CONDIMS:
@@ -308,16 +304,14 @@ def constraints(case: Case) -> Iterator[Diagnostic]:
 def _wrong_constraint(entry: Mapping[str, object]) -> tuple[str, ...] | None:
     """Return what is wrong with a constraint, what to do, and the key; or None."""
     kind = str(entry["type"])
-    extra = next((key for key in entry if key not in (*_ENDS[kind], *_KEYS[kind], *_KEYS_OF_ALL)), "")
-    if extra:
+    known, ends = (*_ENDS[kind], *_KEYS[kind], *_KEYS_OF_ALL), [key for key in _ENDS[kind] if key in entry]
+    if extra := next((key for key in entry if key not in known), ""):
         return f"is of type {kind}, which has no {extra}", "leave it out, or correct the type", extra
-    ends = [key for key in _ENDS[kind] if key in entry]
     if not ends:
         return f"is of type {kind} and holds nothing", f"write {' or '.join(f'{end}: [...]' for end in _ENDS[kind])}"
     if len(ends) > 1:
         return "has links and sites", "leave one of them out", "sites"
-    fixed = next((key for key in ("at", "xyz", "rpy") if key in entry and ends == ["sites"]), "")
-    if fixed:
+    if fixed := next((key for key in ("at", "xyz", "rpy") if key in entry and ends == ["sites"]), ""):
         return f"holds sites where they are, and has {fixed}", "leave it out", fixed
     if kind == "connect" and ends == ["links"] and "at" not in entry:
         return "connects links without a point", "write at: [X, Y, Z] in the first link"

@@ -1,7 +1,4 @@
-"""Check parameter files and remaps against one robot.
-
-Remaps of the command line and of launch files decide which topic a node reads or publishes.
-"""
+"""Check parameter files, with the remaps of the command line and of launch files, against one robot."""
 
 from __future__ import annotations
 
@@ -18,7 +15,6 @@ from rosorin_compile.model.joint import NODE
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import Case, report
 from rosorin_compile.source.diagnostics import (
-    ERROR,
     NOTE,
     WARNING,
     Diagnostic,
@@ -26,26 +22,23 @@ from rosorin_compile.source.diagnostics import (
     RequestError,
     Source,
     Span,
-    count_of,
-    error,
     has_errors,
-    phrase,
-    quote,
 )
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.load import LoadError, read_utf8
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.project import no_file
+from rosorin_compile.source.wording import count_of, phrase, quote
 
 from ..controllers import against_robot, missing, of_type
 from ..controllers.write import derive
 from ..graph import End, Graph, mismatched_qos, source_message, topics_of_sensors
-from ..launch_files import LaunchError, nodes_of
+from ..launch_files import LaunchError, Remap, nodes_of
 from ..node_kinds import MANAGER
-from ..parameter_files import PARAMETERS, NoParameters, Section, read_file
-from ..ports import IMU, ODOMETRY, SCAN, VELOCITY, controller_ports, full_topic, full_type, ports, short_type
+from ..parameter_files import PARAMETERS, NoParameters, Section, read_sections
+from ..ports import Role, controller_ports, full_topic, full_type, ports, short_type
 from .nodes import Node, check_node, nodes_in_files
-from .transforms import Remap, check_edges, check_frames, claims, remapped_topics
+from .transforms import check_edges, check_frames, claims, remapped_topics
 
 # Keys of the configuration files of MoveIt, which are not parameter files.
 _MOVEIT = re.compile(
@@ -96,14 +89,13 @@ def check_parameters(
         RequestError: A file does not exist, or a remap is invalid.
     """
     paths, managers, launches = ([Path(file) for file in some] for some in (files, controllers, launch))
-    for path in (*paths, *managers, *launches):
-        if not is_file(path):
-            raise RequestError(no_file(path))
+    if unread := [path for path in (*paths, *managers, *launches) if not is_file(path)]:
+        raise RequestError(no_file(unread[0]))
     moved = [_parse_remap(word) for word in remaps]
     understood = Request.of(robot, arguments, packages, trust=trust).understand()
     case = understood.case
     if case is None:
-        return CheckedParameters(diagnostics=tuple(one for one in understood.diagnostics if one.severity == ERROR))
+        return CheckedParameters(diagnostics=tuple(one for one in understood.diagnostics if has_errors([one])))
     if not distribution:
         every = {str(one.options["distribution"]) for one in case.robot.outputs if "distribution" in one.options}
         distribution = every.pop() if len(every) == 1 else ""
@@ -115,9 +107,9 @@ def check_parameters(
     found += wrong
     if managers and not any(node.type for node in known) and not has_errors(found):
         help = f"{MANAGER}: {{ros__parameters: {{NAME: {{type: TYPE}}}}}}"
-        first = [section.span for of_file in sections for section in of_file]
-        span = first[0] if first else Span(Source(str(managers[0]), ""), 1, 1)
-        found.append(error("controllers-none", "no controller has a type here", span, help))
+        spans = [section.span for of_file in sections for section in of_file]
+        span = [*spans, Span(Source(str(managers[0]), ""), 1, 1)][0]
+        found.append(report("controllers-none", "no controller has a type here", span, help))
     for node in known:
         found += _check_node(case, node, distribution)
     owned = claims(known, moved)
@@ -138,40 +130,38 @@ def _read(paths: Iterable[Path], diagnostics: list[Diagnostic]) -> list[list[Sec
     read: list[list[Section]] = []
     for path in paths:
         try:
-            sections, wrong = read_file(path)
-        except NoParameters as problem:
+            sections, wrong = read_sections(read_utf8(path, str(path)))
+            read.append(sections)
+            diagnostics += wrong
+        except (LoadError, NoParameters) as problem:
             found = problem.diagnostic
             text = found.span.source.text if found.span is not None else ""
             if _MOVEIT.search(text) and PARAMETERS not in text:
                 message = f"{path.name} is not checked: it has no parameters of a node, and launch files of MoveIt "
                 found = Diagnostic("parameters-syntax", NOTE, f"{message}read it")
             diagnostics.append(found)
-        else:
-            read.append(sections)
-            diagnostics += wrong
     return read
 
 
 def _check_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
     """Validate the parameters of a node; those of a controller are also compared with the robot."""
     wrong = of_type(node.shown, node.type, distribution) if node.type else None
-    if wrong is not None:
-        yield wrong.place(node.type_span)
-        if wrong.severity == ERROR:
-            return  # every key would be reported as wrong
+    yield from (one.place(node.type_span) for one in [wrong] if one)
+    if wrong is not None and wrong.severity == "error":
+        return  # every key would be reported as wrong
     diagnostics = list(check_node(node))
     yield from diagnostics
     if not node.type:
         return
     if wrong is None and (needed := missing(node.kind, node.parameters)):
         message = f"{node.shown} needs {quote(needed, most=4)}: it does not start"
-        yield error("controller-missing", message, node.span, f"add {needed[0]}: VALUE")
+        yield report("controller-missing", message, node.span, f"add {needed[0]}: VALUE")
     places = {one.span for one in diagnostics}
     values = {key: value for key, value in node.values.items() if node.parameters[key].span not in places}
     kind = full_type(node.type)
     known = derive(case.robot, Controller(node.name, kind, values), kind)
     moving = any(not joint.is_fixed for joint in case.robot.joints)
-    for one in against_robot(node.shown, kind, values, known, case.robot, ERROR):
+    for one in against_robot(node.shown, kind, values, known, case.robot, "error"):
         if one.rule == "controller-name" and not moving:
             continue  # a description of where things are mounted
         if wrong is not None:  # the package is unknown, so its keys may have another meaning
@@ -188,34 +178,29 @@ def _parse_remap(word: str) -> Remap:
     node, colon, name = left.rpartition(":")
     if not name or not to or (colon and not node):
         raise RequestError(f'"{word}" is not a remap: write NODE:FROM:=TO, as in controller:~/tf_odometry:=/tf')
-    return Remap(node.strip("/").rsplit("/", 1)[-1], name, to)
+    return Remap(name, to, node=node.strip("/").rsplit("/", 1)[-1])
 
 
 def _launch_remaps(path: Path, diagnostics: list[Diagnostic]) -> list[Remap]:
     """Return the remaps of a launch file; those that are only known at runtime are added to ``diagnostics``."""
-    remaps: list[Remap] = []
-    warning = "{} known only when the launch file runs"
-    help = "say {}: --remap NODE:FROM:=TO"
     try:
-        for node in nodes_of(read_utf8(path, str(path))):
-            name = "" if node.name in _HOSTS else node.name
-            unknown = [("which remaps this node has is", "them", node.span)] if node.remaps is None else []
-            for remap in node.remaps or ():
-                if "$(" in remap.name + remap.to:
-                    unknown.append(("which topic is remapped is", "it", remap.span))
-                else:
-                    remaps.append(Remap(name, remap.name, remap.to))
-            for what, these, span in unknown:
-                message = warning.format(what)
-                diagnostics.append(Diagnostic("parameters-launch", WARNING, message, span, help=help.format(these)))
-            remaps += _of_arguments([word or "" for word in node.arguments or ()], name)
+        nodes = list(nodes_of(read_utf8(path, str(path))))
     except LoadError as problem:
         diagnostics.append(problem.diagnostic)
         return []
     except LaunchError as problem:
-        message = f"{path} is not a launch file: {problem}"
-        diagnostics.append(error("parameters-launch", message, None, "name a launch file"))
+        diagnostics.append(report("parameters-launch", f"{path} is not a launch file: {problem}", None, "name one"))
         return []
+    remaps: list[Remap] = []
+    for node in nodes:
+        name = "" if node.name in _HOSTS else node.name
+        unknown = [one for one in node.remaps or () if "$(" in one.name + one.to]
+        spans = [(node.span, "which remaps this node has")] if node.remaps is None else []
+        for span, what in [*spans, *((one.span, "which topic is remapped") for one in unknown)]:
+            message, help = f"{what} is known only when the launch file runs", "pass it: --remap NODE:FROM:=TO"
+            diagnostics.append(report("parameters-launch", message, span, help, severity=WARNING))
+        remaps += [one._replace(node=name) for one in node.remaps or () if one not in unknown]
+        remaps += _of_arguments([word or "" for word in node.arguments or ()], name)
     return remaps
 
 
@@ -224,7 +209,7 @@ def _of_arguments(words: Sequence[str], node: str) -> Iterator[Remap]:
         if flag in ("-r", "--remap"):
             with suppress(RequestError):  # which the node refuses, too
                 remap = _parse_remap(word)
-                yield remap if remap.node else remap._replace(node=node)
+                yield remap._replace(node=remap.node or node)
         elif flag == "--controller-ros-args":
             spawned = next((one for one in words if not one.startswith("-")), "")
             yield from _of_arguments(word.split(), spawned)
@@ -233,34 +218,28 @@ def _of_arguments(words: Sequence[str], node: str) -> Iterator[Remap]:
 # Topics
 
 
-def _check_topics(
-    robot: Robot, nodes: Sequence[Node], remaps: Sequence[Remap], distribution: str
-) -> Iterator[Diagnostic]:
+def _check_topics(robot: Robot, nodes: Sequence[Node], remaps: Sequence[Remap], distro: str) -> Iterator[Diagnostic]:
     """Yield topics without a publisher, with mismatched types or QoS, and obstacle sources that do not work."""
     graph, by_name = Graph(), {node.full: node for node in nodes}
     for node in nodes:  # topics that a launch file names are unknown
-        values = node.values
-        known = controller_ports(full_type(node.type), distribution) if node.type else ()
-        if node.kind is not None and not node.type:
-            known = tuple(ports(distribution, node=node.kind.name))
+        values, of_kind = node.values, ports(distro, node=node.kind.name) if node.kind else ()
+        known = controller_ports(full_type(node.type), distro) if node.type else of_kind
         those = [one for one in known if not one.each and node.setting(one.parameter).value != ""]
         those = [one for one in those if one.parameter in values or one.parameter not in node.parameters]
         graph.add(node.full, those, values, node.namespace, remapped_topics(node, remaps).items())
     sensors = {full_topic(topic, "", ""): message for _, topic, message in topics_of_sensors(robot)}
     for end in graph.read:
         node = by_name[end.node]
-        if end.port.role == SCAN:
+        if end.port.role == Role.SCAN:
             yield from _unseen(node, end.topic, end.type, sensors, node.setting(end.key).span)
-        yield from _unheard(node, end, graph, by_name, bool(distribution))
-    for node in nodes:
-        plugins = node.setting("plugins").value
-        for key, listing in node.parameters.items():
-            layer, _, last = key.rpartition(".")
-            is_used = not layer or not isinstance(plugins, list) or layer in plugins
-            if last == "observation_sources" and is_used and node.kind is not None and not listing.substituted:
-                names = listing.value.split() if isinstance(listing.value, str) else listing.value
-                for name in names if isinstance(names, list) else ():
-                    yield from _source(node, layer, str(name), listing.span, sensors)
+        yield from _unheard(node, end, graph, by_name, bool(distro))
+    for node, key in ((one, key) for one in nodes if one.kind for key in one.values):
+        plugins, (layer, _, last) = node.setting("plugins").value, key.rpartition(".")
+        if last == "observation_sources" and (not layer or not isinstance(plugins, list) or layer in plugins):
+            listing = node.parameters[key]
+            names = listing.value.split() if isinstance(listing.value, str) else listing.value
+            for name in names if isinstance(names, list) else ():
+                yield from _source(node, layer, str(name), listing.span, sensors)
 
 
 def _unheard(node: Node, end: End, graph: Graph, by_name: Mapping[str, Node], is_decided: bool) -> Iterator[Diagnostic]:
@@ -269,26 +248,26 @@ def _unheard(node: Node, end: End, graph: Graph, by_name: Mapping[str, Node], is
     fitting = [one for one in there if one.type == end.type]
     if mismatch := mismatched_qos(end, fitting):
         yield report("parameters-topic", mismatch, node.span, f"qos_overrides.{heard}.publisher.reliability: reliable")
-    if not fitting and there and is_decided and role == VELOCITY:
+    if not fitting and there and is_decided and role == Role.VELOCITY:
         message = f"{node.shown} takes {short_type(end.type)} on {heard}, and {there[0].node.strip('/')} sends "
         message += f"{short_type(there[0].type)}: {end.port.missing}"
         yield report("parameters-topic", message, node.span, "give both the same value of enable_stamped_cmd_vel")
         return
     of_control = [one for one in graph.published if one.port.role == role and one.port.group == "control"]
     sources = {by_name[one.node]: one.topic for one in of_control}
-    if fitting or role not in (ODOMETRY, IMU) or not sources:
+    if fitting or role not in (Role.ODOMETRY, Role.IMU) or not sources:
         return
     meant = next((one for one in sources if one.full == heard.rpartition("/")[0] and sources[one] != heard), None)
-    of_drive = heard in (full_topic(_ODOM, node.namespace, ""), f"/{_ODOM}") or _OF_CONTROLLER.search(heard)
-    if meant is None and not of_drive and role != IMU:
+    of_drive = heard in (node.topic(_ODOM), f"/{_ODOM}") or _OF_CONTROLLER.search(heard)
+    if meant is None and not of_drive and role != Role.IMU:
         return  # the topic belongs to another node, such as a camera driver
     source, setting = meant or next(iter(sources)), node.setting(end.key)
-    what = "IMU" if role == IMU else "odometry"
+    what = "IMU" if role == Role.IMU else "odometry"
     message = f'{node.shown} listens to the {what} {heard} ("{end.key}"{setting.how}), and '
     message += f"no node in the files publishes that: {source.shown} publishes {sources[source]}"
     help = f"{end.key}: {sources[source].strip('/')}" + ("" if meant else "; or say the remap: --remap NODE:FROM:=TO")
     related = (Related(f"{source.shown} is here", source.span),)
-    rule = "parameters-topic" if role == IMU else "parameters-odometry"
+    rule = "parameters-topic" if role == Role.IMU else "parameters-odometry"
     yield report(rule, message, setting.span, help, related, WARNING if meant else NOTE)
 
 
@@ -313,13 +292,12 @@ def _source(node: Node, layer: str, name: str, place: Span, sensors: Mapping[str
             message = f"{what} marks obstacles up to {marks:g} m and clears them up to {clears:g} m"
             yield report(rule, message, place, f"raytrace_max_range: {marks + 0.5:g}")
     topic, message = "/" + str(values.get("topic", name)).strip("/"), source_message(values)
-    if values.get("type") in ("polygon", "costmap"):
-        return
-    if topic in sensors and sensors[topic] != message:
+    is_seen = values.get("type") not in ("polygon", "costmap")
+    if is_seen and sensors.get(topic, message) != message:
         actual = short_type(sensors[topic])
         text = f"{what} expects {short_type(message)} on {topic}, and the sensor publishes {actual}: it sees nothing"
         yield report(rule, text, place, f"data_type: {actual}" if layer else "choose the type of these messages")
-    elif topic not in sensors:
+    elif is_seen and topic not in sensors:
         yield from _unseen(node, topic, message, sensors, place)
 
 

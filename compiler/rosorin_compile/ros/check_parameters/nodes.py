@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -12,20 +13,9 @@ from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, Suggestion, error, nearest, quote
 from rosorin_compile.source.wording import suggest
 
-from ..node_kinds import (
-    MANAGER,
-    REMOVE,
-    Kind,
-    against_kind,
-    by_name,
-    by_signs,
-    controller,
-    controller_by_keys,
-    is_of,
-    plugins,
-)
+from ..node_kinds import MANAGER, REMOVE, Kind, against_kind, by_signs, controller, drive_by_keys, is_of, kinds, plugins
 from ..parameter_files import Parameter, Section
-from ..ports import facts, full_type
+from ..ports import facts, full_topic, full_type
 
 _POINT = r"\[\s*[^\[\],\s]+[\s,]+[^\[\],\s]+\s*\][\s,]*"
 _POLYGON = re.compile(rf"\s*(\[\s*({_POINT}){{3,}}\]|\[\s*\])?\s*")
@@ -81,6 +71,10 @@ class Node:
         """The values of its parameters, without those that a launch file substitutes."""
         return {key: one.value for key, one in self.parameters.items() if "$(" not in key and not one.substituted}
 
+    def topic(self, name: str) -> str:
+        """Return the full name of a topic of this node."""
+        return full_topic(name, self.namespace, self.name)
+
     def is_of(self, publisher: Publisher, publishers: Iterable[Publisher]) -> bool:
         """Return True if this node is the publisher that the description names."""
         return is_of(self.name, self.kind, publisher, publishers)
@@ -102,7 +96,7 @@ def nodes_in_files(
     Each file is a list of sections. Its wildcards apply to the nodes that it names; a file that names none is taken to
     be for one node, which is inferred from its keys. ``controllers`` are those of the description.
     """
-    named: dict[str, list[Section]] = {}
+    named: dict[str, list[Section]] = defaultdict(list)
     diagnostics: list[Diagnostic] = []
     space = list(filter(None, namespace.strip("/").split("/")))
     for sections in files:
@@ -114,27 +108,21 @@ def nodes_in_files(
             full = "/" + "/".join([*space, *plain]) if is_relative else section.name
             if not section.matches(full):
                 diagnostics.append(_reaches_nobody(section, full))
-            named.setdefault(full, []).extend(
-                one for one in sections if one is section or (one.of_any and one.matches(full))
-            )
+            named[full] += [one for one in sections if one is section or (one.of_any and one.matches(full))]
         kind = by_signs(_merged(sections), distribution) if not nodes else None
         if kind is not None:
-            name = kind.names[0] if kind.names else kind.name
-            named.setdefault(f"{namespace.rstrip('/')}/{name}", []).extend(sections)
+            named[f"{namespace.rstrip('/')}/{[*kind.names, kind.name][0]}"] += sections
     types = _types(named, controllers)
-    for full in types:
-        named.setdefault(full, [])
     # Parameters of nodes that do not exist are assigned to the controllers that have none.
-    bare = {full.rpartition("/")[2]: full for full in types if not any(not one.of_any for one in named[full])}
+    bare = {full.rpartition("/")[2]: full for full in types if all(one.of_any for one in named[full])}
     for full in [one for one in named if one not in types]:
         name = full.rpartition("/")[2]
         meant = name if name in bare else nearest(name, bare) if name != MANAGER else None
         if meant is None:
             continue
-        if meant != name:
-            kind, keys = controller(types[bare[meant]][0], ""), _merged(named[full])
-            if kind is None or 2 * sum(key in kind for key in keys) <= len(keys):
-                continue
+        kind, keys = controller(types[bare[meant]][0], ""), _merged(named[full])
+        if meant != name and (kind is None or 2 * sum(key in kind for key in keys) <= len(keys)):
+            continue
         sections = named.pop(full)
         named[bare[meant]] += sections
         if meant == name:
@@ -160,8 +148,7 @@ def _types(named: Mapping[str, list[Section]], controllers: Sequence[Controller]
     described = {one.name: full_type(one.type) for one in controllers}
     found: dict[str, tuple[str, Span]] = {}
     for full, sections in named.items():
-        space, _, name = full.rpartition("/")
-        merged = _merged(sections)
+        (space, _, name), merged = full.rpartition("/"), _merged(sections)
         own = merged.get("type")
         if name == MANAGER:
             for key, one in merged.items():
@@ -180,11 +167,11 @@ def _node(full: str, sections: list[Section], of_type: tuple[str, Span] | None, 
     shared = parameters.keys() - _merged(own).keys()
     plugin, place = of_type or ("", None)
     places = [*(section.span for section in own or sections), *([place] if place else [])]
+    usual = (one for one in kinds(distribution).values() if full.rpartition("/")[2] in one.names)
     if plugin in plugins(""):
         kind = controller(plugin, distribution)
     else:
-        kind = None if plugin else by_name(full.rpartition("/")[2], distribution)
-        kind = kind or controller_by_keys(parameters, distribution)
+        kind = (None if plugin else next(usual, None)) or drive_by_keys(parameters, distribution)
         kind = kind if kind or plugin else by_signs(parameters, distribution)
     return Node(full, places[0], kind, parameters, plugin, place, shared)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from rosorin_compile.model.joint import NODE
@@ -12,30 +11,20 @@ from rosorin_compile.rules.joints import pieces
 from rosorin_compile.rules.publishers import Step, all_steps, steps_in_modes
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Suggestion, error, quote
 
+from ..launch_files import Remap
 from ..node_kinds import Key, as_yaml
-from ..ports import full_topic
 from .nodes import Node, Setting
 
 BASE, ODOM, MAP, SENSOR = "base", "odom", "map", "sensor"
 
 
-class Remap(NamedTuple):
-    """A remap, with the names as they are written. ``node`` is the name of the node that it is for; empty for all."""
-
-    node: str
-    name: str
-    to: str
-
-
 def remapped_topics(node: Node, remaps: Iterable[Remap]) -> dict[str, str]:
     """Map the full names of a node's remapped topics to their new names; the first remap of a topic wins."""
-    space, name = node.namespace, node.name
-    mine = [one for one in remaps if one.node in ("", name)]
-    return {full_topic(one.name, space, name): full_topic(one.to, space, name) for one in reversed(mine)}
+    mine = [one for one in remaps if one.node in ("", node.name)]
+    return {node.topic(one.name): node.topic(one.to) for one in reversed(mine)}
 
 
-@dataclass(frozen=True)
-class Claim:
+class Claim(NamedTuple):
     """A transform that a node publishes or could publish; ``silent`` is why it does not reach tf, or empty if it does.
 
     ``switch`` is the value of the parameter ``key``, which decides that; ``fix`` is how the node would publish it.
@@ -74,13 +63,12 @@ def claims(nodes: Iterable[Node], remaps: Sequence[Remap]) -> list[Claim]:
         if kind is None or claim is None:
             continue
         if not claim.switch.value:
-            claim = replace(claim, silent=claim.because)
+            claim = claim._replace(silent=claim.because)
         name = kind.odometry or "/tf"
-        full = full_topic(name, node.namespace, node.name)
-        full = remapped_topics(node, remaps).get(full, full)
-        if not claim.silent and full not in ("/tf", full_topic("tf", node.namespace, "")):
+        full = remapped_topics(node, remaps).get(node.topic(name), node.topic(name))
+        if not claim.silent and full not in ("/tf", node.topic("tf")):
             fix = f"remap {full} to /tf: --remap {node.name}:{name}:=/tf, if the launch file does"
-            claim = replace(claim, silent=f"publishes on {full}, which nothing remaps to /tf", fix=fix)
+            claim = claim._replace(silent=f"publishes on {full}, which nothing remaps to /tf", fix=fix)
         found.append(claim)
     return found
 
@@ -90,12 +78,10 @@ def _of_keys(node: Node, names: Mapping[str, str]) -> Claim | None:
     if not names:
         return None
     parent, child, switch = _frame(node, names["parent"]), _frame(node, names["child"]), node.setting(names["switch"])
-    if child.value == "" and "else" in names:
-        child = _frame(node, names["else"])
-    if not parent.value or not child.value or switch.value is None:
-        return None
+    child = _frame(node, names["else"]) if child.value == "" and "else" in names else child
     fix = f"{names['switch']}: {'0.05' if isinstance(switch.value, float) else 'true'}"
-    return Claim(node, parent, child, names["switch"], switch, fix=fix)
+    is_complete = parent.value and child.value and switch.value is not None
+    return Claim(node, parent, child, names["switch"], switch, fix=fix) if is_complete else None
 
 
 def _of_filter(node: Node) -> Claim | None:
@@ -186,15 +172,15 @@ def _other_edge(case: Case, claim: Claim, near: Step | None, end: Setting) -> Di
     if prefix:
         help = f'the controller writes "{prefix}" before its frames, unless tf_frame_prefix_enable is false'
     message = f"{claim.node.shown} publishes {claim.edge}"
-    if near is not None:
-        message += f"{end.how}, but in the description it is {near.parent} -> {near.child}"
-        related = [case.related(f"described here, of {near.owner}", near.path)]
-        help = help or f'name the frame "{near.parent if end is claim.parent else near.child}", or correct the edge'
-        return error("parameters-other-edge", message, end.span, help, related)
-    ends = f"parent: {claim.parent.value}, child: {claim.child.value}, publisher: {claim.node.name}"
-    help = help or f"{claim.off}, or add it to edges: {{{ends}}}"
-    message += ", an edge that the description does not have"
-    return Diagnostic("parameters-other-edge", WARNING, message, claim.switch.span, help=help)
+    if near is None:
+        ends = f"parent: {claim.parent.value}, child: {claim.child.value}, publisher: {claim.node.name}"
+        help = help or f"{claim.off}, or add it to edges: {{{ends}}}"
+        message += ", an edge that the description does not have"
+        return Diagnostic("parameters-other-edge", WARNING, message, claim.switch.span, help=help)
+    message += f"{end.how}, but in the description it is {near.parent} -> {near.child}"
+    related = [case.related(f"described here, of {near.owner}", near.path)]
+    help = help or f'name the frame "{near.parent if end is claim.parent else near.child}", or correct the edge'
+    return error("parameters-other-edge", message, end.span, help, related)
 
 
 def check_frames(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> Iterator[Diagnostic]:
@@ -210,32 +196,27 @@ def check_frames(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> I
             is_end = (node.full, setting.span) in ends and key.frame != SENSOR
             if is_end and setting.value not in case.robot.simulated_frames:
                 continue
-            name, value = f'"{full}" of {node.shown} is "{setting.value}"{setting.how}', str(setting.value)
-            if value.startswith("/") and not (node.kind and node.kind.strips_slash):
+            name, text = f'"{full}" of {node.shown} is "{setting.value}"{setting.how}', str(setting.value)
+            value = text.removeprefix("/")
+            if value != text and not (node.kind and node.kind.strips_slash):
                 message = f'{name}: tf2 refuses names of frames that begin with "/"'
-                yield error("parameters-frame", message, setting.span, f'write "{value.lstrip("/")}"')
-                continue
-            value = value.removeprefix("/")
-            if key.frame == BASE:
+                yield error("parameters-frame", message, setting.span, f'write "{text.lstrip("/")}"')
+            elif key.frame == BASE:
                 yield from _check_base(case, node, key, name, value, setting, parts)
             elif value not in known:
                 suggestion = Suggestion(value, known, "name a frame of the robot")
                 yield error("parameters-frame", f"{name}: there is no such frame", setting.span, suggestion)
             elif not any(value in part for part in parts) and len(known) > 1:
-                message = f"{name}, a frame that no node publishes"
-                yield error(
-                    "parameters-frame", message, setting.span, "say who publishes it", _unpublished(case, value)
-                )
+                message, help = f"{name}, a frame that no node publishes", "add its publisher"
+                yield error("parameters-frame", message, setting.span, help, _unpublished(case, value))
 
 
 def _named(node: Node) -> Iterator[tuple[Key, str, Setting]]:
     """Yield the keys of a node that name frames, with their full names and their values, set or default."""
-    if node.kind is None:
-        return
-    unused = MAP if node.kind.name == "ekf" else ""
-    given = [(node.kind.key(name), name) for name in node.parameters]
-    defaults = [(key, key.name) for key in node.kind.keys.values() if key.default and key.name not in node.parameters]
-    for key, name in (*given, *defaults):
+    kind, unset = node.kind, [key for key in node.kind.keys.values() if key.default] if node.kind else []
+    keys = {name: kind.key(name) for name in node.parameters} if kind else {}
+    for name, key in ({key.name: key for key in unset} | keys).items():
+        unused = MAP if kind and kind.name == "ekf" else ""
         if key is not None and key.frame not in ("", unused) and not (key.many and name == key.name):
             setting = node.setting(name)
             if isinstance(setting.value, str) and (setting.value or key.frame != SENSOR):
@@ -252,17 +233,15 @@ def _check_base(
     named = {other.value for one, _, other in _named(node) if one.frame == ODOM}
     moved = [step for step in leading if step.parent in named] or leading
     part: Collection[str] = next((part for part in parts if moved and moved[0].parent in part), ())
-    if value in part or not moved:
-        return
     related = [case.related(f"{step.parent} -> {step.child} is described here", step.path) for step in moved]
-    help = f"{key.name}: {moved[0].child}"
-    if value not in links:
+    help = f"{key.name}: {moved[0].child}" if moved else ""
+    if moved and value not in part and value not in links:
         suggestion = Suggestion(value, part, instead=help)
         yield error("parameters-frame", f"{name}: there is no such frame", setting.span, suggestion, related)
-        return
-    message = f'{name}, and no transform leads to it from "{moved[0].parent}": the odometry moves '
-    message += quote(step.child for step in moved)
-    yield error("parameters-base", message, setting.span, help, [*related, *_unpublished(case, value)])
+    elif moved and value not in part:
+        message = f'{name}, and no transform leads to it from "{moved[0].parent}": the odometry moves '
+        message += quote(step.child for step in moved)
+        yield error("parameters-base", message, setting.span, help, [*related, *_unpublished(case, value)])
 
 
 def _unpublished(case: Case, frame: str) -> list[Related]:

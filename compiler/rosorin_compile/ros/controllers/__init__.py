@@ -10,20 +10,18 @@ from rosorin_compile.formats.format import Unsupported, described_by
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Suggestion, first_of, nearest, phrase, quote
-from rosorin_compile.source.tree import Path, Seq, exists, value_at
+from rosorin_compile.source.tree import Path, Seq, value_at
 
 from ..node_kinds import DISTRIBUTIONS, MANAGER, Finding, Kind, against_kind, kinds, plugins
 from ..parameter_files import distro_of, parameter_file
-from ..ports import facts, full_type, interfaces_of, short_words
+from ..ports import facts, full_type, interfaces_of
 from ..sections.control.hardware import JOINT_WORDS, POSITION, VELOCITY
 from .write import ControllerParameters, RobotParameters, edges_of, fill, is_whole, manager_parameters, view, write
 
 _ENDS = (("odom_frame_id", "odom"), ("base_frame_id", "base_link"))
 _TOLERANCE = 0.005  # relative: people round sizes, and measure wheels that are compressed
 _LEAST = 0.0005  # m
-_JOINTS = re.compile(
-    r"(?!extra_joints)(?:\w+_)?(?:joints?|joint_name|wheels?_names|joints_names|dof_names|state_names)"
-)
+_JOINTS = re.compile(r"(?!extra_joints)(?:\w+_)?(?:joints?|joint_name|(?:wheels?|joints|dof|state)_names)")
 _FRAMES = ("base_frame_id", "frame_id", "odom_frame_id")
 _WORLD = ("map", "odom", "world", "earth")
 _SIZES = ("radius", "separation", "wheelbase", "track", "width", "axis")
@@ -48,59 +46,57 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         name, option = next(iter(blocks.items()))
         message = f'output "{output.name}" is for {distribution.capitalize()}, and the hardware blocks of output '
         message += f'"{name}" are for {option.capitalize()}'
-        path: Path = (*entry, "distribution")
-        path = path if exists(case.tree, path) else entry
-        yield case.problem("controllers-distribution", message, path, within=True)
+        yield case.problem("controllers-distribution", message, case.value(entry, "distribution"), within=True)
     if not robot.is_tree or not is_whole(robot):
         return  # other rules report it
-    every = fill(robot, distribution)
-    for one in every:
+    owners: dict[tuple[str, str], str] = {}
+    for one in fill(robot, distribution):
         findings = list(_findings(case, one, distribution))
         wrong = {found.key for found in findings}
         if one.kind is not None and one.kind.odometry and not wrong & {key for key, _ in _ENDS}:
             findings += _odometry(robot, one)
+        if is_first and not one.controller.inactive:
+            findings += _claims(robot, one, owners)
         for found in findings:
             yield _placed(case, found, ("controllers", one.controller.name), "params")
-    if not is_first:
-        return
-    owners: dict[tuple[str, str], str] = {}
-    for one in every:  # the commands that two active controllers claim, once for each controller
-        name, taken = one.controller.name, dict[tuple[str, str, str], list[str]]()
-        for key, joints, words in () if one.controller.inactive else _commands(one.type, one.values):
-            for joint, word in ((joint, word) for joint in joints for word in words if "/" not in joint):
-                owner = owners.setdefault((joint, word), name)
-                if owner != name and joint in robot.joint:
-                    taken.setdefault((owner, word, key), []).append(joint)
-        for (owner, word, key), joints in list(taken.items())[:1]:
-            message = f'controllers "{owner}" and "{name}" both claim the {word} of {quote(joints, most=4)}: '
-            key = key if key in one.controller.params else ""
-            found = Finding("controller-interface", f"{message}the second one does not start", key, at_key=True)
-            yield _placed(case, found, ("controllers", name), "params")
+
+
+def _claims(robot: Robot, one: ControllerParameters, owners: dict[tuple[str, str], str]) -> list[Finding]:
+    """Add the commands of an active controller to those with an owner, and report the first that another one has."""
+    name, taken = one.controller.name, dict[tuple[str, str, str], list[str]]()
+    for key, joints, words in _commands(one.type, one.values):
+        for joint, word in ((joint, word) for joint in joints for word in words if "/" not in joint):
+            owner = owners.setdefault((joint, word), name)
+            if owner != name and joint in robot.joint:
+                taken.setdefault((owner, word, key), []).append(joint)
+    found = []
+    for (owner, word, key), joints in list(taken.items())[:1]:
+        message = f'controllers "{owner}" and "{name}" both claim the {word} of {quote(joints, most=4)}: '
+        key = key if key in one.controller.params else ""
+        found += [Finding("controller-interface", f"{message}the second one does not start", key, at_key=True)]
+    return found
 
 
 def _joint_states(case: Case) -> Iterator[Diagnostic]:
     """Report that no controller publishes the states of the hardware, or moving joints without a state."""
     rule, types = "controllers-joint-states", [full_type(one.type) for one in case.robot.controllers]
     states = [(block, joint) for block in case.robot.control for joint in block.joints if joint.state]
-    if not types or not states:
-        return
-    if not any(one.endswith("/JointStateBroadcaster") for one in types):
+    if types and states and not any(one.endswith("/JointStateBroadcaster") for one in types):
         block, joint = states[0]
         message = f'no controller publishes the states that hardware block "{block.name}" has, such as that of '
-        yield case.problem(rule, f'{message}"{joint.name}"', ("controllers",), severity=WARNING, key=True)
+        yield case.problem(rule, f'{message}"{joint.name}"', ("controllers",), key=True)
         return
-    for still in case.robot.unmeasured_joints:
+    for still in case.robot.unmeasured_joints if types and states else ():
         message = f'no node publishes the position of joint "{still.name}", which no hardware block has: '
         message += f'"{still.child}" has no transform, and MoveIt waits for a complete state'
         help = f"in control: joints: {{{still.name}: {{state: [position]}}}}; or let a node publish the joint: "
-        yield case.problem(rule, message, case.joint(still), f"{help}publisher", severity=WARNING, key=True)
+        yield case.problem(rule, message, case.joint(still), f"{help}publisher", key=True)
 
 
 def _findings(case: Case, one: ControllerParameters, distribution: str) -> Iterator[Finding]:
     robot, controller, name = case.robot, one.controller, f'controller "{one.controller.name}"'
     wrong = of_type(controller.name, controller.type, distribution)
-    if wrong is not None:
-        yield wrong
+    yield from filter(None, [wrong])
     given = {key: one.values[key] for key in controller.params}
     lists = {key: value for key, value in one.values.items() if isinstance(value, list)}
     found = list(against_kind(name, one.kind, {**lists, **given} if one.kind else given))
@@ -109,8 +105,7 @@ def _findings(case: Case, one: ControllerParameters, distribution: str) -> Itera
     named = list(against_robot(name, one.type, right, one.known, robot, WARNING))
     joints = (joint.name for block in robot.control for joint in block.joints)
     are_right = wrong is None and not any(found.unknown for found in named) and all(map(robot.joint.get, joints))
-    needed = missing(one.kind, one.values) if are_right else []  # else it may follow from the wrong name
-    if needed:
+    if needed := missing(one.kind, one.values) if are_right else []:  # else it may follow from the wrong name
         blocks = [block.name for block in robot.control if any(joint.command for joint in block.joints)]
         if one.known.why_not:
             help = f"{one.known.why_not}; give it in params"
@@ -186,16 +181,16 @@ def of_type(name: str, kind: str, distribution: str) -> Finding | None:
         others = phrase(one.capitalize() for one in DISTRIBUTIONS if plugin in plugins(one))
         message += f", which {distribution.capitalize()} does not have; it is one of {others}"
         return Finding("controller-type", message, "type", "take another type, or ask for that distribution")
-    words = [*known, *(word for word, of in short_words().items() if of in known)]
+    short = facts("ros2_ports")["controllers"]["short"]
+    words = [*known, *(word for word, of in short.items() if of in known)]
     package, packages = kind.partition("/")[0], {*every.values(), *(one.partition("/")[0] for one in every)}
-    help = Suggestion(kind, words, instead=f"short words: {', '.join(short_words())}; any other is PACKAGE/CLASS")
+    help = Suggestion(kind, words, instead=f"short words: {', '.join(short)}; any other is PACKAGE/CLASS")
     if "/" not in kind or package in packages:
         return Finding("controller-type", f"{message}, which does not exist", "type", help)
-    message += ", of a package that is not known: its parameters are not checked"
     meant = nearest(package, packages)  # vendors name their packages after well-known ones
-    if meant and abs(len(meant) - len(package)) < 2 and nearest(kind, words):
-        return Finding("controller-type", message, "type", help, WARNING)
-    return Finding("controller-type", message, "type", "", NOTE)
+    is_near = meant and abs(len(meant) - len(package)) < 2 and nearest(kind, words)
+    message += ", of a package that is not known: its parameters are not checked"
+    return Finding("controller-type", message, "type", help if is_near else "", WARNING if is_near else NOTE)
 
 
 def missing(kind: Kind | None, given: Iterable[str]) -> list[str]:
@@ -230,8 +225,7 @@ def against_robot(
 
 
 def _texts(value: Any) -> list[str]:
-    values = value if isinstance(value, (list, tuple)) else [value]
-    return [one for one in values if isinstance(one, str) and one]
+    return [one for one in (value if isinstance(value, (list, tuple)) else [value]) if isinstance(one, str) and one]
 
 
 def _differing(name: str, key: str, value: Any, expected: Any, severity: str) -> Iterator[Finding]:
@@ -293,14 +287,11 @@ def _interfaces(name: str, kind: str, values: Mapping[str, Any], robot: Robot) -
             yield Finding("controller-interface", message, key, help, WARNING)
             break
     sensors = {one.name for block in robot.control for one in block.sensors}
-    for sensor in _texts(values.get("sensor_name")):
-        if sensor not in sensors:
-            message = f'"sensor_name" of {name} is "{sensor}", and no hardware block has a sensor of this name'
-            help_ = Suggestion(sensor, sensors, none=f"in control: sensors: {{{sensor}: {{}}}}")
-            yield Finding("controller-interface", message, "sensor_name", help_, WARNING)
+    for sensor in [one for one in _texts(values.get("sensor_name")) if one not in sensors]:
+        message = f'"sensor_name" of {name} is "{sensor}", and no hardware block has a sensor of this name'
+        help_ = Suggestion(sensor, sensors, none=f"in control: sensors: {{{sensor}: {{}}}}")
+        yield Finding("controller-interface", message, "sensor_name", help_, WARNING)
 
-
-_UNSUPPORTED = {"controllers.*.inactive": Unsupported("the launch file of a package starts it so", quiet=True)}
 
 FORMAT = parameter_file(
     "controllers",
@@ -308,7 +299,7 @@ FORMAT = parameter_file(
     about="the parameters of ros2_control's controllers",
     rank=61,
     covers=("robot", "controllers", "drive"),
-    unsupported=_UNSUPPORTED,
+    unsupported={"controllers.*.inactive": Unsupported("the launch file of a package starts it so", quiet=True)},
     file="controllers.yaml",
     check=check,
     write=write,

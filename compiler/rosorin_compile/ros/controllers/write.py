@@ -1,7 +1,4 @@
-"""The controllers of a description with all their parameters, and the text of controllers.yaml.
-
-Values from the description override those derived from the robot (``derive``). Each number is written as its type.
-"""
+"""The controllers of a description with their parameters, set or derived from the robot, and controllers.yaml."""
 
 from __future__ import annotations
 
@@ -14,15 +11,15 @@ from rosorin_compile.formats.format import HUMBLE, JAZZY
 from rosorin_compile.formats.format import described_by as known_distribution
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Controller, Edge, Output, Robot
-from rosorin_compile.model.drive import DIFFERENTIAL, MECANUM, OMNI, Driving, driving_of
+from rosorin_compile.model.drive import DIFFERENTIAL, MECANUM, OMNI, Driving, Steering, Wheel, driving_of
+from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 
 from .. import node_kinds
 from ..node_kinds import MANAGER, Kind, convert, is_of, kinds
 from ..parameter_files import Node, Parameters, distro_of, parameters_of, text
-from ..ports import ODOMETRY, VELOCITY, facts, full_type, interfaces_of, port_of
-from ..sections.control.hardware import EFFORT, JOINT_WORDS, POSITION
-from ..sections.control.hardware import VELOCITY as SPEED
+from ..ports import Role, facts, full_topic, full_type, interfaces_of, port_of
+from ..sections.control.hardware import EFFORT, JOINT_WORDS, POSITION, VELOCITY
 from ..sections.controllers import flat
 
 UPDATE_RATE = 100  # Hz
@@ -45,28 +42,23 @@ class RobotParameters(NamedTuple):
     why_not: str = ""
 
 
-def derive(robot: Robot, controller: Controller, kind: str) -> RobotParameters:
+def derive(robot: Robot, controller: Controller, plugin: str) -> RobotParameters:
     """Return the parameters of a controller that follow from the robot, for all distributions."""
-    about = interfaces_of(kind)
+    about = interfaces_of(plugin)
     if "drive" in about:
         return _of_drive(robot, controller, about["drive"])
-    if "sensor" in about:
-        named = [one for one in robot.sensors if one.name == controller.sensor]
-        found = named or [one for one in robot.sensors if one.type == about["sensor"] and not controller.sensor]
-        if controller.sensor and not named:
-            return RobotParameters({}, f'there is no sensor "{controller.sensor}"')
-        if len(found) != 1:
-            why = f"the description has {len(found) or 'no'} sensors of type {about['sensor']}"
-            return RobotParameters({}, f"{why}: say which, sensor: NAME" if found else why)
+    if "sensor" not in about:
+        values = _of_joints(robot, controller, about)
+        return RobotParameters({key: value for key, value in values.items() if value is not None})
+    name, kind = controller.sensor, about["sensor"]
+    found = [one for one in robot.sensors if (one.name == name if name else one.type == kind)]
+    if len(found) == 1:
         return RobotParameters({"sensor_name": found[0].name, "frame_id": found[0].frame})
-    return RobotParameters(_of_joints(robot, controller, about))
+    why = f'there is no sensor "{name}"' if name else f"the description has {len(found) or 'no'} sensors of type {kind}"
+    return RobotParameters({}, f"{why}: say which, sensor: NAME" if found else why)
 
 
 def _of_drive(robot: Robot, controller: Controller, kind: str) -> RobotParameters:
-    """Return the parameters of a controller of the drive.
-
-    By default, the controller would prefix the frames with its namespace; here they keep the names of the description.
-    """
     if robot.drive is None or robot.drive.kind != kind:
         why = f"the drive is {robot.drive.kind}, not {kind}" if robot.drive else "the description has no drive"
         return RobotParameters({}, why)
@@ -76,6 +68,7 @@ def _of_drive(robot: Robot, controller: Controller, kind: str) -> RobotParameter
         return RobotParameters({}, str(problem))
     base = _base(robot, driving.frame)
     edges, navigates = [edge for edge in robot.edges if edge.child == base], _navigates(robot)
+    # Without the switch, the controller prefixes the frames with its namespace.
     values: dict[str, Any] = {"base_frame_id": base, "tf_frame_prefix_enable": False}
     # Nav2 of Humble sends no header; a key of Humble alone.
     values |= {"use_stamped_vel": False} if navigates else {}
@@ -86,7 +79,7 @@ def _of_drive(robot: Robot, controller: Controller, kind: str) -> RobotParameter
     values |= {key: known[what] for key, what in keys.items() if what in known}
     wheels = {wheel.joint for wheel in driving.wheels}
     states = [one.states for block in robot.control for one in block.joints if one.name in wheels]
-    if states and not any(POSITION in words for words in states) and all(SPEED in words for words in states):
+    if states and not any(POSITION in words for words in states) and all(VELOCITY in words for words in states):
         values["position_feedback"] = False
     rounded = {key: float(f"{value:.9g}") for key, value in values.items() if isinstance(value, float)}
     return RobotParameters(values | rounded)
@@ -107,12 +100,12 @@ def _navigates(robot: Robot) -> bool:
 
 
 def _base(robot: Robot, frame: str) -> str:
+    """Return the frame above or below a frame of the drive that an edge moves, or the frame itself."""
     base = frame
     while not any(edge.child == base for edge in robot.edges):
         joint = robot.joint_to.get(base)
-        if joint is None or not joint.is_fixed:
-            return frame
-        if max(map(abs, (*joint.origin.xyz[:2], *joint.origin.rpy))) > _EVEN:
+        is_level = joint is not None and max(map(abs, (*joint.origin.xyz[:2], *joint.origin.rpy))) <= _EVEN
+        if joint is None or not joint.is_fixed or not is_level:
             return frame
         base = joint.parent
     return base
@@ -143,11 +136,11 @@ def _quantities(robot: Robot, driving: Driving, joints: Mapping[str, Sequence[st
         return found
     found["front"] = driving.steering[0].x > 0
     places = ("front", "rear") if found["front"] else ("rear", "front")
-    for role, place in zip(("steering", "wheel"), places, strict=True):
-        names = [one.joint for one in (driving.steering if role == "steering" else driving.wheels)]
-        track = _spread([one.y for one in (driving.steering if role == "steering" else driving.wheels)])
-        found |= {f"{word}_joints": names for word in (role, place)}
-        found |= {f"{word}_track": track for word in (role, place)}
+    ends: tuple[Sequence[Steering | Wheel], ...] = (driving.steering, driving.wheels)
+    for role, place, axes in zip(("steering", "wheel"), places, ends, strict=True):
+        for word in (role, place):
+            found[f"{word}_joints"] = [one.joint for one in axes]
+            found[f"{word}_track"] = _spread([one.y for one in axes])
     if len(driving.wheels) == 1 and len(driving.steering) == 1:
         found |= {"wheel_joint": driving.wheels[0].joint, "steering_joint": driving.steering[0].joint}
     return found
@@ -159,10 +152,7 @@ def _spread(numbers: list[float]) -> float:
 
 def _speeds(robot: Robot, driving: Driving, around: float) -> dict[str, Any]:
     """Return the velocity limits of the base if all wheels have one; a turn by 1 rad rolls wheels by ``around`` (m)."""
-    rims = []
-    for wheel in driving.wheels:
-        limit = robot.joint[wheel.joint].limit
-        rims.append(((limit.known_value("velocity") if limit is not None else None) or 0.0) * wheel.radius)
+    rims = [(robot.joint[one.joint].limits_of(VELOCITY)[1] or 0.0) * one.radius for one in driving.wheels]
     least = min(rims, default=0.0)
     if not least or not around:
         return {}
@@ -175,27 +165,20 @@ def _of_joints(robot: Robot, controller: Controller, about: Mapping[str, Any]) -
     block = next((one for one in robot.control if one.name == controller.hardware), None)
     moved = [one for one in block.joints if one.command and (not command or command in one.commands)] if block else []
     names = [one.name for one in moved]
-    values: dict[str, Any] = {}
     if command and about.get("joints") == "joint":  # a gripper
         joint = robot.joint.get(str(controller.params.get("joint", names[0] if len(names) == 1 else "")))
-        if joint is not None:
-            values["joint"] = joint.name
-            for key in (EFFORT, SPEED):
-                most = joint.limit.known_value(key) if joint.limit is not None else None
-                values |= {f"max_{key}": most} if most is not None else {}
-        return values
-    values |= {"joints": names} if names else {}
-    values |= {"joint": names[0]} if len(names) == 1 else {}
+        limits = {f"max_{key}": joint.limits_of(key)[1] for key in (EFFORT, VELOCITY)} if joint else {}
+        return {"joint": joint.name if joint else None, **limits}
+    values: dict[str, Any] = {"joints": names or None, "joint": names[0] if len(names) == 1 else None}
     if "states" in about and "action" in about:
         # The first command that all joints have, for several are ways of which one is used at a time, and the states.
         given = controller.params.get("joints")
         names = list(map(str, given)) if given and isinstance(given, (list, tuple)) else names
         found = [one for block in robot.control for one in block.joints if one.name in names]
         if names and len(found) >= len(names):
-            commands = [word for word in (POSITION, SPEED, EFFORT) if all(word in one.commands for one in found)][:1]
+            commands = [word for word in (POSITION, VELOCITY, EFFORT) if all(word in one.commands for one in found)][:1]
             states = list(takewhile(lambda word: all(word in one.states for one in found), JOINT_WORDS[:3]))
-            words = {"command_interfaces": commands, "state_interfaces": states}
-            values |= {key: some for key, some in words.items() if some}
+            values |= {"command_interfaces": commands or None, "state_interfaces": states or None}
     return values
 
 
@@ -221,19 +204,12 @@ def fill(robot: Robot, distribution: str) -> list[ControllerParameters]:
     for one in robot.controllers:
         plugin = full_type(one.type)
         kind, known = node_kinds.controller(plugin, distribution), derive(robot, one, plugin)
-        values = {key: value for key, value in known.values.items() if kind is not None and key in kind}
-        if kind is not None and _LATER in kind:
-            values = {key: value for key, value in values.items() if not key.startswith(_EARLIER)}
-        values = {key: _typed(kind, key, value) for key, value in {**values, **one.params}.items()}
+        unused = _EARLIER if kind and _LATER in kind else ()
+        keys = [key for key in known.values if kind and key in kind and not key.startswith(unused)]
+        values = {**{key: known.values[key] for key in keys}, **one.params}
+        values = {key: _typed(kind, key, value) for key, value in values.items()}
         made.append(ControllerParameters(one, plugin, values, known, kind))
     return made
-
-
-def distribution_of(robot: Robot, controllers: str) -> str:
-    """Return the distribution, humble or jazzy, of the output ``controllers``, or that of another output without it."""
-    outputs = sorted(robot.outputs, key=lambda one: one.name != controllers)
-    words = (one.options.get("distribution") or one.options.get("control") for one in outputs)
-    return known_distribution(str(next(filter(None, words), JAZZY)))
 
 
 def manager_parameters(output: Output, distribution: str) -> dict[str, Any]:
@@ -251,18 +227,16 @@ def _typed(kind: Kind | None, key: str, value: Any) -> Any:
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the controllers.yaml of a robot, for the distribution of the output."""
-    name, notes = distro_of(output).capitalize(), []
-    controllers = fill(robot, distro_of(output))
+    name, notes, controllers = distro_of(output).capitalize(), [], fill(robot, distro_of(output))
     made = text(robot, output, templates, [f"Controllers of ros2_control, for {name}."], _nodes(output, controllers))
     if distro_of(output) not in (HUMBLE, JAZZY):
-        message = f"what is known of controllers is that of Jazzy: {name} is taken to be like it"
-        notes.append(Diagnostic("controllers-later", NOTE, message))
+        notes.append(Diagnostic("controllers-later", NOTE, f"{name} has no table of controllers: Jazzy's is used"))
     for one in controllers:
         for topic, to in one.remaps:
-            full = f"{f'/{namespace_of(output)}'.rstrip('/')}/{one.controller.name}{topic.removeprefix('~')}"
+            full = full_topic(topic, namespace_of(output), one.controller.name)
             frames = f"{one.values.get('odom_frame_id', 'odom')} -> {one.values.get('base_frame_id', 'base_link')}"
             message = f'the controller "{one.controller.name}" publishes {frames} on {full}, not on {to}'
-            notes.append(Diagnostic("controllers-remap", NOTE, message, help=f"start it with {full}:={to}"))
+            notes.append(report("controllers-remap", message, help=f"start it with {full}:={to}"))
     return made, notes
 
 
@@ -313,7 +287,7 @@ def drivers(robot: Robot) -> list[Driver]:
         return []
     found = []
     for one in fill(robot, distro_of(output)):
-        command, odometry = (port_of(one.type, distro_of(output), role) for role in (VELOCITY, ODOMETRY))
+        command, odometry = (port_of(one.type, distro_of(output), role) for role in (Role.VELOCITY, Role.ODOMETRY))
         if command is not None and odometry is not None:
             stamped = command.is_stamped(one.values)
             found.append(Driver(one, namespace_of(output), command.name(one.values), odometry.topic, stamped))

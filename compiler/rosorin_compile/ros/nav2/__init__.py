@@ -8,31 +8,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import HUMBLE
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Mesh, Output, Robot, Sensor
 from rosorin_compile.model.mesh_vertices import clouds_of, why_unread
-from rosorin_compile.rules.case import Case, report
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, error, phrase
+from rosorin_compile.rules.case import report
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Help, Suggestion, error, phrase
+from rosorin_compile.source.tree import Path
 
 from ..controllers.write import drivers, edges_of
 from ..navigation import AMCL, FILTER, SLAM, Frames, Problem, diagnose, frames_of, kind_of, stated_topic
 from ..parameter_files import Node, Parameters, distro_of, parameter_file, parameters_of, text
-from ..ports import (
-    IN,
-    OBSTACLES,
-    ODOMETRY,
-    SCAN,
-    VELOCITY,
-    distribution_of_ports,
-    facts,
-    message_of_sensor,
-    ports,
-    short_type,
-)
+from ..ports import IN, Role, distribution_of_ports, facts, message_of_sensor, ports, short_type
 from .footprint import CORNERS, footprint, holds, pad, solids_of
 
 _LAYERS = {"local_costmap": "voxel_layer", "global_costmap": "obstacle_layer"}  # nav2_bringup/params/nav2_params.yaml
@@ -47,17 +37,7 @@ _CLEARANCE = 0.05  # m, the default for depth points, which include the floor
 _MOTION = {True: "nav2_amcl::OmniMotionModel", False: "nav2_amcl::DifferentialMotionModel"}
 
 
-@dataclass(frozen=True)
-class _Basics:
-    """What a description knows for Nav2: the frames, the base frame of Nav2, and the positions of the joints."""
-
-    frames: Frames
-    base: str
-    positions: Mapping[str, float]
-
-
-@dataclass(frozen=True)
-class _Source:
+class _Source(NamedTuple):
     """An observation source: its sensor, topic ("" if unknown) and type, and what it ignores above the floor (m)."""
 
     name: str
@@ -67,8 +47,16 @@ class _Source:
     clearance: float
 
 
-@dataclass(frozen=True)
-class _Size:
+class _Basics(NamedTuple):
+    """What a description knows for Nav2: frames, the base frame of Nav2, positions of the joints, and sources."""
+
+    frames: Frames
+    base: str
+    positions: Mapping[str, float]
+    sources: list[_Source]
+
+
+class _Size(NamedTuple):
     """The parameters of a costmap about the footprint, the heights (m) of obstacles, and a comment on the footprint."""
 
     parameters: Mapping[str, Any]
@@ -84,48 +72,49 @@ class _Size:
 def _basics(robot: Robot, output: Output) -> tuple[_Basics | None, list[Problem]]:
     """Return what an output needs of a robot apart from its dimensions, and all problems."""
     frames, wrong = frames_of(robot, output)
+
+    def add(rule: str, message: str, path: Path = (), help: Help = "", **more: Any) -> None:
+        wrong.append(Problem(rule, message, path, help, **more))
+
     pose, poses = output.options.get("pose"), {one.name: one.positions for one in robot.poses}
     if pose is not None and pose not in poses:
         suggestion = Suggestion(pose, poses, none="the robot has no poses")
-        wrong.append(Problem("nav2-pose", f'there is no pose "{pose}"', ("pose",), suggestion))
+        add("nav2-pose", f'there is no pose "{pose}"', ("pose",), suggestion)
     sensors = {sensor.name: sensor.type for sensor in robot.sensors}
     for name, source in (output.options.get("sources") or {}).items():
         sensor, path = source["sensor"], ("sources", name, "sensor")
         if sensor not in sensors:
             suggestion = Suggestion(sensor, sensors, none="the robot has no sensors")
-            wrong.append(Problem("nav2-source", f'there is no sensor "{sensor}"', path, suggestion))
+            add("nav2-source", f'there is no sensor "{sensor}"', path, suggestion)
         elif sensors[sensor] not in _SEEING:
             message = f'sensor "{sensor}" has the type {sensors[sensor]}, which sees no obstacles for a costmap'
-            wrong.append(Problem("nav2-source", message, path, "name a lidar or a depth camera"))
-    for found in _sources(robot, output):
-        if not found.topic:
-            path = ("sources", found.name, "sensor")
-            wrong.append(Problem("nav2-source", f'sensor "{found.sensor.name}" has no topic', path, "add topic: NAME"))
+            add("nav2-source", message, path, "name a lidar or a depth camera")
+    sources = _sources(robot, output)
+    for one in [one for one in sources if not one.topic]:
+        path = ("sources", one.name, "sensor")
+        add("nav2-source", f'sensor "{one.sensor.name}" has no topic', path, "add topic: NAME")
     if frames is None:
         return None, wrong
     base = str(output.options.get("base_frame", frames.moved))
     if base not in robot.link:
-        suggestion = Suggestion(base, robot.frames)
-        wrong.append(Problem("nav2-base", f'there is no frame "{base}" on the robot', ("base_frame",), suggestion))
+        add("nav2-base", f'there is no frame "{base}" on the robot', ("base_frame",), Suggestion(base, robot.frames))
     elif robot.moves_between(base, frames.moved):
         message = f'"{base}" moves against "{frames.moved}", which the odometry moves'
-        wrong.append(Problem("nav2-base", message, ("base_frame",), "name a frame that is fixed to it"))
+        add("nav2-base", message, ("base_frame",), "name a frame that is fixed to it")
     locating = [one for one in robot.publishers if kind_of(one) in (AMCL, SLAM)]
     owned = [(one, lead) for one in locating for lead in frames.transforms_of(one)]
     others = [(one, lead) for one, lead in owned if (lead.parent, lead.child) != (frames.map, frames.odom)]
     for publisher, lead in others:
         step = f"{frames.map or 'map'} -> {frames.odom if frames.map else 'odom'}"
         message = f'"{publisher.name}" has to publish {lead}, but it publishes only {step}'
-        wrong.append(Problem("navigation-owner", message, lead.path, absolute=True))
+        add("navigation-owner", message, lead.path, absolute=True)
     if not frames.map and not others:
         message = f"no publisher is described for map -> {frames.odom}: what needs the frame of a map is left out"
-        wrong.append(Problem("navigation-no-map", message, severity=WARNING, key=True))
-    for driver in drivers(robot) if distro_of(output) == HUMBLE else ():
-        if driver.stamped:
-            message = f'controller "{driver.name}" takes TwistStamped, and Nav2 of {HUMBLE.capitalize()} sends Twist'
-            place = ("controllers", driver.name)
-            wrong.append(Problem("nav2-command", message, place, severity=WARNING, absolute=True, key=True))
-    return _Basics(frames, base, poses.get(str(pose), {})), wrong
+        add("navigation-no-map", message, severity=WARNING, key=True)
+    for driver in [one for one in drivers(robot) if one.stamped and distro_of(output) == HUMBLE]:
+        message = f'controller "{driver.name}" takes TwistStamped, and Nav2 of {HUMBLE.capitalize()} sends Twist'
+        add("nav2-command", message, ("controllers", driver.name), severity=WARNING, absolute=True, key=True)
+    return _Basics(frames, base, poses.get(str(pose), {}), sources), wrong
 
 
 def _sources(robot: Robot, output: Output) -> list[_Source]:
@@ -155,19 +144,18 @@ def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None,
         files = [file for file, reason in reasons.items() if reason]
         message = f"the size of {phrase(files, 3)} is unknown ({phrase(unknown, 3)}): {left}"
         help = f"{reasons[files[0]]}: name an STL or an OBJ that is there, or give the link a box or a cylinder"
-        return None, [report(rule, message, help=help, severity=WARNING)]
+        return None, [report(rule, message, help=help)]
     if not solids:
-        return None, [report(rule, f"no link of the robot has a collision shape: {left}", severity=WARNING)]
+        return None, [report(rule, f"no link of the robot has a collision shape: {left}")]
     corners = int(options.get("corners", CORNERS))
     try:
         outline = footprint(solids, corners)
     except ValueError as problem:
-        return None, [report(rule, f"{problem}: {left}", help="correct the size of its shapes", severity=WARNING)]
-    found = []
-    circle = options.get("outline") == "circle"
+        return None, [report(rule, f"{problem}: {left}", help="correct the size of its shapes")]
+    found, circle = [], options.get("outline") == "circle"
     if outline.inscribed <= 0 and not circle:
         message = f'the base frame "{made.base}" is not within the footprint, as Nav2 requires'
-        found.append(report(rule, message, help="name a frame in the middle: base_frame", severity=WARNING))
+        found.append(report(rule, message, help="name a frame in the middle: base_frame"))
 
     def above(frame: str) -> float:
         return robot.transform(made.frames.moved, frame, made.positions).xyz[2]
@@ -177,7 +165,7 @@ def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None,
     low = min(0.0, outline.lowest + up) + float(options.get("clearance", 0.0))
     high = max([outline.highest + up, *planes]) + float(options.get("headroom", _HEADROOM))
     heights = (math.floor(low * 1000 + 0.5) / 1000 + 0.0, math.ceil(high * 1000) / 1000)
-    for source in _sources(robot, output):
+    for source in made.sources:
         at = above(source.sensor.frame)
         if source.sensor.type == _PLANAR and at <= heights[0]:
             message = f'lidar "{source.sensor.name}" sees nothing: it is at {at:.3g} m, and what is below '
@@ -199,30 +187,20 @@ def _round(height: float) -> float:
     return round(height * 1000) / 1000 + 0.0
 
 
-def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Yield what is wrong with an entry."""
-    yield from diagnose(case, output, lambda robot, output: _basics(robot, output)[1])
-
-
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the parameters of a robot for Nav2. The options are in the record."""
     made, found = _basics(robot, output)
-    wrong = [error(one.rule, one.message, None, one.help) for one in found if one.severity != WARNING]
-    if made is None or wrong:
-        return "", wrong
+    if made is None or any(one.severity == ERROR for one in found):
+        return "", []  # the rules report it
     size, diagnostics = _measure(robot, output, made)
-    head = [
-        f"Nav2 of {distro_of(output).capitalize()}: frames, footprint and heights of the robot.",
-        "No tuning is in it: load it after your own.",
-    ]
+    head = [f"Nav2 of {distro_of(output).capitalize()}: frames, footprint and heights of the robot."]
+    head += ["No tuning is in it: load it after your own."]
     if size is not None:
         pose = output.options.get("pose")
-        head.append(f"The footprint is that {'with all joints at zero' if pose is None else f'in the pose {pose}'}.")
+        head += [f"The footprint is that {'with all joints at zero' if pose is None else f'in the pose {pose}'}."]
         head += [size.remark] if size.remark else []
-        if any(source.clearance for source in _sources(robot, output)):
-            head.append(
-                f"That points are obstacles from {_CLEARANCE:g} m above the floor is a stand-in: set clearance."
-            )
+        low = f"That points are obstacles from {_CLEARANCE:g} m above the floor is a stand-in: set clearance."
+        head += [low] if any(source.clearance for source in made.sources) else []
     return text(robot, output, templates, head, list(_nodes(robot, output, made, size))), diagnostics
 
 
@@ -243,24 +221,22 @@ def _nodes(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> I
         if is_complete and distribution in row.get("only", [distribution]):
             found[row["node"]] = values
     for name in _LAYERS.keys() & found.keys():
-        found[name] |= _costmap(robot, output, name, size)
+        found[name] |= _costmap(output, name, made.sources, size)
     found["collision_monitor"] |= _monitored(robot, output, made, size)
-    # The odometry is that of the node that publishes odom -> base, where this is known to be one topic.
-    driving, topics = drivers(robot), dict[str, None]()
-    for lead in frames.leads:
-        if (lead.parent, lead.child) == (frames.odom, frames.moved):
-            of_drive = [
-                driver.topic(driver.odometry)
-                for driver in driving
-                if any(edge.publisher.name == lead.publisher.name for edge in edges_of(robot, driver.one.controller))
-            ]
-            topics[(["odometry/filtered"] if kind_of(lead.publisher) == FILTER else of_drive or [""])[0]] = None
-    odometry = next(iter(topics)) if len(topics) == 1 else ""
-    for port in ports(distribution, role=ODOMETRY, direction=IN, group="nav2") if odometry else ():
+    # The odometry is that of the node that publishes odom -> base, if this is known to be one topic.
+    driving = drivers(robot)
+    of_drive: dict[str, str] = {}
+    for driver in reversed(driving):
+        owners = (edge.publisher.name for edge in edges_of(robot, driver.one.controller))
+        of_drive |= dict.fromkeys(owners, driver.topic(driver.odometry))
+    moving = [one.publisher for one in frames.leads if (one.parent, one.child) == (frames.odom, frames.moved)]
+    topics = {"odometry/filtered" if kind_of(one) == FILTER else of_drive.get(one.name, "") for one in moving}
+    odometry = topics.pop() if len(topics) == 1 else ""
+    for port in ports(distribution, role=Role.ODOMETRY, direction=IN, group="nav2") if odometry else ():
         found.setdefault(port.node, {})[port.parameter] = odometry
-    for port in ports(distribution, role=VELOCITY, group="nav2") if driving else ():
-        if port.stamp_parameter:
-            found.setdefault(port.node, {})[port.stamp_parameter] = driving[0].stamped
+    stamping = [one for one in ports(distribution, role=Role.VELOCITY, group="nav2") if one.stamp_parameter]
+    for port in stamping if driving else ():
+        found.setdefault(port.node, {})[port.stamp_parameter] = driving[0].stamped
     if robot.drive is not None and robot.drive.slides:  # Nav2's own limits keep every base from going sideways
         for name, limits in facts_of["sideways"][distribution].items():
             found[name] |= limits
@@ -278,14 +254,13 @@ def _nodes(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> I
     yield Node(AMCL, AMCL, amcl | _scan(robot, output, AMCL))
     if located[SLAM]:
         silent = {} if owns[SLAM] else {"transform_publish_period": 0.0}
-        yield Node(SLAM, SLAM, seen_by_slam(robot, output, frames) | silent)
+        yield Node(SLAM, SLAM, slam_parameters(robot, output, frames) | silent)
 
 
-def _costmap(robot: Robot, output: Output, name: str, size: _Size | None) -> dict[str, Any]:
+def _costmap(output: Output, name: str, sources: list[_Source], size: _Size | None) -> dict[str, Any]:
     """Return the footprint, the heights and the sources of obstacles of a costmap."""
     layer = (output.options.get("layers") or {}).get(name, _LAYERS[name])
     values = {**size.parameters, **size.band(layer)} if size is not None else {}
-    sources = _sources(robot, output)
     if sources:
         values[f"{layer}.observation_sources"] = " ".join(source.name for source in sources)
     for source in sources:
@@ -299,12 +274,11 @@ def _costmap(robot: Robot, output: Output, name: str, size: _Size | None) -> dic
 
 def _monitored(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> dict[str, Any]:
     """Return the sources of the collision_monitor, with heights in the base frame."""
-    sources = _sources(robot, output)
     up = robot.transform(made.frames.moved, made.base, made.positions).xyz[2]
     values: dict[str, Any] = {}
-    for port in ports(distro_of(output), node="collision_monitor", role=OBSTACLES) if sources else ():
-        values[port.each] = [source.name for source in sources]
-        for source in sources:
+    for port in ports(distro_of(output), node="collision_monitor", role=Role.OBSTACLES) if made.sources else ():
+        values[port.each] = [source.name for source in made.sources]
+        for source in made.sources:
             name, kind = source.name, _MONITORED[source.type]
             values |= {f"{name}.type": kind, port.parameter.replace("<source>", name): source.topic}
             if kind == "pointcloud" and size is not None:
@@ -319,10 +293,10 @@ def _scan(robot: Robot, output: Output, node: str) -> dict[str, Any]:
     if not topics:
         topics = {stated_topic(robot, one.name) for one in robot.sensors if one.type == _PLANAR}
     topic = topics.pop() if len(topics) == 1 else ""
-    return {port.parameter: topic for port in ports(distro_of(output), node=node, role=SCAN)} if topic else {}
+    return {port.parameter: topic for port in ports(distro_of(output), node=node, role=Role.SCAN)} if topic else {}
 
 
-def seen_by_slam(robot: Robot, output: Output, frames: Frames) -> dict[str, Any]:
+def slam_parameters(robot: Robot, output: Output, frames: Frames) -> dict[str, Any]:
     """Return the frames and the topic of the scan for slam_toolbox."""
     values = {"map_frame": frames.map, "odom_frame": frames.odom, "base_frame": frames.moved}
     return values | _scan(robot, output, SLAM)
@@ -335,7 +309,7 @@ FORMAT = parameter_file(
     rank=62,
     covers=("robot", "edges.parent", "edges.child"),
     file="nav2.yaml",
-    check=check,
+    check=partial(diagnose, find=_basics),
     write=write,
     view=view,
     measures=True,

@@ -66,10 +66,8 @@ def solids_of(robot: Robot, base: str, positions: Mapping[str, float], clouds: C
             if isinstance(shape.geometry, Mesh):
                 a, b, c = shape.geometry.scale
                 points = [frame.apply((a * x, b * y, c * z)) for x, y, z in clouds(shape.geometry) or ()]
-                if points:
-                    found.append(_mesh(points))
-                else:
-                    unknown[link] = None
+                found += [_mesh(points)] if points else []
+                unknown |= {} if points else {link: None}
             elif pieces := shape.solids(MERGED):
                 boxes = [piece.geometry for piece in pieces if isinstance(piece.geometry, Box)]
                 ends = (zip(box.lower, box.upper, strict=True) for box in boxes)
@@ -90,14 +88,12 @@ def footprint(solids: Sequence[Solid], most: int = CORNERS, margin: float = 0.0)
 
     ``margin`` (m) is left free around the shapes. Raises ValueError for a robot larger than ``LARGEST``.
     """
-    most = max(most, LEAST_CORNERS)
-    down, up, *across = (
-        _reach(solids, way) for way in ((0, 0, -1), (0, 0, 1), (-1, 0, 0), (1, 0, 0), (0, -1, 0), (0, 1, 0))
-    )
-    if not all(abs(size) < LARGEST for size in (down, up, *across)):
+    ways = ((0, 0, -1), (0, 0, 1), (-1, 0, 0), (1, 0, 0), (0, -1, 0), (0, 1, 0))
+    down, up, *_ = sizes = [_reach(solids, way) for way in ways]
+    if not all(abs(size) < LARGEST for size in sizes):
         raise ValueError(f"the robot is larger than {LARGEST:,.0f} m")
-    sides = [(normal, _reach(solids, (*normal, 0.0)) + margin) for normal in _normals(solids, most)]
-    sides = _fewer(sides, most)
+    most = max(most, LEAST_CORNERS)
+    sides = _fewer([(one, _reach(solids, (*one, 0.0)) + margin) for one in _normals(solids, most)], most)
     for tried in count():
         more = 10.0**-DIGITS / 2 * tried
         moved = _polygon([(normal, at + more) for normal, at in sides])
@@ -189,8 +185,7 @@ def _polygon(sides: Sequence[Side]) -> list[Point]:
 
 def _meet(first: Side, second: Side) -> Point:
     ((a, b), p), ((c, d), q) = first, second
-    under = a * d - b * c
-    return ((p * d - q * b) / under, (a * q - c * p) / under)
+    return ((p * d - q * b) / (a * d - b * c), (a * q - c * p) / (a * d - b * c))
 
 
 def _hull(points: Sequence[Point]) -> list[Point]:

@@ -1,26 +1,24 @@
-"""The launch files of a package that start controllers, MoveIt and navigation, and the files that MoveIt needs.
-
-The parameters of the other nodes are artifacts: controllers.yaml, the SRDF, those of Nav2 and of robot_localization.
-"""
+"""The launch files of a package that start controllers, MoveIt and navigation, and the files that MoveIt needs."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.formats.format import HUMBLE
+from rosorin_compile.formats.format import HUMBLE, JAZZY, described_by
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, phrase
+from rosorin_compile.rules.case import report
+from rosorin_compile.source.diagnostics import Diagnostic, error, phrase
 
 from .. import nav2, robot_localization
-from ..controllers.write import COMMAND, TF, ControllerParameters, distribution_of, drivers, fill, namespace_of
+from ..controllers.write import COMMAND, TF, ControllerParameters, drivers, fill, namespace_of
 from ..graph import DRIVER, graph_of, open_ends
 from ..navigation import AMCL, SLAM, frames_of, kind_of, owners_of_odom
 from ..node_kinds import as_yaml, plugins
 from ..parameter_files import distro_of, nodes_of
-from ..ports import IMU, ODOMETRY, interfaces_of, short_type
+from ..ports import Role, interfaces_of, short_type
 from ..srdf.planning import planning_of
 from .launch import PackageFile
 from .options import CONTROL, MOVEIT, NAV2, STARTS
@@ -36,33 +34,16 @@ _OF_GAZEBO = ("gz_ros2_control", "ign_ros2_control", "gazebo_ros2_control")
 _MOVEIT_PACKAGES = ("configs_utils", "kinematics", "planners_ompl", "ros_move_group", "simple_controller_manager")
 
 
-class _Start(NamedTuple):
-    """A launch file: its name, what it starts, and how a description gets the outputs for it."""
-
-    file: str
-    about: str
-    help: str
-    packages: tuple[str, ...] = ()
-
-
-_STARTS = {
-    CONTROL: _Start(
-        "control.launch.py",
-        "the controller_manager with its controllers",
-        "add under outputs: a URDF with `control: jazzy` or `humble`, and `controllers: {}`",
-        ("controller_manager",),
-    ),
-    MOVEIT: _Start(
-        "moveit.launch.py",
-        "MoveIt's move_group",
-        "add `srdf: {}` under outputs",
-        tuple(f"moveit_{name}" for name in _MOVEIT_PACKAGES),
-    ),
-    NAV2: _Start(
-        "navigation.launch.py",
-        "Nav2, localisation and the filter of odometry",
-        "add `nav2: {}` or `robot_localization: {}` under outputs",
-    ),
+# Each launch file with what it starts, and how a description gets the outputs for it.
+_FILES = {
+    CONTROL: ("control.launch.py", "the controller_manager with its controllers"),
+    MOVEIT: ("moveit.launch.py", "MoveIt's move_group"),
+    NAV2: ("navigation.launch.py", "Nav2, localisation and the filter of odometry"),
+}
+_OUTPUTS = {
+    CONTROL: "add under outputs: a URDF with `control: jazzy` or `humble`, and `controllers: {}`",
+    MOVEIT: "add `srdf: {}` under outputs",
+    NAV2: "add `nav2: {}` or `robot_localization: {}` under outputs",
 }
 _FOR_MOVEIT = (
     PackageFile("config/joint_limits.yaml", "joint_limits.yaml", "limits of joints for MoveIt"),
@@ -76,50 +57,45 @@ _FOR_MOVEIT = (
 class Bringup:
     """What a package starts besides the publishers.
 
-    ``starts`` are names of ``STARTS``; ``places`` are those of artifacts by their format, ``outputs`` the names of
-    their outputs; ``ekf`` is the node of the filter.
+    ``starts`` are names of ``STARTS``; ``places`` and ``outputs`` are those of artifacts by their format; ``ekf`` is
+    the node of the filter.
     """
 
     robot: Robot
     starts: tuple[str, ...]
     places: Mapping[str, str]
-    outputs: Mapping[str, str]
+    outputs: Mapping[str, Output]
     ekf: str = ""
 
     @cached_property
     def _distribution(self) -> str:
-        return distribution_of(self.robot, self.outputs.get(_CONTROLLERS, ""))
+        outputs = (*filter(None, [self.outputs.get(_CONTROLLERS)]), *self.robot.outputs)
+        words = (one.options.get("distribution") or one.options.get("control") for one in outputs)
+        return described_by(str(next(filter(None, words), JAZZY)))
 
     @cached_property
     def _controllers(self) -> list[ControllerParameters]:
         return fill(self.robot, self._distribution)
 
-    def _output(self, backend: str) -> Output:
-        return next(one for one in self.robot.outputs if one.name == self.outputs[backend])
-
     def packages(self) -> Iterator[str]:
         """Yield the packages of the nodes and plug-ins that are started."""
-        for word in self.starts:
-            yield from _STARTS[word].packages
         if CONTROL in self.starts:
-            for block in self.robot.control:
-                package = block.plugin.partition("/")[0]
-                yield "hardware_interface" if package == "mock_components" else package
-            known = plugins(self._distribution)
+            known, hardware = plugins(self._distribution), (one.plugin.partition("/")[0] for one in self.robot.control)
+            yield "controller_manager"
+            yield from ("hardware_interface" if one == "mock_components" else one for one in hardware)
             yield from (known[one.type] for one in self._controllers if one.type in known)
+        if MOVEIT in self.starts:
+            yield from (f"moveit_{name}" for name in _MOVEIT_PACKAGES)
         if NAV2 in self.starts:
             needed = (("nav2_bringup", NAV2), ("python3-yaml", NAV2), (_EKF, _EKF))
             yield from (name for name, backend in needed if backend in self.places)
 
     def files(self) -> Iterator[PackageFile]:
         """Yield the files that are made."""
-        for word in self.starts:
-            start = _STARTS[word]
-            yield PackageFile(f"launch/{start.file}", start.file, start.about)
-        if MOVEIT in self.starts:
-            yield from _FOR_MOVEIT
-        if self.starts:
-            yield PackageFile("launch/bringup.launch.py", "bringup.launch.py", "all of it")
+        launches = [_FILES[word] for word in self.starts]
+        launches += [("bringup.launch.py", "all of it")] if self.starts else []
+        yield from (PackageFile(f"launch/{file}", file, about) for file, about in launches)
+        yield from _FOR_MOVEIT if MOVEIT in self.starts else ()
 
     def values(self, main: str) -> dict[str, Any]:
         """Return the values of the templates; ``main`` is the place of what robot_state_publisher reads."""
@@ -129,11 +105,11 @@ class Bringup:
             if graph.nodes[end.node] == DRIVER and graph.readers(end):
                 outside[end.topic] = (end.node, short_type(end.type), end.topic)
         for end in graph.read:
-            if end.port.role in (IMU, ODOMETRY) and not graph.publishers(end):
+            if end.port.role in (Role.IMU, Role.ODOMETRY) and not graph.publishers(end):
                 outside.setdefault(end.topic, ("another driver", short_type(end.type), end.topic))
-        fixed = next((self._output(key) for key in (_CONTROLLERS, NAV2) if key in self.outputs), None)
+        fixed = next((self.outputs[key] for key in (_CONTROLLERS, NAV2) if key in self.outputs), None)
         values: dict[str, Any] = {
-            "starts": [(word, _STARTS[word].file, _STARTS[word].about) for word in self.starts],
+            "starts": [(word, *_FILES[word]) for word in self.starts],
             "places": self.places,
             "written": as_yaml,
             "control_namespace": "",
@@ -146,7 +122,7 @@ class Bringup:
         if NAV2 in self.starts and NAV2 in self.places:
             values |= self._localisation()
         if NAV2 in self.starts and _EKF in self.places:
-            moved = robot_localization.remaps(self.robot, self._output(_EKF)) if CONTROL in self.starts else []
+            moved = robot_localization.remaps(self.robot, self.outputs[_EKF]) if CONTROL in self.starts else []
             values |= {"ekf_name": self.ekf, "ekf_remaps": moved}
         values |= self._control(main) if CONTROL in self.starts else {}
         values |= self._moveit() if MOVEIT in self.starts else {}
@@ -167,43 +143,39 @@ class Bringup:
         if NAV2 in self.starts and self.robot.sensors and plain:
             message = f"in {plain[0].file} no sensor has a frame: Gazebo stamps its messages with names of its own"
             message += ", and slam_toolbox and AMCL drop scans in a frame that tf does not have"
-            yield Diagnostic("package-gazebo", NOTE, message, help="gazebo: harmonic in this output")
+            yield report("package-gazebo", message, None, "gazebo: harmonic in this output")
         if names := [one["name"] for one in self._limits() if one["acceleration"] is not None]:
             message = f"joints have no limit of acceleration ({phrase(names, 4)}), and MoveIt plans nothing "
             message += "without: config/joint_limits.yaml has a stand-in, 1 rad/s^2 or 1 m/s^2"
-            help = "if the maker gives others, load them after that file"
-            yield Diagnostic("package-acceleration", NOTE, message, help=help)
+            yield report("package-acceleration", message, None, "if the maker gives others, load them after that file")
 
     def _control(self, main: str) -> dict[str, Any]:
         driving, navigates = drivers(self.robot), NAV2 in self.starts and NAV2 in self.places
         commands = {driver.name: [(driver.command, COMMAND)] for driver in driving} if navigates else {}
         topics = [COMMAND if navigates else driver.topic(driver.command) for driver in driving]
+        spawned = []
+        for one in sorted(self._controllers, key=lambda one: one.type != _FIRST):
+            name, remaps = one.controller.name, one.remaps + commands.get(one.controller.name, [])
+            spawned.append({"name": name, "remaps": remaps, "inactive": one.controller.inactive})
         return {
-            "control_namespace": namespace_of(self._output(_CONTROLLERS)),
+            "control_namespace": namespace_of(self.outputs[_CONTROLLERS]),
             "teleop": {"topic": f"/{topics[0].lstrip('/')}", "stamped": driving[0].stamped} if driving else None,
             "humble": self._distribution == HUMBLE,
             "drives": bool(driving),
-            "spawned": [
-                {
-                    "name": one.controller.name,
-                    "remaps": one.remaps + commands.get(one.controller.name, []),
-                    "inactive": one.controller.inactive,
-                }
-                for one in sorted(self._controllers, key=lambda one: one.type != _FIRST)
-            ],
+            "spawned": spawned,
             "own_description": self.places[_URDF] != main,
             "why": {TF: "it publishes there what it owns", COMMAND: "Nav2 sends velocities there"},
         }
 
     def _localisation(self) -> dict[str, Any]:
         """Return whether slam_toolbox publishes map -> odom by default, and its parameters if no artifact has them."""
-        output = self._output(NAV2)
+        output = self.outputs[NAV2]
         frames, _ = frames_of(self.robot, output)
         if frames is None or not frames.map:
             return {"slam": "False"}
         owners = owners_of_odom(self.robot, frames)
         has_section = any(kind_of(one) == SLAM for one in self.robot.publishers)
-        seen = {} if has_section else nav2.seen_by_slam(self.robot, output, frames)
+        seen = {} if has_section else nav2.slam_parameters(self.robot, output, frames)
         return {"slam": str(SLAM in owners and AMCL not in owners), "seen_by_slam": seen}
 
     def _moveit(self) -> dict[str, Any]:
@@ -229,7 +201,7 @@ class Bringup:
         names = {name for group in planning.groups.values() for name in planning.active(group)}
         for name, joint in planning.joints.items():
             if name in names and joint.type in _ONE_AXIS:
-                velocity = (joint.limit.known_value("velocity") if joint.limit is not None else None) or None
+                velocity = joint.limits_of("velocity")[1] or None
                 if velocity or acceleration:
                     yield {"name": name, "velocity": velocity, "acceleration": acceleration}
 
@@ -237,12 +209,12 @@ class Bringup:
 def bringup(robot: Robot, placed: Mapping[str, Artifact], starts: Sequence[str]) -> tuple[Bringup, Diagnostic | None]:
     """Return what a package starts, and an error where no output is for it; ``placed`` are artifacts by place."""
     places: dict[str, str] = {}
-    outputs: dict[str, str] = {}
-    control = {output.name for output in robot.outputs if output.options.get(CONTROL)}
+    outputs: dict[str, Output] = {}
+    named = {output.name: output for output in robot.outputs}
     for place, artifact in placed.items():
-        if artifact.backend != _URDF or artifact.output in control:
+        if artifact.backend != _URDF or named[artifact.output].options.get(CONTROL):
             places.setdefault(artifact.backend, place)
-            outputs.setdefault(artifact.backend, artifact.output)
+            outputs.setdefault(artifact.backend, named[artifact.output])
     if MOVEIT in starts and _SRDF in outputs and (planning := planning_of(robot)) is not None:
         places["moveit_urdf"] = next((at for at, one in placed.items() if one.output == planning.urdf.name), "")
     ekf = next(iter(nodes_of(placed[places[_EKF]].text))).rpartition("/")[2] if _EKF in places else ""
@@ -253,8 +225,6 @@ def bringup(robot: Robot, placed: Mapping[str, Artifact], starts: Sequence[str])
         MOVEIT: "" if _SRDF in outputs else "an SRDF",
         NAV2: "" if outputs.keys() & {NAV2, _EKF} else "their parameters",
     }
-    for word in made.starts:
-        if missing[word]:
-            message = f"--{word} is for {_STARTS[word].about}: no output has {missing[word]}"
-            return made, error("package-start", message, None, _STARTS[word].help)
-    return made, None
+    wrong = next((word for word in made.starts if missing[word]), "")
+    message = f"--{wrong} is for {_FILES[wrong][1]}: no output has {missing[wrong]}" if wrong else ""
+    return made, error("package-start", message, None, _OUTPUTS[wrong]) if wrong else None

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import posixpath
 import re
+from collections import defaultdict
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from html import escape
 from pathlib import Path
@@ -24,7 +24,8 @@ from rosorin_compile.formats.mesh_files import references, urdf_file_name
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 from rosorin_compile.output.atomic_files import digest, is_generated, kept_name
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error, first_of, printable
+from rosorin_compile.rules.case import report
+from rosorin_compile.source.diagnostics import Diagnostic, first_of, printable
 from rosorin_compile.source.files import is_file, read_bytes
 
 from .options import NOWHERE, is_legal
@@ -47,8 +48,8 @@ class Meshes(NamedTuple):
 
 def file_names(text: str, is_sdf: bool = False) -> list[str]:
     """Return the names of the mesh and texture files of a URDF or an SDF, each once, in their order."""
-    pattern = _OF_SDF if is_sdf else _FILE
-    return list(dict.fromkeys(unescape(match[2], _ENTITIES) for match in pattern.finditer(text)))
+    found = (_OF_SDF if is_sdf else _FILE).finditer(text)
+    return list(dict.fromkeys(unescape(match[2], _ENTITIES) for match in found))
 
 
 def place_meshes(
@@ -65,10 +66,8 @@ def place_meshes(
     Files are ``known`` by name, or searched for in ``folders`` and in ``target``, the folder of the package. Missing
     files get a warning, unless they have already been ``reported``.
     """
-    addresses: dict[str, str] = {}
-    files: dict[str, Path] = {}
-    packages: set[str] = set()
-    missing: dict[tuple[str, str], list[str]] = {}  # names by what is wrong and the fix
+    addresses, files, packages = dict[str, str](), dict[str, Path](), set[str]()
+    missing: dict[tuple[str, str], list[str]] = defaultdict(list)  # names by what is wrong and the fix
     where = "neither in the package nor next to the description" if folders else "not in the package"
     is_sdf = place.endswith(".sdf")
     for name in file_names(text, is_sdf):
@@ -79,30 +78,25 @@ def place_meshes(
             continue
         if not match and not is_copied and ("://" in name or name.startswith("/")):
             help = f"copy the file into a package and write package://{package}/{MESHES}/... in the description"
-            missing.setdefault(("found on machines that have this very file", help), []).append(name)
+            missing["found on machines that have this very file", help].append(name)
             continue
-        if match:
-            inside = match[2]
-        else:
+        inside = searched = match[2] if match else name
+        if not match:
             parts = [part for part in urdf_file_name(name).split("/") if part not in ("", ".", "..")]
             inside = "/".join([MESHES, *(parts[1:] if parts[0] == MESHES and len(parts) > 1 else parts)])
             relative = posixpath.relpath(inside, posixpath.dirname(place))
             addresses[name] = relative if is_sdf else f"package://{package}/{inside}"
         leads_out = ".." in inside.split("/")
-        searched = match[2] if match else name
         source = known.get(name) or next((one / searched for one in folders if is_file(one / searched)), None)
         if source is not None and not leads_out:
             files[inside] = source
         elif name not in reported and (leads_out or not is_file(target / inside)):
-            help = f"put the file into {posixpath.dirname(inside) or '.'}/ of the package"
-            missing.setdefault((where, help), []).append(name)
-    for inside, source in list(files.items()):
-        for name, file in companions(inside, source).items():
-            if name.startswith(f"{MESHES}/"):
-                files[name] = file
-            else:
-                help = f"put the file below the folder of the mesh: a package installs {MESHES}/"
-                missing.setdefault((f"named by {inside} and not in the package", help), []).append(name)
+            missing[where, f"put the file into {posixpath.dirname(inside) or '.'}/ of the package"].append(name)
+    named = [(inside, *one) for inside, source in files.items() for one in companions(inside, source).items()]
+    files |= {name: file for _, name, file in named if name.startswith(f"{MESHES}/")}
+    for inside, name in [(inside, name) for inside, name, _ in named if not name.startswith(f"{MESHES}/")]:
+        help = f"put the file below the folder of the mesh: a package installs {MESHES}/"
+        missing[f"named by {inside} and not in the package", help].append(name)
 
     def renamed(match: re.Match[str]) -> str:
         name = addresses.get(unescape(match[2], _ENTITIES))
@@ -134,12 +128,11 @@ def _mesh_warning(names: Sequence[str], what: str, help: str) -> Diagnostic:
     if len(names) > 1:
         message = f"{len(names)} files are {what}: {first_of(names, 3)}".replace("this very file", "these very files")
         help = help.replace("the file", "the files")
-    return Diagnostic("package-mesh", WARNING, message, None, (), help)
+    return report("package-mesh", message, None, help)
 
 
 _HEAD = 4096  # bytes of a file that are searched for the mark of the tool
 _MARK = "Generated by rosorin-compile from the description of {}; edits"
-_NAMED = re.compile(_MARK.format("(.+)"))
 
 
 def copies(folder: Path, files: Sequence[str], robot: str, artifact: Artifact, every: Sequence[Artifact]) -> list[str]:
@@ -150,29 +143,29 @@ def copies(folder: Path, files: Sequence[str], robot: str, artifact: Artifact, e
     """
     format, own = FORMATS[artifact.backend], artifact.file.rpartition("/")[2]
     taken = {one.file.rpartition("/")[2] for one in every}
-    found = []
-    for file in files:
+
+    def is_copy(file: str) -> bool:
         name = file.rpartition("/")[2]
-        if name == own:
-            found.append(file)
-        elif not artifact.withheld and name not in taken and file.endswith(format.endings):
-            with suppress(OSError):
-                if format.robot_of is not None:
-                    found += [file] if format.robot_of(folder / file) == robot else []
-                    continue
-                head = read_bytes(folder / file, _HEAD).decode("utf-8", "replace")
-                is_ours = any(_MARK.format(name) in head for name in (robot, repr(robot)))
-                is_of_package = format.located and "get_package_share_directory" in head
-                is_format = not format.roots or any(f"<{root}" in head for root in format.roots)
-                found += [file] if is_ours and is_format and not is_of_package else []
-    return sorted(found)
+        if name == own or artifact.withheld or name in taken or not file.endswith(format.endings):
+            return name == own
+        try:
+            if format.robot_of is not None:
+                return format.robot_of(folder / file) == robot
+            head = read_bytes(folder / file, _HEAD).decode("utf-8", "replace")
+        except OSError:
+            return False
+        is_ours = any(_MARK.format(name) in head for name in (robot, repr(robot)))
+        is_of_package = format.located and "get_package_share_directory" in head
+        return is_ours and not is_of_package and (not format.roots or any(f"<{root}" in head for root in format.roots))
+
+    return sorted(filter(is_copy, files))
 
 
 def other_robot(path: Path, robot: str) -> str:
     """Return the robot that a file was generated for if it is another one, else "". Raises OSError."""
     if not is_file(path):
         return ""
-    match = _NAMED.search(read_bytes(path, _HEAD).decode("utf-8", "replace"))
+    match = re.search(_MARK.format("(.+)"), read_bytes(path, _HEAD).decode("utf-8", "replace"))
     readers = (one.robot_of for one in FORMATS.values() if one.robot_of is not None and path.name.endswith(one.endings))
     name = match[1] if match else next(filter(None, (read(path) for read in readers)), "")
     same = (robot, repr(robot), Templates.comment(robot), "the robot")  # tables and pictures name no robot
@@ -183,8 +176,7 @@ def difference(robot: Robot, artifact: Artifact, old: bytes) -> Comparison | Non
     """Return how the bytes of a copy differ from an artifact, or None if they are equal."""
     if old == artifact.text.encode():
         return None
-    comparison = compare(robot, [artifact], {artifact.file: old})
-    texts = []
+    comparison, texts = compare(robot, [artifact], {artifact.file: old}), []
     for one in comparison.texts:
         lines = tuple(line.replace("--- committed/", "--- deployed/", 1) for line in one.lines)
         remark = one.remark.replace("the committed file", "the file") if one.kind != NOT_TEXT else "no UTF-8 text"
@@ -199,7 +191,7 @@ def difference_lines(place: str, found: Comparison, full: bool) -> list[str]:
     return lines + [line for one in found.texts[:1] for line in (one.lines if full else shorten(one.lines))]
 
 
-def move_artifact(robot: Robot, artifact: Artifact, place: str, urdf: str) -> Artifact:
+def relocate(robot: Robot, artifact: Artifact, place: str, urdf: str) -> Artifact:
     """Return an artifact for a place; a launch file reads the URDF at ``urdf`` by a relative name."""
     if not FORMATS[artifact.backend].located or not urdf:
         return replace(artifact, file=place)
@@ -215,14 +207,12 @@ def forms(robot: Robot, artifact: Artifact, place: str, urdfs: Iterable[str], pa
 
     A launch file may read any of the ``urdfs``; a URDF may name its meshes in ``package``.
     """
-    found, folder = [], posixpath.dirname(place) or "."
-    if FORMATS[artifact.backend].located:
-        near = sorted(urdfs, key=lambda urdf: (len(posixpath.relpath(urdf, folder)), urdf))
-        found = [move_artifact(robot, artifact, place, urdf) for urdf in near]
+    folder, plain = posixpath.dirname(place) or ".", replace(artifact, file=place)
+    near = sorted(urdfs, key=lambda urdf: (len(posixpath.relpath(urdf, folder)), urdf))
+    found = [relocate(robot, artifact, place, urdf) for urdf in near if FORMATS[artifact.backend].located]
     if FORMATS.names_meshes(artifact) and package:
-        text = place_meshes(artifact.text, package, (), Path(folder)).text
-        found += [replace(artifact, file=place, text=text)] if text != artifact.text else []
-    return [*found, replace(artifact, file=place)]
+        found.append(replace(plain, text=place_meshes(artifact.text, package, (), Path(folder)).text))
+    return [*found, plain]
 
 
 def protect(
@@ -243,14 +233,12 @@ def protect(
         if not is_listed and is_generated(new) and not own_package:
             message = f"this tool did not write {name}: it is not replaced"
             help = f"move it away, or say another place with --map OUTPUT=PLACE ({NOWHERE} for nowhere)"
-            diagnostics.append(error("deploy-not-ours", message, None, help))
+            diagnostics.append(report("deploy-not-ours", message, None, help))
             continue
         copy = Path(name).with_name(kept_name(path, old).name).as_posix()
         copies[copy] = old
-        why, help = "has no mark of this tool", "remove that file if it is not needed"
-        if is_listed:
-            why = "was changed since this tool wrote it"
-            help = "bring the change into the description, and remove that file"
-        message = f"{name} {why}; as it was, it goes to {copy}"
-        diagnostics.append(Diagnostic("deploy-kept", WARNING, message, None, (), help))
+        why = "was changed since this tool wrote it" if is_listed else "has no mark of this tool"
+        end = "remove that file"
+        help = f"bring the change into the description, and {end}" if is_listed else f"{end} if it is not needed"
+        diagnostics.append(report("deploy-kept", f"{name} {why}; as it was, it goes to {copy}", None, help))
     return copies, diagnostics

@@ -29,10 +29,10 @@ from .copies import (
     difference_lines,
     forms,
     missing_files,
-    move_artifact,
     other_robot,
     place_meshes,
     protect,
+    relocate,
 )
 from .launch import LAUNCH, PUBLISHER, STATICS, carry
 from .options import NOWHERE, STAMP, Options, stored_options
@@ -95,7 +95,7 @@ def deploy(
     result = Deployed("", str(folder), inputs=tuple(map(str, request.inputs(compiled))))
     if made is None or has_errors(diagnostics):
         return replace(result, diagnostics=tuple(diagnostics))
-    names = {artifact.output: artifact.file.rpartition("/")[2] for artifact in compiled.artifacts}
+    names = {artifact.output: _last(artifact) for artifact in compiled.artifacts}
     if unknown := [output for output in places or () if output not in names]:
         raise RequestError(f'the robot has no output "{unknown[0]}"; it has {", ".join(names)}')
     chosen = dict(places or {})
@@ -103,17 +103,17 @@ def deploy(
     try:
         with open_package_folder(folder, dry_run) as target:
             files = files_below(folder, skip_built=True)
-            planned = _plan(made, compiled.artifacts, folder, files, chosen, diagnostics)
-            old = {one.file: read_bytes(folder / one.file) for one in planned if is_file(folder / one.file)}
+            planned, found = _plan(made, compiled.artifacts, folder, files, chosen)
+            diagnostics += found
+            texts = {one.file: one.text.encode() for one in planned}
+            old = {name: read_bytes(folder / name) for name in texts if is_file(folder / name)}
             for one in planned:
                 target.check_name(one.file)
                 if one.file.rpartition("/")[2] in _OF_PACKAGES:
                     message = f"{one.file} is a file of the package itself: no artifact goes there"
                     diagnostics.append(report("deploy-not-ours", message, None, f"say --map {one.output}=PLACE"))
-            if not has_errors(diagnostics):
-                texts = {one.file: one.text.encode() for one in planned}
-                kept, found = protect(folder, texts, target.digests())
-                diagnostics += found
+            kept, found = ({}, []) if has_errors(diagnostics) else protect(folder, texts, target.digests())
+            diagnostics += found
             if not has_errors(diagnostics):
                 if not dry_run:
                     target.write(texts, kept)
@@ -131,29 +131,24 @@ def deploy(
     except (LoadError, OutputError) as problem:
         diagnostics.append(problem.diagnostic)
     except OSError as problem:
-        diagnostics.append(_unreadable(folder, problem))
+        diagnostics.append(report("deploy-unreadable", f"cannot read {folder}: {problem.strerror or problem}"))
     return replace(result, diagnostics=tuple(diagnostics))
 
 
 def _plan(
-    robot: Robot,
-    artifacts: Sequence[Artifact],
-    folder: Path,
-    files: Sequence[str],
-    places: Mapping[str, str],
-    diagnostics: list[Diagnostic],
-) -> list[Artifact]:
+    robot: Robot, artifacts: Sequence[Artifact], folder: Path, files: Sequence[str], places: Mapping[str, str]
+) -> tuple[list[Artifact], list[Diagnostic]]:
     """Return each artifact for its place: by ``places``, else where a copy is, else by its kind; none on an error."""
-    chosen: dict[str, str] = {}
+    chosen, diagnostics = dict[str, str](), list[Diagnostic]()
     for artifact in artifacts:
         format, help = FORMATS[artifact.backend], f"say --map {artifact.output}=PLACE ({NOWHERE} for nowhere)"
         place, problem = places.get(artifact.output, ""), ""
         if not place:
             found = copies(folder, files, robot.name, artifact, artifacts)
-            usual = f"{folder_of(artifact)}/{artifact.file.rpartition('/')[2]}"
-            place = (found or [usual if format.deploys and not artifact.withheld else NOWHERE])[0]
+            usual = f"{folder_of(artifact)}/{_last(artifact)}" if format.deploys and not artifact.withheld else NOWHERE
+            place = (found or [usual])[0]
             if len(found) > 1:
-                problem = f"the folder has several copies of {artifact.file.rpartition('/')[2]}: {', '.join(found[:5])}"
+                problem = f"the folder has several copies of {_last(artifact)}: {', '.join(found[:5])}"
             elif place != NOWHERE and (other := other_robot(folder / place, robot.name)):
                 message = f"{place} is there for the robot {other}, not for {robot.name}"
                 diagnostics.append(report("deploy-other-robot", message, None, help))
@@ -166,35 +161,33 @@ def _plan(
         if problem:
             diagnostics.append(report("deploy-ambiguous", problem, None, help))
     if has_errors(diagnostics):
-        return []
+        return [], diagnostics
     going = [one for one in artifacts if one.output in chosen]
     urdf = next((chosen[one.output] for one in going if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), "")
     planned, package = [], package_of(folder)
     for artifact in going:
-        moved = move_artifact(robot, artifact, chosen[artifact.output], urdf)
+        moved = relocate(robot, artifact, chosen[artifact.output], urdf)
         if package is not None and package[0] == resolve(folder) and FORMATS.names_meshes(moved):
             meshes = place_meshes(moved.text, package[1], (), folder)
             diagnostics += meshes.diagnostics
             moved = moved if meshes.diagnostics else replace(moved, text=meshes.text)
         planned.append(moved)
     for artifact in planned:
-        beside = FORMATS[artifact.backend].beside
-        needed = beside(artifact.text) if beside else ()
-        diagnostics += missing_files(artifact.file, needed, {one.file for one in planned}, folder)
-    left = [one.output for one in artifacts if one.output not in chosen and places.get(one.output) != NOWHERE]
-    if left:
+        if beside := FORMATS[artifact.backend].beside:
+            files_of_all = {one.file for one in planned}
+            diagnostics += missing_files(artifact.file, beside(artifact.text), files_of_all, folder)
+    if left := [one.output for one in artifacts if one.output not in chosen and places.get(one.output) != NOWHERE]:
         message = f"no copy of {', '.join(left)} is in {folder}, and none is put there"
         diagnostics.append(report("deploy-nowhere", message))
-    return planned
+    return planned, diagnostics
 
 
 def _check_use(planned: Sequence[Artifact], folder: Path) -> Iterator[Diagnostic]:
     """Yield what keeps the files from being used: not installed, or not declared."""
-    package = package_of(folder)
-    if package is None:
+    root, name = package_of(folder) or (None, "")
+    if root is None:
         yield report("deploy-no-package", f"{folder} is in no ROS package: nothing here installs the files")
         return
-    root, name = package
     if root.parent.name == "share":
         message = f"{folder} is an install space: the next colcon build overwrites what is deployed here"
         yield report("deploy-install-space", message)
@@ -210,8 +203,8 @@ def _check_use(planned: Sequence[Artifact], folder: Path) -> Iterator[Diagnostic
         yield report("deploy-not-depended", message, None, f"add: <exec_depend>{needed}</exec_depend>")
 
 
-def _unreadable(folder: Path, problem: OSError) -> Diagnostic:
-    return report("deploy-unreadable", f"cannot read {folder}: {problem.strerror or problem}")
+def _last(artifact: Artifact) -> str:
+    return artifact.file.rpartition("/")[2]
 
 
 @dataclass(frozen=True)
@@ -262,7 +255,7 @@ def check_deployed(
         except LoadError as problem:
             diagnostics.append(problem.diagnostic)
         except OSError as problem:
-            diagnostics.append(_unreadable(folder, problem))
+            diagnostics.append(report("deploy-unreadable", f"cannot read {folder}: {problem.strerror or problem}"))
     inputs = tuple(map(str, request.inputs(compiled)))
     return replace(result, inputs=inputs, diagnostics=tuple(diagnostics))
 
@@ -279,12 +272,10 @@ def _compare(
             by_place.setdefault(place, []).append(artifact)
         absent += [] if found else [artifact]
     urdfs = [place for place, those in by_place.items() if any(FORMATS.names_meshes(one) for one in those)]
-    same: list[str] = []
-    lines: list[str] = []
-    unlike: list[tuple[str, Comparison | None]] = []
+    same, lines, unlike = list[str](), list[str](), list[tuple[str, Comparison | None]]()
     for place, those in sorted(by_place.items()):
-        package = package_of((folder / place).parent)
-        right = [form for one in those for form in forms(robot, one, place, urdfs, package[1] if package else "")]
+        package = (package_of((folder / place).parent) or (folder, ""))[1]
+        right = [form for one in those for form in forms(robot, one, place, urdfs, package)]
         old = read_bytes(folder / place)
         if any(old == form.text.encode() for form in right):
             same.append(place)
@@ -298,19 +289,13 @@ def _compare(
             unlike.append((place, None))
             lines.append(f"{place}: {_NOT_AS_WRITTEN if place in files else 'it is not there'}")
     diagnostics += unfinished_runs(folder, files)
-    others = []
-    for artifact in absent:
-        name = artifact.file.rpartition("/")[2]
-        if FORMATS.feeds(artifact, ROBOT_STATE_PUBLISHER):
-            diagnostics.append(report("deployed-missing", f"there is no {name} in {folder}"))
-        else:
-            others.append(name)
-    if others:
-        message = f"there is no copy of {', '.join(others)} in {folder}"
-        diagnostics.append(report("deployed-missing", message, severity=NOTE))
+    needed = [one for one in absent if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)]
+    diagnostics += [report("deployed-missing", f"there is no {_last(one)} in {folder}") for one in needed]
+    if others := ", ".join(_last(one) for one in absent if one not in needed):
+        diagnostics.append(report("deployed-missing", f"there is no copy of {others} in {folder}", severity=NOTE))
     diagnostics += check_launch_files(robot, folder, files, [place for place in by_place if place.endswith(".py")])
-    differing = tuple(place for place, _ in unlike)
-    return CheckedCopies(robot.name, tuple(same), differing, tuple(lines), tuple(unlike))
+    differing = (place for place, _ in unlike)
+    return CheckedCopies(robot.name, tuple(same), tuple(differing), tuple(lines), tuple(unlike))
 
 
 def _written_by_package(
@@ -322,12 +307,11 @@ def _written_by_package(
     for name in files:
         above, _, last = name.rpartition("launch/")
         is_launch = last.startswith(f"{LAUNCH}.") or last in (PUBLISHER, STATICS)
-        package = package_of((folder / name).parent) if is_launch else None
-        if package is None or STAMP.encode() not in read_bytes(folder / name, 1000):
+        root, package = (package_of((folder / name).parent) if is_launch else None) or (None, "")
+        if root is None or STAMP.encode() not in read_bytes(folder / name, 1000):
             continue
-        root = package[0]
         if root not in made:
-            options = stored_options(root, Options(package[1]))
+            options = stored_options(root, Options(package))
             carried, _ = carry(compiled, request, options)
             made[root] = make(robot, compiled.artifacts, options, (), root, None, carried)[0]
             found |= {f"{above}{place}": data for place, data in carried.files.items()} if carried else {}
@@ -344,7 +328,7 @@ def unfinished_runs(folder: Path, files: Sequence[str]) -> Iterator[Diagnostic]:
         for file, digests in read_manifest(package).items():
             if not isinstance(digests, str):
                 current = digest((package / file).read_bytes()) if (package / file).is_file() else None
-                is_old = current == digests[0] if len(digests) > 1 else current is None
+                is_old = current == (digests[0] if len(digests) > 1 else None)
                 states["new" if current == digests[-1] else "old" if is_old else "changed since"].append(file)
         groups = [f"{', '.join(group)}: {state}" for state, group in states.items() if group]
         if len(groups) > 1:

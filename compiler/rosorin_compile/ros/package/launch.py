@@ -9,24 +9,11 @@ from __future__ import annotations
 import os
 import shlex
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats import FORMATS, static_tf
 from rosorin_compile.formats.format import Artifact, describe
-from rosorin_compile.formats.static_tf import ARGUMENTS as COMMON
-from rosorin_compile.formats.static_tf import (
-    STATES,
-    StaticTransform,
-    condition,
-    free_names,
-    if_condition,
-    import_substitutions,
-    in_frontends,
-    in_python,
-    static_transforms,
-)
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 from rosorin_compile.rules.case import report
 from rosorin_compile.rules.publishers import modes_in
@@ -75,7 +62,7 @@ class PackageFile(NamedTuple):
 
 
 ARGUMENTS = (
-    *(LaunchArgument(name, "", help) for name, help in COMMON.items()),
+    *(LaunchArgument(name, "", help) for name, help in static_tf.ARGUMENTS.items()),
     LaunchArgument("use_sim_time", "false", "take the time from /clock, as simulators and recordings publish it"),
     LaunchArgument("joint_state_publisher", "false", "publish all joints at zero, where no driver does"),
     LaunchArgument("joint_state_publisher_gui", "false", "publish the joints from sliders in a window"),
@@ -85,23 +72,21 @@ ARGUMENTS = (
 
 def mode_arguments(robot: Robot) -> dict[str, str]:
     """Return the launch arguments of the modes that static transforms depend on, by mode."""
-    modes = modes_in(robot, [one.when for one in static_transforms(robot)[1]])
-    return free_names(modes, [argument.name for argument in ARGUMENTS], "mode_")
+    modes = modes_in(robot, [one.when for one in static_tf.static_transforms(robot)[1]])
+    return static_tf.free_names(modes, [argument.name for argument in ARGUMENTS], "mode_")
 
 
 def launch_values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
     """Return the values of the templates of launch files; ``carried`` is compiled at launch."""
-    always, in_modes, _ = static_transforms(robot, FORMATS.feeding(robot, STATIC_TRANSFORM_PUBLISHER))
+    always, in_modes, _ = static_tf.static_transforms(robot, FORMATS.feeding(robot, STATIC_TRANSFORM_PUBLISHER))
     modes = mode_arguments(robot)
-    conditions = {one.when: condition(robot, one.when) for one in in_modes}
-    more = [
-        LaunchArgument(name, "false", f"the robot is run in the mode {mode}", STATES) for mode, name in modes.items()
-    ]
-    if carried is None:
-        passed_on = [one for one in ARGUMENTS if one.name in (*COMMON, "use_sim_time")]
-    else:
-        more += carried.passed
-        passed_on = [*(one for one in ARGUMENTS if one.name in COMMON), *more]
+    conditions = {one.when: static_tf.condition(robot, one.when) for one in in_modes}
+    about = "the robot is run in the mode"
+    more = [LaunchArgument(name, "false", f"{about} {mode}", static_tf.STATES) for mode, name in modes.items()]
+    more += carried.passed if carried else ()
+    common = (*static_tf.ARGUMENTS, *(() if carried else ("use_sim_time",)))
+    passed_on = [one for one in ARGUMENTS if one.name in common]
+    commands = ("Command",) if carried else ()
     joints = robot.published_by(ROBOT_STATE_PUBLISHER)
 
     def plain(text: str) -> str:
@@ -112,24 +97,24 @@ def launch_values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
         """Escape a word of a command line for XML and YAML."""
         return plain(shlex.quote(text))
 
-    def args(transform: StaticTransform) -> str:
+    def args(transform: static_tf.StaticTransform) -> str:
         """Return the arguments of a static_transform_publisher for XML and YAML."""
         words = (f"{flag} {PREFIX if is_frame else ''}{in_args(value)}" for flag, value, is_frame in transform.words())
         return " ".join(words)
 
     return {
         "arguments": [*ARGUMENTS, *more],
-        "passed_on": passed_on,
+        "passed_on": [*passed_on, *(more if carried else ())],
         "included": STATICS if carried else PUBLISHER,
         "publisher": joints[0].publisher.name if joints else ROBOT_STATE_PUBLISHER,
         "statics": [*always, *in_modes],
         "modes": modes,
-        "conditions": {when: in_python(one, modes, 4) for when, one in conditions.items()},
-        "python_conditions": {when: if_condition(one, modes, 12) for when, one in conditions.items()},
-        "frontend_conditions": {when: in_frontends(one, modes) for when, one in conditions.items()},
+        "conditions": {when: static_tf.in_python(one, modes, 4) for when, one in conditions.items()},
+        "python_conditions": {when: static_tf.if_condition(one, modes, 12) for when, one in conditions.items()},
+        "frontend_conditions": {when: static_tf.in_frontends(one, modes) for when, one in conditions.items()},
         "describe": describe,
         "args": args,
-        "imports": import_substitutions(conditions.values(), "LaunchConfiguration", *(("Command",) if carried else ())),
+        "imports": static_tf.import_substitutions(conditions.values(), "LaunchConfiguration", *commands),
         "plain": plain,
         "in_args": in_args,
         "prefix": PREFIX,
@@ -152,8 +137,7 @@ def launch_files(carried: Carried | None) -> Iterator[PackageFile]:
         yield PackageFile(f"launch/{PUBLISHER}", "publisher.launch.py", about)
 
 
-@dataclass(frozen=True)
-class Carried:
+class Carried(NamedTuple):
     """A description in a package: its main file, all its files by place, and its arguments.
 
     ``urdf`` and ``statics`` are the outputs that are printed at launch; ``packages`` are the ROS packages it reads.
@@ -198,12 +182,9 @@ def carry(compiled: Compiled, request: Request, options: Options) -> tuple[Carri
     places = {one: prefix + one.relative_to(top).as_posix() for one in own}
     taken = [*(argument.name for argument in ARGUMENTS), *mode_arguments(compiled.robot).values(), WORDS]
     arguments = declared_arguments(path, values)[0]
-    names = free_names([one.name for one in arguments], taken, "arg_")
-    read = (
-        name
-        for name, folder in packages.items()
-        if str(folder) in main.text or any(one.is_relative_to(folder) for one in inputs)
-    )
+    names = static_tf.free_names([one.name for one in arguments], taken, "arg_")
+    read = {name for name, at in packages.items() if any(one.is_relative_to(at) for one in inputs)}
+    read |= {name for name, at in packages.items() if str(at) in main.text}
     return Carried(
         description=places[_absolute(path)],
         files={place: read_bytes(file) for file, place in places.items()},
@@ -220,29 +201,25 @@ def _absolute(path: Path) -> Path:
 
 def _problems(top: Path, files: Sequence[Path], main: Artifact, package: str) -> Iterator[Diagnostic]:
     """Yield the files that the description, and the meshes that its URDF, would not find from the package."""
-    for one in files:
-        if not one.is_relative_to(top):
-            message = f"{one} is read, and is outside the project {top}: no package can carry it"
-            yield report(_RULE, message, _mention(one.name, files))
+    for one in [one for one in files if not one.is_relative_to(top)]:
+        message = f"{one} is read, and is outside the project {top}: no package can carry it"
+        yield report(_RULE, message, _mention(one.name, files))
     if span := _mention(f"{top}{os.sep}", files):
         message = "a file is named by its absolute path, which another machine does not have"
         yield report(_RULE, message, span, "name it relative to the file that names it")
-    for name in file_names(main.text):
-        if "://" not in name and not name.startswith("/"):
-            message = f"mesh {name} is named by a path, and a URDF that is compiled at launch is in no folder"
-            inside = name if name.startswith("meshes/") else f"meshes/{name.rpartition('/')[2]}"
-            help = f"write package://{package}/{inside} in the description; the file is copied into the package"
-            yield report(_RULE, message, _mention(name, files), help)
+    for name in [name for name in file_names(main.text) if "://" not in name and not name.startswith("/")]:
+        message = f"mesh {name} is named by a path, and a URDF that is compiled at launch is in no folder"
+        inside = name if name.startswith("meshes/") else f"meshes/{name.rpartition('/')[2]}"
+        help = f"write package://{package}/{inside} in the description; the file is copied into the package"
+        yield report(_RULE, message, _mention(name, files), help)
 
 
 def _mention(name: str, files: Iterable[Path]) -> Span | None:
     """Return the first place of a name in the descriptions among some files."""
-    for file in files:
-        if file.suffix in Description.ENDINGS:
-            source = Source(str(file), read_bytes(file).decode("utf-8", "replace"))
-            for number, line in enumerate(source.text.splitlines(), 1):
-                if name in line:
-                    return Span(source, number, line.index(name) + 1, len(name))
+    for file in (one for one in files if one.suffix in Description.ENDINGS):
+        source = Source(str(file), read_bytes(file).decode("utf-8", "replace"))
+        if name in source.text:
+            return source.span(source.text.index(name), len(name))
     return None
 
 
@@ -252,14 +229,11 @@ def _passed(one: Argument, launch_name: str, values: Mapping[str, Any]) -> Launc
         value = values[one.name]
         default = value if isinstance(value, str) else _unquoted(one.value)
     choices = [_unquoted(text) for text in one.allowed]
-    if default is not None and choices and default not in choices:
-        choices.append(default)
-    if any(text.endswith("...") for text in choices):  # which are shortened
-        choices = []
+    choices += [default] if default is not None and choices and default not in choices else []
+    is_shortened = any(text.endswith("...") for text in choices)
     help = one.help or f"the argument {one.name} of the description"
-    if one.help and launch_name != one.name:
-        help += f" ({one.name} of the description)"
-    return LaunchArgument(launch_name, default, help, tuple(choices), one.name, own)
+    help += f" ({one.name} of the description)" if one.help and launch_name != one.name else ""
+    return LaunchArgument(launch_name, default, help, () if is_shortened else tuple(choices), one.name, own)
 
 
 def _unquoted(written: str) -> str:

@@ -75,24 +75,25 @@ def package_name(robot: str) -> str:
     return f"{name}_description"
 
 
-def file_name(file: str, otherwise: str) -> str:
-    """Return the last part of the name of an artifact, or another one if launch files cannot name it unquoted."""
-    last = file.rpartition("/")[2]
-    return last if _FILE_NAME.fullmatch(last) else otherwise
+def file_name(name: str, otherwise: str) -> str:
+    """Return the name of a file, or another one if launch files cannot name it without quotes."""
+    return name if _FILE_NAME.fullmatch(name) else otherwise
 
 
-def options_of(folder: Path, robot: str, requested: Mapping[str, Any], starts: Mapping[str, bool | None]) -> Options:
+def options_of(folder: Path, robot: str, texts: Mapping[str, str | None], on: Mapping[str, bool | None]) -> Options:
     """Return the stored options of a package, changed by those that are not None. Raises RequestError."""
-    given = {key: value for key, value in requested.items() if value is not None}
+    given: dict[str, Any] = {key: value for key, value in texts.items() if value is not None}
     stored = stored_options(folder, Options(package_name(robot)))
-    for key, (allowed, message) in _ALLOWED.items():
-        value = given.get(key, "")
-        if key in given and not (allowed.fullmatch(value) and value.isprintable()):
+    for key, value in given.items():
+        allowed, message = _ALLOWED[key]
+        if not (allowed.fullmatch(value) and value.isprintable()):
             raise RequestError(message.format(value))
     if person := _PERSON.fullmatch(given.get("maintainer", "")):
         given |= {"maintainer": person[1], "email": person[2]}
-    switches = {word: word in stored.starts for word in STARTS} | {k: on for k, on in starts.items() if on is not None}
-    return replace(stored, **given, starts=tuple(word for word in STARTS if switches[word]))
+    switches = {"at_launch": stored.at_launch} | {word: word in stored.starts for word in STARTS}
+    switches |= {key: value for key, value in on.items() if value is not None}
+    starts = tuple(word for word in STARTS if switches[word])
+    return replace(stored, **given, at_launch=switches["at_launch"], starts=starts)
 
 
 def stored_options(target: Path, options: Options) -> Options:
@@ -107,8 +108,7 @@ def stored_options(target: Path, options: Options) -> Options:
         return options
     words = ("name", "version", "license", "url", "maintainer", "build_type")
     stored: dict[str, Any] = {word: elements[word].text.strip() for word in words if word in elements}
-    if "rosorin_compile" in elements:
-        own = elements["rosorin_compile"]
+    if own := elements.get("rosorin_compile"):
         stored["at_launch"] = own.get("compile_at_launch") == "true"
         stored["starts"] = tuple((own.get("starts") or "").split())
     if "maintainer" in elements and (email := elements["maintainer"].get("email")):

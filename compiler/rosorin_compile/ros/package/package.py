@@ -17,7 +17,8 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLIS
 from rosorin_compile.output.atomic_files import OutputError, digest
 from rosorin_compile.output.package_folder import open_package_folder
 from rosorin_compile.request import FilePath, Packages, Request, Values
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, has_errors
+from rosorin_compile.rules.case import report
+from rosorin_compile.source.diagnostics import Diagnostic, error, has_errors
 from rosorin_compile.source.files import exists, is_file, read_bytes
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.yaml_text import Scalar
@@ -102,37 +103,28 @@ def package(
         return replace(result, diagnostics=tuple(diagnostics))
     try:
         with open_package_folder(folder) as target:
-            given: dict[str, Any] = {
-                "name": name,
-                "build_type": build_type,
-                "version": version,
-                "maintainer": maintainer,
-            }
-            given |= {"license": license, "url": url, "at_launch": compile_at_launch}
-            starts = {"control": control, "moveit": moveit, "nav2": nav2}
-            options = options_of(folder, compiled.robot.name, given, starts)
+            given = {"name": name, "build_type": build_type, "version": version, "maintainer": maintainer}
+            given |= {"license": license, "url": url}
+            switches = {"at_launch": compile_at_launch, "control": control, "moveit": moveit, "nav2": nav2}
+            options = options_of(folder, compiled.robot.name, given, switches)
             carried, lost = carry(compiled, request, options)
             sources = [request.description.path.parent, request.description.outputs]
             files, found = make(compiled.robot, compiled.artifacts, options, sources, folder, compiled, carried)
             diagnostics += [*lost, *found]
             manifest = folder / "package.xml"
-            is_ours = is_file(manifest) and STAMP in read_bytes(manifest).decode("utf-8", "replace")
+            is_ours = is_file(manifest) and STAMP.encode() in read_bytes(manifest)
             if not is_ours and (there := [name for name in ("package.xml", *sorted(files)) if exists(folder / name)]):
                 message = f"{folder} has a {there[0]} that this tool did not make"
                 help = "name a new folder; rosorin-compile deploy puts the artifacts into a package that you have"
                 diagnostics.append(error("package-exists", message, None, help))
             if files and not has_errors(diagnostics):
-                digests = target.digests()
-                edited = [
-                    name
-                    for name in (CHANGELOG, LICENSE)
-                    if is_file(folder / name) and digest(read_bytes(folder / name)) not in digests.get(name, ())
-                ]
-                ours = {name: data for name, data in files.items() if name not in edited}
+                digests, ours = target.digests(), dict(files)
+                for name in (CHANGELOG, LICENSE):  # which a user may edit
+                    if is_file(folder / name) and digest(read_bytes(folder / name)) not in digests.get(name, ()):
+                        ours.pop(name, None)
                 copies, remarks = protect(folder, ours, digests, own_package=True)
                 diagnostics += remarks
-                written = target.write(ours, copies)
-                new = tuple(name for name in written if name in files)
+                new = tuple(name for name in target.write(ours, copies) if name in files)
                 result = replace(result, package=options.name, files=tuple(sorted(files)), written=new)
     except OutputError as problem:
         diagnostics.append(problem.diagnostic)
@@ -150,29 +142,27 @@ def make(
 ) -> tuple[dict[str, bytes], list[Diagnostic]]:
     """Return the files of the package of a robot that was ``compiled``, and diagnostics.
 
-    ``carried`` is a description that is compiled at launch.
-    ``sources`` are folders that are searched for other files that the description names; ``target`` is the folder of
-    the package, which may hold such files already.
+    ``carried`` is a description that is compiled at launch. Files that the description names are searched for in the
+    folders ``sources`` and in ``target``, the folder of the package.
     """
     main = next((one for one in artifacts if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), None)
+    published = FORMATS.published_format()
     if main is None:
-        help = f"add an output with the backend {FORMATS.published_format().name}"
-        message = "no output is a URDF, and a package is nothing without"
+        message, help = "no output is a URDF, which a package needs", f"add an output with the backend {published.name}"
         return {}, [error("package-no-urdf", message, None, help)]
     placed: dict[str, Artifact] = {}
-    urdf = ""
     for artifact in artifacts:
         if FORMATS[artifact.backend].located:
             continue  # the package has launch files of its own
-        default = FORMATS.published_format().file.format("robot")
-        last = file_name(artifact.file, default if artifact is main else artifact.file.rpartition("/")[2])
+        last = artifact.file.rpartition("/")[2]
+        last = file_name(last, published.file.format("robot")) if artifact is main else last
         place = f"{folder_of(artifact)}/{last}"
-        urdf = place if artifact is main else urdf
         first = placed.setdefault(place, artifact)
         if first is not artifact:
             message = f"the outputs {first.output} and {artifact.output} would both be {place} in the package"
             help = "let their file names differ, not only their folders"
             return {}, [error("package-same-place", message, None, help)]
+    urdf = next(place for place, artifact in placed.items() if artifact is main)
     started, missing = bringup(robot, placed, options.starts)
     remarks = [missing] if missing else list(started.check())
     if has_errors(remarks):
@@ -180,8 +170,7 @@ def make(
     files: dict[str, bytes] = {}
     needs, diagnostics = set(started.packages()), list[Diagnostic]()
     searched = (compiled.meshes if compiled is not None else None) or Searched()
-    known = dict(searched.by_name)
-    known |= {urdf_file_name(name): file for name, file in known.items()}
+    known = {**searched.by_name, **{urdf_file_name(name): file for name, file in searched.by_name.items()}}
     for place, artifact in placed.items():
         beside = FORMATS[artifact.backend].beside
         if FORMATS.names_meshes(artifact):
@@ -196,11 +185,10 @@ def make(
             names = {name: posixpath.normpath(name) for name in beside(artifact.text)}
             copied = {name for name in names.values() if name in data and not name.startswith("..")}
             files.update({posixpath.join(there, name): data[name] for name in copied})
-            for one in searched.found:
-                for name in one.places:
-                    copy = posixpath.normpath(posixpath.join(there, posixpath.relpath(name, inside)))
-                    more = companions(copy, one.file) if copy in files else {}
-                    files.update({name: read_bytes(file) for name, file in more.items() if name.count("/") > 1})
+            for file, name in ((one.file, name) for one in searched.found for name in one.places):
+                copy = posixpath.normpath(posixpath.join(there, posixpath.relpath(name, inside)))
+                more = companions(copy, file) if copy in files else {}
+                files.update({name: read_bytes(path) for name, path in more.items() if name.count("/") > 1})
             absent = [name for name, copy in names.items() if copy not in copied]
             diagnostics += missing_files(place, absent, placed, target)
         files[place] = artifact.text.encode()
@@ -213,11 +201,11 @@ def make(
     if undecided:
         message = f"package.xml does not name the maintainer or the license yet ({', '.join(undecided)})"
         help = "--maintainer 'NAME <MAIL>', --license with an SPDX name such as Apache-2.0"
-        remarks.append(Diagnostic("package-defaults", NOTE, message, None, (), help))
+        remarks.append(report("package-defaults", message, None, help))
     if options.license not in (*LICENSES, NO_LICENSE) and not is_file(target / LICENSE):
         message = f"there is no LICENSE in the package: the tool does not carry the text of {options.license}"
         help = f"put the text of the license into {target / LICENSE}; it stays there"
-        remarks.append(Diagnostic("package-license", NOTE, message, None, (), help))
+        remarks.append(report("package-license", message, None, help))
     return files, [*diagnostics, *remarks]
 
 
@@ -240,7 +228,7 @@ def _rendered(
     started: Bringup,
 ) -> dict[str, bytes]:
     """Return the files that are made from templates."""
-    rviz = "robot.rviz" if "/" in robot.name else file_name(f"{robot.name}.rviz", "robot.rviz")
+    rviz = file_name(f"{robot.name}.rviz", "robot.rviz")
     listed = [
         PackageFile(f"rviz/{rviz}", "rviz", "a view for RViz"),
         PackageFile(TEST, "test_urdf.py", "a test that the installed URDF parses: `colcon test`"),
@@ -252,7 +240,8 @@ def _rendered(
     contents += [(carried.description, "the description that is compiled at launch")] if carried else []
     folders = {*_FOLDERS, *(place.partition("/")[0] for place in placed)}
     folders |= {one.folder for one in FORMATS.values() if one.folder and FORMATS.is_own(one.name)}
-    others = [edge for edge in robot.edges if edge.publisher.kind != STATIC_TRANSFORM_PUBLISHER]
+    edges = [edge for edge in robot.edges if edge.publisher.kind != STATIC_TRANSFORM_PUBLISHER]
+    others = [f"{one.parent} -> {one.child}: {one.publisher.name}{one.when and f', when {one.when}'}" for one in edges]
     has_license = options.license in LICENSES or is_file(target / LICENSE)
     values: dict[str, Any] = {
         "robot": robot,
@@ -265,10 +254,7 @@ def _rendered(
         "quoted": lambda text: Scalar(text).in_quotes(),
         "comment": Templates.comment,
         "contents": sorted(contents),
-        "others": [
-            f"{edge.parent} -> {edge.child}: {edge.publisher.name}{f', when {edge.when}' if edge.when else ''}"
-            for edge in others
-        ],
+        "others": others,
         "holder": f"the authors of {options.name}" if options.maintainer == NOBODY else options.maintainer,
         "license_file": LICENSE if has_license else "",
         **launch_values(robot, carried),
@@ -290,19 +276,17 @@ def _view(robot: Robot) -> dict[str, Any]:
     changes of a robot do not change its view.
     """
     joints = robot.in_urdf()
-    links = dict.fromkeys([joint.parent for joint in joints] + [joint.child for joint in joints])
-    children = {joint.child for joint in joints}
+    children = dict.fromkeys(joint.child for joint in joints)
+    links = dict.fromkeys(joint.parent for joint in joints) | children
     root = next((link for link in links if link not in children), robot.root)
     reach = max([_SMALLEST, *(math.hypot(*robot.transform(robot.root, link, {}).xyz) for link in links)])
     size = float(f"{reach:.1g}")
     kinds = {port.type: port.display for port in ports("", node="rviz", direction=IN)}
     topics = {sensor.name: topic for sensor, topic, _ in topics_of_sensors(robot)}
     displays = []
-    for sensor in robot.sensors:
-        if kind := kinds.get(message_of_sensor(sensor.type)):
-            topic = topics.get(sensor.name, "")
-            name = sensor.name if topic else f"{sensor.name} (choose its topic)"
-            displays.append({"kind": kind, "name": name, "topic": topic})
+    for name, kind in ((one.name, kinds.get(message_of_sensor(one.type))) for one in robot.sensors):
+        shown = {"name": name} if name in topics else {"name": f"{name} (choose its topic)"}
+        displays += [{"kind": kind, "topic": topics.get(name, ""), **shown}] if kind else []
     return {
         "fixed_frame": root,
         "displays": displays,

@@ -30,6 +30,10 @@ if TYPE_CHECKING:
 
 Entries = Mapping[str, Mapping[str, Any]]
 _NOTHING = Ball((0.0, 0.0, 0.0), 0.0)  # of a link that touches nothing
+_WORDS = {  # the attributes of elements that have a name, as ``write`` makes them
+    "end_effector": ("group", "parent_link", "parent_group"),
+    "virtual_joint": ("type", "parent_frame", "child_link"),
+}
 
 
 @dataclass(frozen=True)
@@ -54,38 +58,24 @@ def view(robot: Robot, output: Output) -> Srdf:  # noqa: ARG001
     if planning is None:
         return Srdf()
     said, virtual = planning.said, planning.virtual
-    virtual_joint = {}
+    entries: dict[str, dict[str, dict[str, Any]]] = defaultdict(dict)
+    for group in said.groups:
+        parts = {"joint": group.joints, "link": group.links, "group": group.groups}
+        entries["group"][group.name] = {"chain": " to ".join(group.chain or ()), **parts}
+        for state, pose in planning.states(group).items():
+            entries["state"][f"{state} of {group.name}"] = dict(_positions(planning, group, pose))
+    for one in said.end_effectors:
+        entry = {"group": one.group, "parent link": one.parent, "parent group": one.parent_group}
+        entries["end_effector"][one.name] = entry
     if virtual is not None:
         entry = {"parent frame": virtual.parent, "type": virtual.type, "child link": planning.root}
-        virtual_joint[virtual.name] = entry
+        entries["virtual_joint"][virtual.name] = entry
+    for joint, properties in planning.joint_properties().items():
+        entries["joint"][joint] = {f"property {key}": value for key, value in properties.items()}
+    for link, balls in said.spheres.items():
+        entries["link"][link] = {"spheres": tuple((*ball.xyz, ball.radius) for ball in balls or (_NOTHING,))}
     return Srdf(
-        group={
-            one.name: {
-                "chain": " to ".join(one.chain or ()),
-                "joint": one.joints,
-                "link": one.links,
-                "group": one.groups,
-            }
-            for one in said.groups
-        },
-        state={
-            f"{state} of {group.name}": dict(_positions(planning, group, pose))
-            for group in said.groups
-            for state, pose in planning.states(group).items()
-        },
-        end_effector={
-            one.name: {"group": one.group, "parent link": one.parent, "parent group": one.parent_group}
-            for one in said.end_effectors
-        },
-        virtual_joint=virtual_joint,
-        joint={
-            name: {f"property {key}": value for key, value in of.items()}
-            for name, of in planning.joint_properties().items()
-        },
-        link={
-            link: {"spheres": tuple((*ball.xyz, ball.radius) for ball in balls or (_NOTHING,))}
-            for link, balls in said.spheres.items()
-        },
+        **entries,
         passive_joints=frozenset(said.passive_joints),
         links_without_collisions=frozenset(said.unchecked_links),
         disabled_collisions=frozenset(f"{' - '.join(one.links)} ({one.reason})" for one in planning.disabled_pairs()),
@@ -102,11 +92,9 @@ def _positions(planning: Planning, group: Group, pose: JointPose) -> Iterator[tu
     for joint in planning.joints_in(group):
         if joint in pose.positions:
             yield joint, pose.positions[joint]
-        elif virtual is not None and joint == virtual.name and base is not None and virtual.type == PLANAR:
-            yield joint, (*base.xyz[:2], base.rpy[2])
         elif virtual is not None and joint == virtual.name and base is not None and virtual.type != FIXED:
             w, x, y, z = base.transform().quaternion()
-            yield joint, (*base.xyz, x, y, z, w)
+            yield joint, (*base.xyz[:2], base.rpy[2]) if virtual.type == PLANAR else (*base.xyz, x, y, z, w)
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
@@ -115,8 +103,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     if planning is None:
         message = f"{output.file} belongs to a URDF, and the robot has none among its outputs"
         return "", [report("srdf-without-urdf", message)]
-    said = planning.said
-    computed = ""
+    said, computed = planning.said, ""
     if said.matrix is not None:
         states = f"{count_of(said.matrix.states, 'random state')}, seed {said.search.seed}"
         computed = f"Computed by rosorin-compile collisions: {states}. Lengths are the smallest distances of the "
@@ -128,12 +115,8 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         split = 2 if len(at) == 3 else 3  # lengths, then a rotation
         return f"{vector(at[:split], number)} {vector(at[split:], number)}"
 
-    values = {
-        "name": robot.name,
-        "planning": planning,
-        "said": said,
-        "attributes": attributes,
-        "comment": comment,
+    values = {"name": robot.name, "planning": planning, "said": said, "attributes": attributes, "comment": comment}
+    values |= {
         "positions": lambda group, pose: [(name, value(at)) for name, at in _positions(planning, group, pose)],
         "balls": {link: balls or (_NOTHING,) for link, balls in said.spheres.items()},
         "number": number,
@@ -183,12 +166,9 @@ def read(text: str) -> Srdf:
             for inner in element:
                 value = _text(inner, "value")
                 entry[_text(inner, "name")] = numbers_of(value) if " " in value else number_of(value)
-        elif tag == "end_effector":
-            words = ("group", "parent_link", "parent_group")
-            entries[tag][_text(element, "name")] = {word.replace("_", " "): element.get(word, "") for word in words}
-        elif tag == "virtual_joint":
-            words = ("type", "parent_frame", "child_link")
-            entries[tag][_text(element, "name")] = {word.replace("_", " "): _text(element, word) for word in words}
+        elif tag in _WORDS:
+            words = {word.replace("_", " "): element.get(word, "") for word in _WORDS[tag]}
+            entries[tag][_text(element, "name")] = words
         elif tag == "joint_property":
             entry = entries["joint"][_text(element, "joint_name")]
             entry[f"property {_text(element, 'property_name')}"] = _text(element, "value")
@@ -196,11 +176,9 @@ def read(text: str) -> Srdf:
             balls = ((*numbers_of(_text(one, "center"), 3), number_of(_text(one, "radius"))) for one in element)
             entries["link"][_text(element, "link")] = {"spheres": tuple(balls)}
         elif tag in ("disable_collisions", "enable_collisions"):
-            pair = " - ".join(sorted((_text(element, "link1"), _text(element, "link2"))))
-            if tag == "enable_collisions":
-                sets["checked_collisions"].add(pair)
-            else:
-                sets["disabled_collisions"].add(f"{pair} ({element.get('reason', DisabledCollision.reason)})")
+            pair, is_on = " - ".join(sorted((_text(element, "link1"), _text(element, "link2")))), tag[0] == "e"
+            reason = "" if is_on else f" ({element.get('reason', DisabledCollision.reason)})"
+            sets["checked_collisions" if is_on else "disabled_collisions"].add(pair + reason)
         elif tag == "passive_joint":
             sets["passive_joints"].add(_text(element, "name"))
         elif tag == "disable_default_collisions":
@@ -225,9 +203,7 @@ _OWN = {"group", "group_state", "end_effector", "virtual_joint", "disable_collis
 _FINGERPRINT = Unsupported("tells whether the matrix is of this robot", quiet=True)
 _UNSUPPORTED = {
     **{f"moveit.collision_matrix.{key}": _FINGERPRINT for key in ("of", "how", "shapes", "joints", "meshes")},
-    "moveit.collisions": Unsupported(
-        "how the pairs are searched, which only the command collisions renews", quiet=True
-    ),
+    "moveit.collisions": Unsupported("how the pairs are searched, by the command collisions", quiet=True),
     "moveit.urdf": Unsupported("the output whose links MoveIt loads", quiet=True),
 }
 

@@ -23,16 +23,16 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     if output != first or not robot.links or not robot.is_tree:
         return
     planning = planning_of(robot)
+    if planning is None and robot.moveit is not None and (name := robot.moveit.urdf):
+        message = f'there is no URDF "{name}" among the outputs, that the SRDF belongs to'
+        urdfs = [one.name for one in robot.outputs if one.backend == URDF]
+        fix = Suggestion(name, urdfs, "name an output that is a URDF")
+        yield case.problem("moveit-urdf", message, (_TOP, "urdf"), fix)
+        return
     if planning is None:
-        if robot.moveit is not None and (name := robot.moveit.urdf):
-            message = f'there is no URDF "{name}" among the outputs, that the SRDF belongs to'
-            urdfs = [one.name for one in robot.outputs if one.backend == URDF]
-            help = Suggestion(name, urdfs, "name an output that is a URDF")
-            yield case.problem("moveit-urdf", message, (_TOP, "urdf"), help)
-            return
         message = f"{output.file} belongs to a URDF, and the robot has none among its outputs"
-        path: Path = ("outputs", output.name)
-        yield case.problem("moveit-urdf", message, path, "add one: urdf: {file: NAME.urdf}", key=True)
+        help = "add one: urdf: {file: NAME.urdf}"
+        yield case.problem("moveit-urdf", message, ("outputs", output.name), help, key=True)
         return
     for kind, name, path in _named(case):
         in_urdf: Collection[str] = planning.links if kind == "link" else planning.joints
@@ -88,9 +88,8 @@ def _groups(case: Case, planning: Planning) -> Iterator[Diagnostic]:
             message = f'the chain of planning group "{group.name}" begins and ends at link "{base}"'
             yield case.problem("moveit-group", message, (*path, "chain"), "name the link that it moves: tip")
         elif tip in parents and any(not joint.is_fixed for joint in way[parents.index(tip) :]):
-            message = (
-                f'the chain of planning group "{group.name}" goes from "{base}" up to "{tip}", to which it is attached'
-            )
+            message = f'the chain of planning group "{group.name}" goes from "{base}" up to "{tip}", to which it is '
+            message += "attached"
             help = f"base and tip are swapped: chain: {{base: {tip}, tip: {base}}}"
             yield case.problem("moveit-chain-swapped", message, (*path, "chain"), help, within=True)
         elif is_sound and not planning.joints_in(group):
@@ -152,13 +151,11 @@ def _end_effector(case: Case, planning: Planning, one: EndEffector) -> Iterator[
 
 def _virtual_joint(case: Case, planning: Planning) -> Iterator[Diagnostic]:
     virtual, path = planning.virtual, (_TOP, "virtual_joint")
-    if virtual is None:
-        return
-    if virtual.name in case.robot.joint:
+    if virtual is not None and virtual.name in case.robot.joint:
         message = f'the virtual joint has the same name as a joint of the robot: "{virtual.name}"'
         help = "give it another name: virtual_joint: {name: NAME}"
         yield case.problem("moveit-virtual-joint", message, (*path, "name"), help)
-    if virtual.parent in planning.links:
+    if virtual is not None and virtual.parent in planning.links:
         message = f'the virtual joint attaches the root "{planning.root}" to "{virtual.parent}", which is a link of '
         help = "name a frame of the world, such as odom"
         yield case.problem("moveit-virtual-joint", f"{message}the URDF", (*path, "parent"), help, severity=WARNING)

@@ -65,13 +65,9 @@ class Planning:
     @cached_property
     def digest(self) -> str:
         """A digest of the shapes, joints and limits of the URDF, and of the options of the search."""
-        contents = {
-            "form": _FORM,
-            "links": {name: [_solid(one) for one in solids] for name, solids in self.solids.items() if solids},
-            "joints": [self._joint(name) for name in self._carrying()],
-            "search": vars(self.said.search),
-        }
-        return _hash(contents, 32)
+        links = {name: [_solid(one) for one in solids] for name, solids in self.solids.items()}
+        joints = [self._joint(name) for name in self._carrying()]
+        return _hash({"form": _FORM, "links": links, "joints": joints, "search": vars(self.said.search)}, 32)
 
     @property
     def meshes(self) -> list[str]:
@@ -92,7 +88,7 @@ class Planning:
         shapes = {}
         for name, those in sorted(self.solids.items()):
             files = [meshes.get(one.geometry.file, "") for one in those if isinstance(one.geometry, Mesh)]
-            shapes[name] = _hash([[_solid(one) for one in those], files])
+            shapes[name] = _hash([list(map(_solid, those)), files])
         joints = {name: _hash(self._joint(name)) for name in self._carrying()}
         return Parts(_hash([_FORM, vars(self.said.search)]), shapes, joints)
 
@@ -159,10 +155,9 @@ class Planning:
 
     def chain(self, link: str) -> list[Joint]:
         """Return the joints of the URDF from a link up to the root."""
-        found = []
-        while link in self.joint_to and self.joint_to[link] not in found:
-            found.append(self.joint_to[link])
-            link = found[-1].parent
+        found: list[Joint] = []
+        while (joint := self.joint_to.get(link)) is not None and joint not in found:
+            found, link = [*found, joint], joint.parent
         return found
 
     def joints_between(self, base: str, tip: str) -> list[Joint]:
@@ -271,8 +266,7 @@ def stale_text(pairs: list[Pair]) -> str:
 
 
 def _hash(contents: Any, length: int = 16) -> str:
-    text = json.dumps(contents, sort_keys=True, separators=(",", ":"))
-    return sha256(text.encode()).hexdigest()[:length]
+    return sha256(json.dumps(contents, sort_keys=True, separators=(",", ":")).encode()).hexdigest()[:length]
 
 
 def _solid(shape: Shape) -> list[Any]:

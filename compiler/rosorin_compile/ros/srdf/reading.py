@@ -6,6 +6,7 @@ left out here, too, and listed. Joints of a second chain of a group are named on
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -39,6 +40,7 @@ _KNOWN: Mapping[str, Mapping[str, str]] = {
     "joint_property": {"joint_name": "joint", "property_name": "", "value": ""},
 }
 _OPTIONAL = ("parent_group", "reason")
+_MEMBERS = ("joints", "links", "groups")  # of a group
 _INSIDE: Mapping[str, Mapping[str, Mapping[str, str]]] = {
     "group": {
         "chain": {"base_link": "link", "tip_link": "link"},
@@ -88,7 +90,7 @@ class _Joining:
         self.virtual: VirtualJoint | None = None
         self.virtual_entry: Any = False
         self.groups: dict[str, Placed] = {}
-        self.states: dict[str, dict[str, _State]] = {}
+        self.states: dict[str, dict[str, _State]] = defaultdict(dict)
         self.sections: Entry = {}
         self.pairs: dict[str, dict[Pair, Placed]] = {"disable_collisions": {}, "enable_collisions": {}}
 
@@ -111,14 +113,13 @@ class _Joining:
         before = len(self.reading.diagnostics)
         self.reading.check(element, tags, names, None)
         needed = [name for name in names if name not in _OPTIONAL]
-        found = {name: one for name in needed if (one := element.attributes.get(name)) and one.value.strip()}
-        missing = [name for name in needed if name not in found]
-        if missing and not has_errors(self.reading.diagnostics[before:]):
-            help = f"MoveIt passes over it: it has no {quote(missing, 5)}"
-            self.reading.cannot_carry(name_of(element), element.span, help)
-        if missing:
+        given = {name: one for name, one in element.attributes.items() if name in needed and one.value.strip()}
+        words = {name: Placed(given[name].value.strip(), given[name].span) for name in needed if name in given}
+        if missing := [name for name in needed if name not in given]:
+            if not has_errors(self.reading.diagnostics[before:]):
+                help = f"MoveIt passes over it: it has no {quote(missing, 5)}"
+                self.reading.cannot_carry(name_of(element), element.span, help)
             return None
-        words = {name: Placed(one.value.strip(), one.span) for name, one in found.items()}
         exist = [self._exists(word, names[name], element) for name, word in words.items() if names[name]]
         return list(words.values()) if all(exist) else None
 
@@ -131,8 +132,8 @@ class _Joining:
     def _exists(self, name: Placed, kind: str, element: Element) -> bool:
         """Return True if there is a link, joint or group of this name; report it if not."""
         virtual = [self.virtual.name] if self.virtual is not None else []
-        known: Collection[str] = self.groups if kind == "group" else self.planning.links
-        known = [*self.planning.joints, *virtual] if kind == "joint" else known
+        joints = [*self.planning.joints, *virtual]
+        known: Collection[str] = {"group": [*self.groups], "link": [*self.planning.links], "joint": joints}[kind]
         if name.value in known:
             return True
         near = nearest(name.value, known)
@@ -164,13 +165,13 @@ class _Joining:
             if child.tag != "chain":
                 entry.setdefault(f"{child.tag}s", []).append(words[0])
                 continue
-            joints = self.planning.joints_between(words[0].value, words[1].value)
+            joints = [Placed(one.name, child.span) for one in self.planning.joints_between(*(w.value for w in words))]
             if not joints:
                 self.reading.ignore("a chain that begins and ends at one link has no joint", child.span)
-            elif "chain" not in entry:
-                entry["chain"] = Placed({"base": words[0], "tip": words[1]}, child.span)
+            elif "chain" in entry:
+                entry.setdefault("joints", []).extend(joints)
             else:
-                entry.setdefault("joints", []).extend(Placed(joint.name, child.span) for joint in joints)
+                entry["chain"] = Placed({"base": words[0], "tip": words[1]}, child.span)
         self.groups[name.value] = Placed(entry, name.span)
 
     def _remove_unusable_groups(self) -> None:
@@ -179,9 +180,7 @@ class _Joining:
         for name, (entry, _) in self.groups.items():
             chain = entry["chain"].value if "chain" in entry else None
             ends = chain and (chain["base"].value, chain["tip"].value)
-            joints, links, groups = (
-                tuple(one.value for one in entry.get(key, ())) for key in ("joints", "links", "groups")
-            )
+            joints, links, groups = (tuple(one.value for one in entry.get(key, ())) for key in _MEMBERS)
             model[name] = Group(name, ends, joints, links, groups)
         moveit = Moveit(groups=tuple(model.values()), virtual_joint=self.virtual)
         self.planning = Planning(replace(self.robot, moveit=moveit), self.planning.urdf)
@@ -189,9 +188,9 @@ class _Joining:
         candidates = [one for one in model.values() if one.groups or self.planning.joints_in(one)]
         while more := {one.name for one in candidates if usable.issuperset(one.groups)} - usable:
             usable |= more
-        for name in [name for name in model if name not in usable]:
-            lacking = next((f'there is no group "{one}"' for one in model[name].groups if one not in model), "")
-            reason = lacking or ("a group in it is left out" if model[name].groups else "it has no joint")
+        for name, group in ((name, group) for name, group in model.items() if name not in usable):
+            reason = "a group in it is left out" if group.groups else "it has no joint"
+            reason = next((f'there is no group "{one}"' for one in group.groups if one not in model), reason)
             help = f"MoveIt leaves it out: {reason}"
             self.reading.cannot_carry(f'<group name="{name}">', self.groups.pop(name).span, help)
 
@@ -204,13 +203,12 @@ class _Joining:
             else:
                 help = "MoveIt passes over it: the joint is not in the group"
                 self.reading.cannot_carry(name_of(child), child.span, help)
-        if not state.positions and state.base is None:
-            if not has_errors(self.reading.diagnostics[before:]):
-                self.reading.cannot_carry(name_of(element), element.span, "it places no joint")
-            return
-        if name.value in self.states.setdefault(group.value, {}):
-            self.reading.ignore("of two states of a group with one name, the first has no effect", name.span)
-        self.states[group.value][name.value] = state
+        if state.positions or state.base is not None:
+            if name.value in self.states[group.value]:
+                self.reading.ignore("of two states of a group with one name, the first has no effect", name.span)
+            self.states[group.value][name.value] = state
+        elif not has_errors(self.reading.diagnostics[before:]):
+            self.reading.cannot_carry(name_of(element), element.span, "it places no joint")
 
     def _add_position(self, state: _State, name: Placed, element: Element) -> None:
         value, joint = element.attributes["value"], self.robot.joint.get(name.value)
@@ -237,20 +235,17 @@ class _Joining:
 
     def _end_effector(self, element: Element, name: Placed, parent: Placed, group: Placed) -> None:
         above, entry = element.attributes.get("parent_group"), {"group": group, "parent": parent}
-        if above is not None:
-            carrier = above.value.strip()
-            moves = carrier in self.groups and self.planning.links_in(self.planning.groups[carrier])
-            if carrier == group.value or not moves or parent.value not in moves:
-                help = f'MoveIt looks for another group: this one does not move the link "{parent.value}"'
-                what = f'the parent group "{carrier}" of {name_of(element)}'
-                self.reading.cannot_carry(what, above.span, help)
-            else:
-                entry["parent_group"] = Placed(carrier, above.span)
+        carrier = above.value.strip() if above is not None else ""
+        moves = self.planning.links_in(self.planning.groups[carrier]) if carrier in self.groups else set()
+        if above is not None and carrier != group.value and parent.value in moves:
+            entry["parent_group"] = Placed(carrier, above.span)
+        elif above is not None:
+            help = f'MoveIt looks for another group: this one does not move the link "{parent.value}"'
+            self.reading.cannot_carry(f'the parent group "{carrier}" of {name_of(element)}', above.span, help)
         effectors = self.sections.setdefault("end_effectors", {})
         if name.value in effectors:
             self.reading.cannot_carry(f"a second {name_of(element)}", element.span)
-        else:
-            effectors[name.value] = Placed(entry, element.span)
+        effectors.setdefault(name.value, Placed(entry, element.span))
 
     def _passive_joint(self, element: Element, name: Placed) -> None:
         key = "passive_joints" if element.tag == "passive_joint" else "unchecked_links"
@@ -262,18 +257,16 @@ class _Joining:
     def _disable_collisions(self, element: Element, *names: Placed) -> None:
         first, second = sorted(names, key=lambda name: str(name.value))
         pair, found = sort_pair((first.value, second.value)), self.pairs[element.tag]
+        links, reason = Placed([first, second], element.span), element.attributes.get("reason")
         if pair in found or first.value == second.value:
             what = "a pair of one link, or a pair that is named a second time, has no effect"
             self.reading.ignore(what, element.span)
         elif element.tag == "enable_collisions":
-            found[pair] = Placed([first, second], element.span)
+            found[pair] = links
         else:
-            reason = element.attributes.get("reason")
-            why = reason.value.strip() if reason is not None else ""
-            span = reason.span if reason is not None and why else element.span
-            entry = {"links": Placed([first, second], element.span)}
-            entry["reason"] = Placed(why or DisabledCollision.reason, span)
-            found[pair] = Placed(entry, element.span)
+            why = Placed(DisabledCollision.reason, element.span)
+            why = Placed(reason.value.strip(), reason.span) if reason and reason.value.strip() else why
+            found[pair] = Placed({"links": links, "reason": why}, element.span)
 
     _enable_collisions = _disable_collisions
 
@@ -307,11 +300,10 @@ class _Joining:
                 names[group, name], pose = free, merged or state
                 base = {} if pose.base is None else {"base": pose.base}
                 made[free] = Placed({"positions": dict(pose.positions), **base}, pose.span)
-        for group, states in of_groups:
-            if made or taken:
-                of_group = {name: names[group, name] for name in states}
-                is_same = all(name == pose for name, pose in of_group.items())
-                self.groups[group].value["states"] = list(of_group) if is_same else of_group
+        for group, states in of_groups if made or taken else ():
+            of_group = {name: names[group, name] for name in states}
+            is_same = all(name == pose for name, pose in of_group.items())
+            self.groups[group].value["states"] = list(of_group) if is_same else of_group
         return made
 
     def _merged(self, parts: Mapping[str, _State]) -> _State | None:

@@ -6,8 +6,7 @@ import math
 import struct
 import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import partial
+from dataclasses import dataclass, field, replace
 from itertools import accumulate, pairwise, product
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,23 +16,21 @@ from rosorin_compile.model import Mesh
 from rosorin_compile.model.mesh_triangles import TriangleMesh
 from rosorin_compile.output.atomic_files import OutputError, may_replace, write_file
 from rosorin_compile.request import FilePath, Packages, Request, Values
-from rosorin_compile.rules.publishers import check_modes
+from rosorin_compile.rules.publishers import check_modes, holds
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, RequestError, UnknownName, error
-from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.system import is_installed, pip_install
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.viewer.frames import check_target
-from rosorin_compile.viewer.frames_picture import TooMany, frame_trees
 from rosorin_compile.viewer.page.images import mesh_names
-from rosorin_compile.viewer.showing import Shown, look
+from rosorin_compile.viewer.robot_view import RobotView, load
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from rosorin_compile.model import Robot, Transform, Vector
+    from rosorin_compile.model import Robot, Vector
 
-    from .triangles import MeshParts
+    from .render import MeshParts
 
 # Directions to the camera in the root frame: x ahead, y left, z up; as on the page.
 VIEWS: Mapping[str, Vector] = {
@@ -91,93 +88,63 @@ def picture(
         transparent: Draw only the robot and its shadow, on a transparent background.
     """
     request, target = Request.of(robot, arguments, packages, trust=trust), Path(output)
-    width, height = size
     if not all(_SMALLEST <= side <= _LARGEST for side in size):
-        raise RequestError(f"a picture has {_SMALLEST} to {_LARGEST} pixels along a side, not {width}x{height}")
+        raise RequestError(f"a picture has {_SMALLEST} to {_LARGEST} pixels along a side, not {size[0]}x{size[1]}")
     direction = _direction(view)
     if target.suffix.lower() != ".png":
         raise RequestError(f'{target}: unsupported picture format "{target.suffix}": use .png')
     check_target(target, force)
-    failed, looked = partial(Picture, request.description.name, target, width, height, False), look(request)
-    if looked.shown is None:
-        return failed(tuple(one for one in looked.diagnostics if one.severity == ERROR))
-    case, shown_robot = looked.shown.case, looked.shown.robot
-    chosen = _frames(shown_robot, frames, published_frames, modes or {})
-    has_meshes = any(mesh_names(shown_robot))
-    needed = {"numpy": ""} | (dict.fromkeys(("trimesh", "scipy"), " of meshes") if has_meshes else {})
+    (robot_view, found, inputs), failed = load(request), Picture(request.description.name, target, *size)
+    if robot_view is None:
+        return replace(failed, diagnostics=tuple(one for one in found if one.severity == ERROR))
+    shown = robot_view.robot
+    chosen = _frames(shown, frames, published_frames, check_modes(shown, modes or {}))
+    needed = {"numpy": ""} | (dict.fromkeys(("trimesh", "scipy"), " of meshes") if any(mesh_names(shown)) else {})
     for package, purpose in needed.items():
         if not is_installed(package):
             help = f"{pip_install('view')} installs the packages that draw pictures"
             message = f"a picture{purpose} needs the package {package}, which is not installed"
-            return failed((error("extra-missing", message, None, help),))
-    check_modes(shown_robot, modes or {})
-    state = positions(shown_robot, pose, joints, pulses)
-    diagnostics = beyond_limits(case, [state])
+            return replace(failed, diagnostics=(error("extra-missing", message, None, help),))
+    from .render import Camera, Scene, draw_frames, draw_markers, render
+
+    state = positions(shown, pose, joints, pulses)
+    diagnostics = beyond_limits(robot_view.case, [state])
     try:
-        poses, how = shown_robot.poses_in_root(state), (direction, size, collision, theme, transparent)
-        pixels = _pixels(looked.shown, poses, chosen, diagnostics, *how)
-        file = png(pixels, f" picture: the robot {shown_robot.name}")
-        write_file(target, file, looked.files, None if force else may_replace)
+        poses = shown.poses_in_root(state)
+        scene = Scene(shown, poses, _meshes(robot_view, diagnostics), collision)
+        camera = Camera.fit(scene.bounds, direction, *size)
+        pixels = render(scene, camera, theme, transparent)
+        draw_markers(pixels, shown, poses, camera)
+        named = {name: poses[name] for name in chosen or ([] if len(scene.corners) else poses)}
+        draw_frames(pixels, named, camera, scene.size * (0.07 if len(scene.corners) else 0.14), theme)
+        if transparent:
+            pixels[..., :3] = pixels[..., :3].astype("uint16") * 255 // pixels[..., 3:].clip(1)
+        pixels = pixels if transparent else pixels[..., :3]
+        content = png(pixels, f" picture: the robot {shown.name}")
+        write_file(target, content, inputs, None if force else may_replace)
     except MemoryError:
-        message = f"{shown_robot.name} cannot be drawn: out of memory; --collision draws simpler shapes"
-        return failed((*diagnostics, error("picture-file", message, None)))
+        message = f"{shown.name} cannot be drawn: out of memory; --collision draws simpler shapes"
+        return replace(failed, diagnostics=(*diagnostics, error("picture-file", message, None)))
     except OutputError as problem:
-        return failed((*diagnostics, problem.diagnostic))
-    return Picture(shown_robot.name, target, width, height, True, tuple(diagnostics))
+        return replace(failed, diagnostics=(*diagnostics, problem.diagnostic))
+    return replace(failed, drawn=True, diagnostics=tuple(diagnostics))
 
 
-def _pixels(
-    shown: Shown,
-    poses: Mapping[str, Transform],
-    frames: Sequence[str],
-    diagnostics: list[Diagnostic],
-    direction: Vector,
-    size: tuple[int, int],
-    collision: bool,
-    theme_name: str,
-    transparent: bool,
-) -> NDArray[np.uint8]:
-    """Return the picture of a robot whose links have these poses in the root frame."""
-    import numpy as np
-
-    from .labels import EMPTY, SENSOR, draw_frames, draw_markers
-    from .render import THEMES, Camera, Scene, render
-    from .triangles import pieces
-
-    robot, theme = shown.robot, THEMES[theme_name]
-    found = pieces(robot, poses, _meshes(shown, diagnostics), robot.has_looks, collision or not robot.has_looks)
-    corners = np.concatenate([piece.bounds for piece in found] or [np.array([pose.xyz for pose in poses.values()])])
-    bounds = np.array([corners.min(axis=0), corners.max(axis=0)])
-    camera = Camera.fit(bounds, direction, *size)
-    progress = partial(Progress.step, "drawing", counted=False)
-    pixels = render(Scene(found, bounds, theme), camera, transparent, progress)
-    sensors = {sensor.frame for sensor in robot.sensors}
-    empty = [link.name for link in robot.links if not link.visual and not link.collision and link.name not in sensors]
-    for names, marker in ((empty, EMPTY), (sorted(sensors & poses.keys()), SENSOR)):
-        draw_markers(pixels, [poses[name].xyz for name in names], camera, marker)
-    has_shapes = any(piece.visible for piece in found)
-    chosen = frames or ([] if has_shapes else list(poses))
-    axis_scale = max(math.dist(*bounds), 0.05) * (1.0 if has_shapes else 2.0)
-    draw_frames(pixels, {name: poses[name] for name in chosen}, camera, axis_scale, theme)
-    return pixels
-
-
-def _meshes(shown: Shown, diagnostics: list[Diagnostic]) -> dict[Mesh, MeshParts]:
+def _meshes(shown: RobotView, diagnostics: list[Diagnostic]) -> dict[Mesh, MeshParts]:
     """Return the meshes of a robot that can be read, and report the others once each."""
-    first: dict[Mesh, tuple[str, str, int]] = {}  # where a mesh is named first
+    found: dict[Mesh, MeshParts | None] = {}
     for link, purpose in product(shown.robot.links, ("collision", "visual")):
         for number, shape in enumerate(getattr(link, purpose)):
-            if isinstance(shape.geometry, Mesh):
-                first.setdefault(shape.geometry, (link.name, purpose, number))
-    found: dict[Mesh, MeshParts] = {}
-    for name, place in first.items():
-        mesh = TriangleMesh.of_shape(shown.case, place, shown.meshes, coloured=True)
-        if isinstance(mesh, Diagnostic):
-            diagnostics.append(mesh)
-            continue
-        ends = pairwise([0, *accumulate(count for count, _ in mesh.colours)])
-        found[name] = [(mesh.triangles[a:b], hue) for (a, b), (_, hue) in zip(ends, mesh.colours, strict=True)]
-    return found
+            if isinstance(shape.geometry, Mesh) and shape.geometry not in found:
+                mesh = TriangleMesh.of_shape(shown.case, (link.name, purpose, number), shown.meshes, coloured=True)
+                if isinstance(mesh, Diagnostic):
+                    diagnostics.append(mesh)
+                    found[shape.geometry] = None
+                    continue
+                ends = pairwise(accumulate((count for count, _ in mesh.colours), initial=0))
+                runs = zip(ends, mesh.colours, strict=True)
+                found[shape.geometry] = [(mesh.triangles[a:b], colour) for (a, b), (_, colour) in runs]
+    return {mesh: parts for mesh, parts in found.items() if parts is not None}
 
 
 def png(pixels: NDArray[np.uint8], comment: str = "") -> bytes:
@@ -197,9 +164,9 @@ def _direction(text: str) -> Vector:
     """Return the direction to the camera of a named view, or of two angles. Raises RequestError."""
     if text in VIEWS:
         return VIEWS[text]
-    parts = [Quantity.parse(part.strip()) for part in text.split(",")]
-    if len(parts) == 1:
+    if "," not in text:
         raise UnknownName("view", text, (*VIEWS, "AZIMUTH,ELEVATION, such as 30deg,20deg"))
+    parts = [Quantity.parse(part.strip()) for part in text.split(",")]
     angles = [float(part) for part in parts if part is not None and part.unit == "rad"]
     if len(parts) != 2 or len(angles) != 2:
         raise RequestError(f'"{text}" is not AZIMUTH,ELEVATION, such as 30deg,20deg')
@@ -208,15 +175,13 @@ def _direction(text: str) -> Vector:
 
 
 def _frames(robot: Robot, frames: Sequence[str], published: bool, modes: Mapping[str, bool]) -> list[str]:
-    """Return the names of the frames to show: these, and all ``published`` ones. Raises RequestError."""
+    """Return the names of the frames to show: these, and all ``published`` ones. Raises UnknownName."""
     for name in frames:
         if name not in robot.link:
             raise UnknownName("frame", name, robot.link)
     if not published:
         return list(dict.fromkeys(frames))
-    try:
-        edges = [row for tree in frame_trees(robot, modes)[:1] for row in tree.edges]
-    except TooMany:
-        edges = list(robot.frame_tree())
-    found = {name for edge in edges if edge.published for name in (edge.parent, edge.child)} or robot.link.keys()
+    states = {**dict.fromkeys(robot.modes, True), **modes}
+    rows = [row for row in robot.frame_tree() if row.published and holds(row.when, states)]
+    found = {name for row in rows for name in (row.parent, row.child)} or robot.link.keys()
     return [link.name for link in robot.links if link.name in {*found, *frames}]

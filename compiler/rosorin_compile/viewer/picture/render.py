@@ -1,371 +1,373 @@
-"""A z-buffer renderer: one sun with soft shadows, a bright sky, and a floor with a grid, as on the page.
+"""Draw a robot with numpy: a floor with its shadow, its shapes by a z-buffer, and frames over them, as on the page.
 
-A pixel has nine samples, each of which is shaded. Projected corners are rounded to 1/16 of the distance between
-samples and compared as integers, so that exactly one of two adjacent triangles covers a sample, on every machine.
-Depth is rounded to 24 bits; of triangles in one plane the first one is visible. Colours are mixed as linear light and
-displayed with the tone curve of the page (Khronos PBR Neutral). Of translucent triangles the nearest one is drawn.
-Scalar products do without BLAS, whose last digit depends on the CPU.
+Of triangles in one plane the first one is visible, of translucent triangles only the nearest one.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Mapping, Sequence
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .triangles import Floats, Piece
+from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, HeightMap, Mesh, Robot, Sphere, Transform, Vector
+from rosorin_compile.model.colours import own_colours
+from rosorin_compile.model.mesh_triangles import Colour, TriangleMesh
+from rosorin_compile.source.progress import Progress
 
+Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Pixels = NDArray[np.uint8]  # (rows, columns, 4): red, green and blue times alpha, and alpha
+MeshParts = Sequence[tuple[Floats, Colour | None]]  # triangles (n, 3, 3) in metres, and their colour in the mesh file
 
-FIELD_OF_VIEW = math.radians(28.0)  # vertical, as on the page (``viewer/src/stage.js``)
-MARGIN = 1.06  # times the distance at which the sphere around the robot fills the picture
-_SMALLEST_RADIUS = 0.02  # m
-
-_FINE = 3  # samples along the side of a pixel
-_BAND = 400_000  # samples that are drawn at once
-_CHUNK = 1_000_000  # samples of triangles that are compared at once
-_STEPS = 16  # of rounded coordinates between two samples
-_DEPTHS = 2**24 - 1
-_LAST = 2**32 - 1  # the lower half of a key is this minus the number of the triangle
-
-_SUN = np.array((0.25, 0.75, 1.0)) / math.sqrt(1.625)  # the direction to it
-_SUN_COLOUR = np.array((0.70, 0.645, 0.575))  # reflected by a white surface that faces the sun
-# Light of the sky that a white surface with the normal (x, y, z) reflects: red, green and blue for each of the terms
-# 1, x, y, z, x^2 - y^2, z^2, xy, xz and yz. Fitted to pictures of the page.
-_SKY = np.array(
-    [
-        (0.503, 0.075, -0.194, 0.245, -0.092, 0.065, 0.052, 0.075, -0.167),
-        (0.507, 0.072, -0.194, 0.244, -0.092, 0.060, 0.049, 0.073, -0.168),
-        (0.513, 0.069, -0.195, 0.243, -0.092, 0.056, 0.045, 0.071, -0.168),
-    ]
-)
-_EDGE = 0.62  # the share of light that is left along the edges of boxes
-_FLOOR_RADIUS = 6.0  # times the diagonal of the robot
-
-_MAP_CELLS = 1024  # along the longer side of the shadow map
-_PENUMBRA = 2.2  # cells: the radius within which a point looks for shadows
-_OFFSET = 1.6  # cells: the height of that point above its surface, so that a surface does not shade itself
-_BLUR, _BLURS = 10, 3  # cells and passes of the box filter for the shadow on the floor
-_BORDER = _BLUR * _BLURS
-_TAPS = 4  # lookups of a sample in the shadow map; those of the samples of a pixel differ
-_DISC = [(math.sqrt((i + 0.5) / 36), 2.399963 * i) for i in range(_FINE**2 * _TAPS)]  # evenly spread: radius, angle
-_DISC_POINTS = np.array([(radius * math.cos(angle), radius * math.sin(angle)) for radius, angle in _DISC])
-
-
-class Theme(NamedTuple):
-    """The colours around a robot, as on the page; ``shadow`` is the opacity of the shadow on the floor."""
-
-    shadow: float
-    horizon: bytes
-    zenith: bytes
-    floor: bytes
-    grid: bytes
-    label: bytes
-    halo: bytes
-
-
+_FIELD_OF_VIEW, _MARGIN = math.radians(28.0), 1.06  # vertical; of the distance to the robot: as in viewer/src/stage.js
+_FRAME = 2 * math.tan(_FIELD_OF_VIEW / 2)  # the height of the picture of a plane at a distance of 1
+_FINE, _BAND = 3, 1_000_000  # samples along the side of a pixel, and samples that are drawn at once
+_NEAREST, _LAST = 2**24, 2**32 - 1
+_SEGMENTS, _SMOOTH = 40, 0.82  # of a circle; cosine of the largest angle between a face and a smooth surface
+_MOST_SMOOTH = 400_000  # triangles; larger meshes are drawn with flat faces
+# The faces of a box: numbers of its corners in the order of itertools.product, counter-clockwise from outside.
+_BOX_FACES = [(4, 6, 7, 5), (2, 0, 1, 3), (6, 2, 3, 7), (0, 4, 5, 1), (1, 5, 7, 3), (2, 6, 4, 0)]
+_OVERLAY = (0xE8 / 255, 0x83 / 255, 0x3A / 255, 0.35)  # collision shapes where visuals are drawn as well
+_SUN, _SUN_COLOUR = np.array((0.25, 0.75, 1.0)) / math.sqrt(1.625), np.array((0.70, 0.645, 0.575))
+# Light of the sky that a white surface with the normal (x, y, z) reflects, in terms of 1, x, y, z, x^2 - y^2, z^2, xy,
+# xz and yz. Fitted to pictures of the page.
+_SKY = np.array((0.507, 0.072, -0.194, 0.244, -0.092, 0.060, 0.049, 0.073, -0.168))
+_MAP, _BLUR = 768, 8  # cells along the side of the shadow on the floor; cells around one that blur it
+_SHADOW = {"light": 0.22, "dark": 0.45}  # opacity
+# The colours of horizon, zenith, floor, grid, names and their halos: as on the page.
 THEMES = {
-    "light": Theme(0.22, *map(bytes.fromhex, ("f3f5f8", "fdfdfe", "e6eaef", "b9c2cd", "1f2933", "ffffff"))),
-    "dark": Theme(0.45, *map(bytes.fromhex, ("171b21", "1d2229", "1f252d", "3a4450", "e6eaf0", "171b21"))),
+    "light": [[*bytes.fromhex(colour)] for colour in ("f3f5f8", "fdfdfe", "e6eaef", "b9c2cd", "1f2933", "ffffff")],
+    "dark": [[*bytes.fromhex(colour)] for colour in ("171b21", "1d2229", "1f252d", "3a4450", "e6eaf0", "171b21")],
 }
-
-# Python's own powers in a table, because those of numpy differ between machines in the last digit.
-_TABLE = 4096
-_SCREEN = [(i / (_TABLE - 1)) ** 2 for i in range(_TABLE)]  # steps are smaller where it is dark
-_SCREEN_TABLE = np.array([12.92 * v if v <= 0.0031308 else 1.055 * v ** (1 / 2.4) - 0.055 for v in _SCREEN])
-
-
-def _dot(vectors: Floats, axis: Floats) -> Floats:
-    product: Floats = (vectors * axis).sum(axis=-1)
-    return product
-
-
-class Camera(NamedTuple):
-    """A pinhole camera: its position (m), its axes in the root frame, and the size of its picture in pixels.
-
-    ``focal`` is the length in pixels of an object of 1 m at a distance of 1 m. Pixel (0, 0) is at the top left.
-    """
-
-    eye: Floats
-    right: Floats
-    down: Floats
-    forward: Floats
-    focal: float
-    width: int
-    height: int
-
-    @staticmethod
-    def fit(bounds: Floats, direction: ArrayLike, width: int, height: int) -> Camera:
-        """Return the camera in a direction from a box (2, 3), so that its picture contains the box, as on the page."""
-        radius = max(math.dist(*bounds) / 2, _SMALLEST_RADIUS)
-        distance = MARGIN * radius / math.sin(FIELD_OF_VIEW / 2) / min(1.0, width / height)
-        back = np.array(direction) / math.hypot(*np.array(direction))
-        right = np.cross((0.0, 0.0, 1.0) if math.hypot(*back[:2]) > 1e-9 else (1.0, 0.0, 0.0), back)
-        right /= math.hypot(*right)
-        focal = height / 2 / math.tan(FIELD_OF_VIEW / 2)
-        return Camera(bounds.mean(axis=0) + back * distance, right, np.cross(right, back), -back, focal, width, height)
-
-    def project(self, points: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return x and y (pixels) of points (..., 3) in the picture, and their depth (m) along the optical axis."""
-        offset = points - self.eye
-        depth = _dot(offset, self.forward)
-        x, y = (_dot(offset, axis) / depth * self.focal for axis in (self.right, self.down))
-        return x + self.width / 2, y + self.height / 2, depth
-
-    def rays(self, x: Floats, y: Floats) -> Floats:
-        """Return the directions (..., 3) of pixels; their length along ``forward`` is 1."""
-        across, below = (x - self.width / 2) / self.focal, (y - self.height / 2) / self.focal
-        return self.forward + across[..., None] * self.right + below[..., None] * self.down
-
-
-def _displayed(light: Floats) -> Floats:
-    """Return light (n, 3) as sRGB from 0 to 1. Source: Khronos PBR Neutral Tone Mapper."""
-    least = light.min(axis=1, keepdims=True)
-    light = light - np.where(least < 0.08, least - 6.25 * least * least, 0.04)
-    peak = light.max(axis=1, keepdims=True)
-    compressed = 1.0 - 0.24 * 0.24 / (np.maximum(peak, 0.76) - 0.52)
-    desaturated = 1.0 - 1.0 / (0.15 * (peak - compressed) + 1.0)
-    bright = light * (compressed / np.maximum(peak, 0.76)) * (1.0 - desaturated) + compressed * desaturated
-    light = np.clip(np.where(peak > 0.76, bright, light), 0.0, 1.0)
-    shown: Floats = _SCREEN_TABLE[np.rint(np.sqrt(light) * (_TABLE - 1)).astype(np.int64)]
-    return shown
-
-
-class Grid:
-    """Triangles that are projected onto a grid of samples; the centre of a sample is at (column + 0.5, row + 0.5).
-
-    ``x`` and ``y`` (n, 3) are in 1/16 of a sample, ``area`` (n,) is twice the signed area. The weight of corner k in
-    a point of a triangle is ``weights[:, k] @ (x, y, 1)``: 1 at this corner and 0 at the others. ``near`` (n, 3) grows
-    towards the camera; between the corners it is ``plane @ (x, y, 1)``, which is not rounded, so that triangles in one
-    plane are equally near.
-    """
-
-    def __init__(self, x: Floats, y: Floats, near: Floats) -> None:
-        """Take triangles whose corners are at x and y (n, 3), in samples."""
-        self.x, self.y = (np.rint(values * _STEPS).astype(np.int64) for values in (x, y))
-        (ax, bx, cx), (ay, by, cy) = self.x.T, self.y.T
-        self.area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
-        next_x, last_x, next_y, last_y = (np.roll(v, shift, 1) for v in (x, y) for shift in (-1, -2))
-        constant = next_x * last_y - last_x * next_y
-        area = constant.sum(axis=1, keepdims=True)
-        lines = np.stack([next_y - last_y, last_x - next_x, constant], axis=-1)
-        self.weights: Floats = lines / np.where(area == 0, 1.0, area)[..., None]
-        self.near, self.plane = near, (self.weights * near[..., None]).sum(axis=1)
-
-    def visible(self, chosen: Ints, columns: int, first: int, end: int) -> Ints:
-        """Return the largest key of each sample in the rows from ``first`` to ``end``, or -1."""
-        keys = np.full((end - first) * columns, -1, np.int64)
-        for place, key in self.samples(chosen, columns, first, end):
-            np.maximum.at(keys, place, key)
-        return keys
-
-    def samples(self, chosen: Ints, columns: int, first: int, end: int) -> Iterator[tuple[Ints, Ints]]:
-        """Yield the samples that the chosen triangles cover: number of the sample, and nearness with triangle as key.
-
-        Samples are numbered row by row from the row ``first``.
-        """
-        low, high = (float(self.near.min()), float(self.near.max())) if len(self.near) else (0.0, 0.0)
-        scale = _DEPTHS / (high - low) if high > low else 0.0
-        top, bottom = self.y[chosen].min(axis=1), self.y[chosen].max(axis=1)
-        chosen = chosen[(top <= end * _STEPS) & (bottom >= first * _STEPS) & (self.area[chosen] != 0)]
-        for start in range(0, len(chosen), 20_000):
-            triangle, row, left, length = self._spans(chosen[start : start + 20_000], columns, first, end)
-            a, b, c = self.plane[triangle].T
-            lowest, highest = ((f(self.near[triangle], axis=1) - low) * scale for f in (np.min, np.max))
-            nearness = (a * (left + 0.5) + b * (row + 0.5) + c - low) * scale
-            slope, place, low_half = a * scale, (row - first) * columns + left, _LAST - triangle
-            cuts = np.searchsorted(np.cumsum(length), np.arange(_CHUNK, int(length.sum()), _CHUNK))
-            for part in np.split(np.arange(len(length)), cuts):
-                of, step = _repeated(length[part])
-                of = part[of]
-                depth = np.clip(nearness[of] + slope[of] * step, lowest[of], highest[of])
-                depth = np.rint(depth).astype(np.int64)
-                yield place[of] + step, (depth << 32) | low_half[of]
-
-    def _spans(self, chosen: Ints, columns: int, first: int, end: int) -> tuple[Ints, Ints, Ints, Ints]:
-        """Return the covered part of each row of triangles: triangle, row, first column and number of columns."""
-        flipped = (self.area[chosen] < 0)[:, None]
-        x, y = (np.where(flipped, values[chosen, ::-1], values[chosen]) for values in (self.x, self.y))
-        half = _STEPS // 2
-        top = np.maximum(-((half - y.min(axis=1)) // _STEPS), first)
-        bottom = np.minimum((y.max(axis=1) - half) // _STEPS, end - 1)
-        of, step = _repeated(np.maximum(bottom - top + 1, 0))
-        row = top[of] + step
-        left, right = np.zeros(len(of), np.int64), np.full(len(of), columns - 1)
-        for i, j in ((0, 1), (1, 2), (2, 0)):  # a sample is inside where slope * column + value >= 0 for all sides
-            across, down = y[:, i] - y[:, j], x[:, j] - x[:, i]
-            constant = -(across * x[:, i] + down * y[:, i])
-            constant -= (across < 0) | ((across == 0) & (down <= 0))  # a side belongs to one of its two triangles
-            value = (across * half + constant)[of] + down[of] * (row * _STEPS + half)
-            slope = (across * _STEPS)[of]
-            bound = -(value // np.where(slope == 0, 1, slope))
-            left = np.where(slope > 0, np.maximum(left, bound), left)
-            right = np.where(slope < 0, np.minimum(right, value // np.where(slope < 0, -slope, 1)), right)
-            right = np.where((slope == 0) & (value < 0), -1, right)
-        covered = left <= right
-        return chosen[of[covered]], row[covered], left[covered], (right - left + 1)[covered]
-
-
-def _repeated(counts: Ints) -> tuple[Ints, Ints]:
-    """Repeat each index by its count; return the repeated indices and the repetition numbers 0, 1, ..."""
-    of = np.repeat(np.arange(len(counts)), counts)
-    return of, np.arange(len(of)) - (np.cumsum(counts) - counts)[of]
-
-
-class Shadows:
-    """The robot as the sun sees it: nearness to the sun on a grid of cells, and the blurred shadow on the floor."""
-
-    def __init__(self, corners: Floats) -> None:
-        """Take the shadows of triangles (n, 3, 3) in metres."""
-        right = np.array((-_SUN[1], _SUN[0], 0.0)) / math.hypot(_SUN[0], _SUN[1])
-        self.axes = np.cross(_SUN, right), right
-        y, x, near = (_dot(corners, axis) for axis in (*self.axes, _SUN))
-        self.cell = max(float(np.ptp(x)), float(np.ptp(y)), 1e-9) / _MAP_CELLS
-        self.corner = [float(values.min()) - _BORDER * self.cell for values in (y, x)]
-        size = _MAP_CELLS + 2 * _BORDER + 1
-        grid = Grid((x - self.corner[1]) / self.cell, (y - self.corner[0]) / self.cell, near)
-        keys = grid.visible(np.arange(len(corners)), size, 0, size).reshape(size, size)
-        depth = float(near.min()) + (keys >> 32) * (float(np.ptp(near)) / _DEPTHS)
-        blurred = (keys >= 0).astype(np.float64)
-        for _ in range(2 * _BLURS):  # rows and columns in turn
-            sums = np.cumsum(np.pad(blurred, ((0, 0), (_BLUR + 1, _BLUR))), axis=1)
-            blurred = ((sums[:, 2 * _BLUR + 1 :] - sums[:, : -2 * _BLUR - 1]) / (2 * _BLUR + 1)).T
-        self.near, self.blurred = np.where(keys < 0, -np.inf, depth), blurred
-
-    def _lookup(self, values: Floats, points: Floats, offset: Floats | float = 0.0) -> Floats:
-        at = np.stack([_dot(points, axis) - start for axis, start in zip(self.axes, self.corner, strict=True)])
-        row, column = np.clip(np.floor(at / self.cell + offset), 0, len(values) - 1).astype(np.int64)
-        found: Floats = values[row, column]
-        return found
-
-    def sunlight(self, points: Floats, normals: Floats, sample: Ints) -> Floats:
-        """Return the share of the sun (n,) that points (n, 3) of surfaces see; ``sample`` is that of the pixel."""
-        points = points + normals * (_OFFSET * self.cell)
-        near = _dot(points, _SUN) + self.cell
-        taps = (_DISC_POINTS[sample + _FINE**2 * tap].T * _PENUMBRA for tap in range(_TAPS))
-        lit: Floats = sum(self._lookup(self.near, points, tap) <= near for tap in taps) / np.float64(_TAPS)
-        return lit
-
-    def on_floor(self, points: Floats) -> Floats:
-        """Return the darkness, 0 to 1, of points (..., 3) on the floor."""
-        return self._lookup(self.blurred, points)
+AXIS_COLOURS = [[*bytes.fromhex(colour)] for colour in ("e5484d", "30a46c", "3e63dd")]
+_SENSOR, _EMPTY = ([0x8E, 0x4E, 0xC6], 11.0), ([0x7D, 0x8A, 0x97], 8.0)  # markers: colour, pixels
+_DOT, _ADVANCE, _LINE, _GAP = 1.45, 8.7, 11.0, 4.0  # pixels between dots, letters, lines and names
+# The characters from space to ~, then a box: five columns each, two digits a column; the lowest bit is the top dot.
+_DOTS = bytes.fromhex(
+    "0000000000 00005F0000 0007000700 147F147F14 242A7F2A12 2313086462 3649562050 0008070300"
+    "001C224100 0041221C00 2A1C7F1C2A 08083E0808 0080703000 0808080808 0000606000 2010080402"
+    "3E5149453E 00427F4000 7249494946 2141494D33 1814127F10 2745454539 3C4A494931 4121110907"
+    "3649494936 464949291E 0000140000 0040340000 0008142241 1414141414 0041221408 0201590906"
+    "3E415D594E 7C1211127C 7F49494936 3E41414122 7F4141413E 7F49494941 7F09090901 3E41415173"
+    "7F0808087F 00417F4100 2040413F01 7F08142241 7F40404040 7F021C027F 7F0408107F 3E4141413E"
+    "7F09090906 3E4151215E 7F09192946 2649494932 03017F0103 3F4040403F 1F2040201F 3F4038403F"
+    "6314081463 0304780403 6159494D43 007F414141 0204081020 004141417F 0402010204 4040404040"
+    "0003070800 2054547840 7F28444438 3844444428 384444287F 3854545418 00087E0902 18A4A49C78"
+    "7F08040478 00447D4000 2040403D00 7F10284400 00417F4000 7C04780478 7C08040478 3844444438"
+    "FC18242418 18242418FC 7C08040408 4854545424 04043F4424 3C4040207C 1C2040201C 3C4030403C"
+    "4428102844 4C9090907C 4464544C44 0008364100 0000770000 0041360800 0201020402 7F4141417F"
+)
 
 
 class Scene:
-    """Triangles (n, ...) with their looks, their bounding box (2, 3), and the shadows of opaque ones."""
+    """The shapes of a robot as triangles in the root frame, counter-clockwise from outside.
 
-    def __init__(self, pieces: Sequence[Piece], bounds: Floats, theme: Theme) -> None:
-        """Take the visible pieces."""
-        visible = [piece for piece in pieces if piece.visible]
-        counts = [len(piece.corners) for piece in visible]
-        linear = lambda v: v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4  # noqa: E731 - of sRGB
-        looks = [(piece.opacity, piece.two_sided, piece.outlined, *map(linear, piece.colour)) for piece in visible]
-        look = np.repeat(np.array(looks, np.float64).reshape(-1, 6), counts, axis=0)
-        self.opacity, self.colour = look[:, 0], look[:, 3:]
-        self.two_sided, self.outlined = look[:, 1:3].T > 0
-        self.corners: Floats = np.concatenate([np.empty((0, 3, 3)), *(piece.corners for piece in visible)])
-        self.normals: Floats = np.concatenate([np.empty((0, 3, 3)), *(piece.normals for piece in visible)])
-        self.bounds, self.theme = bounds, theme
-        self.size = max(math.dist(*bounds), 0.05)  # m; the distances of the floor follow from it
-        opaque = self.corners[self.opacity >= 1.0]
-        self.shadows = Shadows(opaque) if len(opaque) else None
-
-
-def render(scene: Scene, camera: Camera, transparent: bool, progress: Callable[[int, int], None]) -> NDArray[np.uint8]:
-    """Return the pixels of a picture: (rows, columns, 3), or with an alpha channel where it is transparent.
-
-    ``progress`` is called with the number of finished rows and of all rows.
+    ``corners`` and ``normals`` are (n, 3, 3), ``looks`` (n, 6): red, green, blue and opacity from 0 to 1, whether the
+    back of the face is drawn, because meshes are often open, and whether its first two sides are outlined. ``bounds``
+    (2, 3) also contains the shapes that are not drawn.
     """
+
+    def __init__(
+        self, robot: Robot, poses: Mapping[str, Transform], meshes: Mapping[Mesh, MeshParts], collision: bool = False
+    ) -> None:
+        """Take the shapes of a robot whose links have these poses: visuals, and collision shapes as a veil over them.
+
+        Without ``collision``, those of a link are drawn if the robot has no visuals, or if a mesh is missing.
+        """
+        made = [(np.empty((0, 3, 3)), np.empty((0, 3, 3)), np.empty((0, 6)))]
+        for link in robot.links:
+            own = own_colours(robot)[link.name]
+            veil = (_OVERLAY if collision else own) if robot.has_looks else robot.look_of(link) or own
+            lost = any(isinstance(shape.geometry, Mesh) and shape.geometry not in meshes for shape in link.visual)
+            solids = [(solid, robot.colour(solid), robot.has_looks) for shape in link.visual for solid in shape.drawn()]
+            drawn = collision or lost or not robot.has_looks
+            solids += [(solid, veil, drawn) for shape in link.collision for solid in shape.drawn()]
+            for solid, rgba, visible in solids:
+                geometry, pose = solid.geometry, poses[link.name].then(solid.pose.transform())
+                is_mesh, is_box = isinstance(geometry, Mesh), isinstance(geometry, Box)
+                parts = meshes.get(geometry, ()) if isinstance(geometry, Mesh) else [(_surface(geometry), None)]
+                for triangles, colour in parts:
+                    *hue, alpha = rgba or ((*colour, 1.0) if colour else own)
+                    look = (*hue, alpha * visible, is_mesh and alpha >= 1.0, is_box)
+                    corners = TriangleMesh.place(triangles, pose.rows, pose.xyz)
+                    normals = TriangleMesh.place(_normals(triangles), pose.rows, (0.0, 0.0, 0.0))
+                    made.append((corners, normals, np.tile(look, (len(triangles), 1))))
+        corners, normals, looks = map(np.concatenate, zip(*made, strict=True))
+        points = corners.reshape(-1, 3) if len(corners) else np.array([pose.xyz for pose in poses.values()])
+        self.bounds = np.array([points.min(axis=0), points.max(axis=0)])
+        self.size = max(math.dist(*self.bounds), 0.05)  # m
+        self.corners, self.normals, self.looks = (values[looks[:, 3] > 0] for values in (corners, normals, looks))
+        self.opaque = self.looks[:, 3] >= 1.0
+
+
+def _surface(geometry: Box | Cylinder | Capsule | Sphere | Ellipsoid | HeightMap) -> Floats:
+    """Return the triangles (n, 3, 3) of a solid in its own frame."""
+    if isinstance(geometry, Box | HeightMap):
+        boxes = geometry.boxes() if isinstance(geometry, HeightMap) else [geometry]
+        quads = np.array([[*product(*zip(box.lower, box.upper, strict=True))] for box in boxes])[:, _BOX_FACES]
+    else:  # a surface of revolution about z: radius and height of its profile from top to bottom
+        radius = 1.0 if isinstance(geometry, Ellipsoid) else geometry.radius
+        half = geometry.length / 2 if isinstance(geometry, Cylinder | Capsule) else 0.0
+        turn = np.linspace(0.0, math.pi / 2, _SEGMENTS // 4 + 1)
+        profile = np.stack([radius * np.sin(turn), radius * np.cos(turn) + half], axis=-1)
+        if isinstance(geometry, Cylinder):  # cap and side share no corner, so that the edge between them is sharp
+            profile = np.array([(0.0, half), (radius, half), (radius * (1 + 1e-9), half)])
+        profile = np.concatenate([profile, profile[::-1] * (1.0, -1.0)])
+        turn = 2 * math.pi * (np.arange(_SEGMENTS + 1) % _SEGMENTS) / _SEGMENTS
+        circle = np.stack([np.cos(turn), np.sin(turn), np.ones(len(turn))], axis=-1)
+        p = profile[:, None, [0, 0, 1]] * circle * (geometry.radii if isinstance(geometry, Ellipsoid) else 1.0)
+        quads = np.stack([p[1:, :-1], p[1:, 1:], p[:-1, 1:], p[:-1, :-1]], axis=2)
+    return quads[..., [(0, 1, 2), (2, 3, 0)], :].reshape(-1, 3, 3)
+
+
+def _normals(triangles: Floats) -> Floats:
+    """Return normals (n, 3, 3): averaged over the faces at a corner where the surface is round, else of the face."""
+    faces = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]).repeat(3, axis=0)
+    size = np.linalg.norm(faces, axis=1, keepdims=True)
+    flat: Floats = faces / size.clip(max(1e-6 * size.max(initial=0.0), 1e-300))  # the narrowest faces do not count
+    if len(triangles) > _MOST_SMOOTH:
+        return flat.reshape(-1, 3, 3)
+    corner = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1)
+    total = np.stack([np.bincount(corner, weights=side) for side in flat.T], axis=-1)[corner]
+    mean = total / np.linalg.norm(total, axis=1, keepdims=True).clip(1e-300)
+    normals: Floats = np.where((mean * flat).sum(axis=1, keepdims=True) > _SMOOTH, mean, flat)
+    return normals.reshape(-1, 3, 3)
+
+
+class Camera(NamedTuple):
+    """A pinhole camera: its position (m), its axes (right, down, forward) in the root frame, its size in pixels.
+
+    ``focal`` is the length in pixels of an object of 1 m at a distance of 1 m. The optical axis is in the row
+    ``middle``; pixel (0, 0) is at the top left.
+    """
+
+    eye: Floats
+    axes: Floats
+    focal: float
+    width: int
+    height: int
+    middle: float
+
+    @staticmethod
+    def fit(bounds: Floats, direction: Vector, width: int, height: int) -> Camera:
+        """Return the camera in a direction from a box (2, 3), so that its picture contains the box, as on the page."""
+        radius = max(math.dist(*bounds) / 2, 0.02)
+        distance = _MARGIN * radius / math.sin(_FIELD_OF_VIEW / 2) / min(1.0, width / height)
+        back = np.array(direction) / math.hypot(*direction)
+        right = np.cross((0.0, 0.0, 1.0) if math.hypot(*back[:2]) > 1e-9 else (1.0, 0.0, 0.0), back)
+        right /= math.hypot(*right)
+        axes = np.stack([right, np.cross(right, back), -back])
+        return Camera(bounds.mean(axis=0) + back * distance, axes, height / _FRAME, width, height, height / 2)
+
+    def project(self, points: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return x and y (pixels) of points (..., 3) in the picture, and their depth (m) along the optical axis."""
+        x, y, depth = np.moveaxis((points - self.eye) @ self.axes.T, -1, 0)
+        return x / depth * self.focal + self.width / 2, y / depth * self.focal + self.middle, depth
+
+    def rays(self, x: Floats, y: Floats) -> Floats:
+        """Return the directions (..., 3) of pixels; their length along the optical axis is 1."""
+        across, down = (x - self.width / 2) / self.focal, (y - self.middle) / self.focal
+        directions: Floats = np.stack([across, down, np.ones_like(across)], axis=-1) @ self.axes
+        return directions
+
+
+class Raster:
+    """Triangles on a grid of samples; the centre of a sample is at (column + 0.5, row + 0.5).
+
+    ``area`` (n,) is twice the signed area. The weight of corner k in a point of a triangle is
+    ``weights[:, k] @ (x, y, 1)``: 1 at this corner and 0 at the others.
+    """
+
+    def __init__(self, x: Floats, y: Floats) -> None:
+        """Take corners at x and y (n, 3), in samples."""
+        next_x, last_x, next_y, last_y = (np.roll(side, turn, 1) for side in (x, y) for turn in (-1, -2))
+        lines = np.stack([next_y - last_y, last_x - next_x, next_x * last_y - last_x * next_y], axis=-1)
+        self.y, self.area = y, lines[..., 2].sum(axis=1)
+        self.weights = lines / np.where(self.area == 0, 1.0, self.area)[:, None, None]
+
+    def visible(self, near: Floats, columns: int, rows: int) -> Ints:
+        """Return the largest key of each sample, or -1: nearness * 2^32, and 2^32 - 1 minus the number of a triangle.
+
+        ``near`` (n, 3) is from 0 to 1, larger for nearer corners.
+        """
+        keys, top = np.full(rows * columns, -1, np.int64), np.ceil(self.y.min(axis=1) - 0.5).clip(0)
+        bottom = np.floor(self.y.max(axis=1) - 0.5).clip(None, rows - 1)
+        triangle, row = _ranges(top, np.where(self.area == 0, -1, bottom))
+        a, b, c = np.moveaxis(self.weights[triangle], -1, 0)
+        crossing = -(b * (row[:, None] + 0.5) + c) / np.where(a == 0, 1.0, a) - 0.5
+        left = np.ceil(np.where(a > 0, crossing, -np.inf).max(axis=1) - 1e-4).clip(0)
+        right = np.floor(np.where(a < 0, crossing, np.inf).min(axis=1) + 1e-4).clip(None, columns - 1)
+        for part in np.array_split(np.arange(len(row)), 1 + int((right - left + 1).clip(0).sum()) // _BAND):
+            number, column = _ranges(left[part], right[part])
+            shown, line = triangle[part][number], row[part][number]
+            corners = near[shown]
+            a, b, c = (self.weights[shown] * corners[..., None]).sum(axis=1).T
+            depth = a * (column + 0.5) + b * (line + 0.5) + c
+            depth = np.rint(depth.clip(corners.min(axis=1), corners.max(axis=1)) * _NEAREST).astype(np.int64)
+            np.maximum.at(keys, line * columns + column, (depth << 32) | (_LAST - shown))
+        return keys
+
+
+def _ranges(first: Floats, last: Floats) -> tuple[Ints, Ints]:
+    """Return all integers of some ranges: the number of the range, and the integer."""
+    counts = np.maximum(last - first + 1, 0).astype(np.int64)
+    number = np.repeat(np.arange(len(counts)), counts)
+    return number, np.arange(len(number)) + (first.astype(np.int64) - np.cumsum(counts) + counts)[number]
+
+
+class Floor:
+    """The floor below the robot, with a grid and the blurred shadow of what is opaque."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene, self.height = scene, scene.bounds[0, 2] - 1e-4 * scene.size
+        corners = scene.corners[scene.opaque]
+        flat = (corners - (corners[..., 2:] - self.height) * (_SUN / _SUN[2]))[..., :2]
+        ends = np.concatenate([scene.bounds[:, :2], flat.reshape(-1, 2)])
+        self.cell = max(np.ptp(ends, axis=0).max(), 1e-9) / (_MAP - 6 * _BLUR)
+        self.start = ends.min(axis=0) - 3 * _BLUR * self.cell
+        raster = Raster(*np.moveaxis((flat - self.start) / self.cell, -1, 0))
+        covered = raster.visible(np.ones(flat.shape[:2]), _MAP, _MAP) >= 0
+        self.dark = covered.reshape(_MAP, _MAP).astype(np.float64)
+        for _ in range(6):  # three box filters along rows and columns in turn
+            sums = np.cumsum(np.pad(self.dark, ((0, 0), (_BLUR + 1, _BLUR))), axis=1)
+            self.dark = ((sums[:, 2 * _BLUR + 1 :] - sums[:, : -2 * _BLUR - 1]) / (2 * _BLUR + 1)).T
+
+    def draw(self, camera: Camera, theme: str, transparent: bool) -> Floats:
+        """Return floor and sky (rows, columns, 4): red, green and blue times alpha, and alpha, 0 to 1."""
+        y, x = np.mgrid[: camera.height, : camera.width] + 0.5
+        rays = camera.rays(x, y)
+        slope = np.minimum(rays[..., 2:], -1e-9)
+        depth = (self.height - camera.eye[2]) / slope
+        points = (camera.eye + rays * depth)[..., :2]
+        visible = (rays[..., 2:] < -1e-9) & (depth > 0)
+        column, row = np.moveaxis(((points - self.start) / self.cell).clip(0, _MAP - 1).astype(np.int64), -1, 0)
+        dark = _SHADOW[theme] * visible * self.dark[row, column, None]
+        if transparent:
+            return np.concatenate([np.zeros((*dark.shape[:2], 3)), dark], axis=-1)
+        horizon, zenith, ground, grid = np.array(THEMES[theme][:4]) / 255.0
+        sky = horizon + (zenith - horizon) * (0.5 + (camera.middle - y[..., None]) / camera.focal / _FRAME)
+        offset = points - self.scene.bounds.mean(axis=0)[:2]
+        fade = visible * (1.33 - np.linalg.norm(offset, axis=-1, keepdims=True) / (4.5 * self.scene.size)).clip(0, 1)
+        # The size of a pixel on the floor along x and y: a step to the right and a step down.
+        pixel = depth / camera.focal * (abs(camera.axes[0]) + abs(camera.axes[1] - rays * camera.axes[1, 2] / slope))
+        lines, step = np.zeros_like(fade), 10.0 ** round(math.log10(self.scene.size / 8))
+        for opacity, width in ((0.35, step), (0.8, 10 * step)):
+            share, size = abs(offset / width - np.rint(offset / width)), pixel[..., :2] / width + 1e-12
+            line = (1.0 - share / size).clip(0) * (1.3 - size / 0.25).clip(0, 1)
+            lines = np.maximum(lines, opacity * line.max(axis=-1, keepdims=True))
+        colour = (sky + (ground + (grid - ground) * lines - sky) * fade) * (1.0 - dark)
+        return np.pad(colour, ((0, 0), (0, 0), (0, 1)), constant_values=1.0)
+
+
+def _colours(normals: Floats, hue: Floats) -> Floats:
+    """Return the colours (n, 3, 3) of lit corners with these normals for triangles of some colours (n, 3), in sRGB."""
+    x, y, z = np.moveaxis(normals, -1, 0)
+    sky = np.stack([np.ones_like(x), x, y, z, x * x - y * y, z * z, x * y, x * z, y * z], axis=-1) @ _SKY
+    sun = (normals @ _SUN).clip(0)
+    hue = np.where(hue <= 0.04045, hue / 12.92, ((hue.clip(0.0, 1.0) + 0.055) / 1.055) ** 2.4)
+    light = hue[:, None] * (sky.clip(0.05)[..., None] + _SUN_COLOUR * sun[..., None])
+    # The tone curve of the page, Khronos PBR Neutral.
+    least = light.min(axis=-1, keepdims=True)
+    light -= np.where(least < 0.08, least - 6.25 * least * least, 0.04)
+    peak = light.max(axis=-1, keepdims=True).clip(0.76)
+    compressed = 1.0 - 0.24 * 0.24 / (peak - 0.52)
+    grey = 1.0 - 1.0 / (0.15 * (peak - compressed) + 1.0)
+    light = (light * compressed / peak * (1.0 - grey) + compressed * grey).clip(0.0, 1.0)
+    srgb: Floats = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+    return srgb
+
+
+def render(scene: Scene, camera: Camera, theme: str, transparent: bool) -> Pixels:
+    """Return the picture of a scene on its floor."""
+    pixels, floor = np.empty((camera.height, camera.width, 4), np.uint8), Floor(scene)
+    red, green, blue, opacity, two_sided, outlined = scene.looks.T
+    away = ((scene.corners - camera.eye) * scene.normals).sum(axis=(1, 2)) > 0
+    flip = np.where(away & (two_sided > 0), -1.0, 1.0)[:, None, None]
+    colours = _colours(scene.normals * flip, np.stack([red, green, blue], axis=-1))
     x, y, depth = camera.project(scene.corners)
-    grid = Grid(x * _FINE, y * _FINE, 1.0 / depth)
-    front = (grid.area < 0) | scene.two_sided
-    opaque, translucent = (np.nonzero(front & kind)[0] for kind in (scene.opacity >= 1.0, scene.opacity < 1.0))
-    pixels = np.empty((camera.height, camera.width, 4 if transparent else 3), np.uint8)
-    columns = camera.width * _FINE
-    step = max(1, _BAND // (columns * _FINE))
+    near = depth.min(initial=np.inf) / depth
+    front = (x[:, 1] - x[:, 0]) * (y[:, 2] - y[:, 0]) < (x[:, 2] - x[:, 0]) * (y[:, 1] - y[:, 0])
+    front |= two_sided > 0
+    columns, step = camera.width * _FINE, max(1, _BAND // (camera.width * _FINE**2))
     for first in range(0, camera.height, step):
-        end = min(first + step, camera.height)
-        rows = (columns, first * _FINE, end * _FINE)
-        behind = _background(scene, camera, first, end, transparent)
-        samples = behind.repeat(_FINE, axis=0).repeat(_FINE, axis=1).reshape(-1, 4)  # premultiplied by alpha
-        solid, veil = (grid.visible(chosen, *rows) for chosen in (opaque, translucent))
-        for keys in (solid, np.where(veil > solid, veil, -1)):
-            places = np.nonzero(keys >= 0)[0]
-            triangle = _LAST - (keys[places] & _LAST)
-            opacity = scene.opacity[triangle, None]
-            colour = _shade(scene, camera, grid, triangle, places % columns, places // columns + first * _FINE)
+        height = min(step, camera.height - first)
+        band, solid = camera._replace(height=height, middle=camera.middle - first), np.array(-1)
+        inside = front & (y.max(axis=1) >= first) & (y.min(axis=1) <= first + height)
+        samples = floor.draw(band, theme, transparent).repeat(_FINE, axis=0).repeat(_FINE, axis=1).reshape(-1, 4)
+        for kind in (opacity >= 1.0, opacity < 1.0):
+            chosen = np.nonzero(inside & kind)[0]
+            raster = Raster(x[chosen] * _FINE, (y[chosen] - first) * _FINE)
+            keys = raster.visible(near[chosen], columns, height * _FINE)
+            places, solid = np.nonzero(keys > solid)[0], keys
+            number = _LAST - (keys[places] & _LAST)
+            triangle, lines = chosen[number], raster.weights[number]
+            sample = np.stack([places % columns + 0.5, places // columns + 0.5, np.ones(len(places))], axis=-1)
+            weights = (lines * sample[:, None]).sum(axis=-1).clip(0.0, 1.0)
+            # The distance of a sample from a side is the weight of the opposite corner by its gradient.
+            sides = (weights / np.linalg.norm(lines[..., :2], axis=-1))[:, [0, 2]].min(axis=1) / _FINE
+            shade = np.where(outlined[triangle] > 0, (0.4 + sides).clip(0.7, 1.0), 1.0)
+            colour = (weights[..., None] * colours[triangle]).sum(axis=1) * shade[:, None]
             colour = np.pad(colour, ((0, 0), (0, 1)), constant_values=1.0)
-            samples[places] = colour * opacity + samples[places] * (1.0 - opacity)
-        band = samples.reshape(end - first, _FINE, camera.width, _FINE, 4).mean(axis=(1, 3))
-        alpha = band[..., 3:]
-        band[..., :3] /= np.where(alpha == 0.0, 1.0, alpha)
-        pixels[first:end] = np.rint(np.clip(band, 0.0, 1.0) * 255.0)[..., : pixels.shape[2]]
-        progress(end, camera.height)
+            samples[places] += (colour - samples[places]) * opacity[triangle, None]
+        mean = samples.reshape(height, _FINE, camera.width, _FINE, 4).mean(axis=(1, 3))
+        pixels[first : first + height] = np.rint(mean.clip(0.0, 1.0) * 255.0)
+        Progress.step("drawing", first + height, camera.height, counted=False)
     return pixels
 
 
-def _shade(scene: Scene, camera: Camera, grid: Grid, triangle: Ints, column: Ints, row: Ints) -> Floats:
-    """Return the colours (n, 3) of samples as sRGB, 0 to 1; ``triangle`` is the one that a sample sees."""
-    lines = grid.weights[triangle]
-    x, y = (column + 0.5)[:, None], (row + 0.5)[:, None]
-    weights = np.clip(lines[..., 0] * x + lines[..., 1] * y + lines[..., 2], 0.0, 1.0)
-    # The distance of a sample from a side is the weight of the opposite corner by its gradient.
-    edges = (weights / np.sqrt(lines[..., 0] ** 2 + lines[..., 1] ** 2))[:, [0, 2]].min(axis=1) / _FINE
-    weights *= grid.near[triangle]
-    weights /= weights.sum(axis=1, keepdims=True)
-    points, normals = ((weights[..., None] * values[triangle]).sum(axis=1) for values in (scene.corners, scene.normals))
-    length = np.sqrt((normals * normals).sum(axis=1, keepdims=True))
-    normals /= np.where(length == 0, 1.0, length)
-    normals[scene.two_sided[triangle] & ((normals * (points - camera.eye)).sum(axis=1) > 0)] *= -1.0
-    i, j, k = normals.T
-    terms = np.stack([np.ones(len(i)), i, j, k, i * i - j * j, k * k, i * j, i * k, j * k], axis=1)
-    sky = np.stack([_dot(terms, channel) for channel in _SKY], axis=1)
-    sun = np.maximum(_dot(normals, _SUN), 0.0)
-    if scene.shadows is not None:
-        sun = sun * scene.shadows.sunlight(points, normals, row % _FINE * _FINE + column % _FINE)
-    light = scene.colour[triangle] * (np.maximum(sky, 0.05) + _SUN_COLOUR * sun[:, None])
-    edge = _EDGE + (1.0 - _EDGE) * _smooth(edges - 0.4)
-    return _displayed(light * np.where(scene.outlined[triangle], edge, 1.0)[:, None])
+def draw_markers(pixels: Pixels, robot: Robot, poses: Mapping[str, Transform], camera: Camera) -> None:
+    """Draw a point at each link without shapes, and at each sensor."""
+    sensors = {sensor.frame for sensor in robot.sensors}
+    empty = {link.name for link in robot.links if not link.visual and not link.collision}
+    for names, marker in ((empty - sensors, _EMPTY), (sensors, _SENSOR)):
+        for name in sorted(names & poses.keys()):
+            x, y, depth = camera.project(np.array(poses[name].xyz))
+            if depth > 0:
+                _draw_lines(pixels, [[(x, y), (x, y)]], *marker)
 
 
-def _smooth(values: Floats) -> Floats:
-    """Return a smooth step from 0 at 0 to 1 at 1."""
-    t = np.clip(values, 0.0, 1.0)
-    return t * t * (3.0 - 2.0 * t)
+def draw_frames(pixels: Pixels, frames: Mapping[str, Transform], camera: Camera, length: float, theme: str) -> None:
+    """Draw the axes of frames (m) by their poses in the root frame, and their names where there is room."""
+    names: list[tuple[float, float, float, str]] = []  # left end, width and middle of a name
+    for name, pose in frames.items():
+        x, y, depth = camera.project(np.array([pose.apply(end) for end in (np.eye(4, 3, -1) * length).tolist()]))
+        if depth.min() <= 0:
+            continue
+        for tip, colour in enumerate(AXIS_COLOURS, 1):
+            _draw_lines(pixels, [[(x[0], y[0]), (x[tip], y[tip])]], colour, 2.0)
+        wide, rows = len(name) * _ADVANCE, [y[0] + 3 + step * _LINE / 2 for step in sorted(range(-30, 31), key=abs)]
+        places = [(left, row) for row in rows for left in (x[0] - _GAP - wide, x[0] + _GAP)]
+        for left, row in places:
+            near = [one for one in names if abs(row - one[2]) < _LINE and -wide - _GAP < left - one[0] < one[1] + _GAP]
+            inside = 0 <= left <= camera.width - wide and _LINE / 2 <= row <= camera.height - _LINE / 2
+            if inside and not near:
+                break
+        else:
+            left, row = places[1]
+        names.append((left, wide, row, name))
+    for pen, colour in ((4.2, THEMES[theme][5]), (1.9, THEMES[theme][4])):
+        for left, _, row, name in names:
+            for number, letter in enumerate(name):
+                at = 5 * (ord(letter) - ord(" ")) if " " <= letter <= "~" else len(_DOTS) - 5
+                dots = [
+                    (column, line) for column, line in product(range(5), range(8)) if _DOTS[at + column] >> line & 1
+                ]
+                points = np.array(dots).reshape(-1, 2) * _DOT + [left + number * _ADVANCE, row - 3 * _DOT]
+                _draw_lines(pixels, np.stack([points, points], axis=1), colour, pen)
 
 
-def _background(scene: Scene, camera: Camera, first: int, end: int, transparent: bool) -> Floats:
-    """Return sky and floor in the rows from ``first`` to ``end``: sRGB and alpha (rows, columns, 4), 0 to 1."""
-    # One more row and column, for the size of a pixel on the floor.
-    rows, columns = np.mgrid[first : end + 1, 0 : camera.width + 1] + 0.5
-    rays = camera.rays(columns, rows)
-    height = camera.eye[2] - (scene.bounds[0, 2] - 1e-4 * scene.size)
-    on_floor = (rays[..., 2] < -1e-9) & (height > 0)
-    points = camera.eye + rays * np.where(on_floor, height / np.where(on_floor, -rays[..., 2], 1.0), 0.0)[..., None]
-    on_floor, rows = on_floor[:-1, :-1, None], rows[:-1, :-1, None]
-    dark = 0.0 if scene.shadows is None else scene.shadows.on_floor(points[:-1, :-1])[..., None]
-    dark = scene.theme.shadow * np.where(on_floor, dark, 0.0)
-    if transparent:
-        return np.concatenate([np.zeros((*dark.shape[:2], 3)), dark], axis=-1)
-    horizon, zenith, floor, grid = (np.array([*colour]) / 255.0 for colour in scene.theme[1:5])
-    sky = horizon + (zenith - horizon) * (1.0 - rows / camera.height)
-    x, y = np.moveaxis(points - scene.bounds.mean(axis=0), -1, 0)[:2]
-    distance = np.sqrt(x * x + y * y)[:-1, :-1, None] / (_FLOOR_RADIUS * scene.size)
-    fade = np.where(on_floor, 1.0 - _smooth((distance - 0.25) / 0.75), 0.0)
-    step = 10.0 ** round(math.log10(scene.size / 8))
-    lines = np.maximum(0.35 * _grid_lines(x, y, step), 0.8 * _grid_lines(x, y, 10 * step))[..., None]
-    ground = floor + (grid - floor) * lines
-    return np.pad((sky + (ground - sky) * fade) * (1.0 - dark), ((0, 0), (0, 0), (0, 1)), constant_values=1.0)
-
-
-def _grid_lines(x: Floats, y: Floats, step: float) -> Floats:
-    """Return the share of each pixel that is on a line of the floor; lines fade where they are too close together."""
-    found = np.zeros((x.shape[0] - 1, x.shape[1] - 1))
-    for value in (x / step, y / step):
-        pixel = np.abs(np.diff(value, axis=1))[:-1] + np.abs(np.diff(value, axis=0))[:, :-1] + 1e-12
-        offset = np.abs(value - np.rint(value))[:-1, :-1] / pixel
-        found = np.maximum(found, np.maximum(1.0 - offset, 0.0) * (1.0 - np.clip((pixel - 0.08) / 0.22, 0.0, 1.0)))
-    return found
+def _draw_lines(pixels: Pixels, lines: ArrayLike, colour: Sequence[int], pen: float) -> None:
+    """Draw antialiased lines with round ends: their ends (n, 2, 2), and their width ``pen``, in pixels."""
+    ends, size = np.array(lines, np.float64), pixels.shape[1::-1]
+    low = (ends.min(axis=(0, 1), initial=1e9) - pen).clip(0, size).astype(int)
+    high = (ends.max(axis=(0, 1), initial=0.0) + pen + 2).clip(0, size).astype(int)
+    area, points = pixels[low[1] : high[1], low[0] : high[0]], np.mgrid[low[0] : high[0], low[1] : high[1]] + 0.5
+    start, along = ends[:, 0, :, None, None], (ends[:, 1] - ends[:, 0])[..., None, None]
+    share = (((points - start) * along).sum(axis=1) / (along**2).sum(axis=1).clip(1e-9)).clip(0.0, 1.0)[:, None]
+    distance = np.linalg.norm(points - start - along * share, axis=1).min(axis=0, initial=1e9).T
+    cover = (pen / 2 + 0.5 - distance).clip(0.0, 1.0)[..., None]
+    area[:] = np.rint(area + (np.array([*colour, 255]) - area) * cover)

@@ -9,49 +9,39 @@ from typing import Any
 from rosorin_compile.language.lower import Problem, entries_of, record_of
 from rosorin_compile.model.sections import Section
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, first_of
+from rosorin_compile.source.diagnostics import Diagnostic, first_of
 from rosorin_compile.source.rule_registry import Heading, rule
 from rosorin_compile.source.tree import Path
 
-from .hardware import SYSTEM, Block, Interface, blocks, check_control, sensor_words
+from .hardware import SYSTEM, Block, Component, Interface, blocks, check_control, sensor_words
 
 
 def control_of(tree: Mapping[str, Any], _: Problem) -> tuple[Block, ...]:
     """Return the hardware blocks of a description; a sensor without interfaces has those of its type."""
     types = {name: entry.get("type", "") for name, entry in (tree.get("sensors") or {}).items()}
+
+    def complete(sensor: Component, entry: Mapping[str, Any] | None) -> Component:
+        words = sensor_words(types.get(sensor.name, ""))
+        return sensor if "state" in (entry or {}) else replace(sensor, state=tuple(map(Interface, words)))
+
     made = []
     for name, entry in entries_of(tree, "control"):
         block = record_of(Block, entry, name=name, type=entry.get("type", SYSTEM), is_async=entry.get("async"))
-        sensors = []
-        for sensor in block.sensors:
-            words = sensor_words(types.get(sensor.name, ""))
-            is_written = "state" in (entry["sensors"][sensor.name] or {})
-            sensors.append(sensor if is_written else replace(sensor, state=tuple(map(Interface, words))))
-        made.append(replace(block, sensors=tuple(sensors)))
+        sensors = tuple(complete(sensor, entry["sensors"][sensor.name]) for sensor in block.sensors)
+        made.append(replace(block, sensors=sensors))
     return tuple(made)
 
 
-@rule(
-    "control-unused",
-    "A note: no output asks for the hardware blocks of the description.",
-    "`outputs: {urdf: {file: ..., control: jazzy}}`.",
-    Heading.CONTROL,
-)
+@rule("control-unused", "A note: no output has the hardware blocks.", "`control: jazzy` in the URDF.", Heading.CONTROL)
 def control_unused(case: Case) -> Iterator[Diagnostic]:
     """Find hardware blocks that go nowhere: an output asks for them by an option that is called as the section."""
     blocks = case.robot.control
     if blocks and not any(output.options.get("control") for output in case.robot.outputs):
         message = f"no output asks for the hardware blocks ({first_of([one.name for one in blocks], 3)})"
-        help = "in a URDF: control: humble, or jazzy"
-        yield case.problem("control-unused", message, ("control",), help, severity=NOTE, key=True)
+        yield case.problem("control-unused", message, ("control",), "in a URDF: control: humble, or jazzy", key=True)
 
 
-@rule(
-    "control-pose",
-    "A hardware block starts in a pose that the robot does not have.",
-    "Name one of `poses`.",
-    Heading.CONTROL,
-)
+@rule("control-pose", "A hardware block starts in a pose that does not exist.", "Name one of `poses`.", Heading.CONTROL)
 @rule(
     "control-transmission",
     "A transmission moves a joint that its block does not have, or has no joint or no actuator.",
@@ -70,15 +60,13 @@ def control_names(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("control-pose", message, path, help)
         for one in block.transmissions:
             path = ("control", block.name, "transmissions", one.name)
-            for key, ends in (("joints", one.joints), ("actuators", one.actuators)):
-                if not ends:
-                    message = f'transmission "{one.name}" of {called} has no {key}'
-                    yield case.problem("control-transmission", message, (*path, key), "it has one at least", key=True)
-            for end in one.joints:
-                if end.name not in own:
-                    message = f'transmission "{one.name}" moves joint "{end.name}", which {called} does not have'
-                    help = case.suggest(path, end.name, own, "name a joint of the same block")
-                    yield case.problem("control-transmission", message, (*path, "joints", end.name), help, key=True)
+            for key in [key for key in ("joints", "actuators") if not getattr(one, key)]:
+                message = f'transmission "{one.name}" of {called} has no {key}'
+                yield case.problem("control-transmission", message, (*path, key), "it has one at least", key=True)
+            for end in [end for end in one.joints if end.name not in own]:
+                message = f'transmission "{one.name}" moves joint "{end.name}", which {called} does not have'
+                help = case.suggest(path, end.name, own, "name a joint of the same block")
+                yield case.problem("control-transmission", message, (*path, "joints", end.name), help, key=True)
 
 
 SECTION: Section[tuple[Block, ...]] = Section(

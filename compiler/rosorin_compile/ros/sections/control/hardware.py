@@ -20,7 +20,7 @@ from rosorin_compile.model.link import NO_SOURCE, Source
 from rosorin_compile.rules.case import Case, number
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Help, Suggestion, count_of, quote
 from rosorin_compile.source.numbers import NumberFormat
-from rosorin_compile.source.tree import Path, value_at
+from rosorin_compile.source.tree import Map, Path, Seq, value_at
 from rosorin_compile.source.units import Quantity, describe, parse_unit
 from rosorin_compile.source.wording import suggest, swaps
 
@@ -87,7 +87,7 @@ class Component:
 
 @dataclass(frozen=True)
 class End:
-    """A joint or an actuator of a transmission; ``reduction`` and ``offset`` (rad or m) None where not given."""
+    """A joint or an actuator of a transmission; ``reduction`` and ``offset`` (rad or m) are None if not set."""
 
     name: str
     role: str = ""
@@ -135,8 +135,8 @@ class Block:
 
 def hardware_distro(output: Output) -> str:
     """Return the distribution that an output has hardware blocks for, humble or jazzy; empty for none."""
-    said = output.options.get(OPTION)
-    return described_by(str(said)) if said else ""
+    option = output.options.get(OPTION)
+    return described_by(str(option)) if option else ""
 
 
 def blocks(robot: Robot, output: Output, number: NumberFormat) -> list[str]:
@@ -154,41 +154,35 @@ def blocks(robot: Robot, output: Output, number: NumberFormat) -> list[str]:
 
     texts = []
     for block in robot.control if distribution else ():
-        mimics = {}
+        mimics: dict[str, dict[str, dict[str, Any]]] = {}
         for one in block.joints:
-            joint = robot.joint[one.name]
-            mimics[one.name] = written = {"attributes": dict[str, Any](), "params": dict[str, Any]()}
-            if not humble and joint.mimic is not None:
-                written["attributes"] = {"mimic": follows(joint, one)}
-            elif humble and joint.mimic is not None and follows(joint, one):
-                written["params"] = {"mimic": joint.mimic.joint, "multiplier": joint.mimic.multiplier}
-        attributes = {"rw_rate": block.rate, "is_async": block.is_async, "thread_priority": block.thread_priority}
-        values = {
-            "word": word,
-            "given": given,
-            "humble": humble,
-            "block": block,
-            "mimics": mimics,
-            "joints": [_joint(robot, block, one) for one in block.joints],
-            "attributes": {} if humble else given(attributes),
-        }
+            joint, attributes, params = robot.joint[one.name], dict[str, Any](), dict[str, Any]()
+            if joint.mimic is not None and not humble:
+                attributes = {"mimic": follows(joint, one)}
+            elif joint.mimic is not None and follows(joint, one):
+                params = {"mimic": joint.mimic.joint, "multiplier": joint.mimic.multiplier}
+            mimics[one.name] = {"attributes": attributes, "params": params}
+        values = {"word": word, "given": given, "humble": humble, "block": block, "mimics": mimics}
+        values["joints"] = [_joint(robot, block, one) for one in block.joints]
+        later = {"rw_rate": block.rate, "is_async": block.is_async, "thread_priority": block.thread_priority}
+        values["attributes"] = {} if humble else given(later)
         texts.append(Templates.own("ros/ros2_control.xml.jinja", values).rstrip("\n"))
     return texts
 
 
 def _joint(robot: Robot, block: Block, one: Component) -> Component:
     """Return a joint with the limits of its commands and with the positions of the pose of its block."""
-    joint, command, state = robot.joint[one.name], [], []
-    for interface in one.command:
-        low, high = joint.limits_of(interface.name) if one.limits is True else (None, None)
-        low = interface.min if interface.min is not None else low
-        high = interface.max if interface.max is not None else high
-        command.append(replace(interface, min=low, max=high))
-    for interface in one.state:
-        starts = interface.name == POSITION and interface.initial is None and block.pose
-        initial = robot.position(joint, robot.positions(block.pose)) if starts else interface.initial
-        state.append(replace(interface, initial=initial))
-    return replace(one, command=tuple(command), state=tuple(state))
+    joint = robot.joint[one.name]
+
+    def command(it: Interface) -> Interface:
+        low, high = joint.limits_of(it.name) if one.limits is True else (None, None)
+        return replace(it, min=low if it.min is None else it.min, max=high if it.max is None else it.max)
+
+    def state(it: Interface) -> Interface:
+        starts = it.name == POSITION and it.initial is None and block.pose
+        return replace(it, initial=robot.position(joint, robot.positions(block.pose))) if starts else it
+
+    return replace(one, command=tuple(map(command, one.command)), state=tuple(map(state, one.state)))
 
 
 def follows(joint: Joint | None, component: Component) -> bool:
@@ -220,8 +214,7 @@ def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
         unread: list[Path] = [(key,) for field, key in _LATER.items() if getattr(block, field) not in (None, "")]
         for section, one in block.components():
             for key, _, interface in _interfaces(one) if section != "gpio" else ():
-                values = {"data_type": interface.data_type, "size": interface.size}
-                words = [word for word, value in values.items() if value not in (None, "")]
+                words = [word for word in ("data_type", "size") if getattr(interface, word) not in (None, "")]
                 unread += [(section, one.name, key, interface.name, word) for word in words]
         for path in unread:
             message = f"Humble does not read {path[-1]}{' here' if path[1:] else ''}"
@@ -229,14 +222,13 @@ def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
 
 
 def _problem(case: Case, block: Block, rule: str, message: str, path: Path, help: Help = "", **more: Any) -> Diagnostic:
-    """Return a diagnostic at a path in a hardware block."""
     return case.problem(rule, f'hardware block "{block.name}": {message}', ("control", block.name, *path), help, **more)
 
 
 def _interfaces(one: Component) -> Iterator[tuple[str, int, Interface]]:
     """Yield the interfaces of a component with the key and the place in the list."""
-    for key, interfaces in (("command", one.command), ("state", one.state)):
-        yield from ((key, index, interface) for index, interface in enumerate(interfaces))
+    yield from (("command", *numbered) for numbered in enumerate(one.command))
+    yield from (("state", *numbered) for numbered in enumerate(one.state))
 
 
 def _block(case: Case, block: Block, owners: dict[tuple[str, str, str], Block]) -> Iterator[Diagnostic]:
@@ -252,22 +244,20 @@ def _block(case: Case, block: Block, owners: dict[tuple[str, str, str], Block]) 
             message = f'"{one.name}" has commands, and a sensor takes none'
             yield problem("control-type", message, (*path, "command"), key=True)
         yield from _params(case, block, one.params, of, path)
-        for name in ("mimic", "multiplier") if section == "joints" else ():
-            if name in one.params:
-                message = f'{of} has a parameter "{name}", which comes from the mimic of the joint'
-                yield problem("control-param", message, (*path, "params", name), key=True)
+        for name in [name for name in ("mimic", "multiplier") if section == "joints" and name in one.params]:
+            message = f'{of} has a parameter "{name}", which comes from the mimic of the joint'
+            yield problem("control-param", message, (*path, "params", name), key=True)
         yield from _words(case, block, section, one, of)
         if section == "joints" and one.name not in case.robot.joint:
             continue  # which has a rule of its own
-        is_sliding = section == "joints" and case.robot.joint[one.name].type == "prismatic"
         for key, _, interface in _interfaces(one) if section == "joints" else ():
-            wanted, name = _UNITS.get(interface.name, ("", ""))[is_sliding], f'{interface.name} of joint "{one.name}"'
+            is_sliding, name = case.robot.joint[one.name].type == "prismatic", f'{interface.name} of joint "{one.name}"'
+            wanted = _UNITS.get(interface.name, ("", ""))[is_sliding]
             unit = parse_unit(wanted) if wanted else None
-            for word in ("min", "max", "initial"):
-                value = value_at(case.tree, ("control", block.name, *path, key, interface.name, word))
+            for place in [(*path, key, interface.name, word) for word in ("min", "max", "initial")]:
+                value = value_at(case.tree, ("control", block.name, *place))
                 if unit is not None and isinstance(value, Quantity) and value.dimension != unit[1]:
                     message = f"the {name} is {describe(unit[1])}, but {value.text or number(value)} is "
-                    place = (*path, key, interface.name, word)
                     yield problem("wrong-unit", message + describe(value.dimension), place, f"write it in {wanted}")
             low, high = interface.min, interface.max
             if low is not None and high is not None and low > high:
@@ -300,11 +290,9 @@ def _words(case: Case, block: Block, section: str, one: Component, of: str) -> I
         yield problem(f"{of} has no interface", path, help, severity=severity, key=True)
     known = {"joints": JOINT_WORDS, "sensors": sensor_words(types.get(one.name, ""))}.get(section, ())
     for key, index, interface in _interfaces(one):
-        entry = value_at(case.tree, ("control", block.name, *path, key))  # one word, a list, or a mapping
-        place: Path = (*path, key)
-        if isinstance(entry, (Mapping, list)):
-            place = (*place, interface.name if isinstance(entry, Mapping) else index)
-        word = interface.name
+        entry, word = value_at(case.tree, ("control", block.name, *path, key)), interface.name
+        steps = {Map: (word,), Seq: (index,)}.get(type(entry), ())  # or it is one word
+        place: Path = (*path, key, *steps)
         near = _WORDS.get(word.casefold(), "")
         if near not in known:
             near = next(iter(difflib.get_close_matches(word.casefold(), known, n=1, cutoff=_SIMILAR)), "")
@@ -333,9 +321,8 @@ def _check_joint(case: Case, block: Block, one: Component, output: Output, is_ca
     if not follows(joint, one) or joint.mimic is None:
         return
     name = f'{name} follows "{joint.mimic.joint}"'
-    problem = partial(
-        problem, "control-mimic", related=[case.related("its mimic", case.joint(joint, "mimic"), key=True)]
-    )
+    mimic = case.related("its mimic", case.joint(joint, "mimic"), key=True)
+    problem = partial(problem, "control-mimic", related=[mimic])
     if one.command and not humble:
         yield problem(f"{name}: on Jazzy a follower has no command", (*path, "command"))
     if joint.mimic.joint not in [other.name for other in block.joints]:

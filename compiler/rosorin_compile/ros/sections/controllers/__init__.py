@@ -17,15 +17,11 @@ from rosorin_compile.source.tree import Path
 
 def controllers_of(tree: Mapping[str, Any], _: Problem) -> tuple[Controller, ...]:
     """Return the controllers of a description."""
-    return tuple(
-        record_of(
-            Controller,
-            entry,
-            name=name,
-            params={key: plain(value) for key, value in flat(entry.get("params") or {}).items()},
-        )
-        for name, entry in entries_of(tree, "controllers")
-    )
+    made = []
+    for name, entry in entries_of(tree, "controllers"):
+        params = {key: plain(value) for key, value in flat(entry.get("params") or {}).items()}
+        made.append(record_of(Controller, entry, name=name, params=params))
+    return tuple(made)
 
 
 def flat(params: Mapping[str, Any], above: str = "") -> dict[str, Any]:
@@ -49,10 +45,8 @@ def controller_names(case: Case) -> Iterator[Diagnostic]:
     blocks = [name for section in named_as("hardware block") for name in case.tree.get(section) or ()]
     sensors = [sensor.name for sensor in case.robot.sensors]
     for one in case.robot.controllers:
-        for key, name, word, known in (
-            ("hardware", one.hardware, "hardware block", blocks),
-            ("sensor", one.sensor, "sensor", sensors),
-        ):
+        for key, word, known in (("hardware", "hardware block", blocks), ("sensor", "sensor", sensors)):
+            name = getattr(one, key)
             if name and name not in known:
                 path: Path = ("controllers", one.name, key)
                 message = f'the controller "{one.name}" names the {word} "{name}", which does not exist'

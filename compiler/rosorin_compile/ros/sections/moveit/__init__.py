@@ -165,10 +165,9 @@ def planning(case: Case) -> Iterator[Diagnostic]:
         ("moveit-unknown-group", "planning group", groups, "name a group of moveit"),
         ("moveit-unknown-pose", "pose", poses, "add it to poses"),
     ):
-        for one in case.mentions(kind):
-            if one.name not in known:
-                help = case.suggest(one.path, one.name, known, otherwise)
-                yield case.problem(id, f'there is no {kind} "{one.name}", {one.what}', one.path, help)
+        for one in [one for one in case.mentions(kind) if one.name not in known]:
+            help = case.suggest(one.path, one.name, known, otherwise)
+            yield case.problem(id, f'there is no {kind} "{one.name}", {one.what}', one.path, help)
 
 
 def state_path(case: Case, group: Group, state: str) -> Path:

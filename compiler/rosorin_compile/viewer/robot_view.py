@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.formats.mesh_files import TEXTURE, Places
 from rosorin_compile.language.explain import explain, lines
@@ -29,7 +29,7 @@ _EXPLAINED = 300  # links; of more than that a page on disk does not say where e
 
 
 @dataclass(frozen=True)
-class Shown:
+class RobotView:
     """A robot to look at: its data for the page, its mesh and image files by name, and the files of its description."""
 
     case: Case
@@ -54,20 +54,12 @@ class Shown:
         return []
 
 
-class Looked(NamedTuple):
-    """What was read: a robot to show, unless it has errors; the diagnostics; and the files."""
-
-    shown: Shown | None
-    diagnostics: list[Diagnostic]
-    files: tuple[Path, ...]
-
-
-def look(request: Request) -> Looked:
-    """Read a robot, in any format, for its page."""
+def load(request: Request) -> tuple[RobotView | None, list[Diagnostic], tuple[Path, ...]]:
+    """Read a robot, in any format, for its page: return it unless it has errors, the diagnostics, and the files."""
     understood, description = request.understand(), request.description
     case, own_files, diagnostics = understood.case, understood.expanded.files, understood.diagnostics
     if case is None:
-        return Looked(None, diagnostics, own_files)
+        return None, diagnostics, own_files
     places = Places(description.path, description.outputs, request.packages, os.environ)
     found = {**places.meshes(case.tree, kind=TEXTURE), **places.meshes(case.tree)}
     data = robot_data(case.robot)
@@ -80,7 +72,7 @@ def look(request: Request) -> Looked:
     arguments = {} if request.is_foreign else request.values()
     read = [*found.values(), *(side.file for file in found.values() for side in companions(file)[0])]
     every = (*own_files, *read, *places.missing_paths(case.tree, found))
-    return Looked(Shown(case, data, found, own_files, understood, arguments), diagnostics, every)
+    return RobotView(case, data, found, own_files, understood, arguments), diagnostics, every
 
 
 def _place(span: Span) -> Data:
@@ -89,7 +81,7 @@ def _place(span: Span) -> Data:
     return {"file": file, "line": span.line, "column": span.column, "path": os.path.abspath(file)}
 
 
-def on_disk(shown: Shown, embedding: Embedding | None) -> Data:
+def on_disk(shown: RobotView, embedding: Embedding | None) -> Data:
     """Return the data of a page to be shared, without absolute paths; meshes are added to ``embedding``, if given."""
     data = dict(shown.data)
     if embedding is not None:
@@ -170,13 +162,13 @@ def view(
     if max_megabytes is not None and not max_megabytes >= 0:
         raise RequestError("--max-megabytes wants a number from 0 on")
     request, file = Request.of(robot, arguments, packages, trust=trust), Path(output)
-    name, looked = request.description.name, look(request)
-    if looked.shown is None:
-        return Page(name, file, diagnostics=tuple(one for one in looked.diagnostics if one.severity == ERROR))
+    name, (shown, diagnostics, inputs) = request.description.name, load(request)
+    if shown is None:
+        return Page(name, file, diagnostics=tuple(one for one in diagnostics if one.severity == ERROR))
     embedding = Embedding(max_megabytes)
-    text = html({"robot": on_disk(looked.shown, embedding if meshes else None)}).encode()
+    text = html({"robot": on_disk(shown, embedding if meshes else None)}).encode()
     try:
-        write_file(file, text, looked.files)
+        write_file(file, text, inputs)
     except OutputError as problem:
         return Page(name, file, diagnostics=(problem.diagnostic,))
     return Page(name, file, len(text), left_out(embedding.left) if embedding.left else "", True)

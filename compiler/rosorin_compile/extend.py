@@ -1,7 +1,4 @@
-"""The names that plug-ins are built from (docs/extend.md): records of formats, rules, sections, commands and checks.
-
-They are public beside those of ``rosorin_compile`` and ``rosorin_compile.model``.
-"""
+"""The names that plug-ins are built from (docs/extend.md), besides those of ``rosorin_compile`` and its model."""
 
 from __future__ import annotations
 

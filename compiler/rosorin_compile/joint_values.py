@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 
@@ -53,11 +53,10 @@ def position(robot: Robot, name: str, text: str) -> Position:
     joint = robot.joint.get(name)
     if joint is None or joint.type not in _COORDINATES:
         return _single(_movable_joint(robot, name), text)
-    parts = [part.strip() for part in text.split(",")]
-    form = next((form for form in _COORDINATES[joint.type] if len(form) == len(parts)), None)
-    if form is None:
-        forms = " or ".join(f"{name}={','.join(form)}" for form in _COORDINATES[joint.type])
-        raise RequestError(f'joint "{name}" is {joint.type}: write {forms}')
+    parts, forms = [part.strip() for part in text.split(",")], _COORDINATES[joint.type]
+    if (form := next((form for form in forms if len(form) == len(parts)), None)) is None:
+        usage = " or ".join(f"{name}={','.join(form)}" for form in forms)
+        raise RequestError(f'joint "{name}" is {joint.type}: write {usage}')
     kinds = [LENGTH if key in "xyz" else NUMBER if key.startswith("q") else ANGLE for key in form]
     numbers = tuple(_number(joint, part, kind) for part, kind in zip(parts, kinds, strict=True))
     if "roll" in form:
@@ -80,20 +79,18 @@ def sweep_of(robot: Robot, name: str, text: str) -> tuple[float, ...]:
     return (*steps[:-1], last if count > 1 else first)
 
 
-def combine_sweeps(start: Positions, sweeps: Mapping[str, Sequence[float]]) -> Iterator[dict[str, Position]]:
-    """Yield all combinations of sweeps, the last one fastest. Raises RequestError for too many."""
+def combine_sweeps(start: Positions, sweeps: Mapping[str, Sequence[float]]) -> list[dict[str, Position]]:
+    """Return all combinations of sweeps, the last one fastest. Raises RequestError for too many."""
     count = math.prod(map(len, sweeps.values()))
     if count > MAX_STATES:
         raise RequestError(f"the sweeps have {count:,} states together; {MAX_STATES:,} are the most")
-    for values in product(*sweeps.values()):
-        yield {**start, **dict(zip(sweeps, values, strict=True))}
+    return [{**start, **dict(zip(sweeps, values, strict=True))} for values in product(*sweeps.values())]
 
 
 def _movable_joint(robot: Robot, name: str) -> Joint:
-    if name not in robot.joint:
+    if (joint := robot.joint.get(name)) is None:
         movable = [joint.name for joint in robot.joints if joint.moves and joint.mimic is None]
         raise UnknownName("joint", name, movable, none="none moves")
-    joint = robot.joint[name]
     if joint.mimic is not None:
         raise RequestError(f'joint "{name}" follows "{joint.mimic.joint}": set that one')
     if not joint.moves:
@@ -109,20 +106,16 @@ def _single(joint: Joint, text: str) -> float:
 def _number(joint: Joint, text: str, expected: Dimension) -> float:
     """Return a number in SI units from a number, a quantity or an expression. Raises RequestError."""
     subject = f'the position of joint "{joint.name}"'
+    if (unit := units.unknown_unit(text)) is not None:
+        raise RequestError(f'{subject} has an unknown unit: "{unit}"')
     value: object = Quantity.parse(text)
-    if value is None and _NUMBER.fullmatch(text):
-        value = float(text)
-    elif value is None:
-        if (unit := units.unknown_unit(text)) is not None:
-            raise RequestError(f'{subject} has an unknown unit: "{unit}"')
-        try:
-            value = evaluate(text, dict[str, object]().__getitem__)
-        except ExpressionError as problem:
-            raise RequestError(f"{subject} cannot be read: {text}: {problem.message}") from None
+    try:
+        value = evaluate(text, dict[str, object]().__getitem__) if value is None else value
+    except ExpressionError as problem:
+        raise RequestError(f"{subject} cannot be read: {text}: {problem.message}") from None
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         raise RequestError(f"{subject} is not a finite number: {text}")
-    dimension = dimension_of(value)
-    if dimension not in (None, NUMBER, expected):
+    if (dimension := dimension_of(value)) not in (None, NUMBER, expected):
         what = f"{text} is {describe(dimension)}, not {describe(expected)}"
         raise RequestError(f'joint "{joint.name}" is {joint.type}: {what}')
     return float(value)
@@ -134,10 +127,10 @@ def _whole(text: str) -> int:
     return int(text)
 
 
-def beyond_limits(case: Case, states: Iterable[Positions], severity: str) -> list[Diagnostic]:
-    """Return a diagnostic for each lower or upper joint limit that a state exceeds, including those of followers."""
+def beyond_limits(case: Case, states: Iterable[Positions], strict: bool = False) -> list[Diagnostic]:
+    """Return a warning (an error if ``strict``) for each joint limit that a state exceeds, also by a follower."""
     found: dict[tuple[str, str], Diagnostic] = {}
-    help = "the joint does not get there; with --strict this is an error"
+    help, severity = "the joint does not get there; with --strict this is an error", ERROR if strict else WARNING
     for state, joint in product(states, case.robot.joints):
         leader = joint
         while leader.mimic is not None:
@@ -239,20 +232,20 @@ def pulses(
             text += " deg" if is_number and unit == "deg" and case.robot.joint[name].type != "prismatic" else ""
             rows[name] = _joint_pulse(case.robot, name, None, _single(case.robot.joint[name], text))
     state = {one.joint: one.position for one in rows.values()}
-    beyond = beyond_limits(case, [state], ERROR if strict else WARNING)
+    diagnostics = (*diagnostics, *beyond_limits(case, [state], strict))
     without = tuple(name for name in posed if name not in with_servo)
-    return Pulses(servos, tuple(rows.values()), without, (*diagnostics, *beyond), case.robot)
+    return Pulses(servos, tuple(rows.values()), without, diagnostics, case.robot)
 
 
 def _joint_pulse(robot: Robot, name: str, pulse: int | None, requested: float) -> JointPulse:
     """Return the row of a pulse or, without one, of the pulse nearest to a position."""
     joint, group = robot.joint[name], servo_of(robot, name)
-    difference = None
+    compared: tuple[float | None, float | None] = (None, None)
     if pulse is None:
         pulse, reached, difference = nearest(group, requested, name)
+        compared = requested, difference
     else:
         reached = to_radians(robot, {name: pulse})[name]
     degrees = None if joint.unit == "m" else math.degrees(reached)
-    request = None if difference is None else requested
     limits = pulses_within(group, joint.limit)
-    return JointPulse(name, group.name, pulse, reached, joint.unit, degrees, request, difference, limits)
+    return JointPulse(name, group.name, pulse, reached, joint.unit, degrees, *compared, limits)

@@ -1,7 +1,4 @@
-"""A request: one robot with the arguments, packages and trust to load or compile it with.
-
-Every feature that needs a robot takes a ``Request``. The command line and the Python API both build one.
-"""
+"""A request: one robot, with the arguments, packages and trust to load or compile it with."""
 
 from __future__ import annotations
 
@@ -9,20 +6,12 @@ import codecs
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.compilation import (
-    Compiled,
-    Reading,
-    Understood,
-    compile_robot,
-    emit,
-    judge_foreign,
-    understand,
-    understand_foreign,
-)
+from rosorin_compile.formats import FORMATS, compilation
+from rosorin_compile.formats.compilation import Compiled, Reading, Understood, judge_foreign
 from rosorin_compile.formats.imported_robot import ReadOptions
 from rosorin_compile.language.arguments import as_texts, of_api, takes_no_arguments
 from rosorin_compile.language.arguments import read as read_argument_files
@@ -122,9 +111,10 @@ class Request:
         path, search = self.description.path, self.search_meshes if meshes else None
         try:
             if foreign and self.is_foreign:
-                compiled = emit(judge_foreign(path, self.read_options(lenient), outputs), path, search, outputs)
+                robot = judge_foreign(path, self.read_options(lenient), outputs)
+                compiled = compilation.emit(robot, path, search, outputs)
             else:
-                compiled = compile_robot(path, self.values(), self.tell, self.packages, search, outputs)
+                compiled = compilation.compile_robot(path, self.values(), self.tell, self.packages, search, outputs)
         except LoadError as problem:
             return Compiled(None, (), [problem.diagnostic], ())
         return prove(compiled) if meshes else compiled
@@ -138,10 +128,10 @@ class Request:
         path, problems = self.description.path, [*self.problems]
         try:
             if not problems and foreign and self.is_foreign:
-                options = self.read_options(lenient)
-                return judge_foreign(path, options, optional=True) if outputs else understand_foreign(path, options)
+                read = partial(judge_foreign, optional=True) if outputs else compilation.understand_foreign
+                return read(path, self.read_options(lenient))
             if not problems:
-                return understand(path, self.values(), self.tell, self.packages)
+                return compilation.understand(path, self.values(), self.tell, self.packages)
         except LoadError as problem:
             problems = [problem.diagnostic]
         return Understood(Expanded(None, [], (path,)), None, problems)

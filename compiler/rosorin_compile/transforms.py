@@ -7,23 +7,14 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 from rosorin_compile.joint_values import beyond_limits, combine_sweeps, positions, sweep_of
-from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Robot, Transform
+from rosorin_compile.model import Robot, Transform
 from rosorin_compile.model.geometry import quaternion_of
 from rosorin_compile.model.joint import NODE
 from rosorin_compile.model.kinematics import Graph, NoWay, Position, Positions, Step
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.publishers import check_modes, holds
-from rosorin_compile.source.diagnostics import (
-    ERROR,
-    NOTE,
-    WARNING,
-    Diagnostic,
-    RequestError,
-    UnknownName,
-    error,
-    has_errors,
-)
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError, UnknownName, error, has_errors
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.tree import Path
 from rosorin_compile.source.wording import phrase
@@ -102,8 +93,8 @@ def transform(
         return Transforms(diagnostics=diagnostics)
     start = positions(case.robot, pose, joints, pulses)
     swept = {name: sweep_of(case.robot, name, text) for name, text in (sweeps or {}).items()}
-    states = list(combine_sweeps(start, swept))
-    diagnostics = (*diagnostics, *beyond_limits(case, states, ERROR if strict else WARNING))
+    states = combine_sweeps(start, swept)
+    diagnostics = (*diagnostics, *beyond_limits(case, states, strict))
     if has_errors(diagnostics):
         return Transforms(diagnostics=diagnostics, robot=case.robot)
     every = graph = Graph(case.robot)
@@ -137,14 +128,13 @@ def lookup(graph: Graph, source: str, target: str, positions: Positions) -> Fram
     for step, up in way:
         there = step.transform(graph.robot, positions)
         pose = pose.then(there.inverse() if up else there)
-    translation, quaternion = pose.xyz, quaternion_of(pose.rows)
     # The angles are those of the quaternion, as for tf2, with the same rounding.
-    x, y, z, w = quaternion
+    x, y, z, w = quaternion = quaternion_of(pose.rows)
     turn = Transform.of_quaternion((0.0, 0.0, 0.0), (w, x, y, z))
-    rows, (roll, pitch, yaw) = turn.rows, turn.rpy()
+    roll, pitch, yaw = turn.rpy()
     degrees = roll * (180.0 / math.pi), pitch * (180.0 / math.pi), yaw * (180.0 / math.pi)
-    matrix = (*((*row, x) for row, x in zip(rows, translation, strict=True)), (0.0, 0.0, 0.0, 1.0))
-    numbers = (translation, quaternion, (roll, pitch, yaw), degrees, matrix)
+    matrix = (*((*row, x) for row, x in zip(turn.rows, pose.xyz, strict=True)), (0.0, 0.0, 0.0, 1.0))
+    numbers = (pose.xyz, quaternion, (roll, pitch, yaw), degrees, matrix)
     return FrameTransform(source, target, dict(positions), *numbers)
 
 
@@ -158,21 +148,15 @@ def _no_way(case: Case, problem: NoWay) -> Diagnostic:
     paths: list[Path] = [("edges", case.robot.edges.index(edge)) for edge in missing]
     related = []
     for edge, path in zip(missing, paths, strict=True):
-        node = edge.publisher
-        publisher = node.name
-        if node.kind == STATIC_TRANSFORM_PUBLISHER:
-            publisher = f"the static_transform_publisher {node.name}"
-        elif node.kind == NODE and node.about:
-            publisher = f"{node.name} ({node.about})"
+        about = f" ({edge.publisher.about})" if edge.publisher.kind == NODE and edge.publisher.about else ""
         numbers = "a pose of its own" if edge.pose is not None else "known only to that node"
         when = f"when {edge.when}" if edge.when else "always"
-        message = f"{edge.parent} -> {edge.child}: {publisher} publishes it {when}, {numbers}"
+        message = f"{edge.parent} -> {edge.child}: {edge.publisher.name}{about} publishes it {when}, {numbers}"
         related.append(case.related(message, path))
     edges = phrase(f"{step.parent} -> {step.child}" for step in problem.missing)
-    if all(edge.pose is not None for edge in missing):
-        message = f"{edges}, on the way from {source} to {target}, depends on the mode"
-        help = "choose a mode: --mode NAME"
-    else:
+    message = f"{edges}, on the way from {source} to {target}, depends on the mode"
+    help = "choose a mode: --mode NAME"
+    if any(edge.pose is None for edge in missing):
         message = f"the description has no numbers for {edges}, on the way from {source} to {target}"
         help = f"ask the running robot, ros2 run tf2_ros tf2_echo {source} {target}; or give the edge xyz and rpy"
     return case.problem("transform-not-known", message, paths[0], help, related=related)

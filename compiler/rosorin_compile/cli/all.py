@@ -40,9 +40,8 @@ def _write(run: Run, description: Description) -> int:
     compiled = result.compiled
     inputs = request.inputs(compiled)
     console.print_read(inputs)
-    kept = [one for one in result.diagnostics if one.rule == "not-an-artifact"]
-    console.show([one for one in result.diagnostics if one not in kept])
-    console.show(kept, listed=True)  # check fails for these
+    for is_kept in (False, True):  # check fails for files that are not artifacts
+        console.show([d for d in result.diagnostics if (d.rule == "not-an-artifact") == is_kept], listed=is_kept)
     if not compiled.artifacts:
         unknown = any(one.rule == UNKNOWN for one in compiled.diagnostics)
         return max(run.nothing_written(description, compiled.diagnostics), USAGE if unknown else FINE)
@@ -52,11 +51,10 @@ def _write(run: Run, description: Description) -> int:
     console.robots[-1] |= {name: getattr(result, name) for name in ("folder", "written", "unchanged", "removed")}
     files = [artifact.file for artifact in compiled.artifacts]
     meshes = [file for file in (*result.written, *result.unchanged) if file not in files]
-    names = [name for name in result.written if name not in meshes]
-    names += counted_files([name for name in result.written if name in meshes])
-    changes = [f"written: {', '.join(names)}"] if names else []
-    changes += [f"removed: {', '.join(result.removed)}"] if result.removed else []
-    done = "; ".join(changes) or "unchanged"
+    written = [name for name in result.written if name in files]
+    written += counted_files([name for name in result.written if name in meshes])
+    changes = {"written": written, "removed": result.removed}
+    done = "; ".join(f"{word}: {', '.join(names)}" for word, names in changes.items() if names) or "unchanged"
     console.say(f"{description.name}: {count(files, meshes)} in {result.folder}, {done}")
     if run.depfile is not None:
         # A mesh that was read in the folder of the artifacts is an input, too, and keeps its time.

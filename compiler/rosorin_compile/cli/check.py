@@ -1,8 +1,4 @@
-"""rosorin-compile check and diff: compare robots with their committed artifacts, and two robots with each other.
-
-With --every-argument a robot is compiled with every combination of the arguments that have a list of values. Further
-checks, ``check NAME``, are commands of their own.
-"""
+"""rosorin-compile check and diff: compare robots with their committed artifacts, and with each other."""
 
 import os
 import subprocess
@@ -20,7 +16,7 @@ from rosorin_compile.compare.difference import Difference
 from rosorin_compile.compare.difference import lines as difference_lines
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.language.arguments import NO_ARGUMENTS, Choice, Combination, choices, combinations
-from rosorin_compile.source.diagnostics import Diagnostic, RequestError, error, has_errors
+from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, RequestError, error, has_errors
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
@@ -33,6 +29,7 @@ from .main import commands
 from .run import Run, count, for_each, take_stdin, write_depfile
 
 MAX_COMBINATIONS = 256
+_WRITTEN = ("html", "summary", "depfile")  # options that name a file to write
 _SUBMODULE = "160000"  # the mode of an entry in the index of Git
 
 
@@ -53,13 +50,10 @@ def run_check(run: Run) -> int:
     """Compile each robot and compare with its artifacts."""
     if not run.staged:
         return _check(run)
-    absolute = [word for word in run.words if Path(word).is_absolute()]
-    if absolute:
+    if absolute := [word for word in run.words if Path(word).is_absolute()]:
         raise RequestError(f"--staged takes paths from this folder, not {absolute[0]}")
     here = Path.cwd()
-    for name in ("html", "summary", "depfile"):
-        if getattr(run, name) is not None:
-            setattr(run, name, str(here / getattr(run, name)))
+    vars(run).update({name: str(here / file) for name, file in vars(run).items() if name in _WRITTEN and file})
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-staged-") as temporary:
         os.chdir(_check_out_index(here, Path(os.path.realpath(temporary))))  # so that messages have the usual paths
         try:
@@ -103,32 +97,29 @@ def _check(run: Run) -> int:
         raise RequestError("a depfile needs a target: --depfile-target NAME")
     if run.every_argument:
         return for_each(run, _check_every)
-    if run.html is None:
-        return for_each(run, check_robot)
-    page = Pictures(Path(run.html), not run.no_meshes, run.max_megabytes)
+    page = Pictures(Path(run.html), not run.no_meshes, run.max_megabytes) if run.html else None
     code = for_each(run, partial(check_robot, page=page))
-    run.write_page(page)
+    if page is not None:
+        run.write_page(page)
     return code
 
 
 def check_robot(run: Run, description: Description, page: Pictures | None = None) -> int:
     """Compile one robot and compare it with its outputs folder; ``page`` gets the changes."""
     console, name, request = run.console, description.name, run.request(description)
-    if description.path == Description.ON_STDIN:
-        compiled = request.compile()
-        if run.show(compiled) or compiled.robot is None:
-            run.nothing_written(description, compiled.diagnostics)
-            return PROBLEMS
-        console.say(f"{name}: {count(compiled.artifacts)} compiled; there are no committed ones")
-        return FINE
-    checked = api.check(request)
+    on_stdin = description.path == Description.ON_STDIN
+    checked = api.Checked(request.compile(), description.outputs) if on_stdin else api.check(request)
     compiled, committed, folder = checked.compiled, checked.committed, checked.folder
     inputs = request.inputs(compiled)
     console.print_read(inputs)
-    failed = run.show(checked)
+    console.show(compiled.diagnostics if on_stdin else checked.diagnostics)
+    if compiled.robot is None or has_errors(compiled.diagnostics):
+        run.nothing_written(description, compiled.diagnostics)
+        return PROBLEMS
+    if on_stdin:
+        console.say(f"{name}: {count(compiled.artifacts)} compiled; there are no committed ones")
+        return FINE
     if committed is None:
-        if compiled.robot is None or has_errors(compiled.diagnostics):
-            run.nothing_written(description, compiled.diagnostics)
         return PROBLEMS
     if page is not None:
         page.take(request, compiled, committed)
@@ -140,7 +131,7 @@ def check_robot(run: Run, description: Description, page: Pictures | None = None
             how = "rosorin-compile all with the same -o and arguments writes it"
             console.warn(f"{name}: there is no folder {folder}; {how}")
         return PROBLEMS
-    if failed:
+    if has_errors(checked.diagnostics):
         return PROBLEMS
     console.say(f"{name}: {count(compiled.artifacts, compiled.mesh_files)} up to date in {folder}")
     if run.depfile is not None:
@@ -165,33 +156,29 @@ def _check_every(run: Run, description: Description) -> int:
         texts = dict(zip((name for name, _ in varied), combination, strict=True))
         compiled = replace(request, arguments={**values, **texts}, argument_files=()).compile()
         for diagnostic in compiled.diagnostics:
-            if diagnostic.severity != "note":
+            if diagnostic.severity != NOTE:
                 found.setdefault(diagnostic, []).append(combination)
         request = replace(request, warn=lambda _: None)  # the first combination has printed the warnings
-    causes = [replace(d, message=d.message + _with(varied, tried, where)) for d, where in found.items()]
-    run.console.show(arrange(causes))
-    failed = {one for diagnostic, where in found.items() if diagnostic.severity == "error" for one in where}
+    run.console.show(arrange(replace(d, message=d.message + _causes(varied, tried, at)) for d, at in found.items()))
+    failed = {one for diagnostic, where in found.items() if diagnostic.severity == ERROR for one in where}
     total, names = prod(len(values) for _, values in varied), ", ".join(name for name, _ in varied)
-    result = f"{len(failed):,} with errors" if failed else "all fine"
-    line = f"{count_of(total, 'combination')} of {names} compiled, {result}"
-    if total > len(tried):
-        line = f"{len(tried):,} of {total:,} combinations of {names} compiled, {result}"
-    elif not varied:
+    part = f"{len(tried):,} of {total:,} combinations" if total > len(tried) else count_of(total, "combination")
+    line = f"{part} of {names} compiled, {f'{len(failed):,} with errors' if failed else 'all fine'}"
+    if not varied:
         line = f"no argument with a list of values is left open; compiled once, {'with errors' if failed else 'fine'}"
     run.console.say(f"{description.name}: {line}")
     return PROBLEMS if failed else FINE
 
 
-def _with(varied: Sequence[Choice], tried: Sequence[Combination], where: Sequence[Combination]) -> str:
+def _causes(varied: Sequence[Choice], tried: Sequence[Combination], where: Sequence[Combination]) -> str:
     """Return the arguments that cause a problem, as the end of a sentence; empty if all do."""
     if len(where) == len(tried):
         return ""
-    causes, size = list[str](), 1
-    for index, (name, values) in enumerate(varied):
-        used = [value for value in values if any(row[index] == value for row in where)]
-        causes += [f"{name}={' or '.join(used)}"] if len(used) < len(values) else []
-        size *= len(used)
-    if size != len(where):
+    columns = [*zip(*where, strict=True)]
+    used = [[value for value in values if value in column] for (_, values), column in zip(varied, columns, strict=True)]
+    rows = zip(varied, used, strict=True)
+    causes = [f"{name}={' or '.join(some)}" for (name, values), some in rows if len(some) < len(values)]
+    if prod(map(len, used)) != len(where):
         causes = [f"{name}={value}" for (name, _), value in zip(varied, where[0], strict=True)]
         causes.append(f"and in {count_of(len(where) - 1, 'other combination')}")
     return f" (with {', '.join(causes)})"
@@ -251,8 +238,9 @@ def as_json(difference: Difference) -> dict[str, Any]:
         counts = {"links": len(side.robot.links), "joints": len(side.robot.joints)}
         found[letter] = {"source": side.label, "format": side.format.name, "robot": side.robot.name, **counts}
     found |= {name: getattr(difference, name) for name in ("same", "tolerance", "notes", "not_compared")}
-    items = [{"a": item.before, "b": item.after, **vars(item)} for item in difference.items]
-    for item in items:
-        for name in ("before", "after", *(name for name in _OPTIONAL if not item[name] and item[name] != 0)):
-            del item[name]
+    items = []
+    for item in difference.items:
+        fields = {"a": item.before, "b": item.after, **vars(item)}
+        left_out = ("before", "after", *(name for name in _OPTIONAL if fields[name] in (None, "", {})))
+        items.append({name: value for name, value in fields.items() if name not in left_out})
     return {**found, "differences": items, "summary": difference.summary()}

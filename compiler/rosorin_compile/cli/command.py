@@ -1,8 +1,4 @@
-"""Commands and their options: click commands, one way of running, and completion of names.
-
-``command`` and ``check`` turn a function that takes a ``Run`` and returns an exit code into a ``Command``. Completion
-runs nothing that a description names.
-"""
+"""The table of commands, their options, how a command is run, and completion, which runs no code of a robot."""
 
 from __future__ import annotations
 
@@ -11,18 +7,17 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial, reduce
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import click
 from click.shell_completion import CompletionItem
 
 from rosorin_compile.source.cache import cache_refused
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError
-from rosorin_compile.source.plugins import Plugin, PluginFailed, broken_plugin
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, RequestError
+from rosorin_compile.source.plugins import Plugin, PluginFailed, broken_plugin, installed_plugins
 from rosorin_compile.source.system import take_missing
 
 from .console import FINE, PROBLEMS, Console, show_progress
-from .table import BUILT_IN, CHECK, names
 
 if TYPE_CHECKING:
     from rosorin_compile.source.project import Description
@@ -30,11 +25,94 @@ if TYPE_CHECKING:
     from .run import Run
 
 
+CHECK = "check"  # the command that has checks
+# Groups in the order of the help, each with its commands; those of plug-ins follow.
+COMMANDS = {
+    "describe and compile": {
+        "init": "create a new robot description",
+        "all": "compile robots and write all artifacts; alias: compile",
+        "print": "compile a robot and print one artifact to standard output",
+        "check": "compile robots and compare them with the committed artifacts",
+        "watch": "compile on every change of a file and print the changes of the robot",
+        "sweep": "compile many variants of one robot, each to a separate folder",
+        "collisions": "compute the pairs of links that MoveIt does not need to check",
+        "schema": "print the JSON Schema of descriptions or of an output",
+        "rule": "explain a rule: the cause of the message and the fix",
+    },
+    "import and compare": {
+        "import": "convert a URDF, xacro, SDF or MJCF to a description",
+        "extract": "compute boxes and height maps from meshes",
+        "diff": "compare two robots by meaning, in any supported formats",
+    },
+    "inspect": {
+        "explain": "print the pose of a frame and the lines of YAML that define it",
+        "tf": "print the transform between two frames, in the format of tf2_echo",
+        "frames": "show the tree of frames with their publishers",
+        "graph": "show the ROS 2 nodes of the robot and the topics between them",
+        "view": "show the robot in the browser and update it when files change",
+        "picture": "draw the robot to a PNG file, without a browser",
+        "simulate": "test the robot in MuJoCo: at rest, in its poses and driving",
+        "pulses": "convert servo pulses to joint positions and back",
+        "args": "list the arguments of a robot",
+    },
+    "build systems": {
+        "cmake-dir": "print the folder of the CMake package",
+        "bazel-dir": "print the folder of the Bazel rule",
+    },
+    "deploy and verify": {
+        "package": "write a ROS 2 package with the artifacts of a robot",
+        "deploy": "copy the artifacts to an existing ROS 2 package",
+        "verify": "compare a recording of the robot with its description",
+    },
+    "set up": {"completion": "print the completion script for bash, zsh or fish", "help": "show the help of a command"},
+}
+CHECKS = {
+    "parameters": "check parameter files of ROS nodes: frames and publishers",
+    "deployed": "compare with copies in a package, an install space or another folder",
+    "physics": "find links that collide with each other at rest or while joints move, with MuJoCo",
+}
+ALIASES = {"compile": "all"}
+_HIDDEN = ("pulses", "cmake-dir", "bazel-dir")
+# Modules of commands that are not named after the command.
+MODULES = {
+    **dict.fromkeys(("bazel-dir", "cmake-dir", "completion", "help", "rule", "schema"), "tool"),
+    **dict.fromkeys(("deploy", "deployed", "parameters"), "package"),
+    **dict.fromkeys(("collisions", "physics"), "simulate"),
+    **dict.fromkeys(("args", "explain", "graph", "pulses", "tf"), "frames"),
+    **dict.fromkeys(("import", "init"), "import_robot"),
+    "diff": "check",
+    "picture": "view",
+    "sweep": "watch",
+}
+
+
+class Entry(NamedTuple):
+    """A command or check as the help lists it."""
+
+    name: str
+    group: str
+    help: str
+    hidden: bool = False
+
+
+BUILT_IN = {
+    "commands": {
+        name: Entry(name, group, help, name in _HIDDEN)
+        for group, helps in COMMANDS.items()
+        for name, help in helps.items()
+    },
+    "checks": {name: Entry(name, CHECK, help) for name, help in CHECKS.items()},
+}
+
+
+def names(group: str) -> dict[str, str]:
+    """Return the names of all "commands" or "checks" with their help; plug-ins are named, but not imported."""
+    plugins = {p.name: f"of {p.distribution} {p.version}" for p in installed_plugins() if p.group == group}
+    return plugins | {entry.name: entry.help for entry in BUILT_IN[group].values() if not entry.hidden}
+
+
 ROBOT_HELP = "name of a robot in descriptions/, or a folder or file"
 ROBOTS_HELP = f"{ROBOT_HELP}; default: all robots"
-OF_ROBOT = ("robot", "argument")  # kinds of names that a shell completes
-
-
 Work = Callable[["Run"], int]
 Decorator = Callable[[Any], Any]
 
@@ -131,19 +209,16 @@ class Command(click.Command):
             notes.insert(0, Diagnostic("cache-not-private", NOTE, refused[0], help=refused[1]))
         if notes and not console.quiet:
             console.show(notes, listed=True)
-        fail_on = getattr(run, "fail_on", "error")
-        if fail_on == "never" and code == PROBLEMS:
+        if getattr(run, "fail_on", "") == "never" and code == PROBLEMS:
             return FINE
-        has_warnings = console.severities["error"] + console.severities["warning"] > 0
-        return PROBLEMS if fail_on == "warning" and code == FINE and has_warnings else code
+        fails = getattr(run, "fail_on", "") == "warning" and any(console.severities[one] for one in (ERROR, WARNING))
+        return max(code, PROBLEMS) if fails else code
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the arguments, the options and the further sections."""
-        headed: dict[str, list[tuple[str, str]]] = {"Arguments": [], "Options": []}
-        for param in self.get_params(ctx):
-            if (record := param.get_help_record(ctx)) is not None:
-                headed["Arguments" if isinstance(param, Argument) else "Options"].append(record)
-        for head, rows in [*headed.items(), *self.sections().items()]:
+        params = [(isinstance(param, Argument), param.get_help_record(ctx)) for param in self.get_params(ctx)]
+        arguments, options = ([row for is_one, row in params if row and is_one == kind] for kind in (True, False))
+        for head, rows in {"Arguments": arguments, "Options": options, **self.sections()}.items():
             if rows:
                 with formatter.section(head):
                     formatter.write_dl(list(rows))
@@ -199,8 +274,7 @@ def _modes(_: click.Context, __: click.Parameter, values: Sequence[str]) -> dict
     return modes
 
 
-_MAX_ROBOTS = 8
-# The kinds that depend on a robot, each with the kinds of symbols.
+# The kinds of names that depend on a robot, each with the kinds of symbols.
 _OF_ROBOT: dict[str, tuple[str, ...]] = {kind: (kind,) for kind in ("argument", "joint", "pose", "mode", "output")}
 _OF_ROBOT |= {"frame": ("link",), "thing": ("link", "joint", "sensor")}
 
@@ -224,7 +298,7 @@ def complete(*kinds: str) -> Callable[[click.Context, click.Parameter, str], lis
 def _names(kind: str, ctx: click.Context) -> dict[str, str]:
     """Return the names of a kind, with their help if there is any."""
     from rosorin_compile.formats import FORMATS, schema_names
-    from rosorin_compile.source.project import Description, all_here, here
+    from rosorin_compile.source.project import Description, all_here, nearest_descriptions
     from rosorin_compile.source.rule_registry import find
 
     if kind in _OF_ROBOT:
@@ -232,8 +306,11 @@ def _names(kind: str, ctx: click.Context) -> dict[str, str]:
         for word in ctx.params.get("words") or ():
             with suppress(Exception):
                 robots.append(Description.find([word])[0])
-        robots = (robots or here())[:_MAX_ROBOTS]
-        return {name: robot.name for robot in reversed(robots) for name in _names_of_robot(kind, robot, ctx)}
+        return {
+            name: robot.name
+            for robot in (robots or nearest_descriptions())[7::-1]
+            for name in _names_of_robot(kind, robot, ctx)
+        }
     if kind == "robot":
         return {path.parent.name: "robot of this project" for path in all_here()}
     if kind == "format":
@@ -252,11 +329,10 @@ def _names_of_robot(kind: str, description: Description, ctx: click.Context) -> 
     def stop(*_: object) -> NoReturn:
         raise PermissionError
 
-    path = description.path
-    arguments = ctx.params.get("arg") or {}
     if kind == "argument":
-        return [argument.name for argument in declared_arguments(path, {})[0]]
-    tree = Request(description, arguments, warn=stop).understand().expanded.tree  # a xacro file can run code
+        return [argument.name for argument in declared_arguments(description.path, {})[0]]
+    request = Request(description, ctx.params.get("arg") or {}, warn=stop)  # a xacro file can run code
+    tree = request.understand().expanded.tree
     symbols = SymbolTable(tree).definitions(implied=True) if tree is not None else ()
     found = dict.fromkeys(symbol.name for symbol in symbols if symbol.kind in _OF_ROBOT[kind])
     return [f"{name}{state}" for name in found for state in ("", "=off")] if kind == "mode" else found
@@ -269,21 +345,20 @@ def option(*names: str, offers: str = "", **settings: Any) -> Decorator:
     choices, and NAME=VALUE is a pair. ``offers`` is the kind of names that a shell completes; the other settings are
     those of click.
     """
-    pairs = [name.partition(" ") for name in names]
-    for metavar in (metavar for _, _, metavar in pairs if metavar):
-        if "|" in metavar:
-            settings["type"] = click.Choice(metavar.split("|"))
-        else:
-            settings["metavar"] = metavar
-        if metavar.startswith(("FILE", "FOLDER")):
-            settings.setdefault("type", PATH)
-        elif "=" in metavar and "type" not in settings:
-            settings["callback"] = _pairs
+    metavar = "".join(name.partition(" ")[2] for name in names)
+    if "|" in metavar:
+        settings["type"] = click.Choice(metavar.split("|"))
+    elif metavar:
+        settings["metavar"] = metavar
+    if metavar.startswith(("FILE", "FOLDER")):
+        settings.setdefault("type", PATH)
+    elif "=" in metavar and "type" not in settings:
+        settings["callback"] = _pairs
     if settings.get("default") and "default: " not in settings.get("help", ""):
         settings["help"] = f"{settings.get('help', '')}; default: {settings['default']}"
     if offers:
         settings["shell_complete"] = complete(offers)
-    return lambda function: click.option(*(name for name, _, _ in pairs), cls=Option, **settings)(function)
+    return lambda function: click.option(*(name.split(" ")[0] for name in names), cls=Option, **settings)(function)
 
 
 flag = partial(option, is_flag=True)
@@ -297,7 +372,9 @@ def argument(*names: str, offers: Sequence[str] = (), **settings: Any) -> Decora
     return lambda function: click.argument(*names, cls=Argument, **settings)(function)
 
 
-def words_argument(metavar: str, help: str = "", required: bool = False, offers: Sequence[str] = OF_ROBOT) -> Decorator:
+def words_argument(
+    metavar: str, help: str = "", required: bool = False, offers: Sequence[str] = ("robot", "argument")
+) -> Decorator:
     """Return the arguments of a command as ``words``."""
     return argument("words", nargs=-1, required=required, metavar=metavar, help=help, offers=offers)
 
@@ -312,12 +389,9 @@ output_options = combine(
     flag("-q", "--quiet", help="print only errors and the result", excludes="verbose"),
     flag("-v", "--verbose", help="print all notes, and the files that were read"),
 )
+_PACKAGE = "folder of a ROS package, for $(find NAME) and package://NAME; repeatable"
 robot_options = combine(
-    repeatable(
-        "--package NAME=PATH",
-        "packages",
-        help="folder of a ROS package, for $(find NAME) and package://NAME; repeatable",
-    ),
+    repeatable("--package NAME=PATH", "packages", help=_PACKAGE),
     flag("--trust", help="do not warn about code that a xacro file can run"),
     option("--xacro-seconds S", type=click.IntRange(1), help="time limit for a xacro file in seconds; default: 30"),
     repeatable("-a", "--arg NAME=VALUE", help="set an argument; also NAME:=VALUE without -a", offers="argument="),
@@ -348,8 +422,9 @@ def check_options(metavar: str = "[ROBOT ...]", help: str = ROBOTS_HELP, **setti
 
 def hook_option(more: str = "") -> Decorator:
     """Return the option for pre-commit."""
-    help = f"for pre-commit: take changed files as arguments and use all robots of their projects{more}"
-    return flag("--hook", help=help)
+    return flag(
+        "--hook", help=f"for pre-commit: take changed files as arguments and use all robots of their projects{more}"
+    )
 
 
 def page_options(what: str) -> Decorator:
@@ -362,11 +437,11 @@ def page_options(what: str) -> Decorator:
     )
 
 
-def depfile_options(target: str, excludes: str = "") -> Decorator:
+def depfile_options(target: str) -> Decorator:
     """Return the options for depfiles; ``target`` describes the default target."""
     help = "write the files that were read as a Make and Ninja depfile"
     return combine(
-        option("--depfile FILE", help=help, excludes=f"hook dry_run every_argument {excludes}"),
+        option("--depfile FILE", help=help, excludes="hook dry_run every_argument"),
         option("--depfile-target NAME", type=PATH, help=f"target in the depfile; {target}", needs="depfile"),
     )
 

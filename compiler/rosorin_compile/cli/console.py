@@ -133,14 +133,14 @@ class Console:
         return self.sections[-1]
 
     def begin(self, name: str) -> None:
-        """Begin with the output of one robot."""
+        """Start the section of one robot."""
         if self.keeps_sections:
             from .report_formats import Section
 
             self.sections.append(Section(name))
 
     def end(self, failed: bool) -> None:
-        """End with one robot; a failure without a message refers to the log."""
+        """End the section of one robot; a failure without a message refers to the log."""
         if self.keeps_sections and failed and not self.section.failed:
             self.section.wrong.append("failed: see the log of the run")
 
@@ -152,10 +152,7 @@ class Console:
         comparison: Comparison,
         others: Iterable[tuple[str, str]],
     ) -> None:
-        """Report a difference: as lines, for a program as a diagnostic, in Markdown under ``what``.
-
-        ``others`` are further files that differ, each with a remark.
-        """
+        """Report a difference: as lines, for a program as a diagnostic, in Markdown under ``what``."""
         self.severities[diagnostic.severity] += 1
         self.robots[-1]["differences"] = lines
         if self.for_people:
@@ -171,8 +168,7 @@ class Console:
         """Print diagnostics, or collect them; for people notes may only be counted, unless ``listed``."""
         self.severities.update(one.severity for one in diagnostics)
         if self.quiet:
-            stand_ins = [one for one in diagnostics if one.rule == _STAND_IN]
-            diagnostics = [*(one for one in diagnostics if one.severity == ERROR), *stand_ins]
+            diagnostics = [one for one in diagnostics if one.severity == ERROR or one.rule == _STAND_IN]
         if self.keeps_sections or not self.for_people:
             diagnostics = add_suggestions(diagnostics)
         if self.keeps_sections:
@@ -184,21 +180,17 @@ class Console:
             notes = [one for one in diagnostics if one.severity == NOTE and one.rule not in _LISTED]
             self.unlisted.update(_STAND_IN if one.rule == _STAND_IN else NOTE for one in notes)
             diagnostics = [one for one in diagnostics if one.severity != NOTE or one.rule in _LISTED]
-        if not diagnostics:
-            return
         diagnostics = gather(diagnostics, [WARNING, NOTE])
         # NO_COLOR and FORCE_COLOR come before a terminal.
         is_coloured = "NO_COLOR" not in os.environ and ("FORCE_COLOR" in os.environ or sys.stderr.isatty())
         text = report_text(add_suggestions(diagnostics[:_MAX_SHOWN]), is_coloured)
         if len(diagnostics) > _MAX_SHOWN:
             text += f"...{and_more(len(diagnostics) - _MAX_SHOWN)}; --format json lists them all\n"
-        if is_coloured:
+        if diagnostics:
             paint(text, sys.stderr)
-        else:
-            sys.stderr.write(printable(text, _LAYOUT))
 
-    def ahead(self, diagnostic: Diagnostic) -> None:
-        """Print a diagnostic before anything is run."""
+    def warn_ahead(self, diagnostic: Diagnostic) -> None:
+        """Print a warning before the code that it is about is run, unless that code is trusted."""
         if diagnostic.numbers != TRUSTED:
             self.show([diagnostic])
 
@@ -223,13 +215,6 @@ class Console:
         if self.verbose and self.for_people:
             for file in dict.fromkeys(map(str, files)):
                 self.warn(f"read {file}")
-
-    def give(self, result: object, text: Callable[[], str] = str, show: Callable[[str], object] = print) -> int:
-        """Set the result of the command, and print it as ``text`` unless a program reads the output; return FINE."""
-        self.result = result
-        if self.form in ("text", "github") and (shown := text()):
-            show(shown)
-        return FINE
 
     def fail(self, message: str, code: int) -> int:
         """Report why the run ended; return the exit code."""

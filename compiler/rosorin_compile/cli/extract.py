@@ -16,7 +16,6 @@ from rosorin_compile.source.yaml_text import Scalar
 from . import command as cli
 from .console import FINE, PROBLEMS, give
 from .run import Run, refuse_stdin
-from .table import COMMANDS
 
 
 class _Numbers(click.ParamType):  # type: ignore[type-arg] # not generic before click 8.4
@@ -112,8 +111,7 @@ def heightmap(run: Run) -> int:
     if not run.into:
         return _print(run, result, result.values)
     failed = run.show(result)
-    for line in result.report:
-        print(line)
+    print("".join(f"{line}\n" for line in result.report), end="")
     return PROBLEMS if failed else FINE
 
 
@@ -140,7 +138,7 @@ def factory(run: Run) -> int:
     return PROBLEMS if failed else FINE
 
 
-_HELP = COMMANDS["import and compare"]["extract"]
+_HELP = cli.COMMANDS["import and compare"]["extract"]
 run = click.Group("extract", commands={"boxes": boxes, "heightmap": heightmap, "factory": factory}, help=_HELP)
 
 
@@ -150,10 +148,9 @@ def _print(run: Run, result: Any, value: object) -> int:
         return PROBLEMS
     if run.format == "json":
         return run.give(value)
-    lines = [] if run.quiet else [*result.report, *([f"written: {run.output}"] if run.output else [])]
     if run.output is None:
         give(result.text)
-    for line in lines:
+    for line in () if run.quiet else (*result.report, *([f"written: {run.output}"] if run.output else [])):
         print(line, file=sys.stderr if run.output is None else sys.stdout)
     return FINE
 

@@ -49,24 +49,22 @@ def run_frames(run: Run) -> int:
         return PROBLEMS
     if found.files:
         return run.give(found, lambda: "\n".join(f"{robot.name}: {path}" for path in found.files))
-    return run.console.give(found, lambda: _text(robot, found, run), lambda text: paint(f"{text}\n", sys.stdout))
+    return run.give(found, lambda: _text(robot, found, run), lambda text: paint(f"{text}\n", sys.stdout))
 
 
 def _text(robot: Robot, found: Frames, run: Run) -> str:
-    every, on_terminal, is_ascii = rows(robot), sys.stdout.isatty(), True
+    on_terminal, is_ascii = sys.stdout.isatty(), True
     with suppress(UnicodeEncodeError, LookupError):  # a stream in memory has no encoding
         is_ascii = run.ascii or not "└├│─╌".encode(sys.stdout.encoding or "utf-8")
-    colours = publishers(every) if on_terminal and not os.environ.get("NO_COLOR") else ()
+    colours = publishers(rows(robot)) if on_terminal and not os.environ.get("NO_COLOR") else ()
     style = Look(is_ascii, colours, shutil.get_terminal_size().columns if on_terminal else 0)
     if run.publisher is not None:
-        published = (row for one in found.trees for row in one.edges if row.publisher == run.publisher)
-        edges = list(dict.fromkeys(published))
-        return "\n".join(table(edges, style)) if edges else f"{run.publisher} publishes nothing here"
+        edges = dict.fromkeys(row for one in found.trees for row in one.edges if row.publisher == run.publisher)
+        return "\n".join(table([*edges], style)) if edges else f"{run.publisher} publishes nothing here"
     labels: dict[str, list[str]] = {}  # of situations, by their tree
     for situation in found.trees:
         shown = lines(situation.edges, robot.frames)
-        if run.frame is not None:
-            shown = way(shown, run.frame)
+        shown = shown if run.frame is None else way(shown, run.frame)
         drawn = "\n".join(tree(shown, style)) if shown else f"{run.frame} is not there"
         labels.setdefault(drawn, []).append(situation.label)
     if len(labels) == 1 < len(found.trees):  # a tree that is the same in all situations needs no heading
@@ -89,11 +87,9 @@ def run_graph(run: Run) -> int:
     failed = run.show(found)
     if not found.robot:
         return run.no_robot(description)
-    if run.output is None:
-        run.give(found, found.text)
-        return PROBLEMS if failed else FINE
-    write_file(Path(run.output), found.svg().encode(), (), None if run.force else may_replace)
-    run.give(found, lambda: f"{found.robot}: {run.output}")
+    if run.output is not None:
+        write_file(Path(run.output), found.svg().encode(), (), None if run.force else may_replace)
+    run.give(found, found.text if run.output is None else lambda: f"{found.robot}: {run.output}")
     return PROBLEMS if failed else FINE
 
 
@@ -132,9 +128,9 @@ def run_explain(run: Run) -> int:
 @cli.robots_argument()
 def run_args(run: Run) -> int:
     """List the arguments of each robot; those that are set are shown, and checked."""
-    results = [api.arguments(run.request(description)) for description in find_robots(run.words)]
+    results = [api.arguments(run.request(description)) for description in find_robots(run, run.words)]
     for result in results:
-        run.console.show(result.diagnostics)
+        run.show(result)
     if not run.words:
         warn_of_no_robots(run.console)
     valid = [result for result in results if not result.diagnostics]
@@ -152,14 +148,12 @@ def _argument_table(name: str, arguments: Sequence[Argument]) -> list[str]:
         rows.append((one.name, one.type, ", ".join(one.allowed), default, one.value, place))
     used = [column for column in zip(*rows, strict=True) if any(column[1:])]
     heads, *rest = aligned(list(zip(*used, strict=True)))
-    width = max(len(row[0]) for row in rows)
     shown = [f"{name}:", f"  {heads}"]
     for argument, line in zip(arguments, rest, strict=True):
-        shown += [f"  {line}", *([f"  {'':{width}}  {argument.help}"] if argument.help else [])]
+        shown += [f"  {line}", f"  {'':{max(map(len, used[0]))}}  {argument.help}"][: 2 if argument.help else 1]
     return shown
 
 
-_ORDERS = {"humble": "", "jazzy": " (xyzw)"}  # of the quaternion, as tf2_echo prints it
 _CSV = ("x", "y", "z", "roll", "pitch", "yaw", "qx", "qy", "qz", "qw")
 _MAX_DIGITS = 17
 _SWEEP = "use COUNT positions in turn; repeatable: all combinations"
@@ -213,18 +207,15 @@ def _transforms(found: Transforms, run: Run) -> str:
     for state in found.transforms:
         if found.swept:
             blocks.append(f"# {', '.join(f'{joint} = {state.positions[joint]:.6g}' for joint in found.swept)}")
-        blocks += _echo(state, run.digits, run.distro)
+        blocks += tf2_echo_lines(state, run.digits, run.distro)
     return "\n".join(blocks)
 
 
-def _echo(found: FrameTransform, digits: int, distro: str) -> list[str]:
-    """Return what tf2_echo prints (ROS 2 Humble, ``tf2_ros/src/tf2_echo.cpp``); the time is that of static transforms.
-
-    Newer distributions print the order of the quaternion.
-    """
+def tf2_echo_lines(found: FrameTransform, digits: int, distro: str) -> list[str]:
+    """Return the lines of tf2_echo (``tf2_ros/src/tf2_echo.cpp``) for a transform, with the time of static ones."""
     forms = {
         "Translation:": found.translation,
-        f"Rotation: in Quaternion{_ORDERS[distro]}": found.quaternion,
+        f"Rotation: in Quaternion{' (xyzw)' * (distro != 'humble')}": found.quaternion,
         "Rotation: in RPY (radian)": found.rpy,
         "Rotation: in RPY (degree)": found.rpy_degrees,
     }
@@ -268,12 +259,10 @@ def _pulses(joints: Sequence[JointPulse]) -> list[str]:
     rows: list[Sequence[str]] = [("joint", "pulse", "position", "degrees", "requested", "difference")]
     for joint in joints:
         degrees = "" if joint.degrees is None else to_fixed(joint.degrees, 6)
-        requested = difference = ""
-        if joint.requested is not None and joint.difference is not None:
-            requested = f"{exact(joint.requested)} {joint.unit}"
-            difference = f"{f'{joint.difference:+.3g}' if joint.difference else '0'} {joint.unit}"
+        requested = "" if joint.requested is None else f"{exact(joint.requested)} {joint.unit}"
+        difference = f"{joint.difference:+.3g} {joint.unit}" if joint.difference else f"0 {joint.unit}"
         position = f"{exact(joint.position)} {joint.unit}"
-        rows.append((joint.joint, str(joint.pulse), position, degrees, requested, difference))
+        rows.append((joint.joint, str(joint.pulse), position, degrees, requested, requested and difference))
     columns = 6 if any(row[4] for row in rows[1:]) else 4
     return aligned([row[:columns] for row in rows])
 

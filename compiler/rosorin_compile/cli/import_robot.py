@@ -53,7 +53,6 @@ def run_import(run: Run) -> int:
         parts=not run.no_parts,
         keep_edits=run.ours,
     )
-    console.print_read(result.inputs)
     failed = run.show(result)
     if failed and not result.written:
         errors = sum(one.severity == ERROR for one in result.diagnostics)

@@ -1,7 +1,4 @@
-"""The command line: a click group that imports the module of a command, or a plug-in, when it is called.
-
-Exit codes: 0 fine, 1 problems found, 2 wrong usage, 130 interrupted.
-"""
+"""The command line: a click group that imports the module of a command, or a plug-in, when it is called."""
 
 from __future__ import annotations
 
@@ -26,9 +23,8 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import NoDescription
 from rosorin_compile.source.version import __version__
 
-from .command import Command
+from .command import ALIASES, BUILT_IN, CHECK, COMMANDS, MODULES, Command, Entry, names
 from .console import FINE, PROBLEMS, USAGE, Console, guard
-from .table import ALIASES, BUILT_IN, CHECK, COMMANDS, MODULES, Entry, names
 
 PROGRAM = "rosorin-compile"
 COMPLETE = "_ROSORIN_COMPILE_COMPLETE"  # the variable with which the scripts of shells call the program
@@ -69,14 +65,11 @@ def find_command(name: str, group: str = "commands") -> click.Command | None:
 def _load_plugins(group: str, taken: set[str], called: str | None = None) -> tuple[list[Command], list[Diagnostic]]:
     """Load the commands of plug-ins, of one name or all; return them, and diagnostics about invalid ones."""
     found, diagnostics = load(group, Command, lambda one: (one.name or "",), taken.__contains__, called)
-    good, wrong = [], list(diagnostics)
     for plugin, one in found:
-        if one.name != plugin.name:
-            wrong.append(broken_plugin(plugin, f'is called "{one.name}", and its entry point "{plugin.name}"'))
-        else:
-            one.plugin = plugin
-            good.append(one)
-    return good, wrong
+        one.plugin = plugin
+    wrong = [(plugin, one.name) for plugin, one in found if one.name != plugin.name]
+    broken = [broken_plugin(one, f'is called "{name}", and its entry point "{one.name}"') for one, name in wrong]
+    return [one for plugin, one in found if one.name == plugin.name], [*diagnostics, *broken]
 
 
 def _warn(diagnostics: Iterable[Diagnostic]) -> None:
@@ -86,12 +79,6 @@ def _warn(diagnostics: Iterable[Diagnostic]) -> None:
 
 class Program(click.Group):
     """The commands, in groups; a module of a command is imported when it is called."""
-
-    def list_commands(self, ctx: click.Context) -> list[str]:
-        return list(names("commands"))
-
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        return find_command(cmd_name)
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -207,22 +194,24 @@ def _run(words: list[str], console: Console) -> int:
         if isinstance(problem, ModuleNotFoundError) and (package := _REQUIRED.get(problem.name or "")):
             missing = f"the package {package} is not installed, and no robot is read without it"
             return console.fail(f"{missing}: pip install {package}", USAGE)
-        from rosorin_compile.model.servos import NoPulse
+        return console.fail(_reason(problem), PROBLEMS)
 
-        if isinstance(problem, NoPulse):
-            reason = str(problem)
-        elif isinstance(problem, RecursionError):
-            reason = "the input is nested too deeply: includes, parts or expressions refer to each other"
-        elif type(problem) is MemoryError:
-            reason = "not enough memory"
-        elif type(problem) is OverflowError:
-            reason = f"a number is too large: {problem}"
-        elif isinstance(problem, OSError) and (problem.filename is not None or problem.errno not in _STREAM_ERRORS):
-            name = f"{problem.filename}: " if problem.filename is not None else ""
-            reason = f"{name}{problem.strerror or problem}"
-        else:
-            raise
-        return console.fail(reason, PROBLEMS)
+
+def _reason(problem: BaseException) -> str:
+    """Return the reason of an error that no command expects, but a user can cause. Raises any other error."""
+    from rosorin_compile.model.servos import NoPulse
+
+    if isinstance(problem, NoPulse):
+        return str(problem)
+    if isinstance(problem, RecursionError):
+        return "the input is nested too deeply: includes, parts or expressions refer to each other"
+    if type(problem) is MemoryError:
+        return "not enough memory"
+    if type(problem) is OverflowError:
+        return f"a number is too large: {problem}"
+    if isinstance(problem, OSError) and (problem.filename is not None or problem.errno not in _STREAM_ERRORS):
+        return f"{problem.filename}: {problem.strerror or problem}".removeprefix("None: ")
+    raise problem
 
 
 def _usage_message(problem: click.UsageError) -> str:

@@ -17,7 +17,8 @@ from .console import FINE, PROBLEMS
 from .run import Run, for_each
 
 _AT_LAUNCH = "compile the description at launch, with its arguments as launch arguments"
-_STARTED = {"control": "controller_manager and controllers", "moveit": "MoveIt", "nav2": "Nav2 and robot_localization"}
+_LAUNCHED = {"control": "controller_manager and controllers", "moveit": "MoveIt", "nav2": "Nav2 and robot_localization"}
+_LAUNCH = "add a launch file for "
 _PLACES = "path of an output in FOLDER, such as urdf=urdf/robot.urdf, or none to skip it"
 
 
@@ -31,27 +32,19 @@ _PLACES = "path of an output in FOLDER, such as urdf=urdf/robot.urdf, or none to
 @cli.option("--license SPDX", help="license of the package, such as Apache-2.0")
 @cli.option("--url URL", help="website of the package")
 @cli.option("--compile-at-launch/--no-compile-at-launch", default=None, help=_AT_LAUNCH)
-@cli.combine(
-    *(
-        cli.option(f"--{one}/--no-{one}", default=None, help=f"add a launch file for {it}")
-        for one, it in _STARTED.items()
-    )
-)
+@cli.combine(*(cli.option(f"--{one}/--no-{one}", default=None, help=_LAUNCH + it) for one, it in _LAUNCHED.items()))
 @cli.robot_options
 def run_package(run: Run) -> int:
     """Write the package of a robot, and print the result."""
     description = run.only_robot(stdin=False)
-    run.console.begin(description.name)
     settings = "name build_type version maintainer license url compile_at_launch control moveit nav2"
     result = package(run.request(description), run.output, **run.pick(settings))
-    run.console.print_read(result.inputs)
     failed = run.show(result)
     if not result.package:
         return max(PROBLEMS, run.nothing_written(description, result.diagnostics))
     written = f"{len(result.written)} written" if result.written else "unchanged"
     run.console.say(f"{result.package}: {len(result.files)} files in {result.folder}, {written}")
-    run.give(result)
-    return PROBLEMS if failed else FINE
+    return max(run.give(result), PROBLEMS if failed else FINE)
 
 
 @cli.command("deploy", exits="0 written or unchanged, 1 errors or, with --dry-run, a file would change")
@@ -63,11 +56,8 @@ def run_package(run: Run) -> int:
 @cli.robot_options
 def run_deploy(run: Run) -> int:
     """Deploy the artifacts of a robot, and print the changes."""
-    description = run.only_robot(stdin=False)
-    console = run.console
-    console.begin(description.name)
+    description, console = run.only_robot(stdin=False), run.console
     result = deploy(run.request(description), run.output, **run.pick("places dry_run full"))
-    console.print_read(result.inputs)
     failed = run.show(result)
     if not result.robot:
         return max(PROBLEMS, run.nothing_written(description, result.diagnostics))
@@ -77,8 +67,7 @@ def run_deploy(run: Run) -> int:
     same, total = sum(copy.same for copy in result.copies), len(result.copies)
     done = "written" if result.written else "would be written"
     console.say(f"{result.robot}: {total - same} of {total} files in {result.folder} {done}")
-    run.give(result)
-    return PROBLEMS if failed or (run.dry_run and same < total) else FINE
+    return max(run.give(result), PROBLEMS if failed or (run.dry_run and same < total) else FINE)
 
 
 @cli.check("deployed", exits="0 no differences, 1 differences or errors")
@@ -86,21 +75,18 @@ def run_deploy(run: Run) -> int:
 @cli.full_option
 def run_check_deployed(run: Run) -> int:
     """Compare the copies in a folder with what robots are compiled to."""
-    names = run.words
-    if not names:
+    if not run.words:
         raise RequestError("there is no folder to look into: rosorin-compile check deployed ROBOT FOLDER")
-    folder = names[-1]
+    *robots, folder = run.words
     if not files.is_folder(folder):
         raise RequestError(f'there is no folder "{folder}"')
 
     def check_robot(run: Run, description: Description) -> int:
         result = check_deployed(run.request(description), folder, full=run.full)
-        run.console.print_read(result.inputs)
         if result.differing:
             help = "run rosorin-compile deploy to write them again"
-            compared, others = result.describe()
             found = error("deployed-differs", "\n".join(result.lines), None, help)
-            run.console.differ("not as deployed", result.lines, found, compared, others)
+            run.console.differ("not as deployed", result.lines, found, *result.describe())
         failed = run.show(result)
         if not result.robot:
             return max(PROBLEMS, run.nothing_written(description, result.diagnostics))
@@ -108,7 +94,7 @@ def run_check_deployed(run: Run) -> int:
         run.console.say(f"{description.name}: {len(result.same)} of {total} copies in {folder} as compiled")
         return PROBLEMS if result.differing or failed else FINE
 
-    return for_each(run, check_robot, "ROBOT FOLDER", names[:-1])
+    return for_each(run, check_robot, "ROBOT FOLDER", robots)
 
 
 _USAGE = "ROBOT FILE ..."
@@ -125,12 +111,10 @@ _MAX_BYTES = 1_000_000  # of a file that are searched
 @cli.option(f"--distribution {'|'.join(DISTRIBUTIONS)}", help="ROS 2 distribution; default: that of the outputs")
 def run_check_parameters(run: Run) -> int:
     """Check the parameter files against the robot."""
-    names = run.words
-    parameters = names[1:] if names and _is_robot(names[0]) else names
+    has_robot = bool(run.words) and _is_robot(run.words[0])
+    robots, parameters = run.words[:has_robot], run.words[has_robot:]
     if not parameters and not run.controllers:
-        raise RequestError(
-            f"there is no parameter file to hold against a robot: rosorin-compile check parameters {_USAGE}"
-        )
+        raise RequestError(f"there is no parameter file to check: rosorin-compile check parameters {_USAGE}")
 
     def check_robot(run: Run, description: Description) -> int:
         picked = run.pick("controllers launch namespace distribution")
@@ -141,7 +125,7 @@ def run_check_parameters(run: Run) -> int:
         run.console.say(f"{description.name}: {summary(result)}")
         return PROBLEMS if failed else FINE
 
-    return for_each(run, check_robot, _USAGE, names[: len(names) - len(parameters)])
+    return for_each(run, check_robot, _USAGE, robots)
 
 
 def _is_robot(word: str) -> bool:

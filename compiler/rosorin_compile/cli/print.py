@@ -1,8 +1,4 @@
-"""rosorin-compile print: compile one artifact, and print it on standard output and nothing else.
-
-Launch files and build rules call it instead of xacro: without errors nothing is printed on standard error, and nothing
-is written beside the file that ``-o`` names.
-"""
+"""rosorin-compile print: compile one artifact, and print it and nothing else, for launch files and build rules."""
 
 from pathlib import Path
 
@@ -57,10 +53,9 @@ def run_print(run: Run) -> int:
     console.show(compiled.diagnostics)
     console.unlisted.clear()
     if not compiled.artifacts:
-        errors = [one for one in compiled.diagnostics if one.severity == ERROR]
-        unknown = [one for one in errors if one.rule == UNKNOWN]
+        errors = [one.rule for one in compiled.diagnostics if one.severity == ERROR]
         console.warn(f"{description.name}: {count_of(len(errors), 'error')}, nothing printed")
-        return USAGE if len(unknown) == len(errors) else PROBLEMS
+        return USAGE if set(errors) <= {UNKNOWN} else PROBLEMS
     (artifact,) = compiled.artifacts
     data = encode(artifact.file, artifact.text)
     if run.output is not None:

@@ -68,9 +68,8 @@ def github(diagnostics: Sequence[Diagnostic]) -> str:
 
     lines = []
     for diagnostic in _in_workspace(diagnostics):
-        kind, where, span = "notice" if diagnostic.severity == NOTE else diagnostic.severity, "", diagnostic.span
-        if span is not None:
-            where = f"file={attribute(span.source.path)},line={span.line},col={span.column},"
+        kind, span = "notice" if diagnostic.severity == NOTE else diagnostic.severity, diagnostic.span
+        where = f"file={attribute(span.source.path)},line={span.line},col={span.column}," if span else ""
         message = "\n".join([_with_help(diagnostic), *map(str, diagnostic.related)])
         lines.append(f"::{kind} {where}title={attribute(diagnostic.rule)}::{escaped(message)}\n")
     return "".join(lines)
@@ -87,22 +86,18 @@ def sarif(diagnostics: Sequence[Diagnostic]) -> str:
     rules: list[dict[str, object]] = []
     for id in ids:
         rule = known.get(id) or OF_PLUGINS.get(id)
-        descriptor: dict[str, object] = {"id": id}
-        descriptor["shortDescription"] = {"text": rule.what if rule else id.replace("-", " ")}
+        rules.append({"id": id, "shortDescription": {"text": rule.what if rule else id.replace("-", " ")}})
         if rule and rule.help:
-            descriptor["help"] = {"text": rule.help, "markdown": rule.help}
+            rules[-1]["help"] = {"text": rule.help, "markdown": rule.help}
         if HOME and id in known:
-            descriptor["helpUri"] = f"{HOME}docs/rules.md#{id}"
-        rules.append(descriptor)
-    driver: dict[str, object] = {"name": "rosorin-compile", "semanticVersion": __version__, "rules": rules}
-    if HOME:
-        driver["informationUri"] = HOME
+            rules[-1]["helpUri"] = f"{HOME}docs/rules.md#{id}"
+    driver = {"name": "rosorin-compile", "semanticVersion": __version__, "rules": rules}
+    driver |= {"informationUri": HOME} if HOME else {}
     results = []
     for diagnostic in add_suggestions(diagnostics):
-        remarks = [related.message for related in diagnostic.related if related.span is None]
+        message = [_with_help(diagnostic), *(one.message for one in diagnostic.related if one.span is None)]
         result: dict[str, object] = {"ruleId": diagnostic.rule, "ruleIndex": ids.index(diagnostic.rule)}
-        result["level"] = diagnostic.severity
-        result["message"] = {"text": "\n".join([_with_help(diagnostic), *remarks])}
+        result |= {"level": diagnostic.severity, "message": {"text": "\n".join(message)}}
         if diagnostic.span:
             result["locations"] = [_location(diagnostic.span)]
         unique = dict.fromkeys(diagnostic.related)  # as the standard requires
@@ -194,10 +189,10 @@ def _section(section: Section, rows: int, max_diffs: int, max_lines: int) -> lis
     verdict = phrase([*section.wrong, *section.counts(ERROR, WARNING)])
     parts = [f"### {code(section.name)}: {verdict}" if section.name else f"### {verdict[:1].upper()}{verdict[1:]}"]
     parts += [code(line.strip(), _MAX_TEXT) for line in section.lines]
-    if section.changes:
-        parts.append(_table("change", ("change", "artifacts"), section.changes, rows))
-    if section.files:
-        parts.append(_table("file", ("file", "what is wrong"), section.files, rows))
+    for head, cells in ((("change", "artifacts"), section.changes), (("file", "what is wrong"), section.files)):
+        if cells:
+            lines = [f"| {left} | {right} |" for left, right in (head, ("---", "---"), *cells[:rows])]
+            parts.append("\n".join([*lines, *_others(len(cells) - rows, head[0], "")]))
     merged = gather(section.diagnostics, [WARNING, NOTE])
     if worse := [one for one in merged if one.severity != NOTE]:
         parts.append(_messages(worse, rows))
@@ -214,16 +209,14 @@ def _section(section: Section, rows: int, max_diffs: int, max_lines: int) -> lis
     return parts
 
 
-def _table(noun: str, head: tuple[str, str], rows: Sequence[tuple[str, str]], limit: int) -> str:
-    """Return the first rows of a table and the number of the others; ``noun`` is what one row is."""
-    lines = [f"| {left} | {right} |" for left, right in (head, ("---", "---"), *rows[:limit])]
-    left = len(rows) - limit
-    return "\n".join([*lines, "", f"and {left:,} more {plural(noun, left)}"] if left > 0 else lines)
+def _others(left: int, noun: str, *before: str) -> list[str]:
+    """Return the lines at the end of a list that was cut: the number of those that are left out."""
+    return [*before, f"and {left:,} more {plural(noun, left)}"] if left > 0 else []
 
 
 def _messages(diagnostics: Sequence[Diagnostic], limit: int) -> str:
-    lines, left = text(_in_workspace(diagnostics[:limit])).splitlines(), len(diagnostics) - limit
-    return _fenced("text", [*lines, f"and {left:,} more {plural('message', left)}"] if left > 0 else lines)
+    lines = text(_in_workspace(diagnostics[:limit])).splitlines()
+    return _fenced("text", [*lines, *_others(len(diagnostics) - limit, "message")])
 
 
 def _fenced(kind: str, lines: Iterable[str]) -> str:

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 from rosorin_compile.output.atomic_files import OutputError, write_file
 from rosorin_compile.request import Request
 from rosorin_compile.source import files, project
-from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, has_errors
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, RequestError, has_errors
 from rosorin_compile.source.load import LoadError
-from rosorin_compile.source.plugins import aside
+from rosorin_compile.source.plugins import divert_stdout
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.wording import count_of, phrase
@@ -76,11 +76,14 @@ class Run(SimpleNamespace):
             refuse_stdin(self.words)
         if len(self.words) > 1:
             raise RequestError(f"{self.called} takes one robot, not {len(self.words)}")
-        return self.find_robot(*self.words)
+        found = self.find_robot(*self.words)
+        self.console.begin(found.name)
+        return found
 
     def find_robot(self, name: str = "", usage: str = "ROBOT") -> Description:
         """Return the robot of a name, or the only one here. Raises RequestError with ``usage``, or NoDescription."""
-        found = find_robots([name]) if name else project.here()
+        take_stdin([name])
+        found = Description.find([name]) if name else project.nearest_descriptions()
         if len(found) > 1:
             robots = ", ".join(description.name for description in found)
             how = f"rosorin-compile {self.called} {usage}"
@@ -95,17 +98,16 @@ class Run(SimpleNamespace):
 
     def request(self, description: Description) -> Request:
         """Return the request for a robot; warnings before code is executed are printed."""
-        warn = self.console.ahead
+        warn = self.console.warn_ahead
         return Request(description, self.arguments, self.argument_files, self.packages, self.trust, warn)
 
     def read_options(self) -> dict[str, Any]:
         """Return the arguments for functions of the API that read a file in another format. Raises RequestError."""
         try:
-            reading = self.request(Description("", Path(), Path())).read_options()
+            texts = self.request(Description("", Path(), Path())).read_options().arguments
         except LoadError as problem:
             raise RequestError(problem.diagnostic.message) from None
-        arguments, packages = reading.arguments, reading.packages
-        return {"arguments": arguments, "packages": packages, "trust": reading.trust, "warn": self.console.ahead}
+        return {"arguments": texts, "packages": self.packages, "trust": self.trust, "warn": self.console.warn_ahead}
 
     def understood(self, description: Description) -> Case | None:
         """Return a robot in any format with its positions in files, for plug-ins; print its errors if it has any."""
@@ -122,21 +124,24 @@ class Run(SimpleNamespace):
 
     def nothing_written(self, description: Description, diagnostics: Sequence[Diagnostic]) -> int:
         """Print how many errors keep a robot from being compiled; return the exit code."""
-        errors = sum(diagnostic.severity == ERROR for diagnostic in diagnostics)
-        if not errors:
-            self.console.say(f"{description.name}: nothing to emit; say under outputs: what you want")
-            return FINE
-        self.console.warn(f"{description.name}: {count_of(errors, 'error')}, nothing written")
-        return PROBLEMS
+        if errors := sum(diagnostic.severity == ERROR for diagnostic in diagnostics):
+            self.console.warn(f"{description.name}: {count_of(errors, 'error')}, nothing written")
+            return PROBLEMS
+        self.console.say(f"{description.name}: nothing to write: the description lists no outputs")
+        return FINE
 
     def show(self, result: Any) -> bool:
-        """Print the diagnostics of a result; return True if there are errors."""
+        """Print the files that were read for a result, and its diagnostics; return True if there are errors."""
+        self.console.print_read(getattr(result, "inputs", ()))
         self.console.show(result.diagnostics)
         return has_errors(result.diagnostics)
 
-    def give(self, result: object, text: Callable[[], str] = str) -> int:
-        """Set the result of the command, and print it as ``text``; return the exit code ``FINE``."""
-        return self.console.give(result, text)
+    def give(self, result: object, text: Callable[[], str] = str, show: Callable[[str], object] = print) -> int:
+        """Set the result of the command, and print it as ``text`` unless a program reads it; return ``FINE``."""
+        self.console.result = result
+        if self.console.form in ("text", "github") and (shown := text()):
+            show(shown)
+        return FINE
 
     def write_page(self, page: Pictures) -> None:
         """Write a page of changes. Raises RequestError."""
@@ -178,15 +183,15 @@ def for_each(
         job_summary = files.resolve(os.environ.get("GITHUB_STEP_SUMMARY", ""))
         if begins.strip() and begins != HEAD.encode() and files.resolve(summary) != job_summary:
             raise RequestError(f'"{summary}" exists and is not a summary: name another file')
-    hook = getattr(run, "hook", False) and bool(run.changed or run.words)
     console, names = run.console, [*(run.words if robots is None else robots)]
+    hook = getattr(run, "hook", False) and bool(run.changed or run.words)
+    if hook and names:
+        raise RequestError(f'with --hook the words are files that changed, and there is no file "{names[0]}"')
     if hook:
-        if names:
-            raise RequestError(f'with --hook the words are files that changed, and there is no file "{names[0]}"')
-        names = [str(path) for path in project.all_with(run.changed)]
+        names = [str(path) for path in project.descriptions_of(run.changed)]
     elif usage and not names:
         names = [str(run.find_robot("", usage).path)]
-    found = [] if hook and not names else with_folders(run, names)
+    found = [] if hook and not names else find_robots(run, names)
     if getattr(run, "depfile", None) is not None and len(found) > 1:
         several = ", ".join(description.name for description in found)
         raise RequestError(f"a depfile is about one robot, and there are several: {several}; name one")
@@ -198,15 +203,14 @@ def for_each(
     for description in found:
         console.begin(description.name)
         Progress.set_topic(f"{description.name}:" if len(found) > 1 else "")
-        entry: dict[str, object] = {"robot": description.name, "file": str(description.path), "fine": False}
-        console.robots.append(entry)
+        console.robots.append({"robot": description.name, "file": str(description.path), "fine": False})
         # A program reads one document on standard output, without what a plug-in prints.
-        with nullcontext() if console.plugin is None or console.for_people else aside():
+        with nullcontext() if console.plugin is None or console.for_people else divert_stdout():
             code = work(run, description)
-        entry["fine"] = code == FINE
+        console.robots[-1]["fine"] = code == FINE
         console.end(code != FINE)
         worst = max(worst, code)
-    console.give({"robots": console.robots})
+    run.give({"robots": console.robots})
     if summary is not None:
         try:
             with Path(summary).open("a", encoding="utf-8", errors="backslashreplace") as file:
@@ -217,19 +221,14 @@ def for_each(
     return worst
 
 
-def find_robots(names: list[str], outputs: str | None = None) -> list[Description]:
-    """Return the robots of these names, by default all of the project. Raises RequestError, NoDescription."""
-    take_stdin(names)
-    return Description.find(names, outputs)
+def find_robots(run: Run, names: list[str]) -> list[Description]:
+    """Return the robots of these names, by default all of the project. Raises RequestError, NoDescription.
 
-
-def with_folders(run: Run, names: list[str]) -> list[Description]:
-    """Return the robots of these names, with the folders of their artifacts that -o sets. Raises RequestError.
-
-    One robot gets the folder itself; several, and all robots of a project with --hook, get a folder each in it.
+    With -o, one robot gets that folder for its artifacts; several, or those of --hook, get a folder each in it.
     """
+    take_stdin(names)
     output = getattr(run, "output", None)
-    found = find_robots(names, output)
+    found = Description.find(names, output)
     if output is not None and len(found) == 1 and not getattr(run, "hook", False):
         return [replace(found[0], outputs=Path(output))]
     return found
@@ -246,8 +245,7 @@ def take_stdin(names: Sequence[str]) -> None:
     if _stdin_read == [sys.stdin]:
         return
     if sys.stdin.isatty():
-        sys.stderr.write("reading a robot from this terminal; Ctrl-D ends it\n")
-        sys.stderr.flush()
+        print("reading a robot from this terminal; Ctrl-D ends it", file=sys.stderr, flush=True)
     project.give_stdin(sys.stdin.buffer.read(_MAX_STDIN))
     _stdin_read[:] = [sys.stdin]
     Progress.begin()  # the time of typing does not count
@@ -261,7 +259,7 @@ def refuse_stdin(words: Sequence[str], help: str = "name a file") -> None:
 
 def warn_of_no_robots(console: Console) -> None:
     """Warn of folders of this project that look like descriptions and have no ``robot.yaml``."""
-    if wrong := project.without_first_file(Description.around()):
+    if wrong := project.without_first_file(Description.project_folder()):
         console.show([Diagnostic("no-robot-file", WARNING, message, help=help) for message, help in wrong])
 
 
@@ -279,7 +277,7 @@ def counted_files(names: Collection[str]) -> list[str]:
 def severities(diagnostics: Sequence[Diagnostic]) -> str:
     """Return the number of diagnostics of each severity in words."""
     counts = Counter(one.severity for one in diagnostics)
-    return phrase(count_of(counts[one], one) for one in ("error", "warning", "note") if counts[one]) or "nothing to say"
+    return phrase(count_of(counts[one], one) for one in (ERROR, WARNING, NOTE) if counts[one]) or "nothing to say"
 
 
 def write_depfile(
@@ -306,15 +304,11 @@ def write_depfile(
             sources.append(Path(files.label(folder)))
     names = [escape(name) for name in (target, *dict.fromkeys(map(str, sources)))]
     text = " \\\n  ".join([f"{names[0]}:", *names[1:]]) + "\n"
-    if any(os.path.realpath(path) == os.path.realpath(file) for file in (*sources, *made)):
-        message = f"{path} is an input or an artifact in the depfile"
-        raise OutputError("output-is-input", message, "name another file")
+    if os.path.realpath(path) in map(os.path.realpath, (*sources, *made)):
+        raise OutputError("output-is-input", f"{path} is an input or an artifact in the depfile", "name another file")
     write_file(path, os.fsencode(text), may_replace=is_depfile)
     for file in newer:
-        try:
-            os.utime(file)
-        except OSError as problem:
-            raise OutputError.from_os_error(problem, file, "write", "output file") from None
+        os.utime(file)
 
 
 def escape(name: str) -> str:

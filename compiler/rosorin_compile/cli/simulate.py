@@ -9,7 +9,7 @@ from rosorin_compile.model import DisabledCollision
 from rosorin_compile.mujoco.collisions import FILE as COLLISIONS_FILE
 from rosorin_compile.mujoco.physics import check_physics, require
 from rosorin_compile.mujoco.simulation import LIMITS, about, simulate, summary, tables
-from rosorin_compile.source.diagnostics import count_of, phrase
+from rosorin_compile.source.diagnostics import NOTE, count_of, phrase
 from rosorin_compile.source.project import Description
 
 from . import command as cli
@@ -34,26 +34,23 @@ def run_simulate(run: Run) -> int:
         limits[name] = -1.0  # refused with the message for any unusable number
         with suppress(ValueError):
             limits[name] = float(value)
-    description = run.only_robot()
-    console, settings = run.console, run.pick("base seconds")
-    result = simulate(run.request(description), **settings, limits=limits, timing=not run.no_timing)
-    name = result.robot
-    if not result.poses:
-        console.show(result.diagnostics)
-        console.warn(f"{name}: nothing simulated")
-        return PROBLEMS
-    if run.format != "text":
-        console.show(result.diagnostics)
-        run.give(result)
-    else:
+    request, settings = run.request(run.only_robot()), run.pick("base seconds")
+    result = simulate(request, **settings, limits=limits, timing=not run.no_timing)
+    name, is_text = result.robot, run.format == "text"
+    if is_text and result.poses:
         print(f"{name}: {about(result)}\n\n{tables(result)}")
         if result.timing is not None:
             steps, speed = result.timing.steps_per_cpu_second, result.timing.times_real_time
             print(f"speed   {steps:,.0f} steps a CPU second, {speed:,.1f} times real time")
         print()
-        console.show(result.diagnostics)
-        console.say(f"{name}: {summary(result)} simulated: {severities(result.diagnostics)}")
-    return PROBLEMS if any(one.severity != "note" for one in result.diagnostics) else FINE
+    run.console.show(result.diagnostics)
+    if not result.poses:
+        run.console.warn(f"{name}: nothing simulated")
+        return PROBLEMS
+    run.give(result)
+    if is_text:
+        run.console.say(f"{name}: {summary(result)} simulated: {severities(result.diagnostics)}")
+    return PROBLEMS if any(one.severity != NOTE for one in result.diagnostics) else FINE
 
 
 @cli.check("physics", exits="0 no errors, 1 errors")
@@ -97,12 +94,11 @@ def run_collisions(run: Run) -> int:
         console.warn(f"disabled_collisions says Never of {phrase(wrong, 3)}, which do collide")
     if result.kept:
         console.say(f"{count_of(result.kept, 'pair')} as before: the same shapes, and the same joints between")
-    every, found = result.links * (result.links - 1) // 2, len(result.pairs)
+    every = result.links * (result.links - 1) // 2
     counts = Counter(pair.reason for pair in result.pairs)
     reasons = phrase(f"{counts[reason]} {reason}" for reason in DisabledCollision.REASONS if counts[reason]) or "none"
-    console.say(
-        f"{result.file}: {count_of(every, 'pair')} of links, need no check: {reasons}; {every - found} to check"
-    )
+    left = f"{every - len(result.pairs)} to check"
+    console.say(f"{result.file}: {count_of(every, 'pair')} of links, need no check: {reasons}; {left}")
     console.say(f"tried: {count_of(result.states, 'random state')}, seed {result.seed}")
     included = "" if result.included else f"include: [{Path(result.file).name}] in {description.path}, then "
     console.say(f"next: {included}rosorin-compile all")

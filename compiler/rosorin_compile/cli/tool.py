@@ -3,7 +3,7 @@
 import json
 import re
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 import click
 from click.shell_completion import get_completion_class
@@ -11,7 +11,7 @@ from click.shell_completion import get_completion_class
 from rosorin_compile import api
 from rosorin_compile.formats import schema_names, schema_text
 from rosorin_compile.language.suppressions import STAYS
-from rosorin_compile.source.diagnostics import RequestError, UnknownName, has_errors
+from rosorin_compile.source.diagnostics import RequestError, has_errors
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import PLUGINS, Rule
 
@@ -37,39 +37,32 @@ def run_rule(run: Run) -> int:
 
 def entry(rule: Rule) -> list[str]:
     """Return the entry of a rule in docs/rules.md as lines for a terminal."""
-    lines = [rule.id, *_wrapped(rule.what)]
-    if rule.help:
-        lines += _wrapped(f"What to do: {rule.help}")
+    paragraphs = [rule.what, f"What to do: {rule.help}" if rule.help else ""]
     if rule.accept:
         of = "" if rule.accept == "robot" else ", of: [NAME]"
-        lines += _wrapped(f"A {rule.accept} may break it: accept: [{{rule: {rule.id}{of}, reason: WHY}}]")
-        lines += _wrapped(_IMPORTED[rule.imported])
+        paragraphs.append(f"A {rule.accept} may break it: accept: [{{rule: {rule.id}{of}, reason: WHY}}]")
+        paragraphs.append(_IMPORTED[rule.imported])
     elif rule.mild and rule.id not in STAYS:
-        lines += _wrapped(f"To end it: accept: [{{rule: {rule.id}, reason: WHY}}]")
-    return lines
+        paragraphs.append(f"To end it: accept: [{{rule: {rule.id}, reason: WHY}}]")
+    return [rule.id, *(line for text in paragraphs for line in _wrapped(text))]
 
 
 def _wrapped(text: str) -> list[str]:
     """Wrap a text, with the targets of links as seen from the folder of the project."""
-
-    def target(link: re.Match[str]) -> str:
-        path = link[2] if "://" in link[2] else f"docs/{'rules.md' if link[2].startswith('#') else ''}{link[2]}"
-        return f"{link[1]} ({path})"
-
-    plain = _LINK.sub(target, text)
-    return textwrap.wrap(plain, _WIDTH, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False)
+    text = _LINK.sub(lambda link: f"{link[1]} ({'' if '://' in link[2] else 'docs/'}{link[2]})", text)
+    return textwrap.wrap(text, _WIDTH, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False)
 
 
-def _list(rules: Iterable[Rule]) -> str:
+def _list(rules: Sequence[Rule]) -> str:
     topics: dict[str, list[Rule]] = {}
     for rule in rules:
         topics.setdefault(rule.topic or PLUGINS, []).append(rule)
-    width = max(len(rule.id) for listed in topics.values() for rule in listed)
+    width = max(len(rule.id) for rule in rules)
     lines: list[str] = []
     for topic in sorted(topics):
         lines += ["", f"{topic}:"]
         for rule in topics[topic]:
-            what = textwrap.shorten(_LINK.sub(lambda link: link[1], rule.what), _WIDTH, placeholder=" ...")
+            what = textwrap.shorten(_LINK.sub(r"\1", rule.what), _WIDTH, placeholder=" ...")
             lines.append(f"  {rule.id:<{width}}  {what}")
     return "\n".join(lines[1:])
 
@@ -82,18 +75,14 @@ def _list(rules: Iterable[Rule]) -> str:
 @flag("--macros", help="add the macros of the xacro files that robots of this project include, and their parameters")
 def run_schema(run: Run) -> int:
     """Print a schema as it is, or list them."""
-    names = schema_names()
     if run.list:
+        names = schema_names()
         rows = [{"name": name, "what": what} for name, what in names.items()]
         return run.give(rows, lambda: "\n".join(table(list(names.items()))))
     if run.format != "text":
         raise RequestError("--format goes with --list: a schema is printed as it is")
-    if run.name not in names:
-        raise UnknownName("schema", run.name, names)
-    if run.macros:
-        give(json.dumps(api.schema(run.name, macros=True), indent=1, ensure_ascii=False) + "\n")
-    else:
-        give(schema_text(run.name))
+    found = api.schema(run.name, run.macros)
+    give(json.dumps(found, indent=1, ensure_ascii=False) + "\n" if run.macros else schema_text(run.name))
     return FINE
 
 
@@ -118,16 +107,8 @@ def run_help(run: Run) -> int:
     """Print the help of a command, or the list of commands."""
     from .main import PROGRAM, program
 
-    found: click.Command | None = program()
-    context = click.Context(program(), info_name=PROGRAM, help_option_names=["-h", "--help"])
-    words = list(run.names)
-    while words and isinstance(found, click.Group):
-        name, found, words = found.resolve_command(context, words)
-        if found is not None:
-            context = click.Context(found, info_name=name, parent=context)
-    if words:
-        raise RequestError(f'{context.command_path} has no command "{words[0]}"')
-    return run.give(context.get_help(), context.get_help)
+    with program().make_context(PROGRAM, [*run.names, "--help"]) as context:  # which exits after printing it
+        return int(context.command.invoke(context))
 
 
 @command("cmake-dir", exits="0 printed", epilog="Pass it to find_package(rosorin_compile) as rosorin_compile_DIR.")

@@ -1,6 +1,5 @@
 """rosorin-compile verify: compare a recording of the running robot with its description."""
 
-import sys
 from pathlib import Path
 
 from rosorin_compile.output.atomic_files import OutputError, write_file
@@ -53,18 +52,14 @@ def run_verify(run: Run) -> int:
         console.warn(f"{description.name}: not compared")
         return PROBLEMS
     if run.format != "text":
-        if run.format == "json":
-            console.show(result.diagnostics)
+        console.show(result.diagnostics)
         run.give(result)
     elif run.quiet:
         failing = (ERROR, WARNING) if run.strict else (ERROR,)
         Console().show([finding for finding in result.diagnostics if finding.severity in failing])
     else:
-        for line in table(result):
-            print(line)
-        sys.stdout.flush()
+        print("".join(f"{line}\n" for line in table(result)), end="", flush=True)
         console.show(result.diagnostics)
-        sys.stderr.flush()
         print(summary(result, description.name, run.strict))
     if run.junit:
         _save(run.junit, as_junit(result, run.strict), b"<testsuites")

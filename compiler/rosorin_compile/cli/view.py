@@ -24,7 +24,7 @@ from .run import Run
 def run_view(run: Run) -> int:
     """Show a robot."""
     description = run.only_robot()
-    console, request, port, host = run.console, run.request(description), run.port, run.host
+    console, request = run.console, run.request(description)
     if run.html is not None:
         page = view(request, run.html, meshes=not run.no_meshes, max_megabytes=run.max_megabytes)
         console.show(page.diagnostics)
@@ -37,16 +37,16 @@ def run_view(run: Run) -> int:
         return run.give(page)
     if run.format != "text":
         raise RequestError("JSON goes with --html FILE: without a file there is a page to look at, and no answer")
-    robot = LiveRobot(request, console, contacts)
+    robot = LiveRobot(request, console, find_overlaps)
     try:
-        server = bound(robot.page, host, port)
+        server = bound(robot.page, run.host, run.port)
     except (OSError, UnicodeError) as problem:
-        raise RequestError(f"the page cannot be served at {host}, port {port or 'any'}: {problem}") from None
+        raise RequestError(f"the page cannot be served at {run.host}, port {run.port or 'any'}: {problem}") from None
     robot.serve(server, open_browser=not run.no_open)
     return FINE
 
 
-def contacts(shown: RobotView) -> Any:
+def find_overlaps(shown: RobotView) -> Any:
     """Return the engine that finds links of a robot that are inside each other."""
     from rosorin_compile.mujoco.physics import OverlapFinder
 
@@ -76,8 +76,7 @@ def run_picture(run: Run) -> int:
         raise RequestError(f'"{run.size}" is not WIDTHxHEIGHT in pixels, such as 1280x800')
     description = run.only_robot()
     picked = run.pick("pose joints pulses modes view collision published_frames frames theme transparent force")
-    pixels = (int(size[1]), int(size[2]))
-    result = picture(run.request(description), run.output, **picked, size=pixels)
+    result = picture(run.request(description), run.output, **picked, size=(int(size[1]), int(size[2])))
     run.console.show(result.diagnostics)
     if not result.drawn:
         run.console.warn(f"{description.name}: no picture was drawn")

@@ -13,12 +13,12 @@ from rosorin_compile.output.watched_files import INTERVAL, WatchedFiles
 from rosorin_compile.source.diagnostics import ERROR
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description, NoDescription
-from rosorin_compile.source.wording import and_more, count_of
+from rosorin_compile.source.wording import and_more, count_of, first_of
 from rosorin_compile.variants.sweep import MAX_FAILED, write_sweep
 
 from .command import PATH, command, flag, option, output_folder_option, robot_argument, robot_options, robots_argument
 from .console import FINE, PROBLEMS
-from .run import Run, count, refuse_stdin, with_folders
+from .run import Run, count, find_robots, refuse_stdin
 
 MAX_SHOWN = 20  # changes of one run, one line each
 _say = partial(print, flush=True)
@@ -31,7 +31,7 @@ def run_watch(run: Run) -> int:
     """Compile robots whenever one of their files changes, until Ctrl-C or SIGTERM."""
     gc.enable()  # it is off in short runs
     refuse_stdin(run.words, "name a file to watch")
-    watched = {description.path: WatchedRobot(description, run) for description in with_folders(run, run.words)}
+    robots = find_robots(run, run.words)
     stopped = False
 
     def stop(*_: object) -> None:
@@ -42,16 +42,14 @@ def run_watch(run: Run) -> int:
 
     signal.signal(signal.SIGINT, stop)
     signal.signal(signal.SIGTERM, stop)
-    for robot in watched.values():
-        robot.compile()
-    _say(f"watching {', '.join(robot.description.name for robot in watched.values())}; Ctrl-C ends it")
+    watched = {description.path: WatchedRobot(description, run) for description in robots}
+    _say(f"watching {', '.join(description.name for description in robots)}; Ctrl-C ends it")
     while not stopped:
         time.sleep(INTERVAL)
         with suppress(NoDescription):
             for description in Description.find([], run.output) if not run.words else ():
                 if description.path not in watched:
                     watched[description.path] = WatchedRobot(description, run)
-                    watched[description.path].compile()
         for robot in watched.values():
             if not stopped and robot.inputs.has_changed():
                 robot.inputs.settle()
@@ -68,6 +66,7 @@ class WatchedRobot:
         self.request, self.console = run.request(description), run.console
         self.inputs = WatchedFiles(description.outputs)
         self.reported: set[tuple[str, str, str]] = set()  # severity, rule and message of diagnostics
+        self.compile()
 
     def compile(self) -> None:
         """Compile the robot and write its artifacts; after an error nothing is written."""
@@ -87,22 +86,19 @@ class WatchedRobot:
             console.warn(f"{name}: {count_of(errors, 'error')}; the artifacts stay as they are")
             return
         if not compiled.artifacts:
-            _say(f"{name}: nothing to emit; say under outputs: what you want")
+            _say(f"{name}: nothing to write: the description lists no outputs")
             return
         files = {artifact.file: artifact.text for artifact in compiled.artifacts}
         try:
-            comparison = compare(compiled.robot, compiled.artifacts, read_set(folder))
+            changes = compare(compiled.robot, compiled.artifacts, read_set(folder)).changes
             done = write_artifacts(folder, {**compiled.mesh_files, **files})
         except OutputError as problem:
             console.show([problem.diagnostic])
             return
         console.show(done.diagnostics(folder))
-        changes = f"written: {', '.join(done.written)}" if done.written else "unchanged"
-        _say(f"{name}: {count(files)} in {folder}, {changes}")
-        lines = [f"  {change.line()}" for change in comparison.changes]
-        more = [f"  ...{and_more(len(lines) - MAX_SHOWN)}"] if len(lines) > MAX_SHOWN else []
-        for line in lines[:MAX_SHOWN] + more:
-            _say(line)
+        state = f"written: {', '.join(done.written)}" if done.written else "unchanged"
+        lines = [f"{name}: {count(files)} in {folder}, {state}", *(f"  {one.line()}" for one in changes[:MAX_SHOWN])]
+        _say("\n".join([*lines, *([f"  ...{and_more(len(changes) - MAX_SHOWN)}"] if changes[MAX_SHOWN:] else [])]))
 
 
 _OVER = "variants: a CSV file with a row for each, a YAML list, or a folder with a file of arguments for each"
@@ -120,25 +116,17 @@ _AS = "with a folder: argument to set to the content of each file, or to its pat
 @robot_options
 def run_sweep(run: Run) -> int:
     """Compile the variants of a list; return the exit code."""
-    description = run.only_robot(stdin=False)
-    console, code = run.console, PROBLEMS
-    console.begin(description.name)
+    request, console, code = run.request(run.only_robot(stdin=False)), run.console, PROBLEMS
+    picked = run.pick("jobs whole dask prune")
     try:
-        result = write_sweep(
-            run.request(description),
-            run.over,
-            run.output,
-            **run.pick("jobs whole dask prune"),
-            report=lambda diagnostic: console.show([diagnostic]),
-        )
+        result = write_sweep(request, run.over, run.output, **picked, report=lambda found: console.show([found]))
     except KeyboardInterrupt as stop:
         if stop.args:
             console.warn(f"stopped: {stop.args[0]}; the same command continues from there")
         raise
     if result.complete:
         if result.removed:
-            shown = ", ".join(result.removed[:5]) + and_more(len(result.removed[5:]))
-            console.say(f"{count_of(len(result.removed), 'variant')} removed: {shown}")
+            console.say(f"{count_of(len(result.removed), 'variant')} removed: {first_of(result.removed, 5)}")
         if result.error > MAX_FAILED:
             console.warn(f"{result.error - MAX_FAILED} more variants with errors: see sweep.json")
         for status, count in (("made", result.made), ("unchanged", result.unchanged), ("errors", result.error)):

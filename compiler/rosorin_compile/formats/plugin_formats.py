@@ -12,7 +12,7 @@ from rosorin_compile.language.annotations import check_schema
 from rosorin_compile.language.schema import schema
 from rosorin_compile.source.diagnostics import Diagnostic, has_errors
 from rosorin_compile.source.files import exists
-from rosorin_compile.source.plugins import Plugin, PluginFailed, aside, diagnostic_of, failed_plugin, load
+from rosorin_compile.source.plugins import Plugin, PluginFailed, diagnostic_of, divert_stdout, failed_plugin, load
 from rosorin_compile.source.project import ENDINGS, data_folder
 from rosorin_compile.source.rule_registry import OF_PLUGINS, Rule, find
 from rosorin_compile.source.xml.markup import MarkupError
@@ -70,7 +70,7 @@ def _unique_names(built_in: Collection[str], format: Format) -> list[str]:
 def _guarded(plugin: Plugin, format: Format) -> Format:
     def guarded(name: str, function: Callable[..., Any], *arguments: Any) -> Any:
         try:
-            with aside():
+            with divert_stdout():
                 return _converted(format, name, function(*arguments), arguments)
         except (Exception, SystemExit) as problem:
             diagnostic = failed_plugin(plugin, problem)

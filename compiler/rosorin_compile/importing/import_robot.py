@@ -144,7 +144,7 @@ def import_robot(
         return result
     tree = _with_drives(imported.tree, drives, source)
     tree = tree if name is None else put_values(tree, {"robot": name})
-    base = package.folder if package else Description.around()
+    base = package.folder if package else Description.project_folder()
     folder = Path(output) if output is not None else base / Description.FOLDER / file_name(tree["robot"])
     result = replace(result, robot=tree["robot"], folder=str(folder))
     record = None if force else read_record(folder, words)

@@ -22,7 +22,7 @@ from rosorin_compile.model.sections import ENTRIES, ITEMS, ONE, Section, Section
 from rosorin_compile.model.servos import ServoGroup
 from rosorin_compile.model.simulation import Attribute, Values
 from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, UnknownName, error
-from rosorin_compile.source.plugins import Plugin, aside, failed_plugin
+from rosorin_compile.source.plugins import Plugin, divert_stdout, failed_plugin
 from rosorin_compile.source.rule_registry import find_declared
 from rosorin_compile.source.tree import Map, Path
 
@@ -198,7 +198,7 @@ def _completed(fragment: Mapping[str, Any], value: Any) -> Any:
 @contextmanager
 def _guarded(plugin: Plugin, section: str, report: Report) -> Iterator[None]:
     try:
-        with aside():
+        with divert_stdout():
             yield
     except (Exception, SystemExit) as fault:
         report(failed_plugin(plugin, fault), section)

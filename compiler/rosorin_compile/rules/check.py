@@ -19,7 +19,7 @@ from rosorin_compile.model import Robot
 from rosorin_compile.model.sections import own_sections
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Related, Span
 from rosorin_compile.source.messages import UNNAMED, Offer, merge_by_name, move_to_name, offer, place_of_word
-from rosorin_compile.source.plugins import Plugin, aside, broken_plugin, diagnostic_of, failed_plugin, load
+from rosorin_compile.source.plugins import Plugin, broken_plugin, diagnostic_of, divert_stdout, failed_plugin, load
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, Rule, checks_of, find, find_declared
 from rosorin_compile.source.tree import Map, Place, Seq, exists, nearer
@@ -109,7 +109,7 @@ def _of_plugin(plugin: Plugin, check: Check, case: Case) -> Iterator[Diagnostic]
     """Yield the diagnostics of a plug-in's check until it does something wrong, and an error about that."""
     ids = [rule.id for rule in check.rules]
     try:
-        with aside():
+        with divert_stdout():
             for diagnostic in check(case):
                 if not isinstance(diagnostic, Diagnostic) or diagnostic.rule not in ids:
                     what = f"yields {str(diagnostic)[:80]}, no Diagnostic of its rules ({', '.join(ids)})"

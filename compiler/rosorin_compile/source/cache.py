@@ -1,7 +1,4 @@
-"""Results of functions that a robot caches, and the user's cache folder (XDG) of templates and names of artifacts.
-
-Everything works without it: ``ROSORIN_COMPILE_CACHE`` names another folder, or disables the cache if it is ``off``.
-"""
+"""Results that a robot caches, and the user's cache folder (XDG, or ``ROSORIN_COMPILE_CACHE``; off: no cache)."""
 
 from __future__ import annotations
 
@@ -47,12 +44,12 @@ def cache_folder(name: str) -> Path | None:
     try:
         for place in (top, folder):
             place.mkdir(0o700, parents=True, exist_ok=True)
-        reason = _open_to_others(folder)
+        if (reason := _open_to_others(folder)) is not None:
+            _refused[:] = [(f"{reason[0]}: nothing is kept in the cache {top}", reason[1])]
+            return None
     except (OSError, ValueError, RuntimeError):
         return None
-    if reason is not None:
-        _refused[:] = [(f"{reason[0]}: nothing is kept in the cache {top}", reason[1])]
-    return folder.resolve() if reason is None and os.access(folder, os.W_OK) else None
+    return folder.resolve() if os.access(folder, os.W_OK) else None
 
 
 def cache_refused() -> tuple[str, str] | None:
@@ -64,12 +61,11 @@ def _open_to_others(folder: Path) -> tuple[str, str] | None:
     """Return who else could change a folder of the cache, and the fix, or None. Raises OSError."""
     real = folder.resolve(strict=True)
     links = [place for place in (folder, *folder.parents) if place.is_symlink()]
-    folders = (real, *real.parents)
-    for place in (*links, *reversed(folders)):
+    for place in (*links, *reversed((real, *real.parents))):
         status = place.lstat()
         if status.st_uid not in (0, os.geteuid()):
             return f"{label(place)} belongs to another user", _ELSEWHERE
-        is_sticky = bool(status.st_mode & stat.S_ISVTX) and place not in folders[:2]  # as /tmp is, above the cache
+        is_sticky = status.st_mode & stat.S_ISVTX and place not in (real, real.parent)  # as /tmp is, above the cache
         if place not in links and status.st_mode & 0o022 and not is_sticky:
             return f"{label(place)} can be written by others", f"chmod go-w {label(place)}; or {_ELSEWHERE}"
     return None

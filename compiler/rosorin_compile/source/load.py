@@ -53,14 +53,13 @@ def read_input(path: Path, shown: str, asked: Span | None, most: int, help: str)
     """Return a regular file, or standard input, of at most ``most`` bytes that ``asked`` names. Raises SourceError."""
     data = stdin_of(path)
     try:
-        if data is None and files.is_special(path):  # reading a pipe or a device would wait
-            raise SourceError(error("file-unreadable", f"{shown} is not a regular file", asked, help))
-        if (path.stat().st_size if data is None and files.is_file(path) else len(data or b"")) > most:
-            raise SourceError(error("file-too-large", f"{shown} is larger than {most:,} bytes", asked, help))
-        return files.read_bytes(path) if data is None else data
-    except (OSError, ValueError) as problem:
-        reason = getattr(problem, "strerror", None) or str(problem)
+        data = files.read_bytes(path, most + 1) if data is None else data
+    except OSError as problem:
+        reason = problem.strerror or str(problem)
         raise SourceError(error("file-unreadable", f"cannot read {shown}: {reason}", asked, help)) from None
+    if len(data) > most:
+        raise SourceError(error("file-too-large", f"{shown} is larger than {most:,} bytes", asked, help))
+    return data
 
 
 def read_utf8(path: Path, shown: str, asked: Span | None = None) -> Source:
@@ -91,9 +90,7 @@ def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instanc
     if tree is None and stdin_of(path) is not None:
         help = "the program before the pipe printed nothing"
     if source.text.lstrip().startswith("<"):
-        marks = {"<sdf": "SDF", "<mujoco": "MJCF", "xmlns:xacro": "xacro", "<robot": "URDF", "": "XML"}
-        kind = next(kind for mark, kind in marks.items() if mark in source.text[:2_000])
-        message, help = f"{source.path} is {kind}, not a description", "`rosorin-compile import` converts robots in XML"
+        message, help = f"{source.path} is XML, not a description", "`rosorin-compile import` converts robots in XML"
     raise LoadError(error("not-a-mapping", message, source.span(), help))
 
 
@@ -126,13 +123,14 @@ def _check_text(source: Source) -> None:
         help = f'remove it, or write the text in double quotes with "\\u{ord(found[0]):04x}"'
         message = f"{in_words(found[0])} changes the order in which editors show this line"
         raise LoadError(error("bidi-control", message, source.span(found.start()), help))
-    line_ends = list(_LINE_ENDS.finditer(text))
-    quoted = [(token.start_mark.index, token.end_mark.index) for token in quoted_tokens(text)] if line_ends else []
-    for found in line_ends:
-        if not any(start <= found.start() < end for start, end in quoted):
-            message = f"{in_words(found[0]).removesuffix(', a control character')} ends this line for YAML"
-            help = "remove it: most editors show it within the line"
-            raise LoadError(error("yaml-line-end", message, source.span(found.start()), help))
+    if not (line_ends := {found.start() for found in _LINE_ENDS.finditer(text)}):
+        return
+    for token in quoted_tokens(text):
+        line_ends -= {*range(token.start_mark.index, token.end_mark.index)}
+    if line_ends:
+        message = f"{in_words(text[min(line_ends)]).removesuffix(', a control character')} ends this line for YAML"
+        help = "remove it: most editors show it within the line"
+        raise LoadError(error("yaml-line-end", message, source.span(min(line_ends)), help))
 
 
 class _Composer:
@@ -147,11 +145,11 @@ class _Composer:
 
     def document(self) -> Any:
         """Return the value of the one document of the source; None if it is empty."""
-        tree, is_begun = None, False
+        tree, documents = None, 0
         for event in self.events:
-            if isinstance(event, yaml.DocumentStartEvent) and is_begun:
+            documents += isinstance(event, yaml.DocumentStartEvent)
+            if documents > 1:
                 raise self.fail("yaml-documents", "a description is one YAML document", event, 'remove the "---"')
-            is_begun = is_begun or isinstance(event, yaml.DocumentStartEvent)
             if isinstance(event, yaml.NodeEvent):
                 tree = self.value(event, 0)
         return tree

@@ -108,9 +108,8 @@ class Offer(NamedTuple):
 
 def offer(diagnostic: Diagnostic) -> Offer | None:
     """Return the unknown name of an error and the name that its help suggests, or None for another error."""
-    if diagnostic.severity != ERROR or diagnostic.rule in _OF_SHAPE:
-        return None
-    if (found := _MEANT.match(diagnostic.with_help().help)) is None:
+    is_name = diagnostic.severity == ERROR and diagnostic.rule not in _OF_SHAPE
+    if not is_name or (found := _MEANT.match(diagnostic.with_help().help)) is None:
         return None
     meant = found[1]
     if isinstance(diagnostic.suggest, Suggestion):

@@ -23,11 +23,10 @@ def package_name(folder: Path) -> str:
     path = folder / PACKAGE_XML
     if not files.is_file(path):
         return ""
-    try:
-        root = parse(read_source(path)).root
-    except MarkupError:
-        return folder.name
-    return next((child.text for child in root.children if child.tag == "name" and child.text), folder.name)
+    with suppress(MarkupError):
+        names = (child.text for child in parse(read_source(path)).root.children if child.tag == "name")
+        return next(filter(None, names), folder.name)
+    return folder.name
 
 
 class Packages:

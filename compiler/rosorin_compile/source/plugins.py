@@ -58,13 +58,13 @@ def load(
         if plugin.group != group or called not in (None, plugin.name):
             continue
         try:
-            with aside():
+            with divert_stdout():
                 made = entry_point.load()
             if not isinstance(made, kind):
                 raise TypeError(f"it is of type {type(made).__name__}, not a {kind.__name__} of rosorin_compile")
             own = list(names(made))
         except (Exception, SystemExit) as problem:
-            diagnostics.append(broken_plugin(plugin, f"cannot be loaded: {_reason(problem)}"))
+            diagnostics.append(failed_plugin(plugin, problem, "cannot be loaded"))
             continue
         if (taken := next((name for name in own if name in owners or built_in(name)), None)) is not None:
             diagnostics.append(clash(plugin, taken, owners.get(taken)))
@@ -79,9 +79,13 @@ def broken_plugin(plugin: Plugin, what: str, rule: str = "plugin-broken") -> Dia
     return error(rule, f"{plugin} {what}", None, f"upgrade it, or pip uninstall {plugin.distribution}")
 
 
-def failed_plugin(plugin: Plugin, problem: BaseException) -> Diagnostic:
+def failed_plugin(plugin: Plugin, problem: BaseException, what: str = "fails") -> Diagnostic:
     """Return an error: a plug-in raised an exception."""
-    return broken_plugin(plugin, f"fails: {_reason(problem)}")
+    try:
+        reason = f"{type(problem).__name__}: {problem}".rstrip(": ")
+    except Exception:  # its text is made by the plug-in, too
+        reason = type(problem).__name__
+    return broken_plugin(plugin, f"{what}: {reason}")
 
 
 def clash(plugin: Plugin, name: str, other: Plugin | None = None) -> Diagnostic:
@@ -90,14 +94,7 @@ def clash(plugin: Plugin, name: str, other: Plugin | None = None) -> Diagnostic:
     return broken_plugin(plugin, f'brings "{name}", {whose}', "plugin-clash")
 
 
-def _reason(problem: BaseException) -> str:
-    try:
-        return f"{type(problem).__name__}: {problem}".rstrip(": ")
-    except Exception:  # its text is made by the plug-in, too
-        return type(problem).__name__
-
-
-def aside() -> redirect_stdout[TextIO]:
+def divert_stdout() -> redirect_stdout[TextIO]:
     """Send what a plug-in prints to standard error: standard output is for artifacts."""
     return redirect_stdout(sys.stderr)
 
@@ -109,11 +106,10 @@ def diagnostic_of(value: object) -> Diagnostic:
     if value.severity not in (ERROR, WARNING, NOTE):
         raise ValueError(f"the severity of {value.rule} is error, warning or note, not {str(value.severity)[:60]!r}")
     texts, related = (value.rule, value.message, value.help), value.related
-    spans = [value.span, *(getattr(one, "span", None) for one in related)]
-    are_spans = (isinstance(span, Span) and span.line > 0 and span.column > 0 for span in spans if span is not None)
     if not (all(isinstance(text, str) for text in texts) and all(isinstance(one, Related) for one in related)):
         raise TypeError(f"rule, message and help of a Diagnostic are texts, and related are Related: {texts}"[:200])
-    if not all(are_spans):
+    spans = filter(None, [value.span, *(one.span for one in related)])
+    if not all(isinstance(span, Span) and span.line > 0 and span.column > 0 for span in spans):
         raise TypeError("the place of a Diagnostic is a Span, with a line and a column")
     return replace(value, numbers=tuple(dict(value.numbers).items()), of=tuple(map(str, value.of)))
 

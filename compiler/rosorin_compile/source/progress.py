@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import ClassVar, TextIO
 
@@ -18,12 +18,9 @@ class Progress:
     """The progress line of this process."""
 
     _stream: ClassVar[TextIO | None] = None
-    _clock: ClassVar[Callable[[], float]] = staticmethod(lambda: time.monotonic())
-    _topic: ClassVar[str] = ""
-    _kind: ClassVar[str] = ""
-    _due: ClassVar[float] = 0.0  # nothing is shown before
-    _next: ClassVar[float] = 0.0  # a step of the same kind is not shown before
-    _is_shown: ClassVar[bool] = False
+    _topic = _kind = ""
+    _due = _next = 0.0  # when the first step is shown, and when the next one of the same kind
+    _is_shown = False
 
     @classmethod
     def show(cls, stream: TextIO) -> None:
@@ -40,7 +37,7 @@ class Progress:
     def begin(cls) -> None:
         """Restart the delay, as ``watch`` does for each change."""
         cls.wipe()
-        cls._due, cls._next, cls._kind = cls._clock() + _DELAY, 0.0, ""
+        cls._due, cls._next, cls._kind = time.monotonic() + _DELAY, 0.0, ""
 
     @classmethod
     def set_topic(cls, topic: str) -> None:
@@ -52,15 +49,15 @@ class Progress:
         """Show that ``done`` of ``total`` (0 if unknown) steps are done; if not ``counted``, without the numbers."""
         if cls._stream is None:
             return
-        now, is_new, cls._kind = cls._clock(), what != cls._kind, what
+        now, is_new, cls._kind = time.monotonic(), what != cls._kind, what
         if now < cls._due or (now < cls._next and not is_new):
             return
         cls._next = now + _INTERVAL
         text = printable(f"{cls._topic} {what}".strip())
-        if counted and (done or total):
-            text += f" {done:,}" + (f" of {total:,}" if total else "")
+        text += f" {done:,}" if counted and (done or total) else ""
         if total:
             share = min(1.0, done / total)  # a recording may contain more than it declares
+            text += f" of {total:,}" if counted else ""
             text += f" [{'#' * int(_WIDTH * share):.<{_WIDTH}}] {int(100 * share):3d}%"
         columns = 80
         with suppress(OSError, ValueError, AttributeError):

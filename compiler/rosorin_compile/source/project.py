@@ -69,24 +69,23 @@ class Description:
         return cls(name, path, base / name)
 
     @classmethod
-    def around(cls) -> Path:
+    def project_folder(cls) -> Path:
         """Return the folder of the project that this folder is in, relative to here; this folder if there is none."""
         return next((folder for folder in _upwards() if all_in(folder)), Path())
 
     @staticmethod
     def nearest_file(path: Path) -> Path | None:
         """Return the file in the same folder with a similar name, whatever its extension, or None."""
-        try:
+        with suppress(OSError, ValueError):  # no folder, or a name that no file can have
             stems = {file.stem: file for file in sorted(path.parent.iterdir()) if files.is_file(file)}
-        except (OSError, ValueError):  # no folder, or a name that no file can have
-            return None
-        return stems.get(nearest(path.stem, stems) or "")
+            return stems.get(nearest(path.stem, stems) or "")
+        return None
 
     @property
     def projects(self) -> tuple[Path, ...]:
         """The folders of the projects that it is in, by ``homes``; without one its own folder."""
         return tuple(
-            next((parent.parent for parent in (home, *home.parents) if parent.name == DESCRIPTIONS), home)
+            next((folder.parent for folder in (home, *home.parents) if folder.name == DESCRIPTIONS), home)
             for home in homes(self.path)
         )
 
@@ -103,7 +102,7 @@ def stdin_of(path: Path) -> bytes | None:
 
 def all_here() -> list[Path]:
     """Return the first files of all descriptions of the project around this folder, sorted by name."""
-    return all_in(Description.around())
+    return all_in(Description.project_folder())
 
 
 def all_in(project: Path) -> list[Path]:
@@ -111,13 +110,13 @@ def all_in(project: Path) -> list[Path]:
     return [folder / ROOT_FILE for folder in _description_folders(project) if _has_first_file(folder)]
 
 
-def all_with(changed: Iterable[str]) -> list[Path]:
+def descriptions_of(changed: Iterable[str]) -> list[Path]:
     """Return the first files of all descriptions of the projects around some files, sorted."""
     projects = (next(filter(None, map(all_in, Path(file).parents)), []) or all_here() for file in changed)
     return sorted({path for project in projects for path in project})
 
 
-def here() -> list[Description]:
+def nearest_descriptions() -> list[Description]:
     """Return the description whose folder this folder is in, or all of the project around it. Raises NoDescription."""
     for folder in _upwards():
         if all_in(folder):
@@ -138,21 +137,18 @@ def without_first_file(project: Path) -> list[tuple[str, str]]:
 
 
 def _description_folders(project: Path) -> list[Path]:
-    try:
-        return sorted(Path(project, DESCRIPTIONS).iterdir())
-    except (FileNotFoundError, NotADirectoryError):
-        return []
+    folder = Path(project, DESCRIPTIONS)
+    return sorted(folder.iterdir()) if folder.is_dir() else []
 
 
 def _has_first_file(folder: Path) -> bool:
     """Return True if a folder has the main file of a description, even a dangling link or an unreadable file."""
     try:
-        (folder / ROOT_FILE).lstat()
+        return bool((folder / ROOT_FILE).lstat())
     except PermissionError:  # reading the description reports it
         return not folder.name.startswith(".")
     except OSError:
         return False
-    return True
 
 
 def _misnamed(folder: Path) -> Path | None:
@@ -163,10 +159,9 @@ def _misnamed(folder: Path) -> Path | None:
 
 
 def _beginning(file: Path) -> bytes:
-    try:
+    with suppress(OSError):
         return files.read_bytes(file, 1_000_000)
-    except OSError:
-        return b""
+    return b""
 
 
 def _no_first_file(folder: Path) -> tuple[str, str]:
@@ -188,11 +183,10 @@ def _upwards() -> Iterator[Path]:
 def homes(path: Path) -> tuple[Path, ...]:
     """Return the folder of a description, and that of the source if colcon installed a link to a file of the source."""
     here = files.resolve(path.parent)
-    try:
-        there = files.resolve(path).parent if path.is_symlink() else here
-    except (OSError, RuntimeError):  # a loop of links
-        there = here
-    return (here,) if here == there else (here, there)
+    with suppress(OSError, RuntimeError):  # a loop of links
+        if path.is_symlink() and (there := files.resolve(path).parent) != here:
+            return here, there
+    return (here,)
 
 
 def first_file(name: str) -> Path:
@@ -201,7 +195,7 @@ def first_file(name: str) -> Path:
         return Description.ON_STDIN
     if Path(name).suffix in ENDINGS and _may_be_file(Path(name)):  # without a look at the folders above
         return Path(name)
-    places = (Path(name), Path(DESCRIPTIONS, name), Path(Description.around(), DESCRIPTIONS, name))
+    places = (Path(name), Path(DESCRIPTIONS, name), Path(Description.project_folder(), DESCRIPTIONS, name))
     for path in (*(place / ROOT_FILE for place in places), Path(name)):
         if _may_be_file(path):
             return path

@@ -23,24 +23,19 @@ if TYPE_CHECKING:
 
 
 class Heading:
-    """The headings of the page of rules by name."""
+    """The headings of the page of rules by name; ``schemas/rules.json`` has more."""
 
     FILES, ARGUMENTS = "Files and YAML", "Arguments, named values, expressions, parts"
     SHAPE, JOINTS, NUMBERS, POSES = "Shape", "Links and joints", "Numbers", "Servos and poses"
     FRAMES, OUTPUTS, FORMATS = "Frames and publishers", "Outputs and stand-ins", "Unsupported by a format"
-    SIMULATED, SIMULATION = "MuJoCo keys and elements", "Simulation"
-    CONTROL, TEMPLATES = "Hardware and controllers of ros2_control", "Templates"
-    WRITING, READING, MESHES = "Writing and comparing", "Robots in other formats", "Numbers from meshes"
-    PHYSICS, ASKING, PACKAGES, RECORDINGS = "Physics", "Transforms and pulses", "ROS packages", "Recordings"
-    PARAMETERS, NAVIGATION, PLUGINS = "Parameters of nodes", "Navigation and localisation", "Plug-ins"
+    SIMULATED, SIMULATION, PHYSICS = "MuJoCo keys and elements", "Simulation", "Physics"
+    CONTROL, PLUGINS = "Hardware and controllers of ros2_control", "Plug-ins"
 
 
 # The same as plain names, for modules of the core.
 ARGUMENTS, JOINTS, NUMBERS, POSES = Heading.ARGUMENTS, Heading.JOINTS, Heading.NUMBERS, Heading.POSES
 FRAMES, OUTPUTS, SIMULATED, PHYSICS = Heading.FRAMES, Heading.OUTPUTS, Heading.SIMULATED, Heading.PHYSICS
 SIMULATION, PLUGINS = Heading.SIMULATION, Heading.PLUGINS
-
-
 _ID = re.compile("[a-z0-9]+(-[a-z0-9]+)*")
 _ACCEPT, _IMPORTED = ("", "link", "joint", "link or joint"), ("", "always", "lenient")
 
@@ -57,15 +52,10 @@ class Rule:
     imported: str = ""  # a robot in another format is accepted like that: "always", "lenient"
     asked: str = ""  # what a run requests to check it: "meshes", "physics", "simulation"
 
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not isinstance(value, str):
-                raise TypeError(f"{name} of a rule is a text, not {str(value)[:60]!r}")
-
     @property
     def mild(self) -> bool:
         """Whether it can be a warning or a note, by its text."""
-        return bool({"warning", "note"} & set(self.what.lower().replace(":", " ").replace(",", " ").split()))
+        return re.search(r"(?i)(?<![^\s:,])(warning|note)(?![^\s:,])", self.what) is not None
 
     @property
     def severity(self) -> str:
@@ -139,12 +129,11 @@ def find_declared(id: str) -> Rule:
 def find(ids: Collection[str] | None = None) -> dict[str, Rule]:
     """Return the tool's own rules by id: all, or those of ``ids``; only modules that declare them are imported."""
     package = Path(__file__).parents[1]
-    found = {id: rule for id, rule in of_stages().items() if ids is None or id in ids}
+    found = dict(of_stages())
     quoted = [f'"{id}"'.encode() for id in ids or () if id not in found]
     for path in sorted(package.glob("**/*.py")):
         text = path.read_bytes()
         if b"@rule(" in text and (ids is None or any(id in text for id in quoted)):
             name = ".".join(path.relative_to(package.parent).with_suffix("").parts).removesuffix(".__init__")
-            rules = [rule for check in checks_of(import_module(name)) for rule in check.rules]
-            found |= {rule.id: rule for rule in rules if ids is None or rule.id in ids}
-    return found
+            found |= {rule.id: rule for check in checks_of(import_module(name)) for rule in check.rules}
+    return {id: rule for id, rule in found.items() if ids is None or id in ids}

@@ -6,6 +6,7 @@ import errno
 import os
 import re
 import shlex
+from contextlib import suppress
 
 AS_FOLDER, NO_WAIT = getattr(os, "O_DIRECTORY", 0), getattr(os, "O_NONBLOCK", 0)
 AS_BYTES = getattr(os, "O_BINARY", 0)  # else Windows writes two characters at the end of a line
@@ -13,7 +14,7 @@ HAS_FORK, HAS_OWNERS = hasattr(os, "fork"), hasattr(os, "geteuid")
 HAS_FOLDER_HANDLES = AS_FOLDER != 0  # and open files can be moved: Windows has neither
 
 NO_LIMITS = "this system sets no limits to a process (resource): a file that asks for too much memory is not stopped"
-_missed: list[str] = []
+_missed: dict[str, None] = {}
 
 
 def is_own(status: os.stat_result) -> bool:
@@ -27,17 +28,17 @@ def cores() -> int:
 
 
 def needs(module: str, without: str) -> None:
-    """Record the message ``without`` for ``missed`` if a module of Python is not available."""
+    """Record the message ``without`` for ``take_missing`` if a module of Python is not available."""
     try:
         __import__(module)
     except ImportError:
-        if without not in _missed:
-            _missed.append(without)
+        _missed[without] = None
 
 
 def take_missing() -> list[str]:
     """Return and clear the messages about missing modules."""
-    messages, _missed[:] = _missed.copy(), []
+    messages = [*_missed]
+    _missed.clear()
     return messages
 
 
@@ -74,11 +75,10 @@ def package_folders(name: str) -> list[str]:
     """Return the folders of an installed package, or the file of a module, without importing it."""
     from importlib.util import find_spec
 
-    try:
-        spec = find_spec(name)
-    except (ImportError, ValueError, AttributeError):
-        return []
-    return [] if spec is None else list(spec.submodule_search_locations or ()) or [spec.origin or name]
+    with suppress(ImportError, ValueError, AttributeError):
+        if (spec := find_spec(name)) is not None:
+            return list(spec.submodule_search_locations or ()) or [spec.origin or name]
+    return []
 
 
 def is_installed(name: str) -> bool:

@@ -127,16 +127,14 @@ def difference(name: str, other: str) -> str:
     """Return a description of how a name differs from another one that looks like it."""
     from unicodedata import normalize
 
-    pairs = ((name, other), (other, name))
-    for first, second in pairs:
-        if (hidden := hidden_letter(first)) and hidden not in second:
-            return f"{in_words(hidden)}, which is invisible"
+    letters = [letter for letter in name + other if (letter in name) != (letter in other)]
+    if hidden := hidden_letter("".join(letters)):
+        return f"{in_words(hidden)}, which is invisible"
     if normalize("NFC", name) == normalize("NFC", other):
         return "the Unicode form (NFC, NFD)"
     if name.casefold() == other.casefold():
         return "upper and lower case"
-    strange = (letter for first, second in pairs for letter in first if letter not in second and not letter.isascii())
-    return next(map(in_words, strange), "letters that look alike")
+    return next((in_words(letter) for letter in letters if not letter.isascii()), "letters that look alike")
 
 
 @lru_cache(maxsize=16)
@@ -159,11 +157,9 @@ def mask_controls(text: str, keep: str = "") -> str:
 
 def plural(noun: str, count: int) -> str:
     """Return a noun as it is written after a number."""
-    if count == 1:
-        return noun
-    if noun.endswith("y") and noun[-2] not in "aeiou":
+    if count != 1 and noun.endswith("y") and noun[-2] not in "aeiou":
         return f"{noun[:-1]}ies"
-    return f"{noun}{'es' if noun.endswith(('s', 'x', 'sh', 'ch')) else 's'}"
+    return noun if count == 1 else f"{noun}{'es' if noun.endswith(('s', 'x', 'sh', 'ch')) else 's'}"
 
 
 def count_of(count: int, noun: str) -> str:

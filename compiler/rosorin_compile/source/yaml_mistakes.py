@@ -107,10 +107,9 @@ class _Failure:
             return self.report("the text continues after its closing quote", f"write {escape} within it")
         if "block" not in self.what or rest[0] in ":,":
             return None
-        if rest[0] in "]}":
-            return self.report(f'"{rest[0]}" closes nothing', "remove it, or open it before")
         word = printable(rest.split()[0])
-        help = f"{_COMMENT}; each number of a list has its own unit"
+        comment = f"{_COMMENT}; each number of a list has its own unit"
+        help = "remove it, or open it before" if rest[0] in "]}" else comment
         return self.report(f'"{word}" is after the closing "{before[-1]}"', help, length=len(word))
 
     def bracket(self) -> Diagnostic | None:
@@ -166,31 +165,26 @@ class _Failure:
         if comment := self.foreign_comment(number):
             return comment
         line = self.source.line(number)
-        column = _key_indent(line) + 1
-        text, place = line[column - 1 :].strip(), (number, column)
-        name, _, value = text.partition(" ")
+        text = line[_key_indent(line) :].strip()
+        found = re.match(r"([\w.-]+)\s*(:=|[:=\uff1a])\s*(\S.*)?$", text)
+        name, sign, value = found.groups() if found else text.partition(" ")
         message, help = 'a ":" is missing in this line', f"write {printable(f'{name}: {value.strip()}')}"
-        if text.startswith("<"):
-            message, help = "this is XML within YAML", "keep it as text under urdf_elements"
-        elif found := re.match(r"([\w.-]+)\s*(:=|[:=\uff1a])\s*(\S.*)?$", text):
-            name, sign, value = found.groups()
+        if found:
             message = 'a space is missing after the ":"' if sign == ":" else f'"{sign}" is in the place of ":"'
-            help = f"write {printable(f'{name}: {value}')}"
-        elif len(text.split()) > 3 or text[-1] in ".,;!":
-            help = _COMMENT
-        return self.report(message, help, place, len(text))
+        elif len(text.split()) > 3 or text[-1] in ".,;!>":
+            help = f"{_COMMENT}; XML is a text under urdf_elements" if text.startswith("<") else _COMMENT
+        return self.report(message, help, (number, _key_indent(line) + 1), len(text))
 
     def indentation(self) -> Diagnostic | None:
         is_item = "'-' indicator" in self.what
         if not ("expected key" in self.what or is_item) or self.before.strip() or not self.text.strip():
             return None
         message = f"this line is indented by {self.indent} spaces, as no entry above it is"
-        help = "indent it as the entry that it belongs to"
         if is_item and self.indent == self.begun[1] - 1:
-            message, help = 'an item of this list has no "- "', "indent it deeper, to belong to the above"
+            message = 'an item of this list has no "- "'
         elif self.letter == "-":
-            message, help = "an item of a list is among keys", "indent it under the key of its list"
-        return self.report(message, help, (self.line, self.indent + 1))
+            message = "an item of a list is among keys"
+        return self.report(message, "indent it as the entry that it belongs to", (self.line, self.indent + 1))
 
     def beginning(self) -> Diagnostic:
         """Report a value that begins with a character to which YAML gives a meaning."""
@@ -198,21 +192,20 @@ class _Failure:
             if words in self.what:
                 place = self.begun if at_begun else self.at
                 return self.report(message.format(letter=printable(self.letter)), help, place)
-        text = self.source.text
         if "expected node content" in self.what:
             if self.letter == ",":
                 return self.report('a value is missing before this ","', "write the value, or remove the comma")
             if self.letter:
                 return self.report(f'"{self.letter}" closes nothing', "remove it, or open it before")
-            if (last := max(text.rfind("["), text.rfind("{"))) >= 0:
-                help = 'add "]"' if text[last] == "[" else 'add "}"'
-                return self.report(f'this "{text[last]}" is not closed', help, self.source.span(last)[1:3])
+            last = max(self.source.text.rfind("["), self.source.text.rfind("{"))
+            opened, closing = self.source.text[last], "]" if self.source.text[last] == "[" else "}"
+            return self.report(f'this "{opened}" is not closed', f'add "{closing}"', self.source.span(last)[1:3])
         is_scanning = self.what.startswith(("while scanning", "while parsing a node", "while parsing a t"))
         if self.opened in _BEGINNINGS and is_scanning:
             return self.report(f'"{self.opened}" begins {_BEGINNINGS[self.opened]} here', _QUOTE, self.begun)
+        if "<document start>" in self.what and self.source.text.startswith("%"):
+            return self.report('a line with "%" is for YAML itself', "remove it", (1, 1))
         if "<document start>" in self.what:
-            if text.startswith("%"):
-                return self.report('a line with "%" is for YAML itself', "remove it", (1, 1))
             return self.report("the description ends before this", "remove it, or the closing bracket above")
         return self.report("YAML cannot be parsed from here on", f"indent with spaces; {_QUOTE}")
 

@@ -262,7 +262,7 @@ class LiveRobot:
 
     def __init__(self, request: Request, console: Console, contacts: Callable[[RobotView], Any]) -> None:
         self.console = console
-        self.request = replace(request, warn=console.ahead)
+        self.request = replace(request, warn=console.warn_ahead)
         self.contacts = contacts
         self.inputs = WatchedFiles()
         self.page = Page()

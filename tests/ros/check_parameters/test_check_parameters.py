@@ -76,7 +76,7 @@ def test_files_of_public_robots_have_no_error(case: Path, monkeypatch: pytest.Mo
         (["--controllers", "sound.yaml", "frames.yaml"], 1, "parameters-other-edge"),
         (["nothing.yaml"], 2, 'there is no file "nothing.yaml"'),
         (["sound.yaml", "--remap", "a"], 2, '"a" is not a remap: write NODE:FROM:=TO'),
-        (["--launch", "a.launch.py"], 2, "there is no parameter file to hold against a robot: rosorin-compile check "),
+        (["--launch", "a.launch.py"], 2, "there is no parameter file to check: rosorin-compile check "),
         (["--controllers", "sound.yaml", "--physics"], 2, "check parameters has no option"),
     ],
 )

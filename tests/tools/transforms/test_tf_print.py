@@ -14,7 +14,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.cli.frames import _echo
+from rosorin_compile.cli.frames import tf2_echo_lines
 from rosorin_compile.model import Joint, Link, Pose, Robot
 from rosorin_compile.model.kinematics import Graph
 from rosorin_compile.transforms import lookup
@@ -71,7 +71,7 @@ def same(tf2: Path, robot: Robot, source: str, target: str, *words: str) -> None
     done = subprocess.run(
         [tf2, *words], input=chain_of(robot, source, target), capture_output=True, text=True, check=True
     )
-    ours = _echo(lookup(Graph(robot), source, target, {}), 3, "humble")
+    ours = tf2_echo_lines(lookup(Graph(robot), source, target, {}), 3, "humble")
     assert len(ours) == len(done.stdout.splitlines())
     for line, other in zip(ours[6:], done.stdout.splitlines()[6:], strict=True):
         assert [float(cell) for cell in line.split()] == pytest.approx(list(map(float, other.split())), abs=1.1e-3)

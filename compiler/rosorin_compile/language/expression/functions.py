@@ -11,7 +11,7 @@ from functools import cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Diagnostic
-from rosorin_compile.source.plugins import Plugin, aside, load
+from rosorin_compile.source.plugins import Plugin, divert_stdout, load
 from rosorin_compile.source.units import ANGLE, NUMBER, UNITS, Dimension, Quantity, describe, dimension_of
 
 if TYPE_CHECKING:
@@ -304,7 +304,7 @@ def _guarded(plugin: Plugin, one: Function) -> Callable[..., Any]:
 
     def apply(*values: Any) -> Any:
         try:
-            with aside():
+            with divert_stdout():
                 value = one(*values)
         except (ExpressionError, TypeError, ValueError, ArithmeticError, LookupError):
             raise  # as functions that are built in

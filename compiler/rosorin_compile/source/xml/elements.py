@@ -6,6 +6,7 @@ import math
 import re
 import textwrap
 from collections import Counter
+from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple
 from xml.parsers import expat
 
@@ -25,8 +26,7 @@ def tree_of(text: str) -> ElementTree.Element:
         raise ValueError("a generated artifact declares no entities")
     builder = ElementTree.TreeBuilder()
     parser = new_parser()
-    parser.StartElementHandler = builder.start
-    parser.EndElementHandler = builder.end
+    parser.StartElementHandler, parser.EndElementHandler = builder.start, builder.end
     parser.CharacterDataHandler = builder.data
     try:
         parser.Parse(text, True)
@@ -37,20 +37,9 @@ def tree_of(text: str) -> ElementTree.Element:
 
 def canonical(element: ElementTree.Element) -> str:
     """Return an element in one spelling of white space, attributes and digits, without comments."""
-    parts: list[str] = []
-    waiting: list[ElementTree.Element | str] = [element]
-    while waiting:
-        item = waiting.pop()
-        if isinstance(item, str):
-            parts.append(item)
-            continue
-        text = _words(item.text or "")
-        attributes = "".join(f' {name}="{_words(item.attrib[name])}"' for name in sorted(item.attrib))
-        parts.append(f"<{item.tag}{attributes}>{text}" if text or len(item) else f"<{item.tag}{attributes}/>")
-        waiting += [f"</{item.tag}>"] if text or len(item) else []
-        for child in reversed(item):
-            waiting += [_words(child.tail or ""), child]
-    return "".join(parts)
+    attributes = "".join(f' {name}="{_words(value)}"' for name, value in sorted(element.items()))
+    content = _words(element.text or "") + "".join(canonical(child) + _words(child.tail or "") for child in element)
+    return f"<{element.tag}{attributes}{f'>{content}</{element.tag}' if content else '/'}>"
 
 
 def _words(text: str) -> str:
@@ -73,10 +62,10 @@ def values_of(text: str) -> list[tuple[str, str | float]]:
     times: Counter[str] = Counter()
     values: list[tuple[str, str | float]] = []
     for element in [*parse(Source("", text)).root.iter()][1:]:
-        names = [(outer.tag, next(filter(None, map(outer.get, _NAMES)), "")) for outer in element.ancestors()]
-        above = [f"{tag} {name}" for tag, name in names[-2::-1] if name]
-        name = next(filter(None, map(element.get, _NAMES)), "")
-        place = " ".join([*above, f"{element.tag} {name}".rstrip()][-3:])
+        outer = [*element.ancestors()][-2::-1]
+        *above, here = [(e.tag, next(filter(None, map(e.get, _NAMES)), "")) for e in (*outer, element)]
+        names = [*(f"{tag} {name}" for tag, name in above if name), " ".join(here).rstrip()]
+        place = " ".join(names[-3:])
         own = [(f"{place} {key}", attribute.value) for key, attribute in element.attributes.items()]
         own += [(place, element.text)] if element.text or not (own or element.children) else []
         for where, value in own:
@@ -112,15 +101,12 @@ def damage(text: str) -> str:
 
 def found_in(text: str) -> list[Found]:
     """Return every element of a text of elements, in the order of their ends; none if it is not XML."""
-    try:
-        elements = sorted([*_fragment(text).iter()][1:], key=lambda element: element.end)
-    except MarkupError:
-        return []
     found = []
-    for element in elements:
-        tags = (*(outer.tag for outer in [*element.ancestors()][-2::-1]), element.tag)
-        attributes = {name: attribute.value for name, attribute in element.attributes.items()}
-        found.append(Found(tags, attributes, element.text, element.span.line))
+    with suppress(MarkupError):
+        for element in sorted([*_fragment(text).iter()][1:], key=lambda element: element.end):
+            tags = (*(outer.tag for outer in [*element.ancestors()][-2::-1]), element.tag)
+            attributes = {name: attribute.value for name, attribute in element.attributes.items()}
+            found.append(Found(tags, attributes, element.text, element.span.line))
     return found
 
 

@@ -226,8 +226,7 @@ def name_of(element: Element) -> str:
     if name := element.get("name"):
         return f'<{element.tag} name="{name}">'
     above = next((outer for outer in element.ancestors() if outer.get("name")), None)
-    inside = f' of <{above.tag} name="{above.get("name")}">' if above is not None and above.parent is not None else ""
-    return f"<{element.tag}>{inside}"
+    return f"<{element.tag}>{f' of {name_of(above)}' if above is not None and above.parent is not None else ''}"
 
 
 def words(element: Element) -> list[Word]:
@@ -295,12 +294,10 @@ class _Reader:
         self.depth = self.count = 0
         self.parser = new_parser()
         self.parser.ordered_attributes = True
-        self.parser.StartElementHandler = self.start
-        self.parser.EndElementHandler = self.finish
+        self.parser.StartElementHandler, self.parser.EndElementHandler = self.start, self.finish
         self.parser.CommentHandler = lambda text: self.remark(COMMENT, text, "-->")
-        self.parser.ProcessingInstructionHandler = lambda name, text: self.remark(INSTRUCTION, f"{name} {text}", "?>")
-        self.parser.CharacterDataHandler = self.characters
-        self.parser.StartDoctypeDeclHandler = self.doctype
+        self.parser.ProcessingInstructionHandler = lambda *text: self.remark(INSTRUCTION, " ".join(text).strip(), "?>")
+        self.parser.CharacterDataHandler, self.parser.StartDoctypeDeclHandler = self.characters, self.doctype
 
     def here(self) -> int:
         """Return the offset in characters of the event; expat counts bytes."""
@@ -341,10 +338,8 @@ class _Reader:
             self.depth -= 1
 
     def remark(self, kind: str, text: str, end: str) -> None:
-        start = self.here()
-        text = text.strip() if kind == INSTRUCTION else text
+        start, outside = self.here(), self.document.after if self.count else self.document.before
         made = Remark(kind, text, start, self.text.index(end, start) + len(end))
-        outside = self.document.after if self.count else self.document.before
         (self.open.content if self.open else outside).append(made)
 
     def characters(self, text: str) -> None:
@@ -413,7 +408,6 @@ def _invalid_token(text: str, at: int) -> tuple[int, str, str]:
         return at, '"--" is not allowed inside a comment', "write one dash; --lenient takes it as it is"
     if text[max(0, at - 1) : at] == "&":
         return at - 1, '"&" is not allowed here', _ESCAPES
-    if letter.isspace():
-        return at, "a space is not allowed here", "the > of a tag, or a value in quotes, is missing"
-    help = f"{_ESCAPES}; or a quote or a > is missing before" if letter in ("<", "&") else 'write name="value"'
-    return at, f'"{letter}" is not allowed here', help
+    help = _ESCAPES if letter in ("<", "&") else "the > of a tag, or a value in quotes, is missing before"
+    shown = "a space" if letter.isspace() else f'"{letter}"'
+    return at, f"{shown} is not allowed here", help

@@ -17,7 +17,7 @@ from rosorin_compile.model.mesh_triangles import TriangleMesh
 from rosorin_compile.output.atomic_files import OutputError, may_replace, write_file
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.publishers import check_modes, holds
-from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, UnknownName, error
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, RequestError, UnknownName, error
 from rosorin_compile.source.system import is_installed, pip_install
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.viewer.frames import check_target
@@ -108,7 +108,7 @@ def picture(
     from .render import Camera, Scene, draw_frames, draw_markers, render
 
     state = positions(shown, pose, joints, pulses)
-    diagnostics = beyond_limits(robot_view.case, [state], WARNING)
+    diagnostics = beyond_limits(robot_view.case, [state])
     try:
         poses = shown.poses_in_root(state)
         scene = Scene(shown, poses, _meshes(robot_view, diagnostics), collision)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 from itertools import product
@@ -350,7 +351,7 @@ def _misspelt_world(case: Case) -> Iterator[Diagnostic]:
 @rule("edge-cycle", help="Correct the parent or the child of an edge: frames are a tree.", topic=FRAMES)
 def no_cycle(case: Case) -> Iterator[Diagnostic]:
     """Edges lead, with the joints between, back to where they began, in some combination of modes."""
-    steps = steps_in_modes(case)[0] if case.robot.is_tree and case.robot.edges else []
+    steps = _on_circles(steps_in_modes(case)[0]) if case.robot.is_tree and case.robot.edges else []
     modes = modes_in(case.robot, [step.when for step in steps])
     for combination in combinations(modes) if len(modes) <= MAX_MODES else ():
         above = {step.child: step for step in reversed(active_in(steps, combination))}
@@ -361,6 +362,22 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
             related = [(f"{step.parent} -> {step.child}", step.path) for step in edges[:-1]]
             yield case.problem("edge-cycle", f"transforms form a circle: {chain}", edges[-1].path, related=related)
             return
+
+
+def _on_circles(steps: list[Step]) -> list[Step]:
+    """Return the transforms of circles, and those that lead from one to another."""
+    for start, end in (("parent", "child"), ("child", "parent")):  # first leave out roots, then leaves
+        after: dict[str, list[str]] = {}
+        for step in steps:
+            after.setdefault(getattr(step, start), []).append(getattr(step, end))
+        count = Counter(getattr(step, end) for step in steps)
+        ready = [name for name in after if not count[name]]
+        for name in ready:
+            for other in after.get(name, ()):
+                count[other] -= 1
+                ready += [] if count[other] else [other]
+        steps = [step for step in steps if count[getattr(step, start)]]
+    return steps
 
 
 @rule("split-urdf", help="Let one publisher have both joints.", topic=FRAMES)

@@ -30,10 +30,6 @@ if TYPE_CHECKING:
 
 Entries = Mapping[str, Mapping[str, Any]]
 _NOTHING = Ball((0.0, 0.0, 0.0), 0.0)  # of a link that touches nothing
-_WORDS = {  # the attributes of elements that have a name, as ``write`` makes them
-    "end_effector": ("group", "parent_link", "parent_group"),
-    "virtual_joint": ("type", "parent_frame", "child_link"),
-}
 
 
 @dataclass(frozen=True)
@@ -166,9 +162,12 @@ def read(text: str) -> Srdf:
             for inner in element:
                 value = _text(inner, "value")
                 entry[_text(inner, "name")] = numbers_of(value) if " " in value else number_of(value)
-        elif tag in _WORDS:
-            words = {word.replace("_", " "): element.get(word, "") for word in _WORDS[tag]}
-            entries[tag][_text(element, "name")] = words
+        elif tag == "end_effector":
+            words = ("group", "parent_link", "parent_group")
+            entries[tag][_text(element, "name")] = {word.replace("_", " "): element.get(word, "") for word in words}
+        elif tag == "virtual_joint":
+            words = ("type", "parent_frame", "child_link")
+            entries[tag][_text(element, "name")] = {word.replace("_", " "): _text(element, word) for word in words}
         elif tag == "joint_property":
             entry = entries["joint"][_text(element, "joint_name")]
             entry[f"property {_text(element, 'property_name')}"] = _text(element, "value")
@@ -176,9 +175,11 @@ def read(text: str) -> Srdf:
             balls = ((*numbers_of(_text(one, "center"), 3), number_of(_text(one, "radius"))) for one in element)
             entries["link"][_text(element, "link")] = {"spheres": tuple(balls)}
         elif tag in ("disable_collisions", "enable_collisions"):
-            pair, is_on = " - ".join(sorted((_text(element, "link1"), _text(element, "link2")))), tag[0] == "e"
-            reason = "" if is_on else f" ({element.get('reason', DisabledCollision.reason)})"
-            sets["checked_collisions" if is_on else "disabled_collisions"].add(pair + reason)
+            pair = " - ".join(sorted((_text(element, "link1"), _text(element, "link2"))))
+            if tag == "enable_collisions":
+                sets["checked_collisions"].add(pair)
+            else:
+                sets["disabled_collisions"].add(f"{pair} ({element.get('reason', DisabledCollision.reason)})")
         elif tag == "passive_joint":
             sets["passive_joints"].add(_text(element, "name"))
         elif tag == "disable_default_collisions":

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
+from rosorin_compile.language.expression import ExpressionError
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Output, Pose, Publisher, Robot
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.model.robot import JointPose
@@ -201,11 +202,13 @@ def _proof(robot: Robot) -> str:
     checked = f"Checked in all {2 ** len(modes):,} combinations of {phrase(modes)}"
     if len(modes) < 2:
         checked = f"Checked with {modes[0]} on and with it off" if modes else "Checked"
-    what = f"each of {count} frames has" if (count := len(found["published"])) != 1 else "one frame has"
+    count = len(found["published"])
+    what = f"each of {count} frames has" if count != 1 else "one frame has"
     text = f"{checked}: {what} one parent and exactly one publisher, and no way leads round in a circle."
     text += f" In some of them nobody publishes {phrase(found['gaps'])}." if found["gaps"] else ""
     text += f" Nobody ever publishes {phrase(found['never'])}." if found["never"] else ""
-    return text + (f" Not checked, for too many modes decide: {phrase(some)}." if (some := found["unchecked"]) else "")
+    text += f" Not checked, for too many modes decide: {phrase(found['unchecked'])}." if found["unchecked"] else ""
+    return text
 
 
 def frames_by_publishing(robot: Robot) -> dict[str, list[str]]:
@@ -222,7 +225,10 @@ def frames_by_publishing(robot: Robot) -> dict[str, list[str]]:
     for conditions in set(map(tuple, whens.values())):
         modes = modes_in(robot, conditions)
         states = combinations(modes) if len(modes) <= MAX_MODES else ()
-        counts = {sum(holds(when, state) for when in conditions) for state in states}
+        try:
+            counts = {sum(holds(when, state) for when in conditions) for state in states}
+        except ExpressionError:  # a robot that was made in Python may have an illegal condition
+            counts = {2}
         kind = "gaps" if counts == {0, 1} else "published" if counts == {1} else "wrong" if counts else "unchecked"
         kinds[conditions] = kind if conditions and counts != {0} else "never"
     groups = ("published", "gaps", "never", "wrong", "unchecked")

@@ -131,7 +131,9 @@ def number_meant(text: str, wanted: Sequence[str], key: str = "") -> str:
     if tidy != number and _is_number(tidy):
         return f"write {tidy}"
     if comma := re.fullmatch(r"([-+]?\d+),(\d+(?:\s*\D.*)?)", number):
-        return f"write a decimal point, not a comma: {comma[1]}.{comma[2]}"
+        is_group = re.fullmatch(r"[-+]?[1-9]\d{0,2},\d{3}(\D.*)?", number)
+        either = f", or {comma[1]}{comma[2]} if the comma separates thousands" if is_group else ""
+        return f"write a decimal point, not a comma: {comma[1]}.{comma[2]}{either}"
     if found := re.fullmatch(rf"[~\u2248<>=]*\s*({_NUMBER})\s*(?!\d|[-+*/(]\s*\d)(\S.*)", tidy, re.DOTALL):
         if key and not wanted:
             return "write a plain number, without a unit"
@@ -378,5 +380,5 @@ def key_of_entry_meant(key: str, entry: Map, known: Sequence[str], kind: str) ->
     """Return the help for a key that an entry which is not evaluated yet cannot have."""
     help = text_meant_by(key, entry) or word_meant(key, known, kind)
     if kind == "use" and help.startswith("known"):
-        return f"an argument of the part goes into with: {{{key}: ...}}; {help}"
+        return f"pass an argument of the part under with: {{{key}: ...}}; {help}"
     return help

@@ -32,8 +32,9 @@ Combination = Mapping[str, bool]
 @rule("too-many-modes", "Conditions depend on too many modes.", "Use at most 10 modes for one frame.", FRAMES)
 def legal(case: Case) -> Iterator[Diagnostic]:
     """Conditions that are invalid, name an unknown mode, or are never true; edges without a publisher."""
-    names = ", ".join(publisher.name for publisher in case.robot.publishers)
-    known = f"add publisher: NAME, where NAME is one of {names}" if names else ""
+    names = [publisher.name for publisher in case.robot.publishers]
+    known = f"add publisher: NAME, where NAME is one of {', '.join(names)}" if names else ""
+    known = f"add publisher: {names[0]}" if len(names) == 1 else known
     for index, edge in enumerate(case.robot.edges):
         problem = _condition(case, index, edge)
         if problem is not None:
@@ -499,4 +500,5 @@ def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
                 missing = {} if len(absent) == 2 ** len(modes) else absent[0]  # {} is always
                 message = f'{owner} stamps its messages with the frame "{frame}", which tf2 does not know'
                 message += in_words(missing)
-                yield case.problem("unknown-frame-id", message, path, severity=WARNING)
+                help = "name a publisher of the frame for that mode" if missing else "name a publisher of the frame"
+                yield case.problem("unknown-frame-id", message, path, help, severity=WARNING)

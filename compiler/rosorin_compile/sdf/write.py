@@ -301,8 +301,8 @@ class _Writer:
         lost(message, content.weightless, "give it an inertial", "sdf-without-mass")
         axleless = [joint for joint in robot.joints if not joint.moves and not joint.is_fixed]
         names = [joint.name for joint in axleless if joint.type == "planar"]
-        message = "SDF has no planar joint, so the child is free to move in every direction"
-        lost(message, names, "if it should not be, make it two prismatic joints and a continuous one")
+        message = "SDF has no planar joint: the children of these joints can move freely in every direction"
+        lost(message, names, "to constrain them, replace each joint with two prismatic joints and a continuous one")
         names = [joint.name for joint in axleless if joint.dynamics and any(astuple(joint.dynamics))]
         message = "SDF has no dynamics of joints that move in several directions"
         lost(message, names, "make each of them several joints, one for each axis")

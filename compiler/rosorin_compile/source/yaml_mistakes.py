@@ -11,7 +11,7 @@ import yaml
 
 from .diagnostics import Diagnostic, Related, Source, Span, error
 from .project import data_folder
-from .wording import printable
+from .wording import count_of, printable
 
 MAX_DEPTH = 60
 _QUOTE = "put the text in quotes"
@@ -156,7 +156,10 @@ class _Failure:
         if not_allowed and _COLON.search(text := self.source.line(above)):
             name = printable(_COLON.split(text.strip().lstrip("- "))[0].strip()[:40])
             message = f'this line is indented below "{name}", which already has a value'
-            help = f'indent it like "{name}", by {_key_indent(text)}'
+            spaces = _key_indent(text)
+            help = (
+                f'indent it by {count_of(spaces, "space")}, like "{name}"' if spaces else "remove the spaces before it"
+            )
             return self.report(message, help, (self.line, self.indent + 1))
         return None
 

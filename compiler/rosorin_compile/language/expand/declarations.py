@@ -79,8 +79,8 @@ def declare(scope: Scope, declared: Any, given: Given, owner: str, user: Place |
     missing = [one for one in missing if one.sound and one.name not in suggested]
     for first, *others in [missing] if user and missing else [[one] for one in missing]:
         names, place = [one.name for one in (first, *others)], user or first.place
-        values = f"with: {{{': VALUE, '.join(names)}: VALUE}}" if user else f"-a {first.name}=VALUE"
-        way = "; ".join(filter(None, [f"write {values}", first.help if not others else ""]))
+        values = f"add with: {{{': VALUE, '.join(names)}: VALUE}}" if user else f"write -a {first.name}=VALUE"
+        way = "; ".join(filter(None, [values, first.help if not others else ""]))
         stack = [note for note in (scope.via.stack() if scope.via else place.stack()) if note.span != place.span]
         related = [Related("declared here", first.place.span)] if user else []
         message = f"{owner} needs the argument{'s' if others else ''} {quote(names)}"
@@ -224,8 +224,8 @@ def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope)
                 is_control = isinstance(value, Map) and bool(value) and ({*value} - {"source"}).isdisjoint(legal)
             if is_control:
                 place = Place(entries.key_spans[control], scope.via or entries.via)
-                help = f"move it into the entry: NAME: {{{control}: ..., ...}}"
-                message = f'"{control}" is next to the entries of {owner}{section}: write a {what} inside its entry'
+                help = f"write NAME: {{{control}: ..., ...}}"
+                message = f'"{control}" is not an entry of {owner}{section}: write a {what} inside the entry it is for'
                 scope.report("wrong-type", message, place, help)
                 good = False
     return good

@@ -95,8 +95,8 @@ def _wrong_sizes(entry: Mapping[str, Any], path: Path) -> Iterator[LoweringError
     sizes |= {(key, index): size for key in ("size", "radii") for index, size in enumerate(entry.get(key, ()))}
     for step, size in sizes.items():
         if not size > 0:
-            message = f"{' '.join(map(str, (path[-1], *step)))} is {size:g} m; a size is above zero"
-            yield LoweringError("shape-size", message, (*path, *step), "correct it")
+            message = f"{' '.join(map(str, (path[-1], *step)))} is {size:g} m, but has to be more than 0"
+            yield LoweringError("shape-size", message, (*path, *step), "write a size in metres, or with a unit: 5 cm")
     for index, (low, high) in enumerate(zip(entry.get("min", ()), entry.get("max", ()), strict=True)):
         if not low < high:
             message = f"{'xyz'[index]} of max ({high:g} m) is not above that of min ({low:g} m)"

@@ -232,7 +232,7 @@ def inline_references(whole: Mapping[str, Any]) -> dict[str, Any]:
             return part
         if not isinstance(part.get("$ref"), str):
             made = {key: of(one) for key, one in part.items() if key != "$defs"}
-            if isinstance(pattern := made.get("pattern"), str):  # convert JavaScript's regular expressions to Python's
+            if isinstance(pattern := made.get("pattern"), str):  # as JavaScript interprets it
                 pattern = pattern.replace("\\d", "[0-9]").replace("\\s", r"\s\ufeff")
                 made["pattern"] = pattern[:-1] + r"(?!\n)$" if pattern.endswith("$") else pattern
             return made

@@ -449,7 +449,7 @@ def _edge(edge: Edge) -> Iterator[str]:
 
 
 def _numbers(numbers: Sequence[Number], known: Sequence[Step]) -> Iterator[str]:
-    """Yield a line for each number, then its origin; print an origin that several numbers share only once."""
+    """Yield a line for each number and its source; details that consecutive numbers share follow the last of them."""
     rows = []
     for number in _merge_zeros(numbers):
         degrees = f" ({to_fixed(math.degrees(number.value), 6)} deg)" if number.unit == "rad" and number.value else ""

@@ -90,7 +90,7 @@ class Lowering:
             self(problem.rule, problem.message + where, problem.path, problem.help)
 
     def accepts(self, problem: LoweringError) -> bool:
-        """If the description accepts a problem, report it and return True."""
+        """Report a problem and return True if the description accepts it, else return False."""
         diagnostic = replace(error(problem.rule, "", None), of=names_at(self.tree, problem.path))
         if not is_accepted(self.tree, diagnostic, _ACCEPTABLE):
             return False

@@ -271,7 +271,7 @@ def _names_used(value: Any) -> Iterator[tuple[str, str]]:
 
 def _chains(text: str) -> Iterator[tuple[str, str]]:
     for name, keys in _NAME.findall(text):
-        if name:  # None for a quoted string
+        if name:  # not a quoted string
             yield name, keys
             yield from (chain for _, index in _STEP.findall(keys) for chain in _chains(index))
 

@@ -91,7 +91,7 @@ def _looked_up(fragment: Any) -> Any:
     if not isinstance(fragment, Mapping):
         return fragment
     made = {key: _looked_up(item) for key, item in fragment.items()}
-    is_usual = fragment.get("x-names", "link") in ("link", "joint")  # links and joints are the default
+    is_usual = fragment.get("x-names", "link") in ("link", "joint")  # x-among is the default for these
     return made if is_usual else {"x-among": schema_words.DESCRIPTION, **made}
 
 
@@ -310,7 +310,7 @@ def authoring_schema() -> str:
 
 
 def as_written(fragment: Schema, plain: Schema, entry: bool = True) -> Schema:
-    """Convert a schema fragment to one for files, which allows expressions; ``entry``: and loops and conditions."""
+    """Extend a schema fragment for files as written: allow expressions and, with ``entry``, loops and conditions."""
     if "$ref" in fragment or "const" in fragment:
         return fragment
     made = {key: fragment[key] for key in _COPIED if key in fragment}
@@ -325,7 +325,7 @@ def as_written(fragment: Schema, plain: Schema, entry: bool = True) -> Schema:
     if "$ref" in items:
         items = plain["$defs"][items["$ref"].rsplit("/", 1)[1]]
     if "maxItems" in fragment and "object" not in items.get("type", ()):
-        made["maxItems"] = fragment["maxItems"]  # a list of entries may contain a loop
+        made["maxItems"] = fragment["maxItems"]  # not for lists of entries, which may contain a loop
     if fragment.get("additionalProperties") is False:
         made["additionalProperties"] = False
         made["patternProperties"] = {_SOME: True}  # keys may contain expressions
@@ -365,7 +365,7 @@ def _types(types: list[str], fragment: Schema) -> Schema:
 
 
 def draft_7(fragment: Any) -> Any:
-    """Move the definitions of a schema to the key of draft 7, and remove annotations that only the compiler reads."""
+    """Rename ``$defs`` of a schema to ``definitions``, as in draft 7, and remove annotations for the compiler."""
     if isinstance(fragment, list):
         return [draft_7(item) for item in fragment]
     if not isinstance(fragment, Mapping):

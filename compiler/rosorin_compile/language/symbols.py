@@ -96,8 +96,8 @@ class Symbol:
 class SymbolTable:
     """The names that a tree defines and refers to.
 
-    The tree is expanded, or consists of the joined files as written. In that case, ``lets`` are the named values,
-    ``offered`` are includes with names, and ``is_constant`` returns True for values without expressions.
+    The tree is expanded, or consists of the joined files as written. Then ``lets`` are the named values, ``offered``
+    arguments of includes and included robots, and ``is_constant`` returns True for values without expressions.
     """
 
     def __init__(

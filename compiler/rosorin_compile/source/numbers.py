@@ -8,7 +8,7 @@ from functools import lru_cache
 
 NumberFormat = Callable[[float], str]
 
-SMALL = {"m": ("mm", 1e3), "rad": ("deg", math.degrees(1)), "kg": ("g", 1e3)}  # and how many make an SI unit
+SMALL = {"m": ("mm", 1e3), "rad": ("deg", math.degrees(1)), "kg": ("g", 1e3)}  # unit, and how many per SI unit
 METRE_DIGITS, RADIAN_DIGITS = 7, 8  # decimals of arguments of static_transform_publisher
 SHORT = 1e-12  # largest error of ``short``, relative to a number or to the largest entry of its vector
 
@@ -31,7 +31,7 @@ def few_digits(value: float) -> str:
 
 
 def round_to_shortest(value: float, largest: float = 0.0) -> float:
-    """Round to the shortest decimal within 1e-12 of a value, relative to it or to ``largest`` in its vector."""
+    """Round to the shortest decimal within 1e-12, relative to the value or the ``largest`` entry of its vector."""
     bound = SHORT * max(abs(value), largest)
     if not 0.0 < bound < 1e300 * SHORT:  # zero, almost zero, too large to round up, or NaN
         return value + 0.0
@@ -82,7 +82,7 @@ def off_by_short(value: float, largest: float = 0.0) -> float:
 
 
 def off_by_six(value: float, largest: float = 0.0) -> float:
-    """Return the largest error of a number printed by ``six`` or ``short``; ``largest`` is that of its vector."""
+    """Return the largest error of a number printed by ``six`` or ``short``, in a vector of values up to ``largest``."""
     digit = 0.5 * 10.0 ** (math.floor(math.log10(abs(value))) - 5) if value else 0.0
     return max(min(0.5e-6, digit), off_by_short(value, largest))
 

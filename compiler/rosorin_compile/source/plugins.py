@@ -36,7 +36,7 @@ class Plugin(NamedTuple):
 
 
 class PluginFailed(DiagnosticError):
-    """A plug-in raised an exception that the run cannot continue after."""
+    """A plug-in raised an exception, and the run needs its result."""
 
 
 def load(

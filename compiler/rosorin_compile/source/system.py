@@ -11,7 +11,7 @@ from contextlib import suppress
 AS_FOLDER, NO_WAIT = getattr(os, "O_DIRECTORY", 0), getattr(os, "O_NONBLOCK", 0)
 AS_BYTES = getattr(os, "O_BINARY", 0)  # without it, Windows converts line ends
 HAS_FORK, HAS_OWNERS = hasattr(os, "fork"), hasattr(os, "geteuid")
-HAS_FOLDER_HANDLES = AS_FOLDER != 0  # also True if open files can be renamed; False on Windows
+HAS_FOLDER_HANDLES = AS_FOLDER != 0  # if True, open files can be renamed, too; False on Windows
 
 NO_LIMITS = "this system sets no limits to a process (resource): a file that asks for too much memory is not stopped"
 _missed: dict[str, None] = {}

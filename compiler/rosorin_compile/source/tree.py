@@ -147,7 +147,7 @@ class Place(NamedTuple):
 
 
 def nearer(outer: Instance | None, own: Instance | None) -> Instance | None:
-    """Return the instance of a value whose parent has the instance ``outer``; a shared value knows only one itself."""
+    """Return the instance of a value: its own, or ``outer``, that of its parent, if several parts share the value."""
     is_shared = own is not None and outer is not None and outer.made and not _is_within(own, outer)
     return outer if is_shared else own or outer
 

@@ -74,7 +74,7 @@ class Quantity(float):
             return None
         factor, exponent = unit[0], round(math.log10(unit[0]))
         mantissa, _, power = match[1].lower().partition("e")
-        if factor == float(f"1e{exponent}"):  # powers of ten exactly: 46.62 mm is the double 0.04662
+        if factor == float(f"1e{exponent}"):  # exact for powers of ten: 46.62 mm is the double 0.04662
             return Quantity(float(f"{mantissa}e{int(power or 0) + exponent}"), unit[1], text)
         return Quantity(float(match[1]) * factor, unit[1], text)
 

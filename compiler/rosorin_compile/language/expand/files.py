@@ -71,7 +71,7 @@ class Reader:
         self.diagnostics = self.scope.expansion.diagnostics
         self.lets: list[tuple[str, Any, Place, Place]] = []  # name, value, place of the name, place of the value
         self.given: dict[str, tuple[Any, Place]] = {}  # arguments that includes pass
-        self.offered: list[Map] = []  # the same as written
+        self.offered: list[Map] = []  # args of includes, as written
         self.robots: list[RobotInclude] = []
         self.unread = False  # True if a file could not be read
         self.sourced: list[Map] = []  # included files with the key "source"
@@ -232,7 +232,7 @@ class Reader:
         return made
 
     def parts_file(self, name: str) -> Path | None:
-        """Return the file with parts NAME of the library, or ``PACKAGE:FILE`` of a Python package, or None."""
+        """Return the path of a file with parts, ``FILE`` of the library or ``PACKAGE:FILE`` of a package, or None."""
         package, colon, file = name.rpartition(":")
         folder = project.python_folder(package) if colon else project.data_folder("parts_library")
         if colon and folder is not None:

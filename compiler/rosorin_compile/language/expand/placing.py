@@ -388,7 +388,7 @@ def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
 
 
 def _report(rule: str, message: str, help: str, name: str, first: Map, second: Map, scope: Scope) -> bool:
-    """Report a name that two mappings define, where it was passed as an argument if it was; return False."""
+    """Report a name that two mappings define, at the argument that contains it if there is one; return False."""
     place = Place(second.key_spans[name], getattr(second[name], "via", None) or second.via)
     earlier = Place(first.key_spans[name], getattr(first[name], "via", None) if rule == "duplicate-key" else None)
     related = [Related("first defined here", earlier.span), *earlier.stack()]

@@ -163,7 +163,7 @@ class _Search:
             yield from outer
 
     def definition(self, scope: Scope, name: str, keys: str = "") -> _Definition | None:
-        """Return the definition of a name, or of an entry of its value, or None for a built-in name."""
+        """Return the definition of a name, or of an entry of its value, or None if it is not written in a file."""
         if name == _MOUNT:
             users = ((user.mount, user) for user in scope.ancestors() if user.mount is not None)
             return next((_Definition(mount.span, self.outside(user), None, True, False) for mount, user in users), None)

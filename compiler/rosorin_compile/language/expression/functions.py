@@ -53,7 +53,6 @@ class Function(NamedTuple):
     apply: Callable[..., Any] | None
 
     def __call__(self, *values: Any) -> Any:
-        """Call the Python function."""
         if self.apply is None:
             raise ExpressionError(f"{self.name}() has a value in a description only")
         return self.apply(*values)
@@ -279,7 +278,7 @@ def _names(one: Function) -> list[str]:
 
 @cache
 def functions() -> Mapping[str, Callable[..., Any]]:
-    """Return the functions that do not need the description by name, including those of plug-ins."""
+    """Return all functions by name, including those of plug-ins, except those that need the description."""
     more = plugin_functions()[0]
     return {**FUNCTIONS, **{one.name: _guarded(plugin, one) for plugin, one in more}} if more else FUNCTIONS
 

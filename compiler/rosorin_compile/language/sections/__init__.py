@@ -74,7 +74,7 @@ def _drive(tree: Mapping[str, Any], problem: Problem) -> Drive | None:
 
 
 def _poses(tree: Mapping[str, Any], lowering: Lowering) -> tuple[JointPose, ...]:
-    # Simulators start in the first pose of an imported robot.
+    # Imported poses keep their order, because simulators start in the first one; others are sorted by name.
     imported = record_of(Source, tree.get("source")).status == "imported"
     poses, joints = list[JointPose](), tree.get("joints") or {}
     group_of = {joint: group for group in reversed(lowering.servos) for joint in group.joints}

@@ -58,7 +58,7 @@ _NAMES = ("name", "class", "link", "joint", "body", "site")
 
 
 def values_of(text: str) -> list[tuple[str, str | float]]:
-    """Return the attributes and texts of an XML document, each after up to three named elements. Raises MarkupError."""
+    """Return the attributes and texts of an XML document, labelled by up to three nearby names. Raises MarkupError."""
     times: Counter[str] = Counter()
     values: list[tuple[str, str | float]] = []
     for element in [*parse(Source("", text)).root.iter()][1:]:

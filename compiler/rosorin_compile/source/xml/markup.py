@@ -199,7 +199,7 @@ class Document:
         self.before: list[Remark] = []
         self.after: list[Remark] = []
         self.root = Element(self, "", None, 0)
-        self.origin: Callable[[int, int], Span] | None = None  # source of generated XML, by offset and length
+        self.origin: Callable[[int, int], Span] | None = None  # span of generated XML, by offset and length
         self.whole: Span | None = None  # if set, the span of all elements: artifacts need no positions
 
     def span(self, start: int, length: int = 1) -> Span:

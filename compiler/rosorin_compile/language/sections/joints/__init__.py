@@ -38,7 +38,7 @@ class Publishing(NamedTuple):
     turns: tuple[Turn, ...] = ()
 
     def of_optical(self) -> Publishing:
-        """Return the default publishers of an optical frame: the same nodes, but for each static one a second node."""
+        """Return the default publishers of an optical frame: the same nodes, but a new one for a static transform."""
 
         def second(node: Publisher) -> Publisher:
             is_static = node.kind == STATIC_TRANSFORM_PUBLISHER

@@ -34,7 +34,7 @@ MAX_DEPTH = 12
 MAX_COPIES = 100_000  # of an element; MuJoCo can still simulate so many
 _KINDS = (simulation.SENSOR_ELEMENT, simulation.BODY_ELEMENT, TEMPLATE_ELEMENT)
 _ZERO = 1e-12  # m or rad: rounding errors of a rotation and its inverse
-_MARGIN = 1e-3  # m: contact points are slightly below the surface
+_MARGIN = 1e-3  # m: contact points are on the surface or slightly below
 _MESH_ZONE = 2.0  # m: half size of the zone around a link with a mesh, whose bounds are unknown
 _NAME = re.compile(r"[A-Za-z_][\w.-]*")
 

@@ -35,7 +35,7 @@ from .symbols import MOUNT
 Names = Collection[str]
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 MAX_SHOWN = 60
-SPELLED_OUT = 5  # a word with so many letters may be a misspelt name of a unit, not a symbol
+SPELLED_OUT = 5  # a word with so many letters may be a misspelled name of a unit, not a symbol
 _SIGNS = {"\u00b2": "^2", "\u00b3": "^3", "**": "^", "\u00b7": "*", "\u22c5": "*", "\u00d7": "*", " per ": "/"}
 _TO_ASCII = {0x2212: "-", 0x2013: "-", 0x2014: "-", 0xA0: " "}  # characters that look like a minus or a space
 _UNMEASURED = ("todo", "tbd", "tba", "fixme", "unknown", "?", "??", "???", "n/a", "na", "none", "xxx", "-", "x")

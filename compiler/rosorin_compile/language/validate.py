@@ -211,7 +211,7 @@ class _Report:
         if key == "inertia" and any("of" in swaps(other) for other in self.value):
             return []  # the unknown key is reported instead
         if meant and self.path[:1] != ["outputs"]:
-            return []  # the misspelt key is reported instead
+            return []  # the misspelled key is reported instead
         if meant and key in swaps(meant[0]):  # outputs: other keys are only valid for some formats
             message = f'{self.where} has no key "{meant[0]}"'
             return self._make("unknown-key", message, suggest(key), [*self.path, meant[0]], True)

@@ -14,7 +14,7 @@ from typing import BinaryIO
 from . import system
 
 AnyPath = str | os.PathLike[str]
-Version = tuple[int, ...]  # inode, size and times (ns) of a file; only the inode of a folder; empty if there is no file
+Version = tuple[int, ...]  # inode, size and times (ns) of a file; only the inode of a folder; empty if missing
 _ABSENT = (errno.ENOENT, errno.ENOTDIR, errno.ENAMETOOLONG, errno.ELOOP)
 _recorders: ContextVar[tuple[dict[Path, Version], ...]] = ContextVar("recorders", default=())
 

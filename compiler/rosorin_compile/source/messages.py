@@ -12,7 +12,7 @@ from typing import NamedTuple
 from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, MadeSpan, Related, Span, Suggestion, Use
 from .wording import and_more, count_of, swaps
 
-MAX_WORDED = 200  # suggestions are slow, and nobody reads more
+MAX_WORDED = 200  # suggestions are slow to compute, and 200 are enough for a reader
 _PLACES = 6  # further positions listed for one diagnostic
 _ORDER = {ERROR: 0, WARNING: 1, NOTE: 2}
 # Rules about a value alone: if several entries share the value, it is reported once.
@@ -107,7 +107,7 @@ class Offer(NamedTuple):
 
 
 def offer(diagnostic: Diagnostic) -> Offer | None:
-    """Return the unknown name of an error and the name that its help suggests, or None if it is no such error."""
+    """Return the unknown name of an error and the name that its help suggests, or None for other errors."""
     is_name = diagnostic.severity == ERROR and diagnostic.rule not in _OF_SHAPE
     if not is_name or (found := _MEANT.match(diagnostic.with_help().help)) is None:
         return None

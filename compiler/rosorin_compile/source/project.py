@@ -25,7 +25,7 @@ _on_stdin: list[bytes] = []
 
 
 class NoDescription(Exception):
-    """There is no description with the requested name; the message lists those that exist."""
+    """No description has the requested name; the message lists those that exist."""
 
 
 @dataclass(frozen=True)

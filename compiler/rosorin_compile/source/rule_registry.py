@@ -79,7 +79,7 @@ class Check(NamedTuple):
         return self.function(case)
 
     def ids(self) -> list[str]:
-        """Return the ids of the rules. Raises ValueError if a rule is invalid, or if there is none."""
+        """Return the ids of the rules. Raises ValueError if a rule is invalid, or without rules."""
         for rule in self.rules:
             if not _ID.fullmatch(rule.id) or rule.accept not in _ACCEPT or rule.imported not in _IMPORTED:
                 what = f"its id has small letters and single hyphens, accept is in {_ACCEPT}, imported in {_IMPORTED}"

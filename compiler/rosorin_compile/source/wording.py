@@ -23,7 +23,7 @@ def _similar(word: str, names: list[str]) -> list[str]:
     if (known := set(names)) and (slips := [made for made in swaps(word) if made in known]):
         return slips[:1]
     own = _parts(word)
-    if len(names) > MAX_COMPARED:  # comparing is slow, and there may be many misspelt names
+    if len(names) > MAX_COMPARED:  # comparing is slow, and many names may be misspelled
         first = "".join(own)[:1] or word[:1]  # for /laser, compare with l
         names = [name for name in names if name[:1].casefold() == first and abs(len(name) - len(word)) < 3]
         names = [name for name in names if name.casefold() == word.casefold()][:1] or names[:MAX_COMPARED]

@@ -75,7 +75,7 @@ def declare(scope: Scope, declared: Any, given: Given, owner: str, user: Place |
     suggested = [nearest(name, known) for name in unknown]
     missing = [one for name, one in known.items() if name not in given and not one.has_default]
     scope.broken.update(one.name for one in missing)
-    # The default or argument may have a misspelt key, which is reported already.
+    # The default or argument may have a misspelled key, which is reported already.
     missing = [one for one in missing if one.sound and one.name not in suggested]
     for first, *others in [missing] if user and missing else [[one] for one in missing]:
         names, place = [one.name for one in (first, *others)], user or first.place
@@ -169,7 +169,7 @@ def _fits(value: Any, wanted: str) -> bool:
 
 
 def check_part(name: str, parts: Map, scope: Scope) -> bool:
-    """Check the keys and sections of a part; return True if there are no errors."""
+    """Check the keys and sections of a part; return True if all are valid."""
     owner, body = f'part "{name}"', parts[name]
     if not isinstance(body, Map):
         scope.report("wrong-type", f"{owner} is a mapping, not {_kind(body)}", place_of(parts, name, scope))
@@ -209,7 +209,7 @@ def hides_letters(key: str, entry: Map, scope: Scope) -> bool:
 
 
 def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope) -> bool:
-    """Report a loop or condition beside the entries of a section instead of in one; return True if there is none."""
+    """Report a loop or condition next to the entries of a section instead of in one; return True if all are valid."""
     good = True
     for section in sections:
         entries = tree.get(section)
@@ -232,7 +232,7 @@ def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope)
 
 
 def check_sections(owner: str, tree: Map, scope: Scope, evaluated: bool = True) -> bool:
-    """Report sections of a wrong type; return True if there are none. Unless ``evaluated``, allow expressions."""
+    """Report sections of a wrong type; return True if all are valid. Unless ``evaluated``, allow expressions."""
     lists = merged_sections(ITEMS, in_parts=True)
     texts = () if evaluated else [key for key, value in tree.items() if isinstance(value, str) and "$" in value]
     kinds = {key: Seq if key in lists else Map for key in of_parts() if key not in texts}
@@ -242,7 +242,7 @@ def check_sections(owner: str, tree: Map, scope: Scope, evaluated: bool = True) 
 def check_entry(
     owner: str, tree: Map, scope: Scope, keys: Sequence[str] | None, kinds: Mapping[str, type], word: str = ""
 ) -> bool:
-    """Report keys not in ``keys``, and values that are not of the types in ``kinds``; return True if there are none.
+    """Report keys not in ``keys``, and values that are not of the types in ``kinds``; return True if all are valid.
 
     ``word`` is the kind of entry, for suggestions.
     """

@@ -132,7 +132,7 @@ def expand(
 
 
 def _without_misnamed(root: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
-    """Remove errors about missing names that result from a misspelt section or ``for``, and report the misspelt key."""
+    """Remove errors about missing names that result from a misspelled section or ``for``, and report that key."""
     sections = root.copy()
     for key in sections.keys() & {*schema("description")["properties"], *_FORMS}:
         del sections[key]

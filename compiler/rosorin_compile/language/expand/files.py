@@ -283,7 +283,7 @@ class Reader:
 
 
 def check_include(entry: Map, scope: Scope, kinds: Mapping[str, type], keys: Sequence[str] = ()) -> bool:
-    """Report invalid keys and values of an include; return True if there are none. ``keys`` are also valid."""
+    """Report invalid keys and values of an include; return True if all are valid. ``keys`` are also allowed."""
     good = check_entry("include", entry, scope, (*kinds, *keys), kinds)
     packages = entry.get("packages")
     if isinstance(packages, Map):

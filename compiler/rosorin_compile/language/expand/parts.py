@@ -55,7 +55,7 @@ class Parts:
         self.found: dict[str, Part] = {}
 
     def use(self, tree: Map, entries: Map, scope: Scope, depth: int = 0) -> bool:
-        """Instantiate the part of each ``use`` entry and add it to the tree; return True if there were no errors."""
+        """Instantiate the part of each ``use`` entry and add it to the tree; return True if all of them are valid."""
         good = True
         via = scope.via or entries.via
         for key, item in entries.items():

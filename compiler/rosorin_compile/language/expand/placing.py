@@ -344,7 +344,7 @@ OF_PARTS = ("parts", "sensor_types", "use")  # joined by name, although the sche
 
 
 def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
-    """Add the sections of a fragment to a tree; report conflicts; return True if there are no errors.
+    """Add the sections of a fragment to a tree; report conflicts; return True if all sections could be added.
 
     ``parts``: the fragment comes from a part, and its entries know the use that created them.
     """

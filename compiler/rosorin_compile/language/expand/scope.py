@@ -225,7 +225,7 @@ class Scope:
         return self.values[name]
 
     def evaluate_rest(self) -> bool:
-        """Evaluate unused named values to report their errors; return True if there are none."""
+        """Evaluate unused named values to report their errors; return True if all values are valid."""
         for name in list(self.pending):
             with suppress(Failed):
                 self.lookup(name)

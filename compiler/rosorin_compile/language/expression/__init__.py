@@ -97,7 +97,7 @@ class _Literals(ast.NodeTransformer):
         self.literals = literals
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
-        """Replace the name that stands for a quantity by a constant."""
+        """Replace the name that masks a quantity by a constant."""
         literal: Any = self.literals.get((node.lineno, node.col_offset))
         return ast.copy_location(ast.Constant(literal), node) if literal else node
 

@@ -24,7 +24,7 @@ COMMENT, TEXT, INSTRUCTION = "comment", "text", "instruction"
 
 MarkupError = SourceError  # invalid XML, or XML that is not safe to read
 
-# What may be before a declaration. A lazy ".*?" for a comment would take exponential time in the number of comments.
+# The text before a declaration. A lazy ".*?" for a comment would take exponential time in the number of comments.
 _DECLARATION = re.compile(r"(?s)(?:\s|<!--(?:(?!-->).)*-->)*(<\?xml\s[^>]*\?>)")
 _DECLARED = re.compile(r"""encoding\s*=\s*["']([A-Za-z][A-Za-z0-9._-]{0,40})["']""")
 # Python's text encodings; its other codecs are for other data, or interpret an escape language.

@@ -1,5 +1,5 @@
-"""The language: from YAML to a robot. This package defines no semantic rules and no formats, and writes no files.
+"""Compile YAML to a robot. This package has no semantic rules and no formats, and writes no files.
 
-The stages in order: ``expand`` (includes, arguments, parts, loops, and the ``expression`` in them), ``validate``
-(the tree against the ``schema``), ``lower`` (the model), ``suppressions`` (problems that a description accepts).
+The stages in order: ``expand`` evaluates includes, arguments, parts, loops and expressions; ``validate`` compares the
+resulting tree with the ``schema``; ``lower`` builds the robot; ``suppressions`` applies the key ``accept``.
 """

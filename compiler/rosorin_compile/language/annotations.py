@@ -1,8 +1,8 @@
-"""The schemas that ship with the tool: the annotations in them (see ``schemas/README.md``), and validation.
+"""Load the schemas that ship with the tool, parse the annotations in them (``schemas/README.md``), and validate data.
 
-Validation is that of JSON Schema draft 7, with any version of jsonschema from 3.2 on. Its versions differ in the order
-of errors, in their words, and in the cost of ``$ref``. So errors are sorted by place, the words are ours, and
-references are replaced by their targets first.
+Validation follows JSON Schema draft 7, with any version of jsonschema from 3.2 on. These versions differ in the order
+and the text of errors, and in the cost of ``$ref``. So errors are sorted by position and reworded here, and references
+are replaced by their targets before validation.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ _BESIDE_REFERENCE = r"^(\$ref|description|title|default|examples|x-.*)$"
 
 @cache
 def own_schema(name: str = "description") -> dict[str, Any]:
-    """Return one of the schemas that ship with the tool, without sections of plug-ins."""
+    """Return a schema that ships with the tool, without the sections of plug-ins."""
     made: dict[str, Any] = json.loads(files.read_text(data_folder("schemas") / f"{name}.schema.json"))
     return made
 
 
 def describe_path(path: Steps, whole: Mapping[str, Any]) -> str:
-    """Return a path in words, such as ``joint "joint1" limit lower``; ``whole`` is the schema of descriptions."""
+    """Return a path for messages, such as ``joint "joint1" limit lower``; ``whole`` is the schema of descriptions."""
     if not path:
         return "the description"
     first, *rest = path
@@ -46,8 +46,8 @@ def describe_path(path: Steps, whole: Mapping[str, Any]) -> str:
 # unnamed actuators and cameras get the name of their joint or sensor, and shapes are named LINK_collision_1.
 ALSO: dict[str, tuple[str, ...]] = {"site": ("link",), "actuator": ("joint",), "camera": ("sensor",)}
 ALSO |= {"shape": ("link",), "sensor": ("hardware sensor",), "link or joint": ("link", "joint")}
-# The ways to mirror a mapping (x-mirror), each with the keys that it changes; a schema must have at least one of them.
-# The sides of wheels are keys themselves.
+# For each way to mirror a mapping (x-mirror), the keys that it changes; the schema must define at least one of them.
+# The built-in way "sides" is not listed: it renames keys (left to right) instead of changing values.
 MIRRORED_KEYS: dict[str, tuple[str, ...]] = {"pose": ("xyz", "rpy"), "grid": ("origin", "heights", "bottom")}
 MIRRORED_KEYS |= {"inertia": ("ixy", "ixz", "iyz"), "bounds": ("min", "max")}
 MIRRORED_KEYS |= {key: (key,) for key in ("axis", "direction", "dir", "at", "scale", "gear")}
@@ -58,7 +58,7 @@ ENTRIES, ITEMS, WITHIN = "entries", "items", "within"
 
 
 class Node(NamedTuple):
-    """The annotations in the schema for the values at one location."""
+    """The annotations of a schema location, and those of the locations below it."""
 
     names: str = ""
     gives: str = ""
@@ -88,31 +88,31 @@ class Node(NamedTuple):
     of: frozenset[str] = frozenset()
 
     def value_of(self, key: str) -> Node | None:
-        """Return the annotations for the value of a key of a mapping, or ``None`` if there are none."""
+        """Return the annotations for the value of a key, or None if there are none."""
         return self.properties.get(key, self.others)
 
     def left_out(self, entry: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
-        """Yield each omitted key whose name is derived from other keys, with its kind and the derived name."""
+        """Yield each missing key whose default is derived from other keys, with the kind and value of the default."""
         for key, below in self.properties.items():
             if below is not None and below.otherwise and key not in entry:
-                with suppress(KeyError):  # a key that it is derived from is missing too
+                with suppress(KeyError):  # the key needed for the default is missing, too
                     yield key, below.gives, below.otherwise.format_map(texts(entry))
 
 
-# Maps each annotation to the field of ``Node`` that holds it.
+# Annotations in the schema, and the field of ``Node`` for each.
 _FIELDS = Node._fields[: Node._fields.index("keys")]
 WORDS = {INSIDE if field == "inside" else f"x-{field.replace('_', '-')}": field for field in _FIELDS}
-# Also includes the keywords that ``synonyms``, lowering and import read. Validators and editors need none of these.
+# All annotations, including those that only suggestions, lowering and import read. Validators and editors ignore them.
 ANNOTATIONS = frozenset((*WORDS, "x-unmirrored", "x-also", "x-instead", "x-file", "x-first", "x-ordered"))
 
 
 def texts(entry: Mapping[str, Any]) -> dict[str, str]:
-    """Return the keys of an entry whose values are strings, with these strings."""
+    """Return the entries of a mapping whose values are strings."""
     return {key: value for key, value in entry.items() if isinstance(value, str)}
 
 
 def annotated_sections(whole: Mapping[str, Any]) -> dict[str, Node]:
-    """Return the annotations of a schema of descriptions by section, for the sections that have any."""
+    """Return the annotations of each section of a description schema that has any."""
     definitions: dict[str, Node | None] = {}
 
     def node_of(fragment: Any) -> Node | None:
@@ -147,7 +147,7 @@ def annotated_sections(whole: Mapping[str, Any]) -> dict[str, Node]:
 
 
 def check_annotations(piece: Any, own: Mapping[str, Any]) -> None:
-    """Raise ValueError for an unknown annotation, key or unit in a piece of the schema; ``own`` is ours."""
+    """Raise ValueError for an invalid annotation, key or unit in a schema fragment; ``own`` is the built-in schema."""
     words = {word for word, _ in _annotations(own)} | ANNOTATIONS
     for word, value in _annotations(piece):
         if word not in words:
@@ -168,12 +168,12 @@ def check_annotations(piece: Any, own: Mapping[str, Any]) -> None:
 
 
 def kinds_of(piece: Any, annotation: str) -> set[str]:
-    """Return the kinds that get names (``x-gives``), or are named (``x-names``), in a piece of the schema."""
+    """Return the kinds of names that a schema fragment defines (``x-gives``) or refers to (``x-names``)."""
     return {value for word, value in _annotations(piece) if word == annotation}
 
 
 def mappings_in(piece: Any) -> Iterator[Mapping[str, Any]]:
-    """Yield all mappings in a piece of the schema, itself first."""
+    """Yield a schema fragment and all mappings in it."""
     if isinstance(piece, Mapping):
         yield piece
     for inner in piece.values() if isinstance(piece, Mapping) else piece if isinstance(piece, list) else ():
@@ -186,9 +186,9 @@ def _annotations(piece: Any) -> Iterator[tuple[str, Any]]:
 
 
 class Misfit(NamedTuple):
-    """A value that does not fit a schema: its path, and the keyword, its value and its part of the schema.
+    """A validation error: the path of the value; the keyword that failed, its value, and the schema that has it.
 
-    ``value`` is the name for ``propertyNames``, whose mapping is at the path; ``key`` is the one that is missing.
+    For ``propertyNames``, ``value`` is the name and ``path`` that of its mapping; ``key`` is a missing key.
     """
 
     path: Steps
@@ -204,25 +204,25 @@ class Misfit(NamedTuple):
         return [key for key in self.value if key not in self.part.get("properties", {})]
 
     def kinds(self) -> list[str]:
-        """Return the types that are allowed, in a fixed order."""
+        """Return the allowed types in a fixed order."""
         return sorted([self.wanted] if isinstance(self.wanted, str) else self.wanted, key=_TYPES.index)
 
 
 def validator_of(schema: Mapping[str, Any]) -> Any:
-    """Return the validator of a schema."""
-    from jsonschema import Draft7Validator  # takes 45 ms, which an unchanged run does without
+    """Return a jsonschema validator for a schema."""
+    from jsonschema import Draft7Validator  # takes 45 ms: import only if something changed
 
     return Draft7Validator(inline_references(schema))
 
 
 @cache
 def validator(name: str) -> Any:
-    """Return the validator of one of the schemas that ship with the tool."""
+    """Return the validator of a schema that ships with the tool."""
     return validator_of(own_schema(name))
 
 
 def inline_references(whole: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a schema with each reference replaced by its target; our schemas are not recursive."""
+    """Return a schema with each ``$ref`` replaced by its target. The schema must not be recursive."""
     done: dict[str, Any] = {}
 
     def of(part: Any) -> Any:
@@ -232,7 +232,7 @@ def inline_references(whole: Mapping[str, Any]) -> dict[str, Any]:
             return part
         if not isinstance(part.get("$ref"), str):
             made = {key: of(one) for key, one in part.items() if key != "$defs"}
-            if isinstance(pattern := made.get("pattern"), str):  # as JavaScript reads it
+            if isinstance(pattern := made.get("pattern"), str):  # as JavaScript interprets it
                 pattern = pattern.replace("\\d", "[0-9]").replace("\\s", r"\s\ufeff")
                 made["pattern"] = pattern[:-1] + r"(?!\n)$" if pattern.endswith("$") else pattern
             return made
@@ -252,7 +252,7 @@ def inline_references(whole: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def misfits_of(validator: Any, value: Any) -> list[Misfit]:
-    """Return the misfits of a value, in the order of their places."""
+    """Validate a value; return the errors sorted by their position in it."""
     found: list[Misfit] = []
     reported = set()
     for error in validator.iter_errors(value):
@@ -260,7 +260,7 @@ def misfits_of(validator: Any, value: Any) -> list[Misfit]:
         misfit = Misfit(path, error.validator, error.validator_value, error.instance, error.schema, schema_path)
         if error.validator not in _NAMING:
             found.append(misfit)
-        elif (where := repr((path, schema_path))) not in reported:  # an error per key, or one for all of them
+        elif (where := repr((path, schema_path))) not in reported:  # or one error for all keys
             reported.add(where)
             keys = error.validator_value
             if error.validator == "dependencies":
@@ -269,7 +269,7 @@ def misfits_of(validator: Any, value: Any) -> list[Misfit]:
     numbers: dict[int, dict[str, int]] = {}
 
     def place(misfit: Misfit) -> list[int]:
-        """Return the numbers of the entries on the way to the place of a misfit."""
+        """Return the position of a misfit as the index of each step of its path."""
         node, steps = value, []
         for step in misfit.path:
             if not isinstance(step, int) and id(node) not in numbers:
@@ -282,12 +282,12 @@ def misfits_of(validator: Any, value: Any) -> list[Misfit]:
 
 
 def misfits(name: str, value: Any) -> list[str]:
-    """Return a sentence for each misfit of a JSON value, by the name of one of the schemas that ship with the tool."""
+    """Validate a JSON value against a schema that ships with the tool; return a message for each error."""
     return [f"{describe_path(one.path, own_schema())}: {words_of(one)}" for one in misfits_of(validator(name), value)]
 
 
 def words_of(misfit: Misfit) -> str:
-    """Return a sentence about a misfit of JSON."""
+    """Return the message for an error in JSON data."""
     if misfit.keyword in _NAMING:
         return f"{_json(misfit.key)} is a required property"
     if misfit.keyword == "additionalProperties":
@@ -300,9 +300,9 @@ def _json(value: Any) -> str:
 
 
 def check_schema(part: Mapping[str, Any], whole: Mapping[str, Any]) -> None:
-    """Raise ValueError if a part of a schema is not JSON Schema of draft 7, or has a reference without a target.
+    """Raise ValueError if a schema fragment is invalid in draft 7, or has a reference without a target.
 
-    Keywords that draft 7 ignores are errors: unknown ones (except ``x-...``), and those next to ``$ref``.
+    Keywords that draft 7 ignores are errors, too: unknown ones (except ``x-...``), and those next to ``$ref``.
     """
     from jsonschema import Draft7Validator, FormatChecker
 

@@ -1,4 +1,4 @@
-"""Arguments of a run: values for declared arguments, from files or Python programs, and names of outputs."""
+"""Arguments of a run: values for declared arguments, from files or Python, and requested outputs."""
 
 from __future__ import annotations
 
@@ -32,19 +32,19 @@ UNKNOWN = "unknown-output"
 _MOST_NAMED = 20
 _ADDED = "taken with the defaults of its format; an entry under outputs can say more"
 
-Choice = tuple[str, tuple[str, ...]]  # an argument and its values, that of the default first
-Combination = tuple[str, ...]  # one value for each argument
+Choice = tuple[str, tuple[str, ...]]  # an argument and its possible values, the default first
+Combination = tuple[str, ...]  # a value for each argument
 
-_LARGEST = 10**18  # from here on YAML's whole numbers are floats (see load)
+_LARGEST = 10**18  # larger YAML integers are read as floats (see load)
 NO_ARGUMENTS = "leave the arguments out"
-# Rules for the values of arguments, as opposed to the rest of the description.
+# Rules about the values of arguments; other errors of the description are not reported here.
 _OF_ARGUMENTS = ("unknown-argument", "bad-argument")
 
 
 class Argument(NamedTuple):
-    """A declared argument; strings are as written in the file, or "" if absent.
+    """A declared argument; text fields are as written in the file, or "" if absent.
 
-    ``value`` is its assigned value, "" for the default; ``set_at`` is where it is set, None for the command line.
+    ``value`` is the value of this run, "" for the default; ``set_at`` is where it is set, None for the command line.
     """
 
     name: str
@@ -61,7 +61,7 @@ class Argument(NamedTuple):
 def declared_arguments(
     path: Path, arguments: Mapping[str, Any], packages: Mapping[str, Path] | None = None
 ) -> tuple[list[Argument], list[Diagnostic]]:
-    """Return the arguments of the description whose first file is ``path``, and problems with their values."""
+    """Return the arguments of the description with the main file ``path``, and errors in their values."""
     reader = Reader(path, None, packages)
     root = reader.whole()
     if root is None or has_errors(reader.diagnostics):
@@ -88,7 +88,7 @@ def declared_arguments(
 
 
 def choices(arguments: Sequence[Argument], values: Mapping[str, Any]) -> list[Choice]:
-    """Return the arguments not set in ``values`` that have a list of values: those of one_of, or true and false."""
+    """Return the arguments with a fixed list of values (``one_of`` or boolean) that ``values`` does not set."""
     found = []
     for argument in arguments:
         allowed = argument.allowed or (("true", "false") if argument.type == "boolean" else ())
@@ -99,7 +99,7 @@ def choices(arguments: Sequence[Argument], values: Mapping[str, Any]) -> list[Ch
 
 
 def combinations(varied: Sequence[Choice]) -> Iterator[Combination]:
-    """Yield all combinations: the defaults, those in which one argument differs from them, then all others."""
+    """Yield all combinations of values: the defaults, then those that differ in one argument, then all others."""
     defaults = tuple(values[0] for _, values in varied)
     near = [defaults]
     for index, (_, values) in enumerate(varied):
@@ -110,7 +110,7 @@ def combinations(varied: Sequence[Choice]) -> Iterator[Combination]:
 
 
 def read(paths: Iterable[Path], texts: Mapping[str, str]) -> Map:
-    """Return the arguments of at least one YAML file; later files override earlier ones, ``texts`` override files."""
+    """Read one or more YAML files of arguments; later files override earlier ones, ``texts`` override all files."""
     first, *others = (load_mapping(path, label(path)) for path in paths)
     merged = Map(first.span)
     for values in (first, *others):
@@ -127,7 +127,7 @@ def read(paths: Iterable[Path], texts: Mapping[str, str]) -> Map:
 
 
 class ApiArguments(NamedTuple):
-    """The path of a robot, its arguments and folders of packages, from a Python program; invalid with diagnostics."""
+    """The path, arguments and package folders that were passed to the Python API; ignore them if diagnostics exist."""
 
     name: str
     arguments: dict[str, Any]
@@ -136,7 +136,7 @@ class ApiArguments(NamedTuple):
 
 
 def of_api(path: object, arguments: object, packages: object) -> ApiArguments:
-    """Convert the arguments of a function of the API."""
+    """Validate and convert what was passed to a function of the Python API."""
     diagnostics: list[Diagnostic] = []
     name = os.fsdecode(path) if isinstance(path, (str, os.PathLike)) else ""
     if not isinstance(path, (str, os.PathLike)):
@@ -157,20 +157,20 @@ def of_api(path: object, arguments: object, packages: object) -> ApiArguments:
 
 
 def takes_no_arguments(path: Path) -> Diagnostic:
-    """Return the error about arguments for a file that takes none."""
+    """Return the error for arguments passed to a file that has none, such as a URDF."""
     message = f"{path.name} has no arguments: only a description and a xacro have them"
     return error("unknown-argument", message, None, NO_ARGUMENTS)
 
 
 class _NoValue(Exception):
-    """A value that is not possible for an argument; the message is the reason."""
+    """A Python object cannot be the value of an argument; the message is the reason."""
 
 
 def from_python(arguments: object) -> tuple[dict[str, Any], list[Diagnostic]]:
-    """Convert arguments of a Python program to values of the language; also returns the errors.
+    """Convert Python objects to argument values; also return the errors.
 
-    Numbers are in SI units; a text is read like ``-a NAME=TEXT``. An object with ``tolist``, such as a numpy array, is
-    a number or a list.
+    Numbers are in SI units; strings are parsed like ``-a NAME=TEXT``. An object with ``tolist``, such as a numpy array,
+    is converted to a number or a list.
     """
     if not isinstance(arguments, Mapping):
         message = f"arguments map names to values; this is {_type(arguments)}"
@@ -189,7 +189,7 @@ def from_python(arguments: object) -> tuple[dict[str, Any], list[Diagnostic]]:
 
 
 def _plain(value: object, depth: int, count: list[int]) -> Any:
-    """Convert a value; ``count`` is the number of values so far. Raises _NoValue."""
+    """Convert an object; ``count`` counts all converted values. Raises _NoValue."""
     count[0] += 1
     if depth > MAX_DEPTH or count[0] > MAX_NODES:
         raise _NoValue("is too deep or too large a value")
@@ -221,7 +221,7 @@ def _type(value: object) -> str:
 
 
 def as_texts(values: Mapping[str, Any]) -> tuple[dict[str, str], list[Diagnostic]]:
-    """Return values as the arguments of a xacro, which are text (quantities in SI units), and the errors."""
+    """Convert values to xacro arguments, which are strings (quantities in SI units); also return the errors."""
     texts: dict[str, str] = {}
     diagnostics: list[Diagnostic] = []
     for name, value in values.items():
@@ -234,9 +234,9 @@ def as_texts(values: Mapping[str, Any]) -> tuple[dict[str, str], list[Diagnostic
 
 
 def with_wanted(tree: Map, wanted: Sequence[str], formats: Mapping[str, Format]) -> tuple[Map, list[Diagnostic]]:
-    """Return a tree with an entry for each requested output, and the errors about their names."""
+    """Return a tree with an entry for each requested output, and an error for each unknown name."""
     outputs = tree.get("outputs")
-    if not wanted or not (outputs is None or isinstance(outputs, Map)):  # the schema reports other types
+    if not wanted or not (outputs is None or isinstance(outputs, Map)):  # validation reports an invalid type
         return tree, []
     listed = outputs if outputs is not None else Map(tree.span, tree.via)
     new = [name for name in dict.fromkeys(wanted) if name not in listed]
@@ -267,5 +267,5 @@ def with_wanted(tree: Map, wanted: Sequence[str], formats: Mapping[str, Format])
 
 
 def is_listed(entry: object) -> bool:
-    """Return True if an entry of outputs is in the description, and was not added for a request."""
+    """Return True if an entry of outputs is in the description, not added by ``with_wanted``."""
     return not (isinstance(entry, Map) and entry.via is not None and entry.via.message == _ADDED)

@@ -1,6 +1,6 @@
-"""Names in elements of XML: of links and joints in a URDF or an SRDF, and of everything in MJCF.
+"""Find and replace names in XML elements: links and joints in URDF and SRDF, and all objects in MJCF.
 
-With ``top``, elements of MJCF are a section of the file, such as ``<tendon>``; else they are in a body.
+Functions for MJCF have the parameter ``top``: True for sections such as ``<tendon>``, False for elements of a body.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from rosorin_compile.source.xml.markup import TEXT, MarkupError, Remark, parse
 
 LINK, JOINT, EITHER, FRAME = "link", "joint", "link or joint", "frame"
 
-# Elements whose <link name> and <joint name> are links and joints of the robot: those of an SRDF and of ros2_control.
+# Elements of SRDF and ros2_control in which <link name="..."> and <joint name="..."> refer to the robot.
 REFERRING = (
     *("chain", "disable_collisions", "disable_collision", "disable_default_collisions", "enable_collisions"),
     *("end_effector", "group", "group_state", "passive_joint", "ros2_control", "transmission"),
 )
-# Attributes that name a link or a joint, whatever the element.
+# Attributes that refer to a link or a joint in any element.
 _ATTRIBUTES = dict.fromkeys(("link", "link1", "link2", "base_link", "tip_link", "parent_link", "child_link"), LINK)
 _ATTRIBUTES |= dict.fromkeys(("joint", "joint1", "joint2"), JOINT)
-# Tags of plug-in elements whose text is taken for a name if it resembles a name in the robot.
+# Tags of plug-in elements whose text probably refers to a name of the robot, with the kind of the name.
 _TEXTS = (
     (r"(.*_)?joint|joint_?[nN]ame|.+Joint", JOINT),
     (r"(.*_)?link|(link|body)_?[nN]ame|.+Link", LINK),
@@ -34,9 +34,9 @@ _TEXTS = (
 
 
 class Reference(NamedTuple):
-    """A name in the value of an attribute, or in the text of an element if ``attribute`` is empty.
+    """A reference in the value of an attribute, or in the text of an element if ``attribute`` is empty.
 
-    ``where`` is the place in words. If ``sure`` is false, the text may be something other than a name.
+    ``where`` describes the position. If ``sure`` is False, the text may be something other than a name.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Reference(NamedTuple):
 
 
 def references(tags: tuple[str, ...], attributes: Mapping[str, str], text: str) -> Iterator[Reference]:
-    """Yield the names in one element, given the ``tags`` that lead to it, its own last, its attributes and text."""
+    """Yield the references in a URDF or SRDF element; ``tags`` leads from the outermost element to this one."""
     tag, top = tags[-1], tags[0]
     named = [(_ATTRIBUTES[attribute], attribute) for attribute in attributes if attribute in _ATTRIBUTES]
     if top in REFERRING and tag in ("link", "joint", "passive_joint"):
@@ -72,7 +72,7 @@ Finder = Callable[[tuple[str, ...], Mapping[str, str], str], Iterator[Reference]
 
 
 def named_in(text: str) -> Iterator[Reference]:
-    """Yield the names in some elements; yield nothing if the text is not XML."""
+    """Yield the references in a text of URDF or SRDF elements, or nothing if it is not XML."""
     for element in found_in(text):
         yield from references(element.tags, element.attributes, element.text)
 
@@ -88,11 +88,11 @@ def _is_name(text: str) -> bool:
 
 
 def rename_references(text: str, rename: Callable[[str], str], references: Finder = references) -> str:
-    """Return elements in which each name that ``references`` yields is replaced by ``rename`` of it."""
+    """Replace each name that ``references`` yields in a text of elements by ``rename(name)``."""
     before, after = "<robot>", "</robot>"
     try:
         document = parse(Source("", f"{before}{text}{after}"))
-    except MarkupError:  # the rules report it
+    except MarkupError:  # a rule reports it
         return text
     made = document.source.text
     places: set[tuple[int, str, str]] = set()
@@ -122,9 +122,9 @@ SECTIONS = (
     *("actuator", "asset", "contact", "custom", "default", "deformable", "equality", "extension", "keyframe"),
     *("option", "sensor", "size", "statistic", "tendon", "visual", "worldbody"),
 )
-"""The sections of a file that elements may be; ``<compiler>`` would apply to the whole file."""
+"""The MJCF sections that a description may contain; not ``<compiler>``, which would apply to the entire file."""
 
-# Attributes that name something, whatever the element; with several names in some.
+# MJCF attributes that refer to objects in any element, and the kind of object.
 _OF_MJCF: Mapping[str, str] = {
     **dict.fromkeys(("joint", "joint1", "joint2", "jointinparent"), JOINT),
     **dict.fromkeys(("body", "body1", "body2", "target", "subtree1", "subtree2", "node"), BODY),
@@ -134,20 +134,20 @@ _OF_MJCF: Mapping[str, str] = {
     **dict.fromkeys(("class", "childclass"), CLASS),
     **{kind: kind for kind in (CAMERA, ACTUATOR, MATERIAL, TEXTURE, MESH, HEIGHTS, "flex", "instance")},
 }
-# Sections of numbers; some of their attributes are references in other elements: <scale camera="0.1">.
+# Sections with numbers only: an attribute that is a reference elsewhere is a number there, as in <scale camera="0.1">.
 _OF_SETTINGS = ("option", "size", "statistic", "visual")
-_OF_MANY = ("flex", "flexcomp")  # elements whose attributes contain several names, separated by spaces
+_OF_MANY = ("flex", "flexcomp")  # elements whose attributes contain lists of names, separated by spaces
 _KINDS = {"xbody": BODY, "mesh": MESH, "hfield": HEIGHTS, "numeric": "numeric", "text": "text", "tuple": "tuple"}
-# The kind of the elements of a section, where their tag does not determine it.
+# The kind of object that elements of a section define, whatever their tag.
 _OF_SECTION = {"actuator": ACTUATOR, "sensor": SENSOR, "equality": EQUALITY, "tendon": TENDON}
 
 
 def kind_of(found: Found, top: bool) -> str:
-    """Return the kind of the name of an element; empty for an element without a name."""
+    """Return the kind of object that an MJCF element defines, or an empty string."""
     tag, *around = reversed(found.tags)
     if tag == "default":
         return CLASS
-    if found.tags[0] == "default" and top:  # the elements of a class have no names
+    if found.tags[0] == "default" and top:  # elements in a default class have no names
         return ""
     if not top or found.tags[0] == "worldbody":
         return {"flexcomp": "flex", "freejoint": JOINT}.get(tag, tag)
@@ -157,7 +157,7 @@ def kind_of(found: Found, top: bool) -> str:
 
 
 def defined_names(found: Found, top: bool) -> Iterator[Reference]:
-    """Yield the name that an element defines; without a name, it is the name of its file, as in MuJoCo."""
+    """Yield the name that an MJCF element defines; as in MuJoCo, an asset without a name has the name of its file."""
     kind = kind_of(found, top)
     attribute = "class" if kind == CLASS else "name"
     name = found.attributes.get(attribute, "").strip()
@@ -169,7 +169,7 @@ def defined_names(found: Found, top: bool) -> Iterator[Reference]:
 
 
 def used_names(found: Found, top: bool) -> Iterator[Reference]:
-    """Yield the names in an element that refer to others."""
+    """Yield the names of other objects that an MJCF element refers to."""
     tag, attributes = found.tags[-1], found.attributes
     if top and found.tags[0] in _OF_SETTINGS:
         return
@@ -184,7 +184,7 @@ def used_names(found: Found, top: bool) -> Iterator[Reference]:
 
 
 def kind_of_name(attribute: str, attributes: Mapping[str, str]) -> str:
-    """Return the kind of object that an attribute of an element names, or "" if it names none."""
+    """Return the kind of object that an MJCF attribute refers to, or an empty string."""
     if attribute in ("objname", "refname"):
         kind = attributes.get(f"{attribute[:3]}type", "")
         return _KINDS.get(kind, kind)
@@ -195,12 +195,12 @@ _FILE = re.compile(r"""(\sfile\w*\s*=\s*)("[^"<]*"|'[^'<]*')""")
 
 
 def files_in(text: str) -> list[str]:
-    """Return the files that some elements name: meshes, textures, height fields, skins."""
+    """Return the files that a text of elements refers to: meshes, textures, height fields, skins."""
     return [quoted[1:-1] for _, quoted in _FILE.findall(text) if quoted[1:-1].strip()]
 
 
 def with_files(text: str, rename: Callable[[str], str]) -> str:
-    """Return elements in which each file is replaced by ``rename`` of it."""
+    """Replace each file name in a text of elements by ``rename(name)``."""
 
     def one(found: re.Match[str]) -> str:
         name, quote = found[2][1:-1], found[2][0]
@@ -210,7 +210,7 @@ def with_files(text: str, rename: Callable[[str], str]) -> str:
 
 
 def with_names(text: str, top: bool, rename: Callable[[str], str]) -> str:
-    """Return elements in which each name, defined or used, is replaced by ``rename`` of it."""
+    """Replace each name in a text of MJCF elements, defined or referred to, by ``rename(name)``."""
 
     def all_names(tags: tuple[str, ...], attributes: Mapping[str, str], _: str) -> Iterator[Reference]:
         found = Found(tags, dict(attributes), "", 0)

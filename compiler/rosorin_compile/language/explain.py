@@ -1,4 +1,4 @@
-"""Explain frames and named values: where each is, and for every number the line of YAML that sets it."""
+"""Explain frames and named values: where each is defined, and for every number the line of YAML that sets it."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from .symbols import SymbolTable
 _AXES: Mapping[str | int, Sequence[str]] = {"xyz": ("x", "y", "z"), "rpy": ("roll", "pitch", "yaw")}
 _KEYS_OF_JOINT = ("limit", "mimic", "dynamics", "actuator", "calibration", "safety_controller")
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-_USE = re.compile(r'part ".*?" used here as "(.*?)"')  # the message of ``expand.parts``
-_DIGITS = 9  # printed for quaternions and degrees
+_USE = re.compile(r'part ".*?" used here as "(.*?)"')  # the message of an instance of a part
+_DIGITS = 9  # significant digits of quaternions and degrees
 _OPTICAL = "not written: an optical frame is turned like this (REP 103)"
 
 
 class Number(NamedTuple):
-    """A number in SI units; ``note`` explains one without an origin, which is not written."""
+    """A number in SI units; if ``origin`` is None, the number is not written, and ``note`` explains it."""
 
     name: str
     value: float
@@ -40,7 +40,7 @@ class Number(NamedTuple):
 
 
 class Transform(NamedTuple):
-    """A pose: metres, radians and degrees about fixed axes, quaternion in the order x y z w."""
+    """A pose: xyz in metres, rpy in radians and degrees about fixed axes, and the quaternion as x y z w."""
 
     xyz: tuple[float, ...]
     rpy: tuple[float, ...]
@@ -49,18 +49,18 @@ class Transform(NamedTuple):
 
     @classmethod
     def from_rigid(cls, rigid: Rigid) -> Transform:
-        """Return the values of a rigid transform, without negative zeros."""
+        """Convert a rigid transform, without negative zeros."""
         w, x, y, z = rigid.quaternion()
         values = (rigid.xyz, rigid.rpy(), tuple(map(math.degrees, rigid.rpy())), (x, y, z, w))
         return cls(*(tuple(value + 0.0 for value in row) for row in values))
 
 
 class Edge(NamedTuple):
-    """An edge of the tree of frames at position zero; ``transform`` is None if only another node knows it."""
+    """An edge of the frame tree, with joints at zero; ``transform`` is None if only an external node knows it."""
 
     parent: str
     child: str
-    joint: str  # "" for an edge of another node
+    joint: str  # "" for an edge that an external node publishes
     type: str
     publisher: str
     topic: str
@@ -72,7 +72,7 @@ class Edge(NamedTuple):
 
 
 class FramePose(NamedTuple):
-    """The pose of a frame relative to its root, in a named pose of the joints; "" is all joints at zero."""
+    """The pose of a frame relative to the root of its tree, in a named joint pose; "" is all joints at zero."""
 
     pose: str
     root: str
@@ -80,7 +80,7 @@ class FramePose(NamedTuple):
 
 
 class Shape(NamedTuple):
-    """A shape of a link, its numbers and its place."""
+    """A shape of a link: its purpose, its numbers and where it is defined."""
 
     purpose: str
     numbers: tuple[Number, ...]
@@ -88,7 +88,7 @@ class Shape(NamedTuple):
 
 
 class Explanation(NamedTuple):
-    """A frame: its link, the chain from the root, other edges to it, and numbers of its joint, mass and shapes."""
+    """A frame: its link, the chain from the root, other edges to it, and the numbers of its joint, mass and shapes."""
 
     name: str
     roles: tuple[str, ...]
@@ -104,21 +104,21 @@ class Explanation(NamedTuple):
 
     @property
     def numbers(self) -> list[Number]:
-        """The numbers of the frame itself: of the edges that place it, its joint, mass and shapes."""
+        """The numbers that define the frame: of its parent edges, joint, mass and shapes."""
         edges = [edge for edge in (*self.chain[-1:], *self.others) if edge.child == self.name]
         groups = [*(edge.numbers for edge in edges), self.joint, self.inertial, *(one.numbers for one in self.shapes)]
         return [number for group in groups for number in group]
 
 
 class Answer(NamedTuple):
-    """Some numbers of a frame, or those of an entry of a section."""
+    """Selected numbers of a frame, or the numbers of an entry of a section."""
 
     name: str
     numbers: tuple[Number, ...]
 
 
 class NamedValue(NamedTuple):
-    """The value of an argument or a named value, and the expressions that use it."""
+    """An argument or named value, and the expressions that use it."""
 
     name: str
     meaning: Meaning
@@ -128,10 +128,10 @@ class NamedValue(NamedTuple):
 def explain(
     expanded: Expanded, lowered: Lowered, arguments: Mapping[str, Any], names: Sequence[str], pose: str = ""
 ) -> list[Explanation | Answer | NamedValue]:
-    """Explain frames, links, joints, sensors, uses of parts, arguments and named values of a compiled description.
+    """Explain frames, links, joints, sensors, uses of parts, arguments and named values of a description.
 
-    Names of numbers among the names ("z", "mass", "upper") reduce the result to these. ``arguments`` are those of the
-    run; the frames are also shown in the named pose ``pose``. Raises UnknownName.
+    ``names`` may include names of numbers ("z", "mass", "upper"), which restrict the result. ``arguments`` are those of
+    this run; poses of frames are also given for the named joint pose ``pose``. Raises UnknownName.
     """
     if expanded.tree is None or expanded.scope is None or lowered.robot is None or expanded.symbols is None:
         raise ValueError("a description with errors has no meaning to explain")
@@ -169,12 +169,12 @@ def explain(
 
 
 def _is_called(number: str, word: str) -> bool:
-    """Return True if a word selects a number: its name, a word of "inertia ixx", or the vector that it is in."""
+    """Return True if a word selects a number: by its name, a word of it ("ixx"), or the vector that contains it."""
     return word in (number, number.partition("[")[0]) or word in number.split() or number in _AXES.get(word, ())
 
 
 def _selected(answer: Explanation | Answer, words: Sequence[str], added: tuple[str, ...]) -> Answer:
-    """Return the numbers that words select; an exact match excludes others except ``added``, those of sections."""
+    """Select numbers by words; an exact match excludes all others except those with a prefix in ``added``."""
     selected: dict[Number, None] = {}
     for word in words:
         is_exact = any(number.name == word for number in answer.numbers)
@@ -187,7 +187,7 @@ def _selected(answer: Explanation | Answer, words: Sequence[str], added: tuple[s
 
 
 class _Frames:
-    """The tree of frames of one robot: its joints, and the edges of other nodes."""
+    """The frame tree of a robot: its joints, and the edges that external nodes publish."""
 
     def __init__(self, robot: Robot, places: Mapping[tuple[str, str], Path], origins: Origins) -> None:
         self.robot, self.places, self.origins = robot, places, origins
@@ -195,21 +195,21 @@ class _Frames:
         self.names = list(dict.fromkeys([*(link.name for link in robot.links), *ends]))
 
     def uses(self, frame: str) -> list[str]:
-        """Return the uses of parts that a frame comes from, the outermost first: arm, arm_hand."""
+        """Return the uses of parts that created a frame, the outermost first: arm, arm_hand."""
         place = self.places.get(("link", frame))
         stack = self.origins.place_of(place)[1] if place is not None else ()
         names = [use[1] for step in reversed(stack) if (use := _USE.match(step.message))]
         return ["_".join(names[: count + 1]) for count in range(len(names))]
 
     def meant_by(self, name: str) -> list[str]:
-        """Return the frames that a name refers to: a frame, that of a sensor or joint, or those of a use of a part."""
+        """Return the frames that the name of a frame, sensor, joint or use of a part refers to."""
         found = [name] if name in self.names else []
         found += [sensor.frame for sensor in self.robot.sensors if sensor.name == name]
         found += [joint.child for joint in self.robot.joints if joint.name == name]
         return list(dict.fromkeys(found or [frame for frame in self.names if name in self.uses(frame)]))
 
     def explanation(self, name: str, pose: str) -> Explanation:
-        """Return everything about a frame."""
+        """Explain a frame; also return its pose for the joint pose ``pose``, unless that is ""."""
         robot, chain, roles = self.robot, self._chain(name), tuple(self._roles(name))
         placed = tuple(self._placed(name, chain, pose) for pose in (["", pose] if pose else [""]))
         children = [joint.child for joint in robot.joints_from.get(name, ())]
@@ -269,7 +269,7 @@ class _Frames:
     def _edge_of_joint(self, joint: Joint) -> Edge:
         path = self.places["joint", joint.name]
         numbers = list(self._pose(path, joint.origin))
-        if path[0] in self.robot.sections.said:  # a section of a plug-in may calculate them from anything
+        if path[0] in self.robot.sections.said:  # from a plug-in section, which may calculate them
             numbers = [number._replace(origin=None, note=f"of {path[0]}") for number in numbers]
         if joint.moves or joint.type == "planar":
             numbers += self._vector((*path, "axis"), joint.axis, "")
@@ -300,13 +300,13 @@ class _Frames:
             yield Number(names[index], value, unit, origin, "" if origin else note)
 
     def numbers(self, path: Path, joint: Joint | None = None) -> Iterator[Number]:
-        """Yield every number below a path, named by the keys that lead to it; ``joint`` determines the units."""
+        """Yield every number below a path, named by its keys; units depend on the type of ``joint``."""
         leader = self.robot.joint.get(joint.mimic.joint) if joint is not None and joint.mimic is not None else None
         slides, leads = (one is not None and one.type in ("prismatic", "planar") for one in (joint, leader))
 
         def below(here: Path, value: object) -> Iterator[Number]:
             if isinstance(value, list) and any(isinstance(item, list) for item in value):
-                return  # the cells of a height map are too many to list
+                return  # a height map has too many cells to list
             if isinstance(value, (dict, list)):
                 for key, item in value.items() if isinstance(value, dict) else enumerate(value):
                     yield from below((*here, key), item)
@@ -370,7 +370,7 @@ def _name_of(steps: Path) -> str:
 
 
 def _inner(numbers: Iterable[Number]) -> Iterator[Number]:
-    """Yield numbers with names that omit the enclosing entry: "inertial mass" becomes "mass"."""
+    """Yield numbers with the name of their entry omitted: "inertial mass" becomes "mass"."""
     return (number._replace(name=number.name.partition(" ")[2]) for number in numbers)
 
 
@@ -385,7 +385,7 @@ def _in_words(publisher: Publisher) -> str:
 
 
 def lines(found: Explanation | Answer | NamedValue) -> Iterator[str]:
-    """Yield the lines that ``rosorin-compile explain`` prints."""
+    """Yield the lines that ``rosorin-compile explain`` prints for a result."""
     if isinstance(found, NamedValue):
         yield from _meanings([found.meaning], 0)
         yield "  used by:" if found.used_by else "  nothing uses it"
@@ -449,7 +449,7 @@ def _edge(edge: Edge) -> Iterator[str]:
 
 
 def _numbers(numbers: Sequence[Number], known: Sequence[Step]) -> Iterator[str]:
-    """Yield a line per number, then its origin; what several numbers share follows the last of them."""
+    """Yield a line for each number and its source; details that consecutive numbers share follow the last of them."""
     rows = []
     for number in _merge_zeros(numbers):
         degrees = f" ({to_fixed(math.degrees(number.value), 6)} deg)" if number.unit == "rad" and number.value else ""

@@ -1,9 +1,9 @@
-"""Lower: make the robot from a tree that ``validate`` accepts.
+"""Lower: convert a valid tree to a robot.
 
-Each section is converted by its record (``Section``), those of plug-ins in the same way; ``Lowering`` is the state of
-the conversion. ``record_of`` fills each field of a dataclass from the key of the same name, so that a new key needs a
-field in the model and nothing here. Only what prevents a value from being made is reported; whether the robot makes
-sense is for the rules.
+Each section, built in or of a plug-in, is converted as its ``Section`` defines; ``Lowering`` is the state of the
+conversion. ``record_of`` fills each field of a dataclass from the key of the same name, so a new key only needs a new
+field in the model. Errors are reported only if a value cannot be converted; rules check whether the robot makes
+sense.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _ACCEPTABLE = {"shape-size": find_declared("shape-size")}
 
 
 class LoweringError(Exception):
-    """A value that cannot be converted; ``path`` is that of the mistake in the tree."""
+    """A value cannot be converted; ``path`` is where the mistake is in the tree."""
 
     def __init__(self, rule: str, message: str, path: Path = (), help: Help = "") -> None:
         super().__init__(message)
@@ -48,12 +48,12 @@ class LoweringError(Exception):
 
 
 class Lowering:
-    """The state of a conversion. Called, it reports a problem."""
+    """The state of a conversion. Call it to report a problem."""
 
     def __init__(self, tree: Map, scope: Scope | None) -> None:
         self.tree, self.scope = tree, scope
         self.places: dict[tuple[str, str], Path] = {}
-        self.frames: dict[str, tuple[str, Path]] = {}  # by joint name: its child, and where that is written
+        self.frames: dict[str, tuple[str, Path]] = {}  # for each joint: its child frame, and the path that names it
         self.diagnostics: list[Diagnostic] = []
         self.nodes: dict[str, Publisher] = {}
         self.edges: list[Edge] = []
@@ -61,18 +61,18 @@ class Lowering:
         self.joints: list[Joint] = []
         self.urdf_elements: list[str] = []
         self.servos: tuple[ServoGroup, ...] = ()
-        self.solids: dict[object, Inertial] = {}  # of mesh files by file and scale
+        self.solids: dict[object, Inertial] = {}  # inertials of meshes by file and scale
         self._shared: dict[Hashable, Any] = {}
 
     def __call__(
         self, rule: str, message: str, path: Path, help: Help = "", related: tuple[Related, ...] = (), key: bool = False
     ) -> None:
-        """Report a problem at a path of the tree, or at the last key of the path."""
+        """Report a problem at a path of the tree, or with ``key`` at the last key of the path."""
         diagnostic = problem_at(self.scope, self.tree, path, rule, message, help, related, key)
         self.diagnostics.append(replace(diagnostic, of=names_at(self.tree, path)))
 
     def share(self, key: Hashable, make: Callable[[], T]) -> T:
-        """Return what ``make`` returns; the same object for the same key, unless problems were reported."""
+        """Return the result of ``make``, cached by the key unless problems were reported."""
         if key in self._shared:
             known: T = self._shared[key]
             return known
@@ -83,14 +83,14 @@ class Lowering:
 
     @contextmanager
     def reporting(self, where: str = "") -> Iterator[None]:
-        """Report a LoweringError; ``where`` is appended to its message."""
+        """Report a LoweringError that is raised in the block; append ``where`` to its message."""
         try:
             yield
         except LoweringError as problem:
             self(problem.rule, problem.message + where, problem.path, problem.help)
 
     def accepts(self, problem: LoweringError) -> bool:
-        """Return True, and report the problem, if the description accepts it."""
+        """Report a problem and return True if the description accepts it, else return False."""
         diagnostic = replace(error(problem.rule, "", None), of=names_at(self.tree, problem.path))
         if not is_accepted(self.tree, diagnostic, _ACCEPTABLE):
             return False
@@ -98,7 +98,7 @@ class Lowering:
         return True
 
     def place(self, kind: str, name: str, path: Path) -> None:
-        """Record where a name is defined; report a second definition."""
+        """Record where a name is defined; report a duplicate."""
         first = self.places.get((kind, name))
         if first is None:
             self.places[kind, name] = path
@@ -107,7 +107,7 @@ class Lowering:
             self("duplicate-name", f'the {kind} "{name}" is defined twice', path, "rename one", related)
 
     def place_joint(self, name: str, path: Path, frame: str, frame_path: Path) -> None:
-        """Record where a joint and its child frame are defined; report a frame that has a joint already."""
+        """Record where a joint and its child frame are defined; report a frame with a second joint."""
         child, first = self.frames.setdefault(name, (frame, frame_path))
         if child != frame or first == frame_path:
             self.place("joint", name, path)
@@ -121,16 +121,16 @@ class Lowering:
 
 
 def owner_of_frame(path: Path) -> str:
-    """Return in words what defines a frame, given the path of its name: a joint, or (an optical frame of) a sensor."""
+    """Return the joint or sensor that defines a frame for messages, given the path of the frame's name."""
     what = "joint" if path[0] == "joints" else "sensor"
     return f'{"the optical frame of " if "optical" in path[2:] else ""}{what} "{path[1]}"'
 
 
 class Lowered(NamedTuple):
-    """The robot (None after an error), where each joint, link and pose is defined, and problems.
+    """The robot (None after an error), where each joint, link and pose is defined, and the diagnostics.
 
-    ``places`` is keyed by kind and name: ("joint", "lidar_joint") -> ("sensors", "lidar"); an edge of a publisher of a
-    joint that takes turns is named by its index in ``Robot.edges``.
+    ``places`` maps kind and name to a path: ("joint", "lidar_joint") -> ("sensors", "lidar"). An edge of a joint with
+    several publishers has the kind "edge" and its index in ``Robot.edges`` as name.
     """
 
     robot: Robot | None
@@ -139,11 +139,11 @@ class Lowered(NamedTuple):
 
 
 def lower(tree: Map, scope: Scope | None = None) -> Lowered:
-    """Return the robot of a tree without errors; ``scope``, if known, is that of its expressions."""
+    """Convert a valid tree to a robot; ``scope``, if not None, is the scope of the description's expressions."""
     lowering = Lowering(tree, scope)
 
     def report(diagnostic: Diagnostic, section: str) -> None:
-        """Report a problem of the plug-in of a section, at that section."""
+        """Report a problem with the plug-in that defines a section, at that section."""
         place = tree.locate((section,), key=True)
         lowering.diagnostics.append(replace(diagnostic, span=place.span, related=place.stack()))
 
@@ -153,7 +153,7 @@ def lower(tree: Map, scope: Scope | None = None) -> Lowered:
     for plugin, section in plugin_sections().sections:
         if tree.get(section.name) is not None:
             contents[section.name] = _contents(section, tree)
-            with _guarded(plugin, section.name, report):  # it has no value after a problem
+            with _guarded(plugin, section.name, report):  # after a problem, the section has no value
                 added[section.name] = _value(section, tree, lowering)
     sections = Sections(added, contents)
     values |= {"name": tree["robot"], "sections": sections}
@@ -205,10 +205,10 @@ def _guarded(plugin: Plugin, section: str, report: Report) -> Iterator[None]:
 
 
 def with_sections(robot: Robot, tree: Map, report: Report, place: Place) -> Robot:
-    """Return a robot with the links, joints and masses that its sections add.
+    """Return a robot with the links, joints and masses that plug-in sections add.
 
-    An entry may refer to what another entry or section adds, if there is no circle; a section that refers to something
-    else adds nothing, which the rules report. ``place`` takes the kind, name and path of what is added.
+    Entries may refer to links and joints that other entries or sections add, but not in a cycle; a section with other
+    unresolved references adds nothing, and rules report it. ``place`` records the kind, name and path of each addition.
     """
     made, symbols = robot, SymbolTable(tree)
     waiting = [(plugin, one) for plugin, one in plugin_sections().sections if one.adds and one in robot.sections]
@@ -241,13 +241,13 @@ def _in_order(robot: Robot, symbols: SymbolTable, section: str) -> list[Any] | N
 
 
 def unresolved_references(robot: Robot, symbols: SymbolTable, section: str) -> list[Symbol]:
-    """Return the references of a section to links and joints that do not exist."""
+    """Return the references in a section to links and joints that do not exist."""
     existing = {"link": robot.link, "joint": robot.joint}
     return [one for one in symbols.references(existing, section) if one.name not in existing[one.kind]]
 
 
 def _checked(made: object, before: Robot) -> Robot:
-    """Return the robot that a section has made. Raises TypeError or ValueError for anything else."""
+    """Validate the robot that a plug-in section returned. Raises TypeError or ValueError."""
     if not isinstance(made, Robot):
         raise TypeError(f"what a section adds to is a Robot again, not {str(made)[:60]!r}")
     types = fragment_at(("joints", "*", "type"))["enum"]
@@ -268,28 +268,28 @@ def _place_added(before: Robot, made: Robot, symbols: SymbolTable, section: str,
         place("link", name, defined.get(("link", name), (section,)))
     joints = Counter(joint.name for joint in made.joints) - Counter(joint.name for joint in before.joints)
     for joint in reversed(made.joints):
-        if joints[joint.name] > 0 and counts[joint.child] <= 1:  # a duplicate link is reported already
+        if joints[joint.name] > 0 and counts[joint.child] <= 1:  # duplicate links are reported already
             joints[joint.name] -= 1
             path = defined.get(("joint", joint.name)) or defined.get(("link", joint.child)) or (section,)
             place("joint", joint.name, path)
 
 
 class Problem(Protocol):
-    """Reports a problem at a path of the tree, or at the last key of the path."""
+    """A function that reports a problem at a path of the tree, or with ``key`` at the last key of the path."""
 
     def __call__(self, rule: str, message: str, path: Path, help: Help = "", *, key: bool = False) -> None: ...
 
 
 def entries_of(tree: Mapping[str, Any], section: str) -> list[tuple[str, Any]]:
-    """Return the entries of a section in the order of the model: by name, or as they are written (x-ordered)."""
+    """Return the entries of a section sorted by name, or in the order of the file if the schema has x-ordered."""
     entries = (tree.get(section) or {}).items()
     return list(entries) if fragment_at((section,)).get("x-ordered") else sorted(entries)
 
 
 def record_of(kind: Callable[..., T], entry: Mapping[str, Any] | None, /, **given: Any) -> T:
-    """Return a dataclass whose fields come from the keys of an entry, or from ``given``; else they have defaults.
+    """Create a dataclass from the keys of an entry; ``given`` overrides keys, missing fields have their defaults.
 
-    A field of type ``Pose`` comes from ``xyz`` (m) and ``rpy`` (rad); one called ``values`` has the remaining keys.
+    A field of type ``Pose`` is set from ``xyz`` (m) and ``rpy`` (rad); a field ``values`` gets all remaining keys.
     """
     entry = entry or {}
     converters, poses, has_values = _fields(kind)
@@ -303,7 +303,7 @@ def record_of(kind: Callable[..., T], entry: Mapping[str, Any] | None, /, **give
 
 
 def named_records(kind: Callable[..., T], entries: Mapping[str, Any] | None) -> dict[str, T]:
-    """Return the records of entries by name, each with its name if it has a field for that."""
+    """Create a dataclass for each entry, by name; a field ``name`` is set to the name of the entry."""
     names = {str(name): {"name": str(name)} if "name" in _fields(kind)[0] else {} for name in entries or ()}
     return {name: record_of(kind, (entries or {})[name], **given) for name, given in names.items()}
 
@@ -316,7 +316,7 @@ def _records(kind: Callable[..., T], value: Any) -> tuple[T, ...]:
 
 
 def vector_of(value: Any, default: Vector = (0.0, 0.0, 0.0)) -> Vector:
-    """Return three numbers of a description as a vector."""
+    """Convert a list of three numbers to a vector; None is converted to ``default``."""
     if value is None:
         return default
     x, y, z = value
@@ -324,12 +324,12 @@ def vector_of(value: Any, default: Vector = (0.0, 0.0, 0.0)) -> Vector:
 
 
 def pose_of_entry(entry: Mapping[str, Any]) -> Pose:
-    """Return the pose given by ``xyz`` (m) and ``rpy`` (rad) of an entry."""
+    """Return the pose that ``xyz`` (m) and ``rpy`` (rad) of an entry define."""
     return Pose(vector_of(entry.get("xyz")), vector_of(entry.get("rpy")))
 
 
 def plain(value: Any) -> Any:
-    """Return a value without places and sources: quantities as numbers in SI units, lists as tuples."""
+    """Convert a value of the tree to plain Python: quantities to floats in SI units, lists to tuples; omit sources."""
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items() if key != "source"}
     if isinstance(value, list):
@@ -340,12 +340,12 @@ def plain(value: Any) -> Any:
 
 
 def values_of(entry: Mapping[str, Any] | None, known: Collection[str] = ()) -> dict[str, Attribute]:
-    """Return MJCF attributes by name; ``known`` are other keys of the entry."""
+    """Return the keys of an entry that are MJCF attributes, all except ``known``, sorted by name."""
     return {key: _attribute_of(value) for key, value in sorted((entry or {}).items()) if key not in known}
 
 
 def renamed_values(entry: Mapping[str, Any], words: Mapping[str, str]) -> dict[str, Attribute]:
-    """Return the values of an entry under the names that MJCF has for its keys."""
+    """Return MJCF attributes; ``words`` maps the name of each attribute's key to its MJCF name."""
     return {word: _attribute_of(entry[key]) for key, word in words.items() if key in entry}
 
 
@@ -359,7 +359,7 @@ def _attribute_of(value: Any) -> Attribute:
 
 @cache
 def _fields(kind: Any) -> tuple[dict[str, Convert], tuple[str, ...], bool]:
-    """Return the converters of fields by name, the names of fields that are poses, and whether it has ``values``."""
+    """Return a converter for each field, the names of fields of type Pose, and whether there is a field ``values``."""
     types = get_type_hints(kind)
     hints = {field.name: types[field.name] for field in fields(kind)}
     poses = tuple(name for name, hint in hints.items() if hint is Pose)
@@ -368,7 +368,7 @@ def _fields(kind: Any) -> tuple[dict[str, Convert], tuple[str, ...], bool]:
 
 
 def _converter(hint: Any) -> Convert:
-    """Return the conversion to a type: quantities become numbers in SI units, lists (or one item) become tuples."""
+    """Return the function that converts a value to a type: quantities to floats, lists or single items to tuples."""
     if hint == Values:
         return values_of
     if hint is float:

@@ -1,4 +1,4 @@
-"""Origins: where a value of the expanded tree was written, and what the names in its expression stand for."""
+"""Find where a value of the expanded tree was written, and the values of the names in its expression."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from .symbols import MOUNT
 MAX_LEVELS = 6
 MAX_NAMES = 40
 _POSE = ("xyz", "rpy")
-_OF_USE = ("name", "frame")  # every part and sensor type has these names
+_OF_USE = ("name", "frame")  # names that every use of a part or sensor type defines
 MAX_TEXT = 80
-# A name with the keys behind it, such as rows[0].mass; texts in quotes are skipped.
+# A name with keys, such as rows[0].mass; quoted text is skipped.
 _NAME = re.compile(r"""'[^']*'|"[^"]*"|(?<![\w.])([^\W\d]\w*)((?:\.[^\W\d]\w*|\[[^][]*\])*)""")
 _STEP = re.compile(r"\.([^\W\d]\w*)|\[([^][]*)\]")
 
@@ -32,7 +32,7 @@ _Places = dict[tuple[int, int], "Piece"]
 
 
 class Piece(NamedTuple):
-    """A value of a file: its path from the top, the value as read, and the positions of the value and of its key."""
+    """A value in a file: its path from the root, the value, its position, and that of its key (None in a list)."""
 
     path: Path
     value: Any
@@ -41,21 +41,21 @@ class Piece(NamedTuple):
 
 
 class Written:
-    """The files that positions are in; each is read once."""
+    """Look up what is written at a position; each file is parsed once."""
 
     def __init__(self) -> None:
         self._files: dict[str, tuple[_Places, _Places]] = {}
 
     def value(self, span: Span) -> Piece | None:
-        """Return the innermost value that begins at a position."""
+        """Return the innermost value that begins at a position, or None."""
         return self._read(span.source)[0].get((span.line, span.column))
 
     def entry(self, span: Span) -> Piece | None:
-        """Return the value whose key is at a position."""
+        """Return the value of the key at a position, or None."""
         return self._read(span.source)[1].get((span.line, span.column))
 
     def text(self, span: Span) -> str:
-        """Return the value written at a position, or behind the key there, on one line and shortened."""
+        """Return the source text of the value at a position or of the key there, on one line and shortened."""
         if _is_markup(span.source):
             text = span.source.line(span.line)[span.column - 1 :][: span.length]
         else:
@@ -68,7 +68,7 @@ class Written:
             values, keys = self._files.setdefault(source.path, ({}, {}))
             try:
                 waiting: list[tuple[Path, Any]] = [((), None if _is_markup(source) else parse_yaml(source))]
-            except LoadError:  # artifacts of another tool; descriptions with errors are not explained
+            except LoadError:  # e.g. a file of another tool; descriptions with errors are not explained
                 waiting = []
             while waiting:
                 path, value = waiting.pop()
@@ -104,7 +104,7 @@ def _text(value: Any, span: Span) -> str:
 
 
 class Where(NamedTuple):
-    """A position in a file (line and column count from 1) and the text written there."""
+    """A position (line and column count from 1) and the source text there."""
 
     file: str
     line: int
@@ -113,7 +113,7 @@ class Where(NamedTuple):
 
 
 class Meaning(NamedTuple):
-    """The value of a name in an expression, in SI units, and what defined it."""
+    """The value of a name in an expression, in SI units, and what defines it."""
 
     name: str
     value: str
@@ -123,18 +123,18 @@ class Meaning(NamedTuple):
 
 
 class Step(NamedTuple):
-    """An include, a part, a sensor type or a round of a loop that a value came through."""
+    """An include, part, sensor type or loop iteration through which a value got into the tree."""
 
     message: str
     where: Where
 
 
 class Origin(NamedTuple):
-    """Where a value was written.
+    """The position where a value was written.
 
-    ``names`` are those of its expression, ``expressions`` refer to the value from elsewhere (outermost first),
-    ``stack`` lists the includes, parts and loops that lead to it (innermost first). A pose that was combined from those
-    of a part and of its mounts has all of them in ``parts``.
+    ``names`` are those in its expression; ``expressions`` are others that refer to the value, outermost first;
+    ``stack`` has the includes, parts and loops that led to it, innermost first; ``parts`` the poses of a part and its
+    mounts from which a pose was calculated.
     """
 
     where: Where
@@ -145,14 +145,14 @@ class Origin(NamedTuple):
 
 
 class Origins:
-    """Find origins in one tree; ``root`` is the scope of the description, ``arguments`` come from the command line."""
+    """Find origins in a tree; ``root`` is the scope of the description, ``arguments`` are from the command line."""
 
     def __init__(self, tree: Map, root: Scope, arguments: Mapping[str, Any]) -> None:
         self.tree, self.root, self.arguments = tree, root, arguments
         self.written = Written()
 
     def origin_of(self, path: Path) -> Origin | None:
-        """Return where the value at a path of the tree was written, or None for a default."""
+        """Return where the value at a path was written, or None if it is a default."""
         node: Any = self.tree
         spans: list[Span] = []
         for step in path:
@@ -171,11 +171,11 @@ class Origins:
         return Origin(self.where(span), names, tuple(expressions), self._stack(place))
 
     def where(self, span: Span) -> Where:
-        """Return a position with the text written there."""
+        """Return a position with the source text there."""
         return Where(span.source.path, span.line, span.column, self.written.text(span))
 
     def place_of(self, path: Path) -> tuple[Where, tuple[Step, ...]]:
-        """Return where the entry at a path begins, and the includes, parts and loops that lead to it."""
+        """Return the position of the entry at a path, and the includes, parts and loops that led to it."""
         return self.where(self.tree.locate(path, key=True).span), self._stack(self.tree.locate(path))
 
     def _stack(self, place: Place) -> tuple[Step, ...]:
@@ -214,11 +214,11 @@ class Origins:
                 yield Origin(where._replace(text=f"{key}: {where.text}"), self._meanings_of(piece, via, via))
 
     def _meanings_of(self, piece: Piece | None, holder: Instance | None, via: Instance | None) -> tuple[Meaning, ...]:
-        """Return the meanings of the names in a value of a file."""
+        """Return the meanings of the names in the expression of a value."""
         if piece is None:
             return ()
         scope = scope_of(self.root, holder)
-        if scope is self.root:  # a named value of a file of parts is evaluated in the scope of that file
+        if scope is self.root:  # a file with parts has its own scope for named values
             *_, home = scope_of(self.root, via).ancestors()
             is_there = any(place.span.source.path == piece.span.source.path for place in home.places.values())
             scope = home if is_there else scope
@@ -230,7 +230,7 @@ class Origins:
                 yield self.meaning(name, keys, owner, scope, level)
 
     def meaning(self, name: str, keys: str, owner: Scope, scope: Scope, level: int = 0) -> Meaning:
-        """Return the meaning of a name of ``owner``, with the keys behind it, in an expression in ``scope``."""
+        """Return the meaning of a name that ``owner`` defines, with the keys after it, for an expression in a scope."""
         entry, at = _entry(name, keys, scope)
         place, value = at or owner.places[name], _shown(entry)
         piece = self.written.entry(place.span) or self.written.value(place.span)
@@ -260,7 +260,7 @@ class Origins:
 
 
 def _names_used(value: Any) -> Iterator[tuple[str, str]]:
-    """Yield the names in the expressions of a value, each with the keys behind it: body, body.length, rows[0]."""
+    """Yield each name in the expressions of a value, and the keys after it: body, body.length, rows[0]."""
     if isinstance(value, (Map, Seq)):
         for item in value.values() if isinstance(value, Map) else value:
             yield from _names_used(item)
@@ -271,13 +271,13 @@ def _names_used(value: Any) -> Iterator[tuple[str, str]]:
 
 def _chains(text: str) -> Iterator[tuple[str, str]]:
     for name, keys in _NAME.findall(text):
-        if name:  # no text in quotes
+        if name:  # not a quoted string
             yield name, keys
             yield from (chain for _, index in _STEP.findall(keys) for chain in _chains(index))
 
 
 def _entry(name: str, keys: str, scope: Scope) -> tuple[Any, Place | None]:
-    """Return the value of a name, or of an entry of it, and where the entry was written; None if there is none."""
+    """Return the value of a name or of an entry of its value, and where that entry was written, or None."""
     place: Place | None = None
     with suppress(Failed, KeyError, ExpressionError):
         value = scope.lookup(name)

@@ -1,7 +1,7 @@
-"""The JSON Schemas of the tool with the sections of plug-ins, and queries for sections, paths and units.
+"""The JSON Schemas of the tool, extended by plug-ins, and functions to look up sections, paths and units.
 
-Sections of plug-ins are entry points of ``rosorin_compile.sections``. They become part of the schema, and
-are thus handled by all code that walks a description by the schema.
+Plug-ins define sections with entry points ``rosorin_compile.sections``. Their schemas are merged into the schema of
+descriptions, so all code that uses the schema also handles them.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ from .annotations import Steps as Steps
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format
 
-TEMPLATE = "template"  # an output with this key is made by a template, whatever its name
-LAST = ("accept", "outputs")  # the sections at the end of a description, behind those of plug-ins
-_RESERVED = ("parts", "use", "sensor_types", "help")  # sections that the schema of expanded descriptions lacks
+TEMPLATE = "template"  # an output with this key uses the template format, whatever its name
+LAST = ("accept", "outputs")  # sections that follow those of plug-ins
+_RESERVED = ("parts", "use", "sensor_types", "help")  # sections that only exist before expansion
 
 
 class Plugged(NamedTuple):
-    """The sections of plug-ins, each with its plug-in, and problems with these plug-ins."""
+    """The sections of plug-ins, each with its plug-in, and errors about these plug-ins."""
 
     sections: tuple[tuple[Plugin, Section[Any]], ...]
     diagnostics: tuple[Diagnostic, ...]
@@ -41,7 +41,7 @@ class Plugged(NamedTuple):
 
 @cache
 def plugin_sections() -> Plugged:
-    """Return the sections of plug-ins that name only kinds of things that some section defines."""
+    """Return the sections of plug-ins; exclude those with references to a kind that no section defines."""
 
     def is_taken(name: str) -> bool:
         own = own_schema()
@@ -68,7 +68,7 @@ def plugged_sections() -> Mapping[str, Section[Any]]:
 
 
 def piece(section: Section[Any]) -> dict[str, Any]:
-    """Return the fragment of the schema of a section, with the annotations that all sections of plug-ins have."""
+    """Return the schema of a plug-in section, with the annotations that all plug-in sections have."""
     defaults: dict[str, Any] = {"x-compared": section.schema.get("x-called", section.name)}
     if section.form in (ENTRIES, ITEMS):
         defaults["x-merge"] = section.form
@@ -77,7 +77,7 @@ def piece(section: Section[Any]) -> dict[str, Any]:
     made: dict[str, Any] = _looked_up({**defaults, **section.schema})
     key = {ENTRIES: "additionalProperties", ITEMS: "items"}.get(section.form)
     entry = made if key is None else made[key]
-    # A problem with an entry may be accepted for it and for the links and joints that it names.
+    # An error in an entry may be accepted under its name, and under the links and joints that it refers to.
     keys = made.get("$defs", {}).get(entry.get("$ref", "").rpartition("/")[2], entry).get("properties", {})
     kinds = ((name, inner.get("x-names", inner.get("x-gives"))) for name, inner in keys.items())
     named = [f"{{{name}}}" for name, kind in kinds if kind in ("link", "joint")]
@@ -91,7 +91,7 @@ def _looked_up(fragment: Any) -> Any:
     if not isinstance(fragment, Mapping):
         return fragment
     made = {key: _looked_up(item) for key, item in fragment.items()}
-    is_usual = fragment.get("x-names", "link") in ("link", "joint")  # which are looked up there anyway
+    is_usual = fragment.get("x-names", "link") in ("link", "joint")  # x-among is the default for these
     return made if is_usual else {"x-among": schema_words.DESCRIPTION, **made}
 
 
@@ -110,7 +110,7 @@ def _marks(section: Section[Any]) -> Collection[str]:
 
 @cache
 def schema(name: str = "description") -> dict[str, Any]:
-    """Return a schema that ships with the tool; that of descriptions with the sections of plug-ins."""
+    """Return a schema that ships with the tool; the schema of descriptions includes the sections of plug-ins."""
     own = own_schema(name)
     added = {name: piece(section) for name, section in plugged_sections().items()} if name == "description" else {}
     if not added:
@@ -122,33 +122,33 @@ def schema(name: str = "description") -> dict[str, Any]:
 
 
 def keys_of(section: str) -> Collection[str]:
-    """Return the keys of a section that is one entry."""
+    """Return the keys of a section that is a single entry."""
     keys: Collection[str] = resolve(schema()["properties"][section])["properties"].keys()
     return keys
 
 
 @cache
 def keys_of_xml() -> frozenset[str]:
-    """Return the keys whose values are lists of elements of XML."""
+    """Return the keys whose values are lists of XML elements."""
     keys = (item for entry in (schema(), *schema()["$defs"].values()) for item in entry.get("properties", {}).items())
     return frozenset(key for key, inner in keys if inner.get("items", {}).get("$ref") == "#/$defs/element")
 
 
 @cache
 def sections() -> Mapping[str, Node]:
-    """Return the annotations of each section of a description that has any."""
+    """Return the annotations of each section of a description, for sections with annotations."""
     return schema_words.annotated_sections(schema())
 
 
 @cache
 def merged_sections(*how: str, in_parts: bool = False) -> tuple[str, ...]:
-    """Return the sections that are joined in one of some ways; with ``in_parts`` only those allowed in a part."""
+    """Return the sections that are merged in one of the ways ``how``; with ``in_parts``, only those of parts."""
     return tuple(key for key, node in sections().items() if node.merge in how and (node.in_parts or not in_parts))
 
 
 @cache
 def named_as(kind: str) -> tuple[str, ...]:
-    """Return the sections whose keys are the names of things of a kind."""
+    """Return the sections whose keys are names of a kind."""
     return tuple(key for key, node in sections().items() if node.keys is not None and node.keys.gives == kind)
 
 
@@ -160,30 +160,30 @@ def of_topic(topic: str) -> tuple[str, ...]:
 
 @cache
 def of_parts() -> tuple[str, ...]:
-    """Return the sections that are allowed in a part."""
+    """Return the sections that parts may have."""
     return tuple(key for key, node in sections().items() if node.in_parts)
 
 
 @cache
 def of_types() -> tuple[str, ...]:
-    """Return the keys of a sensor that a sensor type may set, in the order of the schema."""
+    """Return the keys of a sensor that a sensor type may set, in schema order."""
     keys = [item for node in sections().values() if node.others for item in node.others.properties.items()]
     return tuple(key for key, node in keys if node is not None and node.in_types)
 
 
 def is_one_entry(section: str) -> bool:
-    """Return True if a section of a part is one entry, not many by name or in a list."""
+    """Return True if parts may have the section, and it is a single entry, not a table or list of entries."""
     node = sections().get(section)
     return node is not None and node.in_parts and node.merge in ("", WITHIN)
 
 
 def holds_many(section: str) -> bool:
-    """Return True if a section is one entry with named entries in it, to which several parts and files may add."""
+    """Return True if the section is a single entry with tables and lists, to which several parts and files may add."""
     return section in merged_sections(WITHIN)
 
 
 def with_outputs(outputs: Any, formats: Mapping[str, Format]) -> dict[str, Any]:
-    """Return the schema of descriptions with the options of the formats of the given ``outputs``."""
+    """Return the schema of descriptions, extended by the options of the formats that ``outputs`` uses."""
     root = schema()
     output, section = root["$defs"]["output"], root["properties"]["outputs"]
     entries: dict[str, Any] = {}
@@ -197,19 +197,19 @@ def with_outputs(outputs: Any, formats: Mapping[str, Format]) -> dict[str, Any]:
 
 
 def backend_of(name: str, entry: Mapping[str, Any]) -> str:
-    """Return the default backend of an entry of outputs: its name, or the template backend if it names a template."""
+    """Return the format of an output without the key ``backend``: its name, or "template" if it has a template."""
     return TEMPLATE if TEMPLATE in entry else name
 
 
 def subject(path: Steps) -> str:
-    """Return a path in words: ``joint "joint1" limit lower``."""
+    """Return a path for messages: ``joint "joint1" limit lower``."""
     return describe_path(path, schema())
 
 
 def part_at(path: Steps, whole: Mapping[str, Any]) -> tuple[Any, str]:
-    """Return the part of a schema that a validator came to on a path, and the last definition on the way ("": none).
+    """Return the schema fragment at a schema path, and the name of the last definition on the way (may be empty).
 
-    The path may omit the ``if`` before a ``then``, or contain it as with jsonschema 3.2.
+    The path may omit ``if`` before ``then``, or contain it, as with jsonschema 3.2.
     """
     node, name = whole, ""
     for number, step in enumerate(path):
@@ -223,31 +223,31 @@ def part_at(path: Steps, whole: Mapping[str, Any]) -> tuple[Any, str]:
 
 
 def unit_at(path: Sequence[str | int]) -> str | list[str] | None:
-    """Return the unit (or units) that the schema requires at a path of a description; "" for a plain number."""
+    """Return the unit (or units) that the schema requires at a path; "" for a plain number, None if not a number."""
     node = fragment_at(path)
-    if node.get("type") not in ("number", "integer") and "x-unit" not in node:  # a number, or a list of them
+    if node.get("type") not in ("number", "integer") and "x-unit" not in node:  # neither a number nor a list of numbers
         return None
     unit: str | list[str] = node.get("x-unit", "")
     return unit
 
 
 def joint_unit(path: Sequence[str | int], slides: bool, leader_slides: bool | None = None) -> str | None:
-    """Return the unit of a number that belongs to a joint, where the schema leaves it to the type of the joint.
+    """Return the unit of a number at a path; where the schema has several, choose by the type of its joint.
 
-    ``slides`` is true for a prismatic joint; ``leader_slides`` is the same for the joint that it follows.
+    ``slides`` is True for a prismatic joint; ``leader_slides`` is the same for the joint that it mimics.
     """
     units = unit_at(path)
     if units is None or isinstance(units, str):
         return units
     if tuple(path[-2:]) != ("mimic", "multiplier"):
         return units[-1 if slides else 0]
-    plain, per_angle, per_length = units  # the unit of the follower over that of its leader
+    plain, per_angle, per_length = units  # units of the follower per unit of the leader
     return plain if leader_slides in (None, slides) else per_angle if slides else per_length
 
 
 def fragment_at(path: Sequence[str | int]) -> Mapping[str, Any]:
-    """Return the fragment of the schema for the value at a path of a description; empty if there is none."""
-    # The names of entries and the indices of items make no difference, so all of them share one cached result.
+    """Return the schema fragment for the value at a path of a description, or an empty mapping."""
+    # All entries of a table and all items of a list have the same schema, so they share a cached result.
     steps = [0 if isinstance(step, int) else step for step in path]
     if len(steps) > 1:
         section = resolve(schema()["properties"].get(steps[0], {}))
@@ -271,14 +271,14 @@ def _fragment_at(path: tuple[str | int, ...]) -> Mapping[str, Any]:
 
 
 def resolve(node: dict[str, Any]) -> dict[str, Any]:
-    """Return what a fragment of the schema of descriptions refers to, or the fragment itself."""
+    """Return the definition that a schema fragment refers to, or the fragment itself."""
     return schema()["$defs"][node["$ref"].rsplit("/", 1)[1]] if "$ref" in node else node
 
 
 Schema = dict[str, Any]
 
-_WHOLE = r"^\$\{[\s\S]*\}$"  # text that is one expression, so that it has the type of its value
-_SOME = r"\$\{"  # text with an expression in it
+_WHOLE = r"^\$\{[\s\S]*\}$"  # a string that is a single expression, which has the type of its value
+_SOME = r"\$\{"  # a string that contains an expression
 _NUMBER = r"^[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*"
 _INNER = ("items", "additionalProperties", "propertyNames", "not", "if", "then", "else")
 _COPIED = ("description", "title", "default", "const", "minLength", "minItems", "format", "minimum", "maximum")
@@ -288,7 +288,7 @@ CONTROLS = {"for": {"$ref": "#/definitions/for"}, "if": {"$ref": "#/definitions/
 
 
 def authoring_schema() -> str:
-    """Return the schema of the files of a description as text, with the sections of plug-ins."""
+    """Return the schema for the files of a description, as text for editors; it includes the sections of plug-ins."""
     text = files.read_text(data_folder("schemas") / "authoring.schema.json")
     if not plugged_sections():
         return text
@@ -310,7 +310,7 @@ def authoring_schema() -> str:
 
 
 def as_written(fragment: Schema, plain: Schema, entry: bool = True) -> Schema:
-    """Return a fragment of the plain schema as it may be written; ``entry``: with a loop and a condition."""
+    """Extend a schema fragment for files as written: allow expressions and, with ``entry``, loops and conditions."""
     if "$ref" in fragment or "const" in fragment:
         return fragment
     made = {key: fragment[key] for key in _COPIED if key in fragment}
@@ -325,17 +325,17 @@ def as_written(fragment: Schema, plain: Schema, entry: bool = True) -> Schema:
     if "$ref" in items:
         items = plain["$defs"][items["$ref"].rsplit("/", 1)[1]]
     if "maxItems" in fragment and "object" not in items.get("type", ()):
-        made["maxItems"] = fragment["maxItems"]  # a list of entries may have a loop in it
+        made["maxItems"] = fragment["maxItems"]  # not for lists of entries, which may contain a loop
     if fragment.get("additionalProperties") is False:
         made["additionalProperties"] = False
-        made["patternProperties"] = {_SOME: True}  # a key may be an expression
+        made["patternProperties"] = {_SOME: True}  # keys may contain expressions
     if "properties" in fragment:
         made["properties"] = {name: as_written(value, plain) for name, value in fragment["properties"].items()}
     types = [fragment["type"]] if isinstance(fragment.get("type"), str) else list(fragment.get("type", []))
     if types:
         made |= _types(types, fragment)
     if entry and "object" in types:
-        if fragment.get("minProperties") == 1 and "properties" in fragment:  # loops and conditions do not count
+        if fragment.get("minProperties") == 1 and "properties" in fragment:  # do not count loops and conditions
             required = [{"required": [name]} for name in fragment["properties"]]
             exactly = fragment.get("maxProperties") == 1
             made["if"], made["then"] = {"type": "object"}, {"oneOf" if exactly else "anyOf": required}
@@ -347,7 +347,7 @@ def _types(types: list[str], fragment: Schema) -> Schema:
     made: Schema = {"type": types[0] if types == ["string"] else list(dict.fromkeys([*types, "string"]))}
     if "string" in types:
         if "pattern" in fragment:
-            made["pattern"] = f"({fragment['pattern']})|{_SOME}".replace('\\"', '"')  # editors reject needless escapes
+            made["pattern"] = f"({fragment['pattern']})|{_SOME}".replace('\\"', '"')  # some editors reject \"
         return made
     units = fragment.get("x-unit", [])
     units = [units] if isinstance(units, str) else units
@@ -360,12 +360,12 @@ def _types(types: list[str], fragment: Schema) -> Schema:
         patterns.append(rf"{_NUMBER}({'|'.join(filter(None, [fitting, compound]))})$")
         what = f"a number in {' or '.join(filter(None, units))}, one with a unit, "
     made["pattern"] = "|".join(patterns)
-    made["patternErrorMessage"] = f"Write {what}or one expression: ${{...}}."  # editors show it for the pattern
+    made["patternErrorMessage"] = f"Write {what}or one expression: ${{...}}."  # VS Code shows it
     return made
 
 
 def draft_7(fragment: Any) -> Any:
-    """Return a schema with definitions where draft 7 has them, without annotations for the compiler."""
+    """Rename ``$defs`` of a schema to ``definitions``, as in draft 7, and remove annotations for the compiler."""
     if isinstance(fragment, list):
         return [draft_7(item) for item in fragment]
     if not isinstance(fragment, Mapping):

@@ -1,12 +1,12 @@
-"""Suggestions for values, keys and words that are not valid where they are.
+"""Suggest corrections for invalid values, keys and names.
 
-The functions return a help text, or an empty string. ``source.messages`` calls them after the last stage, for as many
-errors as are shown.
+The functions return a help text, or an empty string. ``source.messages`` calls them after the last stage, only for
+errors that are shown.
 
-The words that URDF, SDF, MJCF and xacro have for a key are next to it in the schema (``x-also``), the fixes for words
-that are not keys next to its keys (``x-instead``). ``schemas/synonyms.json`` has the others: ``keys`` by the kind of
-entry in ``$defs`` of the schema (``top``: the description), ``values`` by the kind of value, the help for ``others``,
-and spellings of ``units``. A meaning without spaces is the word to write, with spaces the fix.
+In the schema, ``x-also`` lists the names that URDF, SDF, MJCF and xacro have for a key, and ``x-instead`` the help for
+names without an equivalent key. ``schemas/synonyms.json`` has further synonyms: of ``keys`` by kind of entry (a
+definition in ``$defs``, or ``top``), of ``values`` by kind of value, and of ``units``; and the help for all ``others``.
+A replacement without spaces is the word to write, one with spaces is the help.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ from .symbols import MOUNT
 Names = Collection[str]
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 MAX_SHOWN = 60
-SPELLED_OUT = 5  # a word of so many letters is not a symbol of a unit: it may be the name of one, misspelt
+SPELLED_OUT = 5  # a word with so many letters may be a misspelled name of a unit, not a symbol
 _SIGNS = {"\u00b2": "^2", "\u00b3": "^3", "**": "^", "\u00b7": "*", "\u22c5": "*", "\u00d7": "*", " per ": "/"}
-_TO_ASCII = {0x2212: "-", 0x2013: "-", 0x2014: "-", 0xA0: " "}  # signs that look like a minus or a space
+_TO_ASCII = {0x2212: "-", 0x2013: "-", 0x2014: "-", 0xA0: " "}  # characters that look like a minus or a space
 _UNMEASURED = ("todo", "tbd", "tba", "fixme", "unknown", "?", "??", "???", "n/a", "na", "none", "xxx", "-", "x")
 _AXES = {"x": "[1, 0, 0]", "y": "[0, 1, 0]", "z": "[0, 0, 1]"}
 _EXAMPLES = {"rpy": "[ROLL, PITCH, YAW]", "rgba": "[RED, GREEN, BLUE, OPACITY]", "axis": "[0, 0, 1]"}
@@ -53,22 +53,22 @@ def _data() -> Any:
 
 @cache
 def synonyms(table: str, kind: str = "") -> Mapping[str, str]:
-    """Return the meaning of each word of a table of ``synonyms.json``, of one kind of entry or value."""
+    """Return the replacement for each synonym in a table of ``synonyms.json``, for a kind of entry or value."""
     meanings = _data()[table] if table == "units" else _data()[table].get(kind, {})
     return {word: meaning for meaning, words in meanings.items() for word in words.split()}
 
 
 @cache
 def words_for(kind: str) -> Mapping[str, str]:
-    """Return the meaning of each word in an entry of a kind: the key, or a sentence about what to write instead."""
+    """Return the replacement for each synonym of a key in a kind of entry: the key, or the help."""
     root, definitions = schema()["properties"], schema()["$defs"]
     if kind in ("top", "part"):
         known = root if kind == "top" else {section: root[section] for section in of_parts()}
-    else:  # a definition, or a section whose entries are defined in place
+    else:  # a definition, or a section with an inline definition
         parts = [definitions[kind]] if kind in definitions else mappings_in(root.get(kind, {}))
         known = dict(entry for part in parts for entry in part.get("properties", {}).items())
     instead = definitions.get(kind, {}).get("x-instead", {})
-    if isinstance(instead, str):  # as for another kind
+    if isinstance(instead, str):  # same as for another kind
         instead = definitions[instead].get("x-instead", {})
     found = {**synonyms("keys", kind), **{word: way for words, way in instead.items() for word in words.split()}}
     for key, fragment in known.items():
@@ -78,18 +78,18 @@ def words_for(kind: str) -> Mapping[str, str]:
 
 
 def _meaning(word: str, table: Mapping[str, str]) -> str:
-    """Return the entry of a table for a word, ignoring case and everything but letters and digits."""
+    """Return the replacement for a word; ignore case, and characters except letters and digits."""
     return table.get(re.sub(r"[^a-z0-9]", "", word.casefold()), "")
 
 
 def way_out(word: str, table: Mapping[str, str]) -> str:
-    """Return the sentence that a table has for a word, or "" if its entry is missing or a single word."""
+    """Return the replacement for a word if it is a help text, not a single word, or else ""."""
     meaning = _meaning(word, table)
     return meaning if " " in meaning else ""
 
 
 def unit_meant(text: str, wanted: Sequence[str]) -> str:
-    """Return the unit that a text may stand for, one of the kinds of ``wanted`` if possible, or an empty string."""
+    """Return the unit that a text probably means, preferably of the dimension of ``wanted``, or ""."""
     unit = text.strip()
     for sign, written in _SIGNS.items():
         unit = unit.replace(sign, written)
@@ -107,7 +107,7 @@ def _dimensions(units: Sequence[str]) -> list[Dimension]:
 
 
 def _factors(unit: str, others: Mapping[str, str]) -> str:
-    """Return a unit with each factor as it is called here; ``others`` has names for ambiguous factors."""
+    """Return a unit with the symbol for each factor; ``others`` overrides the symbols of ambiguous factors."""
     pieces: list[str] = []
     spellings = synonyms("units")
     for sign, word, power in re.findall(r"([*/]?)([^*/^\d\s]+)\^?(-?\d)?", unit):
@@ -123,7 +123,7 @@ def _factors(unit: str, others: Mapping[str, str]) -> str:
 
 
 def number_meant(text: str, wanted: Sequence[str], key: str = "") -> str:
-    """Return the help for a text where a number belongs; ``wanted`` are the units that are valid there."""
+    """Return the help for a text in place of a number; ``wanted`` are the valid units."""
     number = text.strip()
     if isinstance(text, Text) and _is_number(number):
         return f"write it without the quotes: {number}"
@@ -160,7 +160,7 @@ def _units_like(wanted: Sequence[str]) -> list[str]:
 
 
 def _expression_meant(text: str) -> str:
-    """Return the help for a text that is a name or a calculation of another language: $(arg m), {{m}}, 2*M_PI."""
+    """Return the help for a name or calculation in another language: $(arg m), {{m}}, 2*M_PI."""
     if found := re.fullmatch(r"(?:\$\(|\$|\{\{?|%\(?|<|@)\s*([A-Za-z_]\w*)\s*(?:\)s?|\}\}?|%|>)?", text):
         return f'write "${{{found[1]}}}", with {found[1]} under args or let'
     formula = text.replace("math.", "").replace("^", "**").replace("M_PI", "pi")
@@ -178,7 +178,7 @@ def _is_number(text: str) -> bool:
 
 
 def numbers_in(text: str) -> list[str]:
-    """Return the numbers and quantities that a text lists; none if it contains anything else."""
+    """Return the numbers and quantities that a text lists, or none if it contains anything else."""
     found: list[str] = []
     for word in re.split(r"[\s,;]+", text.strip("()[]{}<> \t\n")):
         if _is_number(word):
@@ -191,7 +191,7 @@ def numbers_in(text: str) -> list[str]:
 
 
 def list_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
-    """Return the help for a value where a list belongs, under a key, by its fragment of the schema."""
+    """Return the help for a value in place of a list; ``fragment`` is the schema of the list."""
     items = fragment.get("items", {})
     example = _EXAMPLES.get(key) or f"[{', '.join('XYZW'[: fragment.get('minItems', 0)] or 'X')}]"
     is_of_numbers = items.get("type") == "number"
@@ -218,7 +218,7 @@ def list_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
 
 
 def items_meant(value: Seq, fragment: Mapping[str, Any]) -> str:
-    """Return the help for a list with a wrong number of items."""
+    """Return the help for a list with the wrong number of items."""
     is_of_numbers = fragment.get("items", {}).get("type") == "number"
     if is_of_numbers and len(value) == 1 and isinstance(value[0], str) and len(listed := numbers_in(value[0])) > 1:
         return f'separate its items by ",": [{", ".join(listed)}]'
@@ -229,7 +229,7 @@ def items_meant(value: Seq, fragment: Mapping[str, Any]) -> str:
 
 
 def mapping_meant(value: Any, fragment: Mapping[str, Any]) -> str:
-    """Return the help for a value where a mapping belongs, by its fragment of the schema."""
+    """Return the help for a value in place of a mapping; ``fragment`` is the schema of the mapping."""
     legal, required = fragment.get("properties", {}), fragment.get("required", ())
     if isinstance(value, str) and value.startswith("<"):
         return "this is XML: write it in YAML, or keep it under urdf_elements"
@@ -249,7 +249,7 @@ def mapping_meant(value: Any, fragment: Mapping[str, Any]) -> str:
 
 
 def flag_meant(value: Any) -> str:
-    """Return the help for a value where true or false belongs; empty if it resembles neither."""
+    """Return the help for a value in place of a boolean, or "" if it resembles neither true nor false."""
     word = str(value).casefold()
     flag = "true" if word in _TRUE else "false" if word in _FALSE else ""
     if flag and isinstance(value, str) and not isinstance(value, Text):
@@ -258,14 +258,14 @@ def flag_meant(value: Any) -> str:
 
 
 def shown(value: Any) -> str:
-    """Return a scalar as a suggestion writes it."""
+    """Return a scalar as written in a suggestion."""
     if isinstance(value, Quantity):
         return value.text
     return f"{value:g}" if isinstance(value, float) else str(value)[:MAX_SHOWN]
 
 
 def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str, path: Sequence[str | int] = ()) -> str:
-    """Return the help for a key that the entry at a path cannot have."""
+    """Return the help for an unknown key of the entry at a path; ``known`` are the valid keys with their schemas."""
     table, word, inner, keys = words_for(kind), key.removeprefix("xacro:"), entry.get(key), list(entry)
     if (written := _key_and_value(word)) and written[0] in known:
         return f"write {written[0]}: {'...' if written[1][:1] in '{[' else written[1]}"
@@ -289,13 +289,13 @@ def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str, path: S
 
 
 def _key_and_value(key: str) -> tuple[str, str] | None:
-    """Return the key and the value of a key that YAML read with its value: mass:1, mass=1, limit {lower: 0}."""
+    """Split a key that YAML has read together with its value: mass:1, mass=1, limit {lower: 0}."""
     found = re.match(r"\s*([\w.-]+)(?:\s*[:=]\s*|\s+(?=[{\[]))(.*)", key, re.DOTALL)
     return (found[1], found[2]) if found else None
 
 
 def _texts_with_commas(entry: Map) -> list[list[str]]:
-    """Return the keys of each text with a comma: of ``{note: a, b}``, YAML takes "b" for a key without a value."""
+    """Return the keys of each text that was split at commas: in ``{note: a, b}``, YAML reads "b" as a key."""
     runs: list[list[str]] = []
     for before, key in pairwise(entry):
         value, span = entry[before], entry.key_spans[key]
@@ -304,7 +304,7 @@ def _texts_with_commas(entry: Map) -> list[list[str]]:
         begin = entry.key_spans[before] if value is None else entry.value_spans[before]
         lines = [begin.source.line(number) for number in range(begin.line, span.line + 1)]
         lines[-1] = lines[-1][: span.column - 1]
-        if "".join(lines)[begin.column - 1 + begin.length :].strip() != ",":  # nothing else is between
+        if "".join(lines)[begin.column - 1 + begin.length :].strip() != ",":  # separated by more than a comma
             continue
         if runs and runs[-1][-1] == before:
             runs[-1].append(key)
@@ -314,7 +314,7 @@ def _texts_with_commas(entry: Map) -> list[list[str]]:
 
 
 def text_meant_by(key: str, entry: Map) -> str:
-    """Return the help for a key that was split off an unquoted text at a comma, or an empty string."""
+    """Return the help for a key that is the rest of an unquoted text after a comma, or ""."""
     for first, *rest in _texts_with_commas(entry):
         if key in rest:
             text = ", ".join([entry[first], *rest])
@@ -323,12 +323,12 @@ def text_meant_by(key: str, entry: Map) -> str:
 
 
 def text_tails(entry: Map, unknown: Collection[str]) -> set[str]:
-    """Return the keys that were split off a text at a comma, if the key before them is unknown."""
+    """Return the keys that are the rest of a text after a comma, if the key of the text is unknown."""
     return {key for run in _texts_with_commas(entry) for before, key in pairwise(run) if before in unknown}
 
 
 def is_meant(key: str, wanted: str, kind: str, known: Iterable[str]) -> bool:
-    """Return True if the help for an unknown key leads to the one that is missing."""
+    """Return True if an unknown key is probably the missing key ``wanted``."""
     table, written = words_for(kind), _key_and_value(key)
     if _meaning(key, table) == wanted or f"{wanted}: " in way_out(key, table):
         return True
@@ -336,7 +336,7 @@ def is_meant(key: str, wanted: str, kind: str, known: Iterable[str]) -> bool:
 
 
 def word_meant(word: str, known: Iterable[str], kind: str = "") -> str:
-    """Return the help for a word that is not one of ``known``; ``kind`` is that of its synonyms."""
+    """Return the help for a word that is not in ``known``; ``kind`` selects the synonyms."""
     table, names = synonyms("values", kind) or words_for(kind), list(known)
     close = _meaning(word, table)
     return way_out(word, table) or (suggest(close) if close in names else Suggestion(word, names)())
@@ -345,13 +345,13 @@ def word_meant(word: str, known: Iterable[str], kind: str = "") -> str:
 def suggest_name(
     tree: Map, path: Path, word: str, known: Names, otherwise: str = "", more: Names = (), none: str = ""
 ) -> Suggestion:
-    """Return the help for an unknown name at a path.
+    """Return the suggestion for an unknown name at a path.
 
-    In a part, the names of that part come first, without its prefix; ``more`` are further names in the part.
+    In a part, names of the same part are suggested first, without the prefix; ``more`` are further names in the part.
     """
     span = tree.locate(path).span
     text = span.source.line(span.line)[span.column - 1 :][: span.length]
-    is_mount = text.strip("\"'") == MOUNT  # the mount is resolved by the use, in the scope around the part
+    is_mount = text.strip("\"'") == MOUNT  # the mount is in the scope of the use, outside of the part
     prefix = prefix_at(tree, path, outside=is_mount)
     own = [name.removeprefix(prefix) for name in known if prefix and name.startswith(prefix)]
     if not own:
@@ -361,9 +361,9 @@ def suggest_name(
 
 
 def fallen_out(tree: Map, path: Sequence[str | int], fragment: Mapping[str, Any]) -> tuple[str, bool] | None:
-    """Return the entry above that the key at a path belongs to, if the key lacks its indentation.
+    """Return the name of the entry above that the key at a path belongs to, if the key is not indented enough, or None.
 
-    Also return True if it is the first such key. ``fragment`` is that of the entries in the schema.
+    Also return True if it is the first such key. ``fragment`` is the schema of the entries.
     """
     section = tree[str(path[0])] if len(path) == 2 else None
     legal = fragment.get("properties", {})
@@ -377,7 +377,7 @@ def fallen_out(tree: Map, path: Sequence[str | int], fragment: Mapping[str, Any]
 
 
 def key_of_entry_meant(key: str, entry: Map, known: Sequence[str], kind: str) -> str:
-    """Return the help for a key that an entry which is not evaluated yet cannot have."""
+    """Return the help for an unknown key of an entry that is not evaluated yet."""
     help = text_meant_by(key, entry) or word_meant(key, known, kind)
     if kind == "use" and help.startswith("known"):
         return f"pass an argument of the part under with: {{{key}: ...}}; {help}"

@@ -1,4 +1,4 @@
-"""Apply ``accept`` of a description: accepted errors become notes, accepted warnings and notes are dropped."""
+"""Apply the key ``accept`` of a description: accepted errors become notes, accepted warnings and notes are removed."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from .schema import sections
 from .symbols import THINGS, SymbolTable
 from .validate import not_allowed
 
-# Rules that cannot be accepted, and why.
+# Rules that cannot be accepted, with the reason.
 STAYS = {"stand-in": "a stand-in is reported until its value is measured", "accept-unused": "it is about accept itself"}
 
-Entry = tuple[int, str]  # of ``accept``: its index, and a name in it, or EVERYTHING
+Entry = tuple[int, str]  # the index of an entry of ``accept``, and a name in its ``of``, or EVERYTHING
 _Entries = dict[tuple[str, str], list[Entry]]  # by rule and name
-EVERYTHING = ""  # the ``of`` of diagnostics about the entire robot
+EVERYTHING = ""  # the name in an entry without ``of``: it applies to the entire robot
 
 
 class AcceptResult(NamedTuple):
-    """The diagnostics that remain, and the entries of ``accept`` that applied to the others."""
+    """The remaining diagnostics, and the entries of ``accept`` that applied to the removed ones."""
 
     diagnostics: list[Diagnostic]
     used: frozenset[Entry]
 
 
 def names_at(tree: Map, path: Path) -> tuple[str, ...]:
-    """Return the names under which a problem at a path may be accepted: the link; the joint and its child."""
+    """Return the names under which an error at a path may be accepted, such as a link, or a joint and its child."""
     found: tuple[str, ...] = ()
     node, is_final = Node(properties=sections()), False
     value: Any = tree
@@ -48,18 +48,18 @@ def names_at(tree: Map, path: Path) -> tuple[str, ...]:
             known = {**{key: name for key, _, name in node.left_out(value)}, **texts(value)}
             found, is_final = (), True
             for name in node.accepted:
-                with suppress(KeyError):  # the entry has no such name
+                with suppress(KeyError):  # the entry has no name of this kind
                     found += (name.format(*path, **known),)
     return (value,) if not is_final and node.names and isinstance(value, str) else found
 
 
 def is_accepted(tree: Map, diagnostic: Diagnostic, acceptable: Mapping[str, Rule]) -> bool:
-    """Return True if a description accepts a diagnostic."""
+    """Return True if the description accepts a diagnostic."""
     return bool(_covering(_entries(tree), diagnostic, acceptable))
 
 
 def unknown_rules(tree: Map, acceptable: Mapping[str, Rule]) -> list[Diagnostic]:
-    """Return the errors about rule ids in ``accept``; the tree may be of any shape."""
+    """Return errors for invalid rule ids in ``accept``; the tree need not be valid."""
     diagnostics, entries = [], tree.get("accept")
     for index, entry in enumerate(entries if isinstance(entries, Seq) else ()):
         rule = entry.get("rule") if isinstance(entry, Map) else None
@@ -76,7 +76,7 @@ def unknown_rules(tree: Map, acceptable: Mapping[str, Rule]) -> list[Diagnostic]
 
 
 def apply(tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Mapping[str, Rule]) -> AcceptResult:
-    """Remove accepted warnings and notes, and merge accepted errors into one note per rule."""
+    """Remove accepted warnings and notes, and merge accepted errors into a note per rule."""
     entries = _entries(tree)
     left: list[Diagnostic] = []
     groups: dict[str, list[Diagnostic]] = {}
@@ -120,9 +120,9 @@ def _covering(entries: _Entries, diagnostic: Diagnostic, acceptable: Mapping[str
 def unused_entries(
     tree: Map, used: Set[Entry], acceptable: Mapping[str, Rule], asked: Collection[str] = ("",)
 ) -> list[Diagnostic]:
-    """Return a warning for each entry of ``accept`` that covers nothing.
+    """Return a warning for each entry of ``accept`` that no diagnostic matches.
 
-    ``asked`` is what the run requested (``Rule.asked``): rules that were not checked are left out.
+    ``asked`` is what the run has checked (see ``Rule.asked``); entries for other rules are ignored.
     """
     diagnostics = []
     for index, entry in enumerate(tree.get("accept") or ()):

@@ -1,9 +1,9 @@
-"""The symbol table: which names a description defines, which it refers to, and where.
+"""The symbol table: the names that a description defines and refers to, with their paths.
 
-The table of an expanded tree has the names that the schema declares (``x-gives`` and ``x-names``, see
-``annotations``). That of the files as they are written also has arguments, named values, parts, parameters and sensor
-types, whatever the arguments of the run: a branch that is not taken uses its names. Prefixes in parts, renames, rules
-about unknown, unused and similar names, ``explain``, suggestions and completion use the table.
+The table of an expanded tree has the names that the schema marks with ``x-gives`` and ``x-names`` (``annotations``).
+The table of the files as written also has arguments, named values, parts, parameters and sensor types, independent of
+the arguments of the run: names in a branch that is not taken count as used. The table is used for prefixes, rules
+about unknown, unused and similar names, ``explain``, suggestions and completion.
 """
 
 from __future__ import annotations
@@ -24,32 +24,32 @@ from .schema import sections
 
 MOUNT = "mount"
 
-# Kinds that elements of a URDF, of MJCF, parameters of controllers and a simulation refer to.
+# Kinds of names that URDF elements, controller parameters, MJCF elements and simulations may refer to.
 IN_URDF = ("link", "joint")
 IN_PARAMETERS = ("link", "joint", "sensor", "hardware block", "hardware sensor", "gpio", "controller")
 THINGS = (
     *("link", "joint", "sensor", "servo group", "pose"),
     *("actuator", "tendon", "constraint", "sensor of MuJoCo", "site", "camera", "light"),
 )
-_ELEMENT = "element"  # any named element of MJCF, in addition to its kind
+_ELEMENT = "element"  # pseudo kind of all named MJCF elements
 IN_MJCF = (*THINGS, "material", _ELEMENT)
-KINDS = {BODY: "link", GEOM: "shape", EQUALITY: "constraint"}  # MuJoCo's words for kinds
-# Names that the MJCF derives from the name of a link, and suffixes of those derived from the name of a joint.
+KINDS = {BODY: "link", GEOM: "shape", EQUALITY: "constraint"}  # kinds for MuJoCo's element names
+# Names that the MJCF derives from a link, and suffixes of names that it derives from a joint of some types.
 _DERIVED = re.compile(r"(.+)_(?:collision|visual)_\d+")
 ENDS = {"planar": ("_TX", "_TY", "_RZ"), "floating": ("_TX", "_TY", "_TZ", "_R")}
-# What defines names of its own that the files refer to by it, and the names that it always has.
+# Sections whose entries have local names: the kind of entry, and the local names that are always defined.
 _OWNERS = {"parts": ("part", ("name", "mirrored")), "sensor_types": ("sensor type", ("name", "frame", "parent"))}
 WORD = re.compile(r"[^\W\d]\w*")
-# A text, a key of a mapping (the last item is true), or a value that contains names, and what the schema says of it.
+# A name, or a value that contains names: its annotations, the value, its path, and True if it is a key.
 _Occurrence = tuple[Node, Any, Path, bool]
 Condition = Callable[[Any], bool]
-Let = tuple[str, Any, Place, Place]  # a named value of the files: name, value, their places
+Let = tuple[str, Any, Place, Place]  # a named value in the files: name, value, place of the name, place of the value
 
 
 def _walk(node: Node, value: Any, path: Path, wanted: Collection[str], rules: bool = False) -> Iterator[_Occurrence]:
-    """Yield names below a value, in the order of the description; only where the schema has something ``wanted``.
+    """Yield the names below a value, in the order of the description; ``wanted`` are annotations to search for, or all.
 
-    With ``rules``, names that have rules of their own (``x-said`` is false) are left out.
+    With ``rules``, names that have their own rules (``x-said`` is false) are skipped.
     """
     if rules and node.said is False:
         return
@@ -59,7 +59,7 @@ def _walk(node: Node, value: Any, path: Path, wanted: Collection[str], rules: bo
     if node.inside and value:
         yield node, value, path, False
     if isinstance(value, Map):
-        if "value" in value and ("for" in value or "if" in value):  # an entry as it is written
+        if "value" in value and ("for" in value or "if" in value):  # an entry before expansion
             yield from _walk(node, value["value"], path, wanted, rules)
         if node.keys is not None:
             yield from ((node.keys, name, (*path, name), True) for name in value)
@@ -77,10 +77,10 @@ def _walk(node: Node, value: Any, path: Path, wanted: Collection[str], rules: bo
 
 @dataclass(frozen=True)
 class Symbol:
-    """The definition of a name, or a reference to it; ``key``: a key of the description is the name.
+    """A definition of a name or a reference to it; ``key`` is True if the name is a key of the description.
 
-    ``what`` describes a reference, and ``among`` is where its name is looked up: "" for all names of the description.
-    Names of the language, which expansion resolves, have a ``place``, and the ``owner`` that they are local to.
+    ``what`` describes a reference; ``among`` restricts where its name is looked up ("": everywhere in the description).
+    Names that only exist before expansion have a ``place``, and an ``owner`` if local to a part or sensor type.
     """
 
     kind: str
@@ -96,8 +96,8 @@ class Symbol:
 class SymbolTable:
     """The names that a tree defines and refers to.
 
-    The tree is an expanded one, or the joined files as they are written: then ``lets`` are their named values,
-    ``offered`` the arguments and robots of includes, and ``is_constant`` returns True for values without expressions.
+    The tree is expanded, or consists of the joined files as written. Then ``lets`` are the named values, ``offered``
+    arguments of includes and included robots, and ``is_constant`` returns True for values without expressions.
     """
 
     def __init__(
@@ -107,7 +107,7 @@ class SymbolTable:
         self.of_files, self.is_constant = is_constant is not None, is_constant or (lambda _: True)
 
     def _fragments(self) -> Iterator[tuple[Path, Map]]:
-        """Yield everything that has sections, with its path: the tree, and in files parts and contents of uses."""
+        """Yield each mapping with sections, and its path: the tree; before expansion, also parts and use contents."""
         waiting: list[tuple[Path, Map]] = [((), self.tree)]
         waiting += [(("parts", name), body) for name, body in _entries(self.tree, "parts")]
         for path, fragment in waiting:
@@ -128,7 +128,7 @@ class SymbolTable:
             yield from _walk(sensor, body, ("sensor_types", name), wanted, rules)
 
     def definitions(self, section: str = "", implied: bool = False) -> Iterator[Symbol]:
-        """Yield the names that are defined, in one section or in all; ``implied``: also those of keys left out."""
+        """Yield the definitions in a section or in all; with ``implied``, also default names of missing keys."""
         for node, name, path, key in self._occurrences((GIVES, "link") if implied else (), section):
             if node.gives and isinstance(name, str):
                 yield Symbol(node.gives, name, path, key)
@@ -143,10 +143,10 @@ class SymbolTable:
                     yield from _keys(body.get("let"), "value", f'{kind} "{name}"')
 
     def references(self, kinds: Collection[str] = (), section: str = "") -> Iterator[Symbol]:
-        """Yield the uses of names of some kinds, or of all, in the order of the schema and of the description.
+        """Yield the references to names of the given kinds, or of all kinds, in the order of the schema.
 
-        In files, arguments, values and parameters have the kind "value", and a name with a "$" may be any: it is not
-        evaluated yet. References to modes are yielded on request.
+        Before expansion, arguments, named values and parameters have the kind "value"; a name with "$" is yielded for
+        each possible kind. References to modes are yielded only on request.
         """
         wanted = {*kinds, INSIDE} if "mode" in kinds else kinds
         for node, name, path, key in self._occurrences(wanted, section, rules=not self.of_files):
@@ -189,7 +189,7 @@ class SymbolTable:
             yield from self._in_expressions(value, Place(value.span, value.via), {})
 
     def _in_expressions(self, value: Any, place: Place, owners: Mapping[str, str | None]) -> Iterator[Symbol]:
-        """Yield the names that expressions below a value use; ``owners`` of names, None for those of a loop."""
+        """Yield the names in expressions below a value; ``owners`` maps local names to their part, None for a loop."""
         if self.is_constant(value):
             return
         if isinstance(value, str):
@@ -211,7 +211,7 @@ class SymbolTable:
                     yield from self._in_expressions(item, at, inner)
 
     def spelt(self) -> Iterator[tuple[str, str, Path, bool]]:
-        """Yield the texts and keys whose words are compared with usual ones (``x-spelt``), each with what it is."""
+        """Yield the words to check for spelling (``x-spelt``): what each is, the word, its path, and True for a key."""
         for node, name, path, key in self._occurrences((SPELT,)):
             if node.spelt and isinstance(name, str):
                 yield node.spelt, name, path, key
@@ -244,31 +244,31 @@ class SymbolTable:
 
     @property
     def of(self) -> Mapping[str, Collection[str]]:
-        """The names that the tree defines, by kind, also within elements of MJCF."""
+        """The names that the tree defines by kind, including those in MJCF elements."""
         return self._contents[0]
 
     @property
     def mounted(self) -> bool:
-        """Whether something is attached to the mount of a part."""
+        """Whether anything is attached to the frame ``mount``."""
         return self._contents[1]
 
     @property
     def inside(self) -> bool:
-        """Whether there are elements, parameters or conditions that names may be in."""
+        """Whether the tree has XML elements, parameters or conditions, which may contain names."""
         return self._contents[2]
 
     def among(self, kinds: Iterable[str]) -> frozenset[str]:
-        """Return the names of some kinds."""
+        """Return the names of all the given kinds."""
         return frozenset().union(*(self.of.get(kind, ()) for kind in kinds))
 
     def gives(self, kind: str, name: str) -> bool:
-        """Return True if the tree defines a name of a kind, or the MJCF derives it: LINK_collision_1."""
+        """Return True if the tree defines a name of a kind, or if the MJCF derives it, such as LINK_collision_1."""
         if any(name in self.of.get(one, ()) for one in (kind, *ALSO.get(kind, ()))):
             return True
         return kind == "shape" and self.makes(name)
 
     def makes(self, name: str) -> bool:
-        """Return True if the MJCF derives a name from that of a link of the tree."""
+        """Return True if the MJCF derives the name from a link of the tree."""
         found = _DERIVED.fullmatch(name)
         return found is not None and found[1] in self.of.get("link", ())
 
@@ -287,7 +287,7 @@ def _entries(tree: Map, section: str) -> list[tuple[str, Map]]:
 
 
 def _keys(table: Any, kind: str, owner: str = "") -> Iterator[Symbol]:
-    """Yield the keys of a table as definitions; that of a value which takes values, ``box(x, y)``, is box."""
+    """Yield the keys of a table as definitions; a key such as ``box(x, y)`` defines the function box."""
     for key in table if isinstance(table, Map) else ():
         place = Place(table.key_spans[key], table.via)
         yield Symbol(kind, key.partition("(")[0], key=True, place=place, owner=owner)

@@ -1,4 +1,4 @@
-"""Validate the plain tree against the JSON Schema: shape, units and finite numbers; no meaning."""
+"""Validate the expanded tree against the JSON Schema: structure, units and finite numbers; rules check the rest."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ if TYPE_CHECKING:
     from .expand.scope import Scope
 
 
-_validators: dict[tuple[Any, ...], tuple[dict[str, Any], Any]] = {}  # by the options of the outputs
+_validators: dict[tuple[Any, ...], tuple[dict[str, Any], Any]] = {}  # cache by the options of the outputs
 _MOST_VALIDATORS = 100
-MOST = 1e150  # beyond it, a volume or moment of inertia may be beyond all floats
+MOST = 1e150  # the volume or moment of inertia of a larger size may overflow
 
 
 def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = None) -> list[Diagnostic]:
-    """Validate the structure of a tree, the units of its quantities and its numbers, and return diagnostics.
+    """Validate the structure, units and numbers of a tree, and return diagnostics.
 
-    ``formats`` are those that outputs may name, ``scope`` defines the names in expressions, if known.
+    ``formats`` are the valid formats of outputs; ``scope``, if not None, is that of the expressions.
     """
     walk = _Walk(tree, formats)
     walk.through(tree)
@@ -46,7 +46,7 @@ def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = Non
     reported = {tuple(path) for path in (*(one[0] for one in walk.misfits), *(one[0] for one in walk.not_finite))}
     schema = with_outputs(tree.get("outputs"), formats)
     options = schema["properties"]["outputs"].get("properties", {})
-    # The options of a format live as long as the program: they are compared by identity.
+    # Options of a format are never freed, so id() is a valid cache key.
     key = tuple((name, *map(id, one["properties"].values())) for name, one in options.items())
     if key not in _validators:
         if len(_validators) >= _MOST_VALIDATORS:
@@ -70,7 +70,7 @@ _Dimensions = tuple[Dimension, ...]
 
 
 class _Walk:
-    """Finds what a schema cannot express: quantities of a wrong dimension, NaN, infinity. Visits shared pieces once."""
+    """Find errors that JSON Schema cannot express: wrong dimensions, NaN, infinity. Shared values are visited once."""
 
     def __init__(self, tree: Map, formats: Mapping[str, Format]) -> None:
         self.tree, self.formats = tree, formats
@@ -80,7 +80,7 @@ class _Walk:
         self.misfits: list[tuple[Steps, Quantity, _Dimensions]] = []
 
     def through(self, value: Map | Seq) -> None:
-        """Walk through a piece of the tree."""
+        """Check a mapping or list, and everything in it."""
         before = len(self.not_finite) + len(self.misfits)
         allowed: dict[str | int, _Dimensions | None] = {}
         for key, item in value.items() if isinstance(value, Map) else enumerate(value):
@@ -95,18 +95,18 @@ class _Walk:
                 continue
             steps = [*self.path, key]
             if kind is Quantity:
-                step = 0 if type(key) is int else key  # all items of a list are of the same kind
+                step = 0 if type(key) is int else key  # all items of a list have the same schema
                 if step not in allowed:
                     allowed[step] = self._allowed((*self.path, step))
                 dimensions = allowed[step]
                 if dimensions is not None and item.dimension not in dimensions:
                     self.misfits.append((steps, item, dimensions))
-            # A limit may be 1.8e308, and masses have their own rules.
+            # A limit may be 1.8e308, and rules check masses.
             is_free = "limit" in steps or key == "mass"
             if isinstance(item, float) and not -MOST <= item <= MOST and not (math.isfinite(item) and is_free):
                 self.not_finite.append((steps, float(item)))
         sound = before == len(self.not_finite) + len(self.misfits)
-        if sound or value.via is None or not value.via.made:  # an error in a part is reported for each instance
+        if sound or value.via is None or not value.via.made:  # report an error in a part for each use
             self.done.add(id(value))
 
     def _allowed(self, path: tuple[str | int, ...]) -> _Dimensions | None:
@@ -121,12 +121,12 @@ class _Walk:
         return None if units is None else tuple(unit[1] for unit in parsed if unit is not None)
 
 
-# Sections that expansion removes: the schema of the plain tree lacks them.
+# Sections that are removed by expansion, so they are not in the schema of the expanded tree.
 _EXPANDED = ("parts", "sensor_types", "use")
 _SIGNS = {"&": "an anchor", "#": "a comment", "!": "a tag"}
 _TYPES = {"string": "text", "number": "a number", "integer": "a whole number", "boolean": "true or false"}
 _TYPES |= {"object": "a mapping", "array": "a list"}
-# The rule and the message of each keyword that needs no more than its value.
+# The rule and message for keywords that need no further information.
 _SIMPLE = {
     "minimum": ("wrong-value", "{where} is {value}, less than {wanted}"),
     "maximum": ("wrong-value", "{where} is {value}, more than {wanted}"),
@@ -144,7 +144,7 @@ _SIMPLE = {
 
 
 class _Report:
-    """Turns a misfit into diagnostics."""
+    """Convert a misfit to diagnostics."""
 
     def __init__(self, tree: Map, misfit: Misfit, schema: Mapping[str, Any], scope: Scope | None) -> None:
         self.tree, self.misfit, self.scope = tree, misfit, scope
@@ -154,7 +154,7 @@ class _Report:
         self.value = value_at(tree, tuple(self.path))
 
     def diagnostics(self) -> list[Diagnostic]:
-        """Return the diagnostics, or none if another misfit is the cause."""
+        """Return the diagnostics, or none if the misfit results from another error."""
         wanted, where, value, keyword = self.misfit.wanted, self.where, self.value, self.misfit.keyword
         meaning = _sentence(str(self.part.get("description", "")))
         if "propertyNames" in self.misfit.schema_path[-2:-1]:
@@ -181,7 +181,7 @@ class _Report:
             kind = "which gazebo" if self.path[-1] == "gazebo" else kind
             return [not_allowed(self.tree, self.path, value, wanted, kind, self.scope)]
         rule, message = _SIMPLE.get(keyword, ("wrong-shape", f"{{where}} does not fit the schema: {keyword}"))
-        if keyword in ("minimum", "maximum", "minProperties", "maxProperties", "const"):  # the message says it all
+        if keyword in ("minimum", "maximum", "minProperties", "maxProperties", "const"):  # the message is sufficient
             meaning = ""
         keys = ", ".join(self.part.get("properties", {}))
         message = message.format(where=where, value=value, wanted=wanted, keys=keys)
@@ -209,10 +209,10 @@ class _Report:
         legal = self.part.get("properties", {})
         meant = [one for one in self.value if one not in legal and suggestions.is_meant(one, key, self.kind, legal)]
         if key == "inertia" and any("of" in swaps(other) for other in self.value):
-            return []  # an unknown key, which is reported, takes its place
+            return []  # the unknown key is reported instead
         if meant and self.path[:1] != ["outputs"]:
-            return []  # it exists under a misspelt name, which is reported
-        if meant and key in swaps(meant[0]):  # other keys of outputs are judged when their format is known
+            return []  # the misspelled key is reported instead
+        if meant and key in swaps(meant[0]):  # outputs: other keys are only valid for some formats
             message = f'{self.where} has no key "{meant[0]}"'
             return self._make("unknown-key", message, suggest(key), [*self.path, meant[0]], True)
         wanted = legal.get(key, {})
@@ -230,7 +230,7 @@ class _Report:
         parent = value_at(self.tree, tuple(self.path[:-1]))
         is_only = isinstance(parent, Seq) and len(parent) == 1 and "number" in types
         if is_only and isinstance(self.value, str) and len(suggestions.numbers_in(self.value)) > 1:
-            return []  # the length of the list is reported
+            return []  # the length of the list is reported instead
         fallen = suggestions.fallen_out(self.tree, self.path, self.part)
         if fallen and not (fallen[1] and "null" in types):
             return []
@@ -276,7 +276,7 @@ class _Report:
 def not_allowed(
     tree: Map, path: Steps, value: Any, options: Iterable[Any], kind: str = "", scope: Scope | None = None
 ) -> Diagnostic:
-    """Return an error: the value at a path is not one of those that are allowed; ``kind`` is that of its synonyms."""
+    """Return the error for a value that is not one of the allowed options; ``kind`` selects the synonyms."""
     allowed = list(options)
     names = list(dict.fromkeys(str(one).lower() if isinstance(one, bool) else str(one) for one in allowed))
     if isinstance(value, bool) and str(value).lower() in allowed:
@@ -285,7 +285,7 @@ def not_allowed(
         return problem_at(scope, tree, path, "wrong-value", message, help)
 
     def suggest() -> str:
-        if isinstance(value, str) and value in names:  # true is a word of YAML, "true" a text
+        if isinstance(value, str) and value in names:  # true is a boolean, "true" is a string
             return f"write {value} without quotes"
         help = suggestions.word_meant(str(value), names, kind)
         if isinstance(value, str) and "true" in names:

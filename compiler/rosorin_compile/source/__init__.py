@@ -1,1 +1,1 @@
-"""From YAML text to a tree with positions, and the diagnostics that every stage reports."""
+"""Read YAML as a tree with the position of every value, and define the diagnostics that all stages return."""

@@ -1,4 +1,4 @@
-"""Results that a robot caches, and the user's cache folder (XDG, or ``ROSORIN_COMPILE_CACHE``; off: no cache)."""
+"""Cache results with a robot, and locate the user's cache folder (XDG, or ``ROSORIN_COMPILE_CACHE``; off: no cache)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _refused: list[tuple[str, str]] = []
 
 
 def of_robot(work: Function) -> Function:
-    """Cache the results of a function of a robot with the robot."""
+    """Cache the results of a function whose first argument is a robot, in that robot."""
 
     @wraps(work)
     def cached(robot: Any, *arguments: Any, **named: Any) -> Any:
@@ -32,10 +32,10 @@ def of_robot(work: Function) -> Function:
 
 
 def cache_folder(name: str) -> Path | None:
-    """Return a folder of the user's cache, or None if it is disabled or others could change it: templates are run."""
+    """Return a subfolder of the user's cache, or None if it is disabled, or writable by others, who could add code."""
     chosen = os.environ.get("ROSORIN_COMPILE_CACHE", "")
     base = Path(os.environ.get("XDG_CACHE_HOME", ""))
-    if not base.is_absolute():  # an empty HOME would be the root of the disk
+    if not base.is_absolute():  # with HOME="", ~ would be the root folder
         base = Path("~/.cache").expanduser() if os.environ.get("HOME", "~") else Path()
     top = Path(os.path.abspath(chosen)) if chosen else base / "rosorin-compile"
     if chosen == "off" or not system.HAS_OWNERS or not top.is_absolute():
@@ -53,19 +53,19 @@ def cache_folder(name: str) -> Path | None:
 
 
 def cache_refused() -> tuple[str, str] | None:
-    """Return the reason why the cache is not used, and the fix, or None; the second call returns None."""
+    """Return why the cache is not used, and the fix, or None; each reason is returned only once."""
     return _refused.pop() if _refused else None
 
 
 def _open_to_others(folder: Path) -> tuple[str, str] | None:
-    """Return who else could change a folder of the cache, and the fix, or None. Raises OSError."""
+    """Return which other user could change a cache folder, and the fix, or None. Raises OSError."""
     real = folder.resolve(strict=True)
     links = [place for place in (folder, *folder.parents) if place.is_symlink()]
     for place in (*links, *reversed((real, *real.parents))):
         status = place.lstat()
         if status.st_uid not in (0, os.geteuid()):
             return f"{label(place)} belongs to another user", _ELSEWHERE
-        is_sticky = status.st_mode & stat.S_ISVTX and place not in (real, real.parent)  # as /tmp is, above the cache
+        is_sticky = status.st_mode & stat.S_ISVTX and place not in (real, real.parent)  # e.g. /tmp
         if place not in links and status.st_mode & 0o022 and not is_sticky:
             return f"{label(place)} can be written by others", f"chmod go-w {label(place)}; or {_ELSEWHERE}"
     return None

@@ -1,4 +1,4 @@
-"""Diagnostics: the errors, warnings and notes that stages return, with places in files, and how they are printed."""
+"""Diagnostics: the errors, warnings and notes that stages return, with positions in files, and their text form."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from .wording import and_more, count_of, did_you_mean, first_of, nearest, phrase
 __all__ = ["and_more", "count_of", "did_you_mean", "first_of", "nearest", "phrase", "printable", "quote"]  # of wording
 
 ERROR, WARNING, NOTE = "error", "warning", "note"
-TRUSTED = (("trusted", True),)  # the ``numbers`` of a warning before trusted code is run: it is counted, and not shown
+TRUSTED = (("trusted", True),)  # ``numbers`` of a warning that trusted code will run: it is counted, but not printed
 _COLOURS = {ERROR: "\033[31m", WARNING: "\033[33m", NOTE: "\033[34m"}
 _BOLD, _PLAIN = "\033[1m", "\033[0m"
-MAX_SHOWN = 160  # letters of a line of a file
+MAX_SHOWN = 160  # characters of a source line
 
 
 class Source(NamedTuple):
@@ -32,13 +32,13 @@ class Source(NamedTuple):
         return lines[number - 1] if 0 < number <= len(lines) else ""
 
     def span(self, offset: int = 0, length: int = 1) -> Span:
-        """Return the place of the characters from an offset on."""
+        """Return the span of ``length`` characters at an offset."""
         lines = split_lines(self.text[:offset])
         return Span(self, len(lines), len(lines[-1]) + 1, max(1, length))
 
 
 class Span(NamedTuple):
-    """A place in a source: line and column count from 1, in characters; ``length`` is at least 1."""
+    """A position in a source: line and column count from 1, in characters; ``length`` is at least 1."""
 
     source: Source
     line: int
@@ -48,7 +48,7 @@ class Span(NamedTuple):
 
 @dataclass(frozen=True)
 class Related:
-    """A second place that helps to understand a diagnostic, such as "first defined here"."""
+    """A second position that helps to understand a diagnostic, such as "first defined here"."""
 
     message: str
     span: Span | None
@@ -58,7 +58,7 @@ class Related:
 
 
 class Use(Related):
-    """A second place that repeats what is wrong: the use of a part, the round of a loop."""
+    """A second position at which the same mistake takes effect: the use of a part, or an iteration of a loop."""
 
     __slots__ = ()
 
@@ -68,23 +68,23 @@ def _place(span: Span | None) -> str:
 
 
 class MadeSpan(Span):
-    """A place from which a program generated something, through the calls in ``via``, innermost first."""
+    """A position from which a program generated something; ``via`` has the calls that led to it, innermost first."""
 
     via: tuple[Related, ...] = ()
 
 
 @dataclass(frozen=True)
 class Suggestion:
-    """The help for an unknown name (``word``), computed for the diagnostics that are shown."""
+    """The help for the unknown name ``word``; called only for diagnostics that are shown, because it is slow."""
 
     word: str
-    candidates: Collection[str]  # one that is similar is suggested
-    otherwise: str = ""  # before the list of candidates, if none is similar
-    instead: str = ""  # in the place of that list
-    details: str = ""  # as ``instead``; also after a similar name
+    candidates: Collection[str]  # valid names; a similar one is suggested
+    otherwise: str = ""  # text before the list of candidates, if none is similar
+    instead: str = ""  # replaces the list of candidates
+    details: str = ""  # like ``instead``, but also added after a similar name
     none: str = ""  # the help if there are no candidates
-    places: Mapping[str, Span] = field(default_factory=dict)  # where they are defined
-    others: Collection[str] = ()  # compared if no candidate is similar
+    places: Mapping[str, Span] = field(default_factory=dict)  # where the candidates are defined
+    others: Collection[str] = ()  # names to compare if no candidate is similar
 
     def __call__(self) -> str:
         is_other = self.others and nearest(self.word, self.candidates) is None and nearest(self.word, self.others)
@@ -94,7 +94,7 @@ class Suggestion:
         return self.instead or self.details or help
 
     def related_places(self) -> tuple[Related, ...]:
-        """Return the place where the most similar name is defined."""
+        """Return the place where the most similar candidate is defined."""
         near = nearest(self.word, self.candidates) if self.places else None
         span = self.places.get(near) if near is not None else None
         return (Related(f'"{near}" is defined here', span),) if span else ()
@@ -105,9 +105,9 @@ Help = str | Callable[[], str]
 
 @dataclass(frozen=True)
 class Diagnostic:
-    """One problem or remark: ``rule`` is its kebab-case id, and ``help`` suggests a fix, or ``suggest`` computes it.
+    """An error, warning or note: ``rule`` is its kebab-case id; ``help`` suggests a fix, or ``suggest`` computes it.
 
-    ``of`` names its subject: the link or joint under which a description may accept it, or the edge, topic or line of a
+    ``of`` names its subject: the link or joint under which a description may accept it, or an edge, topic or line of a
     recording. ``numbers``, in SI units, are for programs.
     """
 
@@ -132,14 +132,14 @@ class Diagnostic:
         return self.as_text().partition("\n")[0]
 
     def as_text(self, colour: bool = False) -> str:
-        """Return the diagnostic as the command line prints it: place, message, the line of the file, help."""
+        """Return the diagnostic as the command line prints it: position, message, source line, help."""
         this, span = self.with_help(), self.span
         head, message, help = f"{self.severity}[{self.rule}]", printable(this.message), printable(this.help)
         if colour:
             head, message = _COLOURS[self.severity] + head + _PLAIN, _BOLD + message + _PLAIN
         lines = [f"{_place(span)}{head}: {message}"]
         if span and self.severity != NOTE:
-            # A row of carets under the place; a long line is shown around the place.
+            # Carets mark the span; of a long line, only the part around the span is shown.
             line = span.source.line(span.line)
             first = max(0, span.column - 1 - MAX_SHOWN // 2) if len(line) > MAX_SHOWN else 0
             shown = printable(line[first : first + MAX_SHOWN].replace("\t", " "))
@@ -161,7 +161,7 @@ class Diagnostic:
 
 
 def text(diagnostics: Iterable[Diagnostic], colour: bool = False) -> str:
-    """Return diagnostics for people: place, message, the line of the file, the help."""
+    """Return diagnostics as the command line prints them: position, message, source line, help."""
     return "".join(diagnostic.as_text(colour) for diagnostic in diagnostics)
 
 
@@ -173,7 +173,7 @@ def error(rule: str, message: str, span: Span | None, help: Help = "", related: 
 def diagnostic(
     rule: str, severity: str, message: str, span: Span | None, help: Help = "", related: Iterable[Related] = ()
 ) -> Diagnostic:
-    """Return a diagnostic; a help that is slow to compute is a function, which ``messages`` calls."""
+    """Return a diagnostic; if the help is slow to compute, pass a function, which ``messages`` calls when needed."""
     text, suggest = (help, None) if isinstance(help, str) else ("", help)
     return Diagnostic(rule, severity, message, span, tuple(related), text, suggest=suggest)
 
@@ -184,7 +184,7 @@ def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
 
 
 class DiagnosticError(Exception):
-    """The processing cannot continue; carries the diagnostic."""
+    """Processing cannot continue; ``diagnostic`` has the reason."""
 
     def __init__(self, diagnostic: Diagnostic) -> None:
         super().__init__(diagnostic.message)
@@ -196,11 +196,11 @@ class SourceError(DiagnosticError):
 
 
 class RequestError(ValueError):
-    """An argument of the API, or an option of a command, is invalid; the message has the reason."""
+    """An argument of the API or an option of a command is invalid; the message is the reason."""
 
 
 class MissingPackages(RequestError, ImportError):
-    """Python packages that an extra brings are not installed; the message has the command that installs them."""
+    """Python packages of an extra are not installed; the message has the command that installs them."""
 
 
 class UnknownName(RequestError, KeyError):

@@ -1,4 +1,4 @@
-"""Read files, and record what was read or looked for and not found: the dependencies of a compiled robot."""
+"""Read files, and record the paths that were read or were missing: the dependencies of a compiled robot."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from typing import BinaryIO
 from . import system
 
 AnyPath = str | os.PathLike[str]
-Version = tuple[int, ...]  # inode, size and times (ns) of a file; the inode of a folder; empty without a file
+Version = tuple[int, ...]  # inode, size and times (ns) of a file; only the inode of a folder; empty if missing
 _ABSENT = (errno.ENOENT, errno.ENOTDIR, errno.ENAMETOOLONG, errno.ELOOP)
 _recorders: ContextVar[tuple[dict[Path, Version], ...]] = ContextVar("recorders", default=())
 
 
 @contextmanager
 def recording() -> Iterator[dict[Path, Version]]:
-    """Collect the paths that are read, or looked for and not found, in the block: each with its version."""
+    """Collect the paths that are read in the block, or looked up and missing, each with its version."""
     paths: dict[Path, Version] = {}
     token = _recorders.set((*_recorders.get(), paths))
     try:
@@ -31,13 +31,13 @@ def recording() -> Iterator[dict[Path, Version]]:
 
 
 def record(path: AnyPath, version: Version) -> None:
-    """Record that a version of a file was read, or that there was none."""
+    """Record that a version of a file was read, or with an empty version that the file was missing."""
     for recorder in _recorders.get():
         recorder[Path(path)] = version
 
 
 def version(path: AnyPath | int) -> Version:
-    """Return the version of a file, or of an open one; empty if it does not exist or cannot be accessed."""
+    """Return the version of a path or an open file; empty if it does not exist or cannot be accessed."""
     try:
         status = os.fstat(path) if isinstance(path, int) else Path(path).stat()
     except (OSError, ValueError):
@@ -47,21 +47,21 @@ def version(path: AnyPath | int) -> Version:
 
 
 def read_bytes(path: AnyPath, most: int = -1) -> bytes:
-    """Return the content of a regular file, or its first bytes. Raises OSError, for a pipe and the like too."""
+    """Return the content of a regular file, at most ``most`` bytes. Raises OSError, also for pipes and devices."""
     with open_binary(path) as opened:
         return opened.read(most)
 
 
 def read_text(path: AnyPath, encoding: str = "utf-8", errors: str = "strict") -> str:
-    """Return the text of a file with the line ends of Python. Raises OSError, UnicodeDecodeError."""
+    """Return the text of a file; all line ends become a line feed. Raises OSError, UnicodeDecodeError."""
     return read_bytes(path).decode(encoding, errors).replace("\r\n", "\n").replace("\r", "\n")
 
 
 def open_binary(path: AnyPath) -> BinaryIO:
-    """Open a regular file for reading, without waiting for a pipe. Raises OSError."""
+    """Open a regular file for reading; do not block on a pipe. Raises OSError."""
     try:
         handle = os.open(path, os.O_RDONLY | system.NO_WAIT | system.AS_BYTES | getattr(os, "O_CLOEXEC", 0))
-    except ValueError as problem:  # a NUL in the name
+    except ValueError as problem:  # a NUL character in the name
         raise FileNotFoundError(errno.ENOENT, str(problem), os.fspath(path)) from None
     except OSError:
         record(path, version(path))
@@ -91,16 +91,16 @@ def is_folder(path: AnyPath) -> bool:
 
 
 def is_special(path: AnyPath) -> bool:
-    """Return True for a pipe, a device or the like. Raises OSError if it cannot be accessed."""
+    """Return True for a pipe, a device or another special file. Raises OSError if it cannot be accessed."""
     mode = _mode(path)
     return mode != 0 and not stat.S_ISREG(mode) and not stat.S_ISDIR(mode)
 
 
 def _mode(path: AnyPath) -> int:
-    """Return the mode of a path; 0 if it does not exist, which is recorded. Raises OSError."""
+    """Return the mode of a path, or 0 if it does not exist; record a missing path. Raises OSError."""
     try:
         return Path(path).stat().st_mode
-    except ValueError:  # a NUL in the name
+    except ValueError:  # a NUL character in the name
         return 0
     except OSError as problem:
         if problem.errno not in _ABSENT:
@@ -110,17 +110,17 @@ def _mode(path: AnyPath) -> int:
 
 
 def resolve(path: AnyPath) -> Path:
-    """Return a path without links, as far as it exists."""
+    """Return an absolute path with all links resolved, as far as it exists."""
     try:
         return Path(os.path.realpath(path))
-    except ValueError:  # a NUL in the name
+    except ValueError:  # a NUL character in the name
         return Path(os.path.abspath(path))
 
 
 def label(path: AnyPath) -> str:
-    """Return a path as a person would name it: relative to the current folder if it is below."""
+    """Return a path for messages: relative to the current folder if it is below, else unchanged."""
     try:
         here = os.path.relpath(path)
-    except (OSError, ValueError):  # the current folder is gone, or on another drive
+    except (OSError, ValueError):  # the current folder was deleted, or is on another drive
         return os.fspath(path)
     return os.fspath(path) if here.startswith("..") and Path(path).is_absolute() else here

@@ -1,8 +1,8 @@
-"""Read YAML as a tree with spans, and JSON, Python and YAML of other programs up to a safe nesting depth.
+"""Read YAML as a tree with spans; read JSON, Python and plain YAML of other programs up to a safe nesting depth.
 
-Scalars have the meaning of the YAML 1.2 core schema (https://yaml.org/spec/1.2.2/#103-core-schema), not that of 1.1:
-``1e-3`` is a number, ``on`` and ``12:30`` are text. One form is added: a plain scalar that is a number and a known
-unit, such as ``12.5 mm``, is a quantity. Quotes make text of anything.
+Scalars follow the YAML 1.2 core schema (https://yaml.org/spec/1.2.2/#103-core-schema), not YAML 1.1:
+``1e-3`` is a number, ``on`` and ``12:30`` are strings. One form is added: a plain scalar with a number and a known
+unit, such as ``12.5 mm``, is a quantity. A quoted scalar is always a string.
 """
 
 from __future__ import annotations
@@ -39,18 +39,18 @@ _WORDS: dict[str, Any] = {"": None, "~": None, "null": None, "Null": None, "NULL
 _WORDS |= {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
 _WORDS |= {sign + word: float(sign + "inf") for sign in ("", "+", "-") for word in (".inf", ".Inf", ".INF")}
 _WORDS |= {word: float("nan") for word in (".nan", ".NaN", ".NAN")}
-# The unit tags of xacro's YAML, which published tables of robots use (https://github.com/ros/xacro/wiki).
+# The unit tags of xacro's YAML loader, which many robot packages use (https://github.com/ros/xacro/wiki).
 _UNIT_TAGS = {"!degrees": "deg", "!radians": "rad", "!meters": "m"}
 _UNIT_TAGS |= {"!millimeters": "mm", "!foot": "ft", "!inches": "inch"}
 _FUNCTIONS = ("pi", "e", "tau", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "radians", "degrees")
-# A calculation after such a tag; powers are not allowed, because they could take arbitrarily long.
+# A calculation after a unit tag. Powers are not allowed: they could take arbitrarily long.
 _CALCULATION = re.compile(rf"(?:[-+/(), \d.]|\*(?!\*)|(?<=\d)e(?=[-+\d])|\b(?:{'|'.join(_FUNCTIONS)})\b)+")
 
 LoadError = SourceError
 
 
 def read_input(path: Path, shown: str, asked: Span | None, most: int, help: str) -> bytes:
-    """Return a regular file, or standard input, of at most ``most`` bytes that ``asked`` names. Raises SourceError."""
+    """Read at most ``most`` bytes of a file or standard input; ``asked`` is where it is named. Raises SourceError."""
     data = stdin_of(path)
     try:
         data = files.read_bytes(path, most + 1) if data is None else data
@@ -63,12 +63,12 @@ def read_input(path: Path, shown: str, asked: Span | None, most: int, help: str)
 
 
 def read_utf8(path: Path, shown: str, asked: Span | None = None) -> Source:
-    """Read a UTF-8 file; ``asked`` is the place that names it. Raises LoadError."""
+    """Read a UTF-8 file; ``asked`` is where it is named. Raises LoadError."""
     return decoded(read_input(path, shown, asked, MAX_BYTES, "check the name and the permissions"), shown)
 
 
 def decoded(data: bytes, shown: str, encoding: str = "utf-8", help: str = "save the file as UTF-8") -> Source:
-    """Return the text of a file. Raises LoadError at the first byte that does not fit the encoding."""
+    """Decode the text of a file. Raises LoadError at the first byte that is invalid in the encoding."""
     try:
         return Source(shown, data.decode(encoding).removeprefix("\ufeff"))
     except UnicodeDecodeError as problem:
@@ -79,7 +79,7 @@ def decoded(data: bytes, shown: str, encoding: str = "utf-8", help: str = "save 
 
 
 def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instance | None = None) -> Map:
-    """Read a YAML file whose top is a mapping. Raises LoadError."""
+    """Read a YAML file that must contain a mapping. Raises LoadError."""
     source = read_utf8(path, shown, asked)
     tree = parse_yaml(source, via)
     if isinstance(tree, Map):
@@ -94,11 +94,11 @@ def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instanc
     raise LoadError(error("not-a-mapping", message, source.span(), help))
 
 
-load_own = cache(load_mapping)  # for a file that ships with the tool, once a process; nobody may change the tree
+load_own = cache(load_mapping)  # for files that ship with the tool: read once per process, so never modify the tree
 
 
 def parse_yaml(source: Source, via: Instance | None = None, max_nodes: int = MAX_NODES) -> Any:
-    """Return the tree of a YAML source: Map, Seq or scalar. Raises LoadError with the place of the problem."""
+    """Return the tree of a YAML source: Map, Seq or scalar. Raises LoadError with the position of the problem."""
     _check_text(source)
     try:
         return _Composer(source, via, max_nodes).document()
@@ -112,7 +112,7 @@ _DIRECTIVE = re.compile(r"(?:\s|#.*\n)*(%(?!YAML\s+1\.2\s)\S+.*)\n(?:.*\n)*?---"
 
 
 def _check_text(source: Source) -> None:
-    """Refuse text that a reviewer reads differently than the parser. Raises LoadError."""
+    """Reject text that looks different to a reviewer than to the parser. Raises LoadError."""
     text = source.text
     if directive := _DIRECTIVE.match(text) if "%" in text[:1_000] else None:
         message = f"{directive[1].split('#')[0].strip()} has no effect: files are read as YAML 1.2"
@@ -140,11 +140,11 @@ class _Composer:
         self.source, self.via = source, via
         self.anchors: dict[str, tuple[Any, int, Span]] = {}
         self.nodes, self.max_nodes = 0, max_nodes
-        # libyaml counts columns in code points of the text that it was given; NUL and the like raise ReaderError.
+        # libyaml counts columns in code points; NUL and other control characters raise ReaderError.
         self.events: Iterator[Any] = iter(getattr(yaml, "CLoader", yaml.Loader)(source.text).get_event, None)
 
     def document(self) -> Any:
-        """Return the value of the one document of the source; None if it is empty."""
+        """Return the value of the only document in the source, or None if it is empty."""
         tree, documents = None, 0
         for event in self.events:
             documents += isinstance(event, yaml.DocumentStartEvent)
@@ -163,7 +163,7 @@ class _Composer:
         return LoadError(error(rule, message, self.span(event), help))
 
     def value(self, event: Any, depth: int) -> Any:
-        """Return the value that begins with ``event``; reads the following events to its end."""
+        """Return the value that begins with ``event``; consume the events up to its end."""
         is_alias, before = isinstance(event, yaml.AliasEvent), self.nodes
         alias = self.anchors.get(event.anchor) if is_alias else None
         self.nodes += 1 + (alias[1] if alias else 0)
@@ -172,7 +172,7 @@ class _Composer:
             raise self.fail("yaml-too-large", message, event, "split it, or use a loop")
         if depth > MAX_DEPTH:
             raise self.fail("yaml-too-deep", f"nested deeper than {MAX_DEPTH} levels", event, "flatten the file")
-        if type(event) is ScalarEvent and event.tag is None and not event.anchor:  # as nearly all are
+        if type(event) is ScalarEvent and event.tag is None and not event.anchor:  # the common case
             return Text(event.value) if event.style else plain_scalar(event.value)
         if is_alias:
             if alias is not None:
@@ -219,7 +219,7 @@ class _Composer:
         return made
 
     def tagged(self, event: Any) -> float:
-        """Return the number in SI, without a dimension, of a scalar with one of xacro's unit tags."""
+        """Return the number, in SI units and without a dimension, of a scalar with one of xacro's unit tags."""
         text, names = event.value.strip(), {name: getattr(math, name) for name in _FUNCTIONS}
         with suppress(Exception):
             if _CALCULATION.fullmatch(text):
@@ -231,7 +231,7 @@ class _Composer:
 
 
 def plain_scalar(text: str) -> Any:
-    """Return the value of a scalar without quotes: None, bool, int, float, Quantity or str."""
+    """Return the value of an unquoted scalar: None, bool, int, float, Quantity or str."""
     if text in _WORDS:
         return _WORDS[text]
     first = text[0]
@@ -247,13 +247,13 @@ def plain_scalar(text: str) -> Any:
     return text
 
 
-# Of texts of other programs: nested a hundred thousand times, parsers raise RecursionError or end the program.
+# For text of other programs: on input that is nested 100,000 levels deep, parsers raise RecursionError or crash.
 MAX_NESTING = 100
 _JSON = re.compile(r'(?s)"[^"\\]*(?:\\.[^"\\]*)*"|[\[\]{}]')
 
 
 def json_of(text: str | bytes, parse_constant: Callable[[str], Any] | None = None) -> Any:
-    """Parse JSON. Raises ValueError, with the place if there is one, also if it is nested too deep."""
+    """Parse JSON. Raises ValueError, with the position if possible, also if it is nested too deep."""
     if isinstance(text, bytes):
         text = text.decode(json.detect_encoding(text))
     depth = 0
@@ -273,7 +273,7 @@ def python_of(text: str, expression: bool = False) -> ast.Module | ast.Expressio
     except (RecursionError, MemoryError):
         raise ValueError("nested too deep") from None
     nodes: list[ast.AST] = [tree]
-    for _ in range(150):  # a call in a list in a call is six levels of Python's syntax tree
+    for _ in range(150):  # levels of the syntax tree: a call in a list in a call takes six
         nodes = [child for node in nodes for child in ast.iter_child_nodes(node)]
     if nodes:
         raise ValueError("nested too deep")
@@ -281,7 +281,7 @@ def python_of(text: str, expression: bool = False) -> ast.Module | ast.Expressio
 
 
 def yaml_of(text: str) -> Any:
-    """Parse YAML. Raises ValueError with the reason, also if it is nested too deep."""
+    """Parse YAML of another program. Raises ValueError with the reason, also if it is nested too deep."""
     try:
         return parse_yaml(Source("", text))
     except LoadError as problem:

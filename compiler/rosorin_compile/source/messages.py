@@ -1,4 +1,4 @@
-"""Merge and order the diagnostics of all stages, each mistake once with its uses, and compute their suggestions."""
+"""Merge and sort the diagnostics of all stages, so that each mistake is reported once, and compute suggestions."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from typing import NamedTuple
 from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, MadeSpan, Related, Span, Suggestion, Use
 from .wording import and_more, count_of, swaps
 
-MAX_WORDED = 200  # diagnostics with a suggestion: more than a person reads
-_PLACES = 6  # further places of one diagnostic
+MAX_WORDED = 200  # suggestions are slow to compute, and 200 are enough for a reader
+_PLACES = 6  # further positions listed for one diagnostic
 _ORDER = {ERROR: 0, WARNING: 1, NOTE: 2}
-# Rules about a value as it is written, whatever entry it belongs to.
+# Rules about a value alone: if several entries share the value, it is reported once.
 _OF_VALUES = {"unknown-key", "missing-key", "wrong-type", "wrong-value", "wrong-length", "wrong-unit", "not-finite"}
 _OF_VALUES |= {"bad-name", "empty-text", "wrong-shape"}
 _NAME = re.compile(r'(the key )?"[^"]*"|\[\d+\]')
@@ -24,11 +24,11 @@ _VARYING = re.compile(r'"[^"]*"|[-+]?\d[\d,.]*(e[-+]?\d+)?')
 
 
 def arrange(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Merge the diagnostics of one mistake, order them by place, and compute suggestions for the first 200 of them."""
+    """Merge the diagnostics of each mistake, sort them by position, and compute suggestions for the first 200."""
     causes: dict[object, list[Diagnostic]] = {}
     for diagnostic in map(with_calls, diagnostics):
         span, rule, message = diagnostic.span, diagnostic.rule, diagnostic.message
-        if span is not None:  # without the names of the entries that share the value
+        if span is not None:  # ignore the names of the entries that share the value
             message = _NAME.sub(lambda found: found[0] if found[1] else "", message)
             message = _SUBJECT.sub("", message) if rule in _OF_VALUES else message
         causes.setdefault((rule, message, span and (span.source.path, *span[1:3])), []).append(diagnostic)
@@ -45,20 +45,20 @@ def add_suggestions(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
 
 
 def order(d: Diagnostic) -> tuple[object, ...]:
-    """Return the key to sort diagnostics by: file, line and column, the worst first; those without a place last."""
+    """Return the sort key of a diagnostic: file, line, column, severity; diagnostics without a position come last."""
     place = (0, d.span.source.path, d.span.line, d.span.column) if d.span else (1, "", 0, 0)
     return (*place, _ORDER[d.severity], d.rule, d.message)
 
 
 def with_calls(diagnostic: Diagnostic) -> Diagnostic:
-    """Add the calls of macros that led to the place of a diagnostic."""
+    """Add to a diagnostic the macro calls that led to its position."""
     via = diagnostic.span.via if isinstance(diagnostic.span, MadeSpan) else ()
     new = [call for call in via if call not in diagnostic.related]
     return replace(diagnostic, related=(*diagnostic.related, *new)) if new else diagnostic
 
 
 def _merged(same: list[Diagnostic]) -> Diagnostic:
-    """Return the first of several diagnostics of one mistake, with the other uses or the number of other entries."""
+    """Merge diagnostics of one mistake into the first, with the other uses or the number of other entries."""
     first = same[0]
     uses: dict[Related, None] = {}
     for other in same[1:]:
@@ -71,14 +71,14 @@ def _merged(same: list[Diagnostic]) -> Diagnostic:
 
 
 def and_here(spans: Sequence[Span]) -> tuple[Related, ...]:
-    """Return the first six of further places, and the number of the others."""
+    """Return related positions for the first six spans, and the number of the remaining ones."""
     left = len(spans) - _PLACES
     more = [Related(f"and in {count_of(left, 'more place')}", None)] if left > 0 else []
     return (*(Related("and here", span) for span in spans[:_PLACES]), *more)
 
 
 def gather(diagnostics: Sequence[Diagnostic], severities: Iterable[str]) -> list[Diagnostic]:
-    """Merge diagnostics of some severities that differ in names and numbers alone into the first, with all places."""
+    """Merge diagnostics of the given severities that differ only in names and numbers; list all their positions."""
     groups: dict[object, list[Diagnostic]] = {}
     for index, diagnostic in enumerate(diagnostics):
         is_alone = diagnostic.severity not in severities or diagnostic.span is None or diagnostic.rule == "stand-in"
@@ -93,21 +93,21 @@ def gather(diagnostics: Sequence[Diagnostic], severities: Iterable[str]) -> list
     return result
 
 
-UNNAMED = "is defined here, and may be what is misspelt"  # a definition that nothing names, similar to an unknown name
+UNNAMED = "is defined here, and may be what is misspelt"  # a related place: an unused definition with a similar name
 USED = "used here"
 _MEANT = re.compile(r'did you mean "([^"]+)"\?')
-_OF_SHAPE = ("unknown-key", "wrong-value", "wrong-type", "wrong-unit", "unknown-option")  # never merged
+_OF_SHAPE = ("unknown-key", "wrong-value", "wrong-type", "wrong-unit", "unknown-option")  # not merged by name
 
 
 class Offer(NamedTuple):
-    """An unknown name, and the suggested one."""
+    """An unknown name, and the name suggested for it."""
 
     name: str
     meant: str
 
 
 def offer(diagnostic: Diagnostic) -> Offer | None:
-    """Return the unknown name of an error and the name that its help suggests, or None for another error."""
+    """Return the unknown name of an error and the name that its help suggests, or None for other errors."""
     is_name = diagnostic.severity == ERROR and diagnostic.rule not in _OF_SHAPE
     if not is_name or (found := _MEANT.match(diagnostic.with_help().help)) is None:
         return None
@@ -120,7 +120,7 @@ def offer(diagnostic: Diagnostic) -> Offer | None:
 
 
 def merge_by_name(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Merge the diagnostics about one unknown name, or about one definition that nothing names, into the first."""
+    """Merge the diagnostics about one unknown name, or about one unused definition with a similar name."""
     groups: list[list[Diagnostic]] = []
     known: dict[object, list[Diagnostic]] = {}
     for diagnostic in sorted(diagnostics, key=order):
@@ -130,7 +130,7 @@ def merge_by_name(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
             keys = [offered.name, tuple(sorted(offered)), *((home.source.path, *home[1:3]) for home in homes if home)]
             steps = [*zip(offered.name.split("."), offered.meant.split("."), strict=False)]
             differing = [step for step in steps if step[0] != step[1]]
-            keys += differing if len(steps) > 1 and len(differing) == 1 else []  # of a.b and a.c the last
+            keys += differing if len(steps) > 1 and len(differing) == 1 else []  # for a.b and a.c, compare only b and c
         same = next((known[key] for key in keys if key in known), None)
         if same is None:
             groups.append(same := [])
@@ -138,7 +138,7 @@ def merge_by_name(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
         for key in keys:
             known.setdefault(key, same)
     result: list[Diagnostic] = []
-    for first, *rest in groups:  # the first with the places of the others; those at its own place stay separate
+    for first, *rest in groups:  # list the positions of the others; errors at the same position stay separate
         separate = [other for other in rest if other.span == first.span and other.rule == first.rule]
         others = [other for other in rest if other not in separate]
         shown = [first.span, *(related.span for related in first.related)]
@@ -150,7 +150,7 @@ def merge_by_name(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
 
 
 def move_to_name(diagnostic: Diagnostic, offered: Offer | None) -> Diagnostic:
-    """Move an error about an unknown name to the place, among those that led to it, where the name was written."""
+    """Move an error about an unknown name to the related position where that name was written."""
     span, related = diagnostic.span, diagnostic.related
     if span is None or offered is None:
         return diagnostic
@@ -161,11 +161,11 @@ def move_to_name(diagnostic: Diagnostic, offered: Offer | None) -> Diagnostic:
 
 
 def place_of_word(spans: Iterable[Span | None], name: str, other: str) -> Span | None:
-    """Return the first place with a word that is in ``name`` but not in ``other``."""
+    """Return the first span whose text has a word that is in ``name`` but not in ``other``."""
     for span in filter(None, spans):
         text = span.source.line(span.line)[span.column - 1 :]
         depth = 0
-        for at, letter in enumerate(text):  # of a list or a table the part that is in this line
+        for at, letter in enumerate(text):  # of a list or table, use only the part on this line
             depth += (letter in "[{") - (letter in "]}")
             if depth == 0:
                 text = text[: at if at else span.length]

@@ -1,4 +1,4 @@
-"""Print floats in artifacts, never with a locale or a negative zero: ``short``, the default, ``exact`` and ``six``."""
+"""Format floats for artifacts without locale or negative zero, as ``short`` (the default), ``exact`` or ``six``."""
 
 from __future__ import annotations
 
@@ -8,36 +8,36 @@ from functools import lru_cache
 
 NumberFormat = Callable[[float], str]
 
-SMALL = {"m": ("mm", 1e3), "rad": ("deg", math.degrees(1)), "kg": ("g", 1e3)}  # units, and how many
-METRE_DIGITS, RADIAN_DIGITS = 7, 8  # decimals of the arguments of static_transform_publisher
-SHORT = 1e-12  # the largest error of ``short``, relative to a number, or to the largest entry of its vector
+SMALL = {"m": ("mm", 1e3), "rad": ("deg", math.degrees(1)), "kg": ("g", 1e3)}  # unit, and how many per SI unit
+METRE_DIGITS, RADIAN_DIGITS = 7, 8  # decimals of arguments of static_transform_publisher
+SHORT = 1e-12  # largest error of ``short``, relative to a number or to the largest entry of its vector
 
 
 @lru_cache(maxsize=20_000)
 def exact(value: float) -> str:
-    """Return the shortest decimal that reads back as the same double; whole numbers without a point."""
+    """Return the shortest decimal that reads back as the same double; integers have no decimal point."""
     return repr(float(value) + 0.0).removesuffix(".0")
 
 
 def amount(value: float, unit: str) -> str:
-    """Return a length, angle or mass in the unit that suits its size: 1.0 mm, 2.5 m, 0.24 deg, 1.4 g."""
+    """Return a length (m), angle (rad) or mass (kg) in a readable unit: 1.0 mm, 2.5 m, 0.24 deg, 1.4 g."""
     small, count = SMALL[unit]
     return f"{few_digits(value)} {unit}" if value >= 1 and unit != "rad" else f"{few_digits(value * count)} {small}"
 
 
 def few_digits(value: float) -> str:
-    """Return a number with one decimal, a small one with two digits."""
+    """Return a number with one decimal, or with two significant digits if it is small."""
     return f"{value:.1f}" if value >= 0.95 else exact(float(f"{value:.2g}"))
 
 
 def round_to_shortest(value: float, largest: float = 0.0) -> float:
-    """Return the shortest decimal within 1e-12 of a value, or of the ``largest`` entry of its vector, as a double."""
+    """Round to the shortest decimal within 1e-12, relative to the value or the ``largest`` entry of its vector."""
     bound = SHORT * max(abs(value), largest)
-    if not 0.0 < bound < 1e300 * SHORT:  # zero, nearly zero, too large to round up, or not a number
+    if not 0.0 < bound < 1e300 * SHORT:  # zero, almost zero, too large to round up, or NaN
         return value + 0.0
     if abs(value) <= bound:
         return 0.0
-    # With this many decimals at most one number is within the bound; with two more there always is one.
+    # With this many decimals, at most one number is within the bound; with two more, there is always one.
     decimals = -math.floor(math.log10(bound)) - 2
     candidates = (round(value, decimals + more) for more in range(3))
     return next((near + 0.0 for near in candidates if abs(near - value) <= bound), value)
@@ -45,24 +45,24 @@ def round_to_shortest(value: float, largest: float = 0.0) -> float:
 
 @lru_cache(maxsize=20_000)
 def short(value: float) -> str:
-    """Return the shortest decimal within 1e-12 of the value, relative to it; whole numbers without a point."""
+    """Return the shortest decimal within a relative error of 1e-12; integers have no decimal point."""
     text = exact(value)
-    return text if len(text) <= 12 else exact(round_to_shortest(value))  # no number this short has a shorter neighbour
+    return text if len(text) <= 12 else exact(round_to_shortest(value))  # a number this short cannot be shortened
 
 
 @lru_cache(maxsize=20_000)
 def six(value: float) -> str:
-    """Return whichever of ``%.6g`` and ``%.6f`` keeps more of the value, trailing zeros dropped."""
+    """Return ``%.6g`` or ``%.6f``, whichever is more precise, without trailing zeros."""
     return _without_zeros(min(f"{value:.6g}", f"{value:.6f}", key=lambda text: abs(float(text) - value)))
 
 
 def to_fixed(value: float, digits: int) -> str:
-    """Return the value with at most ``digits`` decimals, never an exponent, trailing zeros dropped."""
+    """Return the value with at most ``digits`` decimals, without an exponent and trailing zeros."""
     return _without_zeros(f"{value:.{digits}f}")
 
 
 def decimal(value: float) -> str:
-    """Return the shortest decimal that reads back as the same double, never with an exponent."""
+    """Return the shortest decimal that reads back as the same double, without an exponent."""
     from decimal import Decimal
 
     text = exact(value)
@@ -76,13 +76,13 @@ def _without_zeros(text: str) -> str:
 
 
 def off_by_short(value: float, largest: float = 0.0) -> float:
-    """Return the largest error of a number printed by ``short``; a number with more digits is exact."""
+    """Return the largest error of a number that ``short`` printed: 0 if it has more digits than a rounded one."""
     is_short = float(f"{value:.13g}") == value
-    return (1 + 1e-9) * SHORT * max(abs(value), largest) if is_short else 0.0  # the bound was that before rounding
+    return (1 + 1e-9) * SHORT * max(abs(value), largest) if is_short else 0.0  # the bound was computed before rounding
 
 
 def off_by_six(value: float, largest: float = 0.0) -> float:
-    """Return the largest error of a number printed by ``six`` or ``short``, in a vector up to ``largest``."""
+    """Return the largest error of a number printed by ``six`` or ``short``, in a vector of values up to ``largest``."""
     digit = 0.5 * 10.0 ** (math.floor(math.log10(abs(value))) - 5) if value else 0.0
     return max(min(0.5e-6, digit), off_by_short(value, largest))
 
@@ -91,17 +91,17 @@ NUMBER_FORMATS: dict[str, NumberFormat] = {"short": short, "exact": exact, "six"
 
 
 def number_format(options: Mapping[str, object]) -> NumberFormat:
-    """Return how an output prints numbers, by its options."""
+    """Return the function with which an output prints numbers, according to its options."""
     return NUMBER_FORMATS[str(options.get("number_format", "short"))]
 
 
 def numbers(values: Iterable[float], number: NumberFormat) -> str:
-    """Return unrelated numbers separated by single spaces."""
+    """Return unrelated numbers, separated by single spaces."""
     return " ".join(map(number, values))
 
 
 def vector(values: Iterable[float], number: NumberFormat = short) -> str:
-    """Return the entries of a vector separated by single spaces, the only separator that urdfdom takes inside one."""
+    """Return the entries of a vector, separated by single spaces: urdfdom accepts no other separator."""
     if number is not short:
         return numbers(values, number)
     entries = list(values)

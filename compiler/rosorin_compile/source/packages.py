@@ -1,4 +1,4 @@
-"""Find the folder of a ROS package by its name: as ROS 1, ROS 2 and Gazebo do, and around the file that is read."""
+"""Find the folder of a ROS package by its name, in the paths of ROS 1, ROS 2 and Gazebo, and near the source file."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from .xml.markup import MarkupError, parse, read_source
 
 PACKAGE_XML = "package.xml"
 OF_GAZEBO = ("SDF_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "GAZEBO_MODEL_PATH")
-_DEPTH, _FOLDERS = 4, 5_000  # of folders that are searched for packages: enough for ROS, not for a whole disk
+_DEPTH, _FOLDERS = 4, 5_000  # limits of a search for packages: enough for a ROS installation, not for an entire disk
 _SKIPPED = {"build", "install", "log", "node_modules", "__pycache__"}
 
 
 def package_name(folder: Path) -> str:
-    """Return the name of the package in the package.xml of a folder, or an empty string."""
+    """Return the package name in the package.xml of a folder, or an empty string."""
     path = folder / PACKAGE_XML
     if not files.is_file(path):
         return ""
@@ -30,7 +30,7 @@ def package_name(folder: Path) -> str:
 
 
 class Packages:
-    """Finds packages; each is looked for once."""
+    """Find packages by name; cache the results."""
 
     def __init__(self, given: Mapping[str, Path], environment: Mapping[str, str], source: Path) -> None:
         self.given = {name: Path(os.path.abspath(folder)) for name, folder in given.items()}
@@ -42,19 +42,19 @@ class Packages:
     name_of = staticmethod(package_name)
 
     def find(self, name: str) -> Path | None:
-        """Return the folder of a package, in ROS 2 its share folder, or None."""
+        """Return the folder of a package (in ROS 2, its share folder), or None if it is not found."""
         if name not in self._known:
             is_name = name not in ("", ".", "..") and not any(letter in name for letter in "/\\\0")
             self._known[name] = next(self._candidates(name), None) if is_name else None
         return self._known[name]
 
     def found_packages(self) -> list[tuple[str, Path]]:
-        """Return the packages that were looked up and found, nested packages before the enclosing ones."""
+        """Return the packages that ``find`` has found, nested packages before the packages that contain them."""
         known = [(name, Path(os.path.abspath(folder))) for name, folder in self._known.items() if folder is not None]
         return sorted(known, key=lambda pair: -len(pair[1].parts))
 
     def resolve(self, address: str, folder: Path) -> Path | None:
-        """Return the file of an address (package://, file://, or relative to ``folder``), or None if there is none."""
+        """Return the file that a package:// or file:// URL or a path relative to ``folder`` refers to, or None."""
         scheme, colon, rest = address.partition("://")
         if not colon:
             return folder / address
@@ -65,7 +65,7 @@ class Packages:
         return Path(unquote(rest)) if scheme == "file" else None
 
     def _candidates(self, name: str) -> Iterator[Path]:
-        """Yield the folders of a package, those that take precedence first."""
+        """Yield the possible folders of a package, in order of precedence."""
         if name in self.given:
             yield self.given[name]
         for folder in self._entries("ROS_PACKAGE_PATH"):
@@ -74,7 +74,7 @@ class Packages:
         places = [prefix / "share" / name for prefix in self._entries("AMENT_PREFIX_PATH")]
         places += [folder / name for variable in OF_GAZEBO for folder in self._entries(variable)]
         yield from filter(files.is_folder, places)
-        # In a folder around the source, or next to the package that the source is in.
+        # Packages that contain the source file, and siblings of the innermost one.
         above = list(self.source.parents)
         own = None
         for folder in above:
@@ -84,7 +84,7 @@ class Packages:
             own = own or (folder if called else None)
         if own is not None and name in (packages := self._below(own.parent)):
             yield packages[name]
-        # Packages are often distributed without their package.xml.
+        # Packages are often distributed without package.xml: match the name of the folder.
         places = [*(folder for folder in above[:-1] if folder.name == name), *(folder / name for folder in above[:-1])]
         yield from filter(files.is_folder, places)
 
@@ -92,14 +92,14 @@ class Packages:
         return map(Path, filter(None, self.environment.get(variable, "").split(os.pathsep)))
 
     def _below(self, top: Path) -> dict[str, Path]:
-        """Return the packages in a folder by name; a package does not contain others."""
+        """Return the packages in a folder by name; packages inside a package are ignored."""
         if top not in self._listed:
             found, visited = self._listed.setdefault(top, {}), set()
             for path, inner, _ in islice(os.walk(top, followlinks=True), _FOLDERS):
                 folder, name = Path(path), ""
-                is_new = (real := files.resolve(folder)) not in visited  # else a loop of links
+                is_new = (real := files.resolve(folder)) not in visited  # False in a loop of links
                 visited.add(real)
-                with suppress(OSError):  # it may not be read
+                with suppress(OSError):  # the folder may be unreadable
                     name = package_name(folder) if is_new else ""
                 if name:
                     found.setdefault(name, folder)

@@ -1,4 +1,4 @@
-"""Plug-ins: entry points of other distributions. One that cannot be used is a diagnostic; none replaces a built-in."""
+"""Load plug-ins: entry points of other distributions. An unusable plug-in is an error; none replaces a built-in."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Plugin(NamedTuple):
 
 
 class PluginFailed(DiagnosticError):
-    """A plug-in raised an exception, and the run cannot continue without it."""
+    """A plug-in raised an exception, and the run needs its result."""
 
 
 def load(
@@ -46,10 +46,10 @@ def load(
     built_in: Callable[[str], bool],
     called: str | None = None,
 ) -> tuple[tuple[tuple[Plugin, T], ...], tuple[Diagnostic, ...]]:
-    """Return the objects of type ``kind`` that plug-ins add to a group, and the errors of the others.
+    """Load the plug-ins of a group; return the objects of type ``kind``, and an error for each unusable plug-in.
 
-    ``names`` returns the names of one, and ``built_in`` is True for a name that is taken. With ``called`` only the
-    entry points of that name are imported.
+    ``names`` returns the names that an object defines; ``built_in`` returns True for a name that is taken. With
+    ``called``, only the entry points of that name are imported.
     """
     loaded: list[tuple[Plugin, T]] = []
     diagnostics: list[Diagnostic] = []
@@ -75,32 +75,32 @@ def load(
 
 
 def broken_plugin(plugin: Plugin, what: str, rule: str = "plugin-broken") -> Diagnostic:
-    """Return an error: a plug-in does not work as it should."""
+    """Return the error for a plug-in that does not work as it should."""
     return error(rule, f"{plugin} {what}", None, f"upgrade it, or pip uninstall {plugin.distribution}")
 
 
 def failed_plugin(plugin: Plugin, problem: BaseException, what: str = "fails") -> Diagnostic:
-    """Return an error: a plug-in raised an exception."""
+    """Return the error for a plug-in that raised an exception."""
     try:
         reason = f"{type(problem).__name__}: {problem}".rstrip(": ")
-    except Exception:  # its text is made by the plug-in, too
+    except Exception:  # str() of the exception is code of the plug-in, too
         reason = type(problem).__name__
     return broken_plugin(plugin, f"{what}: {reason}")
 
 
 def clash(plugin: Plugin, name: str, other: Plugin | None = None) -> Diagnostic:
-    """Return an error: a plug-in uses a name that is built in, or that another plug-in uses."""
+    """Return the error for a plug-in with a name that is built in, or that another plug-in uses."""
     whose = f"which {other} brings, too" if other else "which is built in"
     return broken_plugin(plugin, f'brings "{name}", {whose}', "plugin-clash")
 
 
 def divert_stdout() -> redirect_stdout[TextIO]:
-    """Send what a plug-in prints to standard error: standard output is for artifacts."""
+    """Redirect what a plug-in prints to standard error: standard output is for artifacts."""
     return redirect_stdout(sys.stderr)
 
 
 def diagnostic_of(value: object) -> Diagnostic:
-    """Return a diagnostic of a plug-in. Raises TypeError, ValueError or AttributeError if it is not a valid one."""
+    """Validate and return a diagnostic of a plug-in. Raises TypeError, ValueError or AttributeError if invalid."""
     if not isinstance(value, Diagnostic):
         raise TypeError(f"a Diagnostic is expected, not {str(value)[:60]!r}")
     if value.severity not in (ERROR, WARNING, NOTE):
@@ -115,7 +115,7 @@ def diagnostic_of(value: object) -> Diagnostic:
 
 
 def installed_plugins() -> tuple[Plugin, ...]:
-    """Return the plug-ins that are installed, loaded or not, by distribution, group and name."""
+    """Return all installed plug-ins, loaded or not, sorted by distribution, group and name."""
     return tuple(plugin for plugin, _ in _entry_points())
 
 
@@ -125,13 +125,13 @@ def _entry_points() -> tuple[tuple[Plugin, EntryPoint], ...]:
 
 @lru_cache(maxsize=8)
 def _on_path(path: tuple[str, ...]) -> tuple[tuple[Plugin, EntryPoint], ...]:
-    """Return the entry points of all distributions on a path; of equal distributions the first."""
+    """Return the entry points of all distributions on a path; if one is installed twice, of its first copy."""
     found: dict[str, list[tuple[Plugin, EntryPoint]]] = {}
     for file in (file for entry in dict.fromkeys(path) for file in sorted(Path(entry).glob("*-info/entry_points.txt"))):
-        with suppress(Exception):  # whatever the metadata are like
+        with suppress(Exception):  # skip distributions with broken metadata
             if f"[{PREFIX}".encode() not in file.read_bytes():
                 continue
-            from importlib.metadata import Distribution  # slow: only if there is a plug-in
+            from importlib.metadata import Distribution  # slow: import only if there is a plug-in
 
             distribution = Distribution.at(file.parent)
             name, _, version = file.parent.stem.partition("-")

@@ -1,4 +1,4 @@
-"""Show progress in one line at the end of a terminal, two seconds after the command line called ``Progress.show``."""
+"""Print progress on the last line of a terminal, starting two seconds after ``Progress.show`` or ``begin``."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import ClassVar, TextIO
 
 from .wording import printable
 
-_DELAY, _INTERVAL = 2.0, 0.1  # seconds before the line is shown, and between two changes of it
-_WIDTH = 30  # of the bar
+_DELAY, _INTERVAL = 2.0, 0.1  # seconds before the line is printed, and between updates
+_WIDTH = 30  # characters of the progress bar
 
 
 class Progress:
@@ -19,12 +19,12 @@ class Progress:
 
     _stream: ClassVar[TextIO | None] = None
     _topic = _kind = ""
-    _due = _next = 0.0  # when the first step is shown, and when the next one of the same kind
+    _due = _next = 0.0  # monotonic times (s): of the first output, and of the next update of the same kind
     _is_shown = False
 
     @classmethod
     def show(cls, stream: TextIO) -> None:
-        """Show progress from now on, on a stream that is a terminal."""
+        """Start to print progress to a terminal."""
         cls._stream, cls._topic = stream, ""
         cls.begin()
 
@@ -35,18 +35,18 @@ class Progress:
 
     @classmethod
     def begin(cls) -> None:
-        """Restart the delay, as ``watch`` does for each change."""
+        """Restart the delay; ``watch`` calls this for each change of a file."""
         cls.wipe()
         cls._due, cls._next, cls._kind = time.monotonic() + _DELAY, 0.0, ""
 
     @classmethod
     def set_topic(cls, topic: str) -> None:
-        """Begin the line with a topic from now on, such as the name of a robot."""
+        """Prefix the line with a topic, such as the name of a robot."""
         cls._topic = topic
 
     @classmethod
     def step(cls, what: str, done: int = 0, total: int = 0, counted: bool = True) -> None:
-        """Show that ``done`` of ``total`` (0 if unknown) steps are done; if not ``counted``, without the numbers."""
+        """Print that ``done`` of ``total`` steps (0 if unknown) are done; if not ``counted``, print only the bar."""
         if cls._stream is None:
             return
         now, is_new, cls._kind = time.monotonic(), what != cls._kind, what
@@ -56,20 +56,20 @@ class Progress:
         text = printable(f"{cls._topic} {what}".strip())
         text += f" {done:,}" if counted and (done or total) else ""
         if total:
-            share = min(1.0, done / total)  # a recording may contain more than it declares
+            share = min(1.0, done / total)  # a recording may have more messages than its header declares
             text += f" of {total:,}" if counted else ""
             text += f" [{'#' * int(_WIDTH * share):.<{_WIDTH}}] {int(100 * share):3d}%"
         columns = 80
         with suppress(OSError, ValueError, AttributeError):
             columns = os.get_terminal_size(cls._stream.fileno()).columns or columns
-        while len(text) + sum(not letter.isascii() for letter in text) >= columns:  # those may be two columns wide
+        while len(text) + sum(not letter.isascii() for letter in text) >= columns:  # may be two columns wide
             text = text[:-1]
         cls._write(f"\r{text}\x1b[K", True)
 
     @classmethod
     @contextmanager
     def hide_steps(cls) -> Iterator[None]:
-        """Show no steps in the block, which is a step itself."""
+        """Suspend progress in the block, which is a single step of the caller."""
         stream, cls._stream = cls._stream, None
         try:
             yield
@@ -78,13 +78,13 @@ class Progress:
 
     @classmethod
     def wipe(cls) -> None:
-        """Erase the line, before something else is printed."""
+        """Erase the progress line before other output is printed."""
         if cls._is_shown:
             cls._write("\r\x1b[K", False)
 
     @classmethod
     def _write(cls, text: str, shown: bool) -> None:
         cls._is_shown = shown
-        with suppress(OSError, ValueError, AttributeError):  # a run does not fail because nothing can be shown
+        with suppress(OSError, ValueError, AttributeError):  # never fail a run because of progress output
             cls._stream.write(text)  # type: ignore[union-attr]
             cls._stream.flush()  # type: ignore[union-attr]

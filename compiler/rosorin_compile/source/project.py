@@ -1,4 +1,4 @@
-"""Find descriptions, their outputs and the data of the tool on disk."""
+"""Locate descriptions, their output folders, and the data files of the tool."""
 
 from __future__ import annotations
 
@@ -25,28 +25,28 @@ _on_stdin: list[bytes] = []
 
 
 class NoDescription(Exception):
-    """There is no description of that name; the message names those that exist."""
+    """No description has the requested name; the message lists those that exist."""
 
 
 @dataclass(frozen=True)
 class Description:
-    """A description: its name, its first file, and the folder of its artifacts."""
+    """A description: its name, its main file, and the folder of its artifacts."""
 
     name: str
     path: Path
     outputs: Path
 
-    STDIN: ClassVar[str] = "-"  # the name of a robot on standard input
-    ON_STDIN: ClassVar[Path] = Path("<stdin>")  # its file; includes are relative to the current folder
+    STDIN: ClassVar[str] = "-"  # the name of a description on standard input
+    ON_STDIN: ClassVar[Path] = Path("<stdin>")  # its path in messages; includes are relative to the current folder
     ENDINGS: ClassVar[tuple[str, ...]] = ENDINGS
     ROOT_FILE: ClassVar[str] = ROOT_FILE
     FOLDER: ClassVar[str] = DESCRIPTIONS
     OUTPUTS: ClassVar[str] = "outputs"
-    SCHEMA: ClassVar[Path] = Path(".schema", "rosorin-compile.schema.json")  # in FOLDER, as the modeline has it
+    SCHEMA: ClassVar[Path] = Path(".schema", "rosorin-compile.schema.json")  # in FOLDER
 
     @classmethod
     def find(cls, names: list[str], outputs: str | None = None) -> list[Description]:
-        """Return the descriptions requested by name, folder or file, or all of this project. Raises NoDescription."""
+        """Return descriptions by name, folder or file, or all of the current project. Raises NoDescription."""
         paths = [first_file(name) for name in names] or all_here()
         if paths:
             return [cls.from_path(path, outputs) for path in paths]
@@ -58,32 +58,32 @@ class Description:
 
     @classmethod
     def from_path(cls, path: Path, outputs: str | None = None) -> Description:
-        """Return the description of a first file; ``outputs`` gets a folder for each robot."""
+        """Return the description with this main file; its artifacts are in a subfolder of ``outputs``."""
         folder = Path(os.path.abspath(path)).parent
         name = folder.name if path.name == ROOT_FILE else path.stem
         base = Path(cls.OUTPUTS if outputs is None else outputs)
         if outputs is None and folder.parent.name == DESCRIPTIONS:
             base = folder.parent.parent / cls.OUTPUTS
-            relative = os.path.relpath(base)  # as a person would name it
+            relative = os.path.relpath(base)  # shorter in messages
             base = base if path.is_absolute() and relative.startswith("..") else Path(relative)
         return cls(name, path, base / name)
 
     @classmethod
     def project_folder(cls) -> Path:
-        """Return the folder of the project that this folder is in, relative to here; this folder if there is none."""
+        """Return the project folder around the current folder, as a relative path; without one, the current folder."""
         return next((folder for folder in _upwards() if all_in(folder)), Path())
 
     @staticmethod
     def nearest_file(path: Path) -> Path | None:
         """Return the file in the same folder with a similar name, whatever its extension, or None."""
-        with suppress(OSError, ValueError):  # no folder, or a name that no file can have
+        with suppress(OSError, ValueError):  # no such folder, or an invalid name
             stems = {file.stem: file for file in sorted(path.parent.iterdir()) if files.is_file(file)}
             return stems.get(nearest(path.stem, stems) or "")
         return None
 
     @property
     def projects(self) -> tuple[Path, ...]:
-        """The folders of the projects that it is in, by ``homes``; without one its own folder."""
+        """The project folders that contain the description (see ``homes``), or its folder if it is in no project."""
         return tuple(
             next((folder.parent for folder in (home, *home.parents) if folder.name == DESCRIPTIONS), home)
             for home in homes(self.path)
@@ -91,33 +91,33 @@ class Description:
 
 
 def give_stdin(data: bytes) -> None:
-    """Use data from standard input as the robot called ``-``."""
+    """Register data from standard input as the description ``-``."""
     _on_stdin[:] = [data]
 
 
 def stdin_of(path: Path) -> bytes | None:
-    """Return the data from standard input if a path denotes it, or None."""
+    """Return the data from standard input if the path denotes it, or None."""
     return _on_stdin[0] if _on_stdin and path == Description.ON_STDIN else None
 
 
 def all_here() -> list[Path]:
-    """Return the first files of all descriptions of the project around this folder, sorted by name."""
+    """Return the main files of all descriptions of the current project, sorted by name."""
     return all_in(Description.project_folder())
 
 
 def all_in(project: Path) -> list[Path]:
-    """Return the first files of all descriptions of a project, sorted by name. Raises OSError."""
+    """Return the main files of all descriptions of a project, sorted by name. Raises OSError."""
     return [folder / ROOT_FILE for folder in _description_folders(project) if _has_first_file(folder)]
 
 
 def descriptions_of(changed: Iterable[str]) -> list[Path]:
-    """Return the first files of all descriptions of the projects around some files, sorted."""
+    """Return the main files of all descriptions of the projects that contain the files, sorted."""
     projects = (next(filter(None, map(all_in, Path(file).parents)), []) or all_here() for file in changed)
     return sorted({path for project in projects for path in project})
 
 
 def nearest_descriptions() -> list[Description]:
-    """Return the description whose folder this folder is in, or all of the project around it. Raises NoDescription."""
+    """Return the description in or above the current folder, or all of the current project. Raises NoDescription."""
     for folder in _upwards():
         if all_in(folder):
             break
@@ -127,8 +127,8 @@ def nearest_descriptions() -> list[Description]:
 
 
 def without_first_file(project: Path) -> list[tuple[str, str]]:
-    """Return why folders of ``descriptions/`` are not descriptions, each with the fix. Raises OSError."""
-    # A folder that a file in another folder refers to contains files shared by several descriptions.
+    """Return why folders of ``descriptions/`` have no main file, each with a fix. Raises OSError."""
+    # A folder that files of other folders refer to is not reported: it has files shared by several descriptions.
     folders = [folder for folder in _description_folders(project) if folder.is_dir() and folder.name[0] != "."]
     lacking = [folder for folder in folders if not _has_first_file(folder)]
     texts = [_beginning(file) for folder in folders for file in folder.rglob("*.y*ml")] if lacking else []
@@ -142,17 +142,17 @@ def _description_folders(project: Path) -> list[Path]:
 
 
 def _has_first_file(folder: Path) -> bool:
-    """Return True if a folder has the main file of a description, even a dangling link or an unreadable file."""
+    """Return True if a folder has a main file, even if it is a dangling link or unreadable."""
     try:
         return bool((folder / ROOT_FILE).lstat())
-    except PermissionError:  # reading the description reports it
+    except PermissionError:  # reported when the description is read
         return not folder.name.startswith(".")
     except OSError:
         return False
 
 
 def _misnamed(folder: Path) -> Path | None:
-    """Return the file in a folder that looks like its first file, by its name or its content, or None."""
+    """Return the file in a folder that is probably its main file, by its name or content, or None."""
     inside = [file for file in sorted(folder.iterdir()) if file.suffix.lower() in ENDINGS]
     named = [file for file in inside if file.stem.lower() == Path(ROOT_FILE).stem]
     return next((f for f in (*named, *inside) if f in named or re.search(rb"^robot:", _beginning(f), re.M)), None)
@@ -171,9 +171,9 @@ def _no_first_file(folder: Path) -> tuple[str, str]:
 
 
 def _upwards() -> Iterator[Path]:
-    """Yield this folder and those above it, relative to here, up to one that everybody can write into, such as /tmp."""
+    """Yield the current folder and its parents as relative paths, up to one that is writable by all, such as /tmp."""
     here = Path.cwd()
-    with suppress(OSError):  # a folder above may not be read
+    with suppress(OSError):  # a parent may be unreadable
         for depth, folder in enumerate((here, *here.parents)):
             if depth and folder.stat().st_mode & stat.S_IWOTH:
                 return
@@ -181,7 +181,7 @@ def _upwards() -> Iterator[Path]:
 
 
 def homes(path: Path) -> tuple[Path, ...]:
-    """Return the folder of a description, and that of the source if colcon installed a link to a file of the source."""
+    """Return the folder of a description and, if colcon installed it as a link, the folder of the source file."""
     here = files.resolve(path.parent)
     with suppress(OSError, RuntimeError):  # a loop of links
         if path.is_symlink() and (there := files.resolve(path).parent) != here:
@@ -190,10 +190,10 @@ def homes(path: Path) -> tuple[Path, ...]:
 
 
 def first_file(name: str) -> Path:
-    """Return the first file of a description given as a file, a folder or a name. Raises NoDescription."""
+    """Return the main file of a description, requested by file, folder or name. Raises NoDescription."""
     if name == Description.STDIN and _on_stdin:
         return Description.ON_STDIN
-    if Path(name).suffix in ENDINGS and _may_be_file(Path(name)):  # without a look at the folders above
+    if Path(name).suffix in ENDINGS and _may_be_file(Path(name)):  # do not search the parent folders
         return Path(name)
     places = (Path(name), Path(DESCRIPTIONS, name), Path(Description.project_folder(), DESCRIPTIONS, name))
     for path in (*(place / ROOT_FILE for place in places), Path(name)):
@@ -208,7 +208,7 @@ def first_file(name: str) -> Path:
 
 
 def _may_be_file(path: Path) -> bool:
-    """Return True if a file exists or cannot be accessed; reading it then reports the reason."""
+    """Return True if a file exists or is inaccessible; reading it later reports the reason."""
     try:
         return files.is_file(path)
     except PermissionError:
@@ -216,7 +216,7 @@ def _may_be_file(path: Path) -> bool:
 
 
 def no_file(path: Path, of: str = "") -> str:
-    """Return why a path is not a file that can be read; ``of`` is what it contains, such as arguments."""
+    """Return a message why a path is not a readable file; ``of`` names its contents, such as "arguments"."""
     what = f" of {of}" if of else ""
     if files.is_folder(path):
         return f'"{path}" is a folder, not a file{what}'
@@ -229,7 +229,7 @@ ROS_PACKAGE, PYTHON_PACKAGE = "ROS package", "Python package"
 
 
 class Resolved(NamedTuple):
-    """A package that was found by its name: a ``ROS_PACKAGE`` or a ``PYTHON_PACKAGE``, with its absolute folder."""
+    """A package found by name: its kind (``ROS_PACKAGE`` or ``PYTHON_PACKAGE``), its name, its absolute folder."""
 
     kind: str
     name: str
@@ -237,7 +237,7 @@ class Resolved(NamedTuple):
 
 
 def python_folder(package: str) -> Path | None:
-    """Return the folder of an installed package of Python, without importing it."""
+    """Return the folder of an installed Python package without importing it, or None."""
     places = package_folders(package) if package.isidentifier() else ()
     return Path(places[0]) if places and files.is_folder(places[0]) else None
 
@@ -248,7 +248,7 @@ _CHECKOUT = Path(__file__).parents[3]
 
 
 def data_folder(name: str) -> Path:
-    """Return the folder of a data package ("templates", "schemas", ...), in a checkout that of the checkout."""
+    """Return the folder of a data package ("templates", "schemas", ...), in a checkout the folder of the repository."""
     if (_CHECKOUT / "pyproject.toml").is_file() and (_CHECKOUT / _DATA[name]).is_dir():
         return _CHECKOUT / _DATA[name]
     package = "viewer.built" if name == "viewer" else name
@@ -257,5 +257,5 @@ def data_folder(name: str) -> Path:
 
 @cache
 def tool_folders() -> dict[str, Path]:
-    """Return the folders of the tool by name: those of its packages, then those of what ships with it."""
+    """Return the folders of the tool by name: the folder of its code, then those of its data."""
     return {"rosorin_compile": Path(__file__).parents[1], **{name: data_folder(name) for name in _DATA}}

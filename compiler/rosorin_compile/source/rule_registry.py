@@ -1,4 +1,4 @@
-"""The registry of rules: checks of robots are functions under ``@rule``; ``schemas/rules.json`` has the others."""
+"""The registry of rules: ``@rule`` declares those that check a robot; ``schemas/rules.json`` has all others."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Heading:
-    """The headings of the page of rules by name; ``schemas/rules.json`` has more."""
+    """Headings of the reference page of rules; ``schemas/rules.json`` has more."""
 
     FILES, ARGUMENTS = "Files and YAML", "Arguments, named values, expressions, parts"
     SHAPE, JOINTS, NUMBERS, POSES = "Shape", "Links and joints", "Numbers", "Servos and poses"
@@ -32,7 +32,7 @@ class Heading:
     CONTROL, PLUGINS = "Hardware and controllers of ros2_control", "Plug-ins"
 
 
-# The same as plain names, for modules of the core.
+# Aliases for modules of the core.
 ARGUMENTS, JOINTS, NUMBERS, POSES = Heading.ARGUMENTS, Heading.JOINTS, Heading.NUMBERS, Heading.POSES
 FRAMES, OUTPUTS, SIMULATED, PHYSICS = Heading.FRAMES, Heading.OUTPUTS, Heading.SIMULATED, Heading.PHYSICS
 SIMULATION, PLUGINS = Heading.SIMULATION, Heading.PLUGINS
@@ -42,35 +42,35 @@ _ACCEPT, _IMPORTED = ("", "link", "joint", "link or joint"), ("", "always", "len
 
 @dataclass(frozen=True)
 class Rule:
-    """The entry of a rule on the page of rules."""
+    """A rule as the reference page documents it."""
 
     id: str
     what: str = ""  # Markdown
     help: str = ""  # Markdown
-    topic: str = ""  # the heading
-    accept: str = ""  # what a description may name that breaks it: "link", "joint", "link or joint"
-    imported: str = ""  # a robot in another format is accepted like that: "always", "lenient"
-    asked: str = ""  # what a run requests to check it: "meshes", "physics", "simulation"
+    topic: str = ""  # heading on the page
+    accept: str = ""  # kind of names under which a description may accept the rule: "link", "joint", "link or joint"
+    imported: str = ""  # when an imported robot accepts the rule: "always", "lenient"
+    asked: str = ""  # what must be requested for the rule to be checked: "meshes", "physics", "simulation"
 
     @property
     def mild(self) -> bool:
-        """Whether it can be a warning or a note, by its text."""
+        """Whether diagnostics of the rule can be warnings or notes, according to its text."""
         return re.search(r"(?i)(?<![^\s:,])(warning|note)(?![^\s:,])", self.what) is not None
 
     @property
     def severity(self) -> str:
-        """The severity of its problems where they do not name another: its entry begins with "A warning" or a note."""
+        """The default severity of the rule: "warning" or "note" if its text begins with that word, else "error"."""
         return next((word for word in ("warning", "note") if self.what.startswith(f"A {word}")), "error")
 
     @property
     def hint(self) -> str:
-        """The fix as the help of a diagnostic: plain text that begins with a small letter."""
+        """The fix as a help line: plain text that begins in lower case."""
         text = self.help.replace("`", "").removesuffix(".")
         return text[:1].lower() + text[1:] if text[1:2].islower() else text
 
 
 class Check(NamedTuple):
-    """A function that yields diagnostics of a robot, and the rules that are declared with it."""
+    """A function that checks a robot and yields diagnostics, with the rules that it declares."""
 
     function: Look
     rules: tuple[Rule, ...] = ()
@@ -79,7 +79,7 @@ class Check(NamedTuple):
         return self.function(case)
 
     def ids(self) -> list[str]:
-        """Return the ids of the rules. Raises ValueError if one is invalid, or if there is none."""
+        """Return the ids of the rules. Raises ValueError if a rule is invalid, or without rules."""
         for rule in self.rules:
             if not _ID.fullmatch(rule.id) or rule.accept not in _ACCEPT or rule.imported not in _IMPORTED:
                 what = f"its id has small letters and single hyphens, accept is in {_ACCEPT}, imported in {_IMPORTED}"
@@ -92,7 +92,7 @@ class Check(NamedTuple):
 def rule(
     id: str, what: str = "", help: str = "", topic: str = PLUGINS, accept: str = "", imported: str = ""
 ) -> Callable[[Look | Check], Check]:
-    """Declare a rule (see ``Rule``; ``what`` is by default the first paragraph of the docstring) of a function."""
+    """Declare a rule that the decorated function checks; ``what`` defaults to the first paragraph of its docstring."""
 
     def decorate(function: Look | Check) -> Check:
         check = function if isinstance(function, Check) else Check(function)
@@ -104,30 +104,30 @@ def rule(
 
 
 def checks_of(module: ModuleType) -> tuple[Check, ...]:
-    """Return the checks that a module defines, in its order."""
+    """Return the checks that a module defines, in the order of definition."""
     checks = (value for value in vars(module).values() if isinstance(value, Check))
     return tuple(check for check in checks if check.function.__module__ == module.__name__)
 
 
-# The rules of the functions under ``rule`` that were imported, and those of plug-ins of this run, by id.
+# Rules declared with ``@rule`` in modules imported so far, and rules of the plug-ins of this run, by id.
 DECLARED: dict[str, Rule] = {}
 OF_PLUGINS: dict[str, Rule] = {}
 
 
 @cache
 def of_stages() -> Mapping[str, Rule]:
-    """Return the rules that no function under ``rule`` declares, by id: ``schemas/rules.json`` has them by heading."""
+    """Return the rules of ``schemas/rules.json``, which no function declares, by id."""
     headings = json.loads((data_folder("schemas") / "rules.json").read_text("utf-8"))
     return {id: Rule(id, topic=topic, **texts) for topic, rules in headings.items() for id, texts in rules.items()}
 
 
 def find_declared(id: str) -> Rule:
-    """Return a rule of a module that is imported, or of a stage; an empty one if there is none."""
+    """Return a rule that an imported module or ``schemas/rules.json`` declares, or an empty rule."""
     return DECLARED.get(id) or of_stages().get(id) or Rule("", "")
 
 
 def find(ids: Collection[str] | None = None) -> dict[str, Rule]:
-    """Return the tool's own rules by id: all, or those of ``ids``; only modules that declare them are imported."""
+    """Return the built-in rules by id, all or those of ``ids``; import only the modules that declare them."""
     package = Path(__file__).parents[1]
     found = dict(of_stages())
     quoted = [f'"{id}"'.encode() for id in ids or () if id not in found]

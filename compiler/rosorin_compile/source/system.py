@@ -1,4 +1,4 @@
-"""Functions that not every system has (Windows: owners, locks, limits), and the installed packages of Python."""
+"""Functions that Windows lacks (owners, locks, limits), and queries about installed Python packages."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ import shlex
 from contextlib import suppress
 
 AS_FOLDER, NO_WAIT = getattr(os, "O_DIRECTORY", 0), getattr(os, "O_NONBLOCK", 0)
-AS_BYTES = getattr(os, "O_BINARY", 0)  # else Windows writes two characters at the end of a line
+AS_BYTES = getattr(os, "O_BINARY", 0)  # without it, Windows converts line ends
 HAS_FORK, HAS_OWNERS = hasattr(os, "fork"), hasattr(os, "geteuid")
-HAS_FOLDER_HANDLES = AS_FOLDER != 0  # and open files can be moved: Windows has neither
+HAS_FOLDER_HANDLES = AS_FOLDER != 0  # if True, open files can be renamed, too; False on Windows
 
 NO_LIMITS = "this system sets no limits to a process (resource): a file that asks for too much memory is not stopped"
 _missed: dict[str, None] = {}
 
 
 def is_own(status: os.stat_result) -> bool:
-    """Return True if a file is this user's, or files have no owner."""
+    """Return True if the current user owns a file, or if the system has no owners."""
     return not HAS_OWNERS or status.st_uid == os.geteuid()
 
 
 def cores() -> int:
-    """Return how many cores this process may use."""
+    """Return the number of cores available to this process."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def needs(module: str, without: str) -> None:
-    """Record the message ``without`` for ``take_missing`` if a module of Python is not available."""
+    """Record the message ``without`` for ``take_missing`` if a Python module is missing."""
     try:
         __import__(module)
     except ImportError:
@@ -43,7 +43,7 @@ def take_missing() -> list[str]:
 
 
 def lock(handle: int, shared: bool = False, wait: bool = True) -> None:
-    """Hold the lock on an open file until it is closed. Raises OSError: BlockingIOError, or ENOLCK without locks."""
+    """Lock an open file until it is closed. Raises BlockingIOError if locked, OSError (ENOLCK) without support."""
     try:
         import fcntl
     except ImportError:
@@ -52,7 +52,7 @@ def lock(handle: int, shared: bool = False, wait: bool = True) -> None:
 
 
 def link(source: str | os.PathLike[str], target: str | os.PathLike[str]) -> None:
-    """Create a hard link; of a link, to the link itself. Raises OSError, ENOTSUP where there are none."""
+    """Create a hard link; a symlink is linked itself, not its target. Raises OSError (ENOTSUP) without support."""
     try:
         os.link(source, target, follow_symlinks=False)
     except (AttributeError, NotImplementedError):
@@ -60,19 +60,19 @@ def link(source: str | os.PathLike[str], target: str | os.PathLike[str]) -> None
 
 
 def pip_install(extra: str) -> str:
-    """Return the command that installs what an extra requires: no index serves this package."""
+    """Return the command that installs the requirements of an extra: the tool itself is not on PyPI."""
     from importlib.metadata import PackageNotFoundError, requires
 
     of_extra = re.compile(rf"""\s*(?:;|\band)\s*extra\s*==\s*["']{extra}["']\s*$""")
     try:
         words = [of_extra.sub("", word) for word in requires("rosorin-compile") or () if of_extra.search(word)]
-    except PackageNotFoundError:  # run from a checkout
+    except PackageNotFoundError:  # running from a checkout
         words = [f"path/to/rosorin-compile[{extra}]"]
     return f"pip install {' '.join(map(shlex.quote, words))}"
 
 
 def package_folders(name: str) -> list[str]:
-    """Return the folders of an installed package, or the file of a module, without importing it."""
+    """Return the folders of an installed package, or the file of a module, without importing it; empty if missing."""
     from importlib.util import find_spec
 
     with suppress(ImportError, ValueError, AttributeError):

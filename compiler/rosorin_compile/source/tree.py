@@ -1,4 +1,4 @@
-"""The tree of a YAML file: dicts and lists that know where their entries were written; they do not change later."""
+"""The tree of a YAML file: dicts and lists with the position of every entry, which are not modified later."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ Path = tuple[str | int, ...]
 
 
 class Instance(NamedTuple):
-    """How a piece of the tree got to its place ``span``: included, or instantiated."""
+    """How a value got into the tree: included, or created by a part or a loop at ``span``."""
 
     message: str
     span: Span
     parent: Instance | None = None
-    made: bool = False  # instantiated
-    prefix: str = ""  # the prefix of the names in a part, including the prefixes of enclosing parts
+    made: bool = False  # created by a part or a loop
+    prefix: str = ""  # the prefix of names in the part, after the prefixes of enclosing parts
 
     def stack(self) -> Iterator[Related]:
-        """Yield the places passed through, innermost first; of very many only the first and the last."""
+        """Yield the includes and parts that led here, innermost first; of more than 12 only the first and last ones."""
         steps: list[Related] = []
         here: Instance | None = self
         while here is not None:
@@ -33,18 +33,18 @@ class Instance(NamedTuple):
 
 
 class Include(Instance):
-    """An include of a file; ``included`` has the include of each file of the description, by its name."""
+    """An include of a file; ``included`` maps each file of the description to its include."""
 
     included: dict[str, Include]
 
 
 def _including(via: Instance | None, span: Span) -> Instance | None:
-    """Return the include of the file that a place is in, where ``via`` is the include of another file."""
+    """Return the include of the file that ``span`` is in; ``via`` may be the include of another file."""
     return via.included.get(span.source.path) if isinstance(via, Include) else via
 
 
 class Map(dict[str, "Any"]):
-    """A mapping with the spans of its keys and values; ``via`` is how it got here, None for the root file."""
+    """A mapping with the spans of its keys and values; ``via`` is how it got into the tree, None for the root file."""
 
     __slots__ = ("key_spans", "span", "value_spans", "via")
 
@@ -63,7 +63,7 @@ class Map(dict[str, "Any"]):
             self.put(key, value, span, span)
 
     def locate(self, path: Sequence[str | int], key: bool = False) -> Place:
-        """Return the place of ``path``, or of its longest prefix that exists; with ``key`` that of the last key."""
+        """Return the place of the value at ``path`` or its longest existing prefix; with ``key``, of its last key."""
         node: Any = self
         span, via = self.span, self.via
         for depth, step in enumerate(path):
@@ -79,19 +79,19 @@ class Map(dict[str, "Any"]):
         return [key for key, value in self.items() if "${" in str(value)]
 
     def copy(self) -> Map:
-        """Return a mapping of the same entries, which may grow."""
+        """Return a copy to which entries may be added."""
         made = self.made_by(self.via)
         made.key_spans, made.value_spans = self.key_spans.copy(), self.value_spans.copy()
         return made
 
     def like(self, changes: Mapping[str, Any]) -> Map:
-        """Return a mapping of the same keys, which never grows, with some values changed."""
+        """Return a copy with some values changed; no keys may be added to it."""
         made = self.made_by(self.via)
         made.update(changes)
         return made
 
     def made_by(self, via: Instance | None) -> Map:
-        """Return a mapping of the same entries, which never grows, that came here by ``via``."""
+        """Return a copy that got into the tree by ``via``; no keys may be added to it."""
         made = Map(self.span, via)
         made.update(self)
         made.key_spans, made.value_spans = self.key_spans, self.value_spans
@@ -113,13 +113,13 @@ class Seq(list["Any"]):
 
 
 class Text(str):
-    """Text in quotes; plain scalars are ordinary ``str``. Equal to the same text without quotes."""
+    """A quoted string; unquoted strings are plain ``str``. Equal to the same string without quotes."""
 
     __slots__ = ()
 
 
 class Kept(Text):
-    """Elements of XML in a part or a loop: text that knows how it got to its place."""
+    """XML elements in a part or a loop: a string with ``via``, which is how it got into the tree."""
 
     __slots__ = ("via",)
     via: Instance | None
@@ -131,13 +131,13 @@ class Kept(Text):
 
 
 class Place(NamedTuple):
-    """Where a path of a tree was written, and how that piece got there."""
+    """Where a value of the tree was written, and how it got into the tree."""
 
     span: Span
     via: Instance | None
 
     def stack(self) -> tuple[Related, ...]:
-        """Return the includes and parts passed through, innermost first."""
+        """Return the includes and parts that led here, innermost first."""
         via = self.via
         if via is not None and via.span != self.span:
             via = _including(via, self.span)
@@ -147,7 +147,7 @@ class Place(NamedTuple):
 
 
 def nearer(outer: Instance | None, own: Instance | None) -> Instance | None:
-    """Return how a piece got here, given how its parent did, which alone knows the instance of a shared piece."""
+    """Return the instance of a value: its own, or ``outer``, that of its parent, if several parts share the value."""
     is_shared = own is not None and outer is not None and outer.made and not _is_within(own, outer)
     return outer if is_shared else own or outer
 
@@ -159,14 +159,14 @@ def _is_within(inner: Instance | None, outer: Instance | None) -> bool:
 
 
 def maker(tree: Map, path: Path) -> Instance | None:
-    """Return the instance of the parent of the value at an existing path: the scope of its expressions."""
+    """Return the instance of the mapping or list at ``path[:-1]``, which determines the scope of its expressions."""
     own: Instance | None = value_at(tree, path[:-1]).via
     near = tree.locate(path[:-1]).via if own is not None and own.made else own
-    return own if near is not None and _is_within(near, own) else near  # a shared piece knows one of its instances
+    return own if near is not None and _is_within(near, own) else near  # a shared value knows only one of its instances
 
 
 def prefix_at(tree: Map, path: Path, outside: bool = False) -> str:
-    """Return the prefix of the part that a value was written in, or with ``outside`` of the part around it."""
+    """Return the prefix of the part that a value was written in; if ``outside``, that of the enclosing part."""
     via, prefixes = tree.locate(path).via, []
     while via is not None:
         prefixes += [via.prefix] if via.prefix else []
@@ -175,9 +175,9 @@ def prefix_at(tree: Map, path: Path, outside: bool = False) -> str:
 
 
 def written_place(tree: Map, path: Path, key: bool = False, within: bool = False) -> tuple[Place, Span | None]:
-    """Return where the value (or the key) at a path was written, and where it is used if that is another place."""
+    """Return where the value (or key) at a path was written, and the span where it is used if that is elsewhere."""
     reached = follow(tree, path)
-    missing, path = reached < len(path), path[:reached]  # then the place is the key of the entry that lacks the rest
+    missing, path = reached < len(path), path[:reached]  # if missing, the place is the key of the entry without it
     place = tree.locate(path, key=key or missing or within)
     use: Span | None = None
     node: Any = tree
@@ -192,12 +192,12 @@ def written_place(tree: Map, path: Path, key: bool = False, within: bool = False
 
 
 def exists(tree: Map, path: Path) -> bool:
-    """Return True if a tree has a value at a path."""
+    """Return True if the tree has a value at the path."""
     return follow(tree, path) == len(path)
 
 
 def value_at(tree: Map, path: Path) -> Any:
-    """Return the value at a path, or None."""
+    """Return the value at a path, or None if there is none."""
     node: Any = tree
     for step in path:
         node = node[step] if has(node, step) else None
@@ -205,12 +205,12 @@ def value_at(tree: Map, path: Path) -> Any:
 
 
 def follow(tree: Map, path: Path) -> int:
-    """Return how many steps of a path exist in a tree."""
+    """Return the number of leading steps of a path that exist in the tree."""
     return next((depth for depth, step in enumerate(path) if not has(value_at(tree, path[:depth]), step)), len(path))
 
 
 def has(node: Any, step: str | int) -> bool:
-    """Return True if a piece of a tree has an entry of a name, or an item of a number."""
+    """Return True if a mapping has the key ``step``, or a list has the index ``step``."""
     if isinstance(node, Map):
         return step in node
     return isinstance(node, Seq) and isinstance(step, int) and -1 < step < len(node)

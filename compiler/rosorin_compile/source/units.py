@@ -1,7 +1,7 @@
-"""Quantities: numbers with a unit, converted to SI as soon as they are read.
+"""Quantities: numbers with a unit, converted to SI units when they are parsed.
 
-Dimensions are exponents of (metre, kilogram, second, radian). A bare number has no dimension: it is in SI units.
-Unit values: the SI brochure (BIPM, 9th edition); inch and pound: international yard and pound agreement, 1959.
+Dimensions are exponents of (metre, kilogram, second, radian). A bare number has no dimension, and is in SI units.
+Unit values: SI brochure (BIPM, 9th edition); inch and pound: international yard and pound agreement, 1959.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ TORQUE, INERTIA = (2, 1, -2, 0), (2, 1, 0, 0)
 _UNIT_OF = {LENGTH: "m", ANGLE: "rad", MASS: "kg", TIME: "s", TORQUE: "N*m", INERTIA: "kg*m^2"}
 _TURN = 2 * math.pi
 
-# The words for a dimension with its SI unit, and its units.
+# Each dimension: its description with the SI unit, its exponents, its units.
 _TABLE: tuple[tuple[str, Dimension, dict[str, float]], ...] = (
     ("length (m)", LENGTH, {"m": 1.0, "km": 1e3, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "inch": 0.0254, "ft": 0.3048}),
     ("mass (kg)", MASS, {"kg": 1.0, "g": 1e-3, "mg": 1e-6, "lb": 0.45359237}),
@@ -41,11 +41,11 @@ _TABLE: tuple[tuple[str, Dimension, dict[str, float]], ...] = (
 UNITS = {unit: (value, dimension) for _, dimension, units in _TABLE for unit, value in units.items()}
 _NAMES = {dimension: f"a{'n' if words[0] == 'a' else ''} {words}" for words, dimension, _ in _TABLE if words}
 _NAMES[NUMBER] = "a plain number"
-# The dimensions that a parameter can be declared to have, by the word for it.
+# The dimensions that a parameter can be declared to have, by name.
 _WORDS = (words.partition(" (")[0].removeprefix("moment of ").replace(" ", "_") for words, _, _ in _TABLE[:11])
 DIMENSIONS: dict[str, Dimension] = {word: row[1] for word, row in zip(_WORDS, _TABLE, strict=False)}
 
-MAX_LENGTH = 100  # of a quantity: a text of megabytes is none
+MAX_LENGTH = 100  # characters of a quantity; longer text is not parsed
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _BARE = re.compile(rf"{_NUMBER}\Z")
 _QUANTITY = re.compile(rf"({_NUMBER})\s*([A-Za-z][A-Za-z0-9^*/-]*)\Z")
@@ -53,7 +53,7 @@ _FACTOR = re.compile(r"([*/]?)([A-Za-z]+)(?:\^(-?\d))?")
 
 
 class Quantity(float):
-    """A number in SI units with its dimension; ``text`` is what was written."""
+    """A number in SI units with its dimension; ``text`` is the source text."""
 
     __slots__ = ("dimension", "text")
     dimension: Dimension
@@ -67,20 +67,20 @@ class Quantity(float):
     @staticmethod
     @lru_cache(maxsize=1_000)
     def parse(text: str) -> Quantity | None:
-        """Return the quantity of a text such as "12.5 mm", or None if it is not a number and a known unit."""
+        """Return the quantity of a text such as "12.5 mm", or None if it is not a number with a valid unit."""
         match = _QUANTITY.match(text) if len(text) <= MAX_LENGTH else None
         unit = parse_unit(match[2]) if match else None
         if match is None or unit is None:
             return None
         factor, exponent = unit[0], round(math.log10(unit[0]))
         mantissa, _, power = match[1].lower().partition("e")
-        if factor == float(f"1e{exponent}"):  # so that 46.62 mm is the double 0.04662
+        if factor == float(f"1e{exponent}"):  # exact for powers of ten: 46.62 mm is the double 0.04662
             return Quantity(float(f"{mantissa}e{int(power or 0) + exponent}"), unit[1], text)
         return Quantity(float(match[1]) * factor, unit[1], text)
 
     @property
     def unit(self) -> str:
-        """The SI unit of a quantity that links and joints have; empty for any other."""
+        """The SI unit of the quantity if links or joints use it, or an empty string."""
         return _UNIT_OF.get(self.dimension, "")
 
     def __getnewargs__(self) -> tuple[float, Dimension, str]:  # type: ignore[override]
@@ -88,21 +88,21 @@ class Quantity(float):
 
 
 def dimension_of(value: float) -> Dimension | None:
-    """Return the dimension of a quantity, None for a bare number."""
+    """Return the dimension of a quantity, or None for a bare number."""
     return value.dimension if isinstance(value, Quantity) else None
 
 
 def in_si(value: float, dimension: Dimension) -> Quantity:
-    """Return a bare number as the quantity of a dimension that it is in SI units."""
+    """Convert a bare number, which is in SI units, to a quantity of a dimension."""
     try:
         number = float(value)
-    except OverflowError:  # a whole number may have any number of digits
+    except OverflowError:  # an int that is too large for a float
         number = math.copysign(math.inf, value > 0 or -1)
     return Quantity(number, dimension, repr(number).removesuffix(".0"))
 
 
 def has_unit(value: object) -> bool:
-    """Return True for a quantity that was written with its unit, and not converted by ``in_si``."""
+    """Return True for a quantity that was written with a unit, not made from a bare number by ``in_si``."""
     return isinstance(value, Quantity) and _BARE.match(value.text) is None
 
 
@@ -114,7 +114,7 @@ def describe(dimension: Dimension) -> str:
 
 @lru_cache(maxsize=1_000)
 def parse_unit(text: str) -> tuple[float, Dimension] | None:
-    """Return the SI value and the dimension of a unit such as ``mm``, ``N*m`` or ``kg*m^2``; None if it is unknown."""
+    """Return the SI value and dimension of a unit such as ``mm``, ``N*m`` or ``kg*m^2``, or None if it is unknown."""
     value, dimension, end = 1.0, NUMBER, 0
     for match in _FACTOR.finditer(text):
         operator, name, power = match.groups()
@@ -135,6 +135,6 @@ def add(first: Dimension, second: Dimension, times: int = 1) -> Dimension:
 
 
 def unknown_unit(text: str) -> str | None:
-    """Return the unit of a text that looks like a quantity with an unknown unit, or None."""
+    """Return the unit if a text looks like a quantity with an unknown unit, or None."""
     match = _QUANTITY.match(text) if len(text) <= MAX_LENGTH else None
     return match[2] if match and parse_unit(match[2]) is None else None

@@ -2,6 +2,6 @@
 
 __version__ = "0.3.0"
 
-# Where a browser finds the files of the project, ending in "/"; empty until there is an address (RELEASING.md). SARIF's
-# links and the urls of the package, which setup.py writes, are derived from it.
+# The URL of the project's files in a browser, ending in "/"; empty until it is published (RELEASING.md). The links in
+# SARIF and the URLs of the package, which setup.py writes, are derived from it.
 HOME = ""

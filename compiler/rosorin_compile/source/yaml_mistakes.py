@@ -1,4 +1,4 @@
-"""Explain why a text is not YAML: the mistake, and where it is, which is often a line above where the parser stops."""
+"""Explain why a text is not valid YAML: the mistake and its position, often a line above where the parser stops."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ _FOREIGN_COMMENT = re.compile(r" *(//|/\*|<!--|--)")
 _CONFLICT = re.compile(r"^(<{7}|\|{7}|>{7})(?= |$)", re.MULTILINE)
 _IN_BRACKETS = re.compile(r"""(?<!\w)"(?:\\.|[^"\\])*"|(?<!\w)'[^']*'|(?<!\S)#.*|[\[\]{}]""")
 _BEGINNINGS = {"*": "an alias", "&": "an anchor", "!": "a tag", ">": "a text of lines", "|": "a text of lines"}
-# What libyaml reports, the mistake, the fix, and whether it is where a context began. {letter} is the character where
-# the parser stopped.
+# The message of libyaml, ours, the fix, and True if the mistake is where the enclosing context begins. {letter} is the
+# character at which the parser stopped.
 _REPORTS = (
     ("cannot start any token", 'no text begins with "{letter}"', _QUOTE, False),
     ("block sequence entries are not", "a list cannot begin behind its key", "begin it on the next line", False),
@@ -33,10 +33,10 @@ _REPORTS = (
 
 
 def explain_mistake(source: Source, problem: yaml.YAMLError) -> Diagnostic:
-    """Return the diagnostic of a text that the parser of YAML refuses."""
+    """Return the diagnostic for a text that the YAML parser rejects."""
     if isinstance(problem, yaml.reader.ReaderError):
         return error("yaml-syntax", "control characters are not allowed", source.span(problem.position), "remove it")
-    if "maximum nesting depth" in str(getattr(problem, "problem", None)):  # as libyaml has it at 1,000 levels
+    if "maximum nesting depth" in str(getattr(problem, "problem", None)):  # libyaml's limit is 1,000 levels
         span = source.span(problem.problem_mark.index)  # type: ignore[attr-defined]
         return error("yaml-too-deep", f"nested deeper than {MAX_DEPTH} levels", span, "flatten the file")
     failure = _Failure(source, problem)
@@ -45,7 +45,7 @@ def explain_mistake(source: Source, problem: yaml.YAMLError) -> Diagnostic:
 
 
 class _Failure:
-    """Where libyaml stopped (``at``), what it had begun before (``begun``), and its words (``what``)."""
+    """An error of libyaml: where it stopped (``at``), where its context began (``begun``), its message (``what``)."""
 
     def __init__(self, source: Source, problem: yaml.YAMLError) -> None:
         begun = getattr(problem, "context_mark", None)
@@ -62,13 +62,13 @@ class _Failure:
     def report(
         self, message: str, help: str, place: tuple[int, ...] = (), length: int = 1, and_here: str = ""
     ) -> Diagnostic:
-        """Return the diagnostic at a line and column, by default where the parser stopped, which ``and_here`` names."""
+        """Return an error at a line and column, by default where the parser stopped, which ``and_here`` describes."""
         line, column = place or self.at
         related = [Related(and_here, Span(self.source, *self.at))] if and_here else []
         return error("yaml-syntax", message, Span(self.source, line, column, max(1, length)), help, related)
 
     def mark(self) -> Diagnostic | None:
-        """Report characters that mean something elsewhere: of git, of other languages, of a text editor."""
+        """Report characters of other tools: of git conflicts, tabs, comments of other languages."""
         if mark := _CONFLICT.search(self.source.text):
             place = self.source.span(mark.start())[1:3]
             return self.report("a merge conflict is not resolved", "choose a version, remove the marks", place, 7)
@@ -87,7 +87,7 @@ class _Failure:
 
     def quote(self) -> Diagnostic | None:
         begun: tuple[int, ...] = self.begun
-        if "quoted scalar" not in self.what:  # closed only by the next quote, in a later line
+        if "quoted scalar" not in self.what:  # the quote was closed by the next one on a later line
             end = (self.line - 1, len(self.before.rstrip()))
             above = [token for token in quoted_tokens(self.source.text) if token.start_mark.line < end[0]][-1:]
             if not above or (above[0].end_mark.line, above[0].end_mark.column) != end:
@@ -164,7 +164,7 @@ class _Failure:
         return None
 
     def bare_line(self, number: int) -> Diagnostic:
-        """Report a line that has no key, or a sign in the place of the colon."""
+        """Report a line without a key, or with another sign in place of the colon."""
         if comment := self.foreign_comment(number):
             return comment
         line = self.source.line(number)
@@ -190,7 +190,7 @@ class _Failure:
         return self.report(message, "indent it as the entry that it belongs to", (self.line, self.indent + 1))
 
     def beginning(self) -> Diagnostic:
-        """Report a value that begins with a character to which YAML gives a meaning."""
+        """Report any other mistake, such as an unclosed bracket, or a character that is special in YAML."""
         for words, message, help, at_begun in _REPORTS:
             if words in self.what:
                 place = self.begun if at_begun else self.at
@@ -213,7 +213,7 @@ class _Failure:
         return self.report("YAML cannot be parsed from here on", f"indent with spaces; {_QUOTE}")
 
     def line_above(self, line: int) -> int:
-        """Return the number of the nearest line above that is neither empty nor a comment, or 0."""
+        """Return the number of the nearest line above that is neither blank nor a comment, or 0."""
         return next((n for n in range(line - 1, 0, -1) if self.source.line(n).lstrip()[:1] not in ("", "#")), 0)
 
 
@@ -223,22 +223,22 @@ def _keys() -> set[str]:
 
 
 def _is_bare(line: str) -> bool:
-    """Return True if a line, or the item in it, has no key, and no value in brackets or quotes."""
+    """Return True if a line or list item has no key, and is not in brackets or quotes."""
     text = line[_key_indent(line) :].strip()
     return bool(text) and not _COLON.search(text) and not text.startswith(("[", "{", "---", "'", '"'))
 
 
 def _key_indent(line: str) -> int:
-    """Return the indentation of the key of a line, which may be the first one of an item."""
+    """Return the indentation of the key of a line, skipping the dash of a list item."""
     return len(line) - len(_ITEM.sub("", line))
 
 
 def quoted_tokens(text: str) -> Iterator[Any]:
-    """Yield the tokens of a text that are in quotes, as far as it is YAML."""
+    """Yield the quoted tokens of a text up to the first YAML error."""
     scanner = getattr(yaml, "CLoader", yaml.Loader)(text)
     try:
         while (token := scanner.get_token()) is not None:
             if isinstance(token, yaml.ScalarToken) and token.style in ("'", '"'):
                 yield token
-    except yaml.YAMLError:  # the parser reports it
+    except yaml.YAMLError:  # the parser reports the error
         return

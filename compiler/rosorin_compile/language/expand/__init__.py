@@ -1,5 +1,5 @@
-"""Expansion: includes, arguments, named values, expressions, parts, loops and conditions; the result is one plain tree.
+"""Expand a description to a plain tree without includes, arguments, expressions, parts, loops and conditions.
 
-Read in this order: ``description``, ``files`` (what is included), ``declarations`` (parameters), ``scope`` (names and
-their values), ``parts`` with ``placing``, ``included_robots``.
+Read in this order: ``description`` (the entry point), ``files`` (includes), ``declarations`` (parameters), ``scope``
+(names and their values), ``parts`` with ``placing``, and ``included_robots``.
 """

@@ -1,6 +1,6 @@
-"""Declarations: parameters (``args``, ``params``) with their checks, and the keys of parts, sensor types and ``use``.
+"""Parameters (``args``, ``params``) and their checks, and the allowed keys of parts, sensor types and ``use``.
 
-The schema validates sections after the expansion, and does not see what is around them in parts.
+These are checked here, because the schema is only applied to the expanded tree, which has none of them.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from .placing import AXES, is_number, is_vector
 from .provenance import argument_at
 from .scope import Failed, Scope, key_place, value_place
 
-Given = Mapping[str, tuple[Any, Place]]  # the values of arguments, and where each is given
+Given = Mapping[str, tuple[Any, Place]]  # values of arguments, and where each was written
 
 KEYS = ("type", "default", "one_of", "help")
 TYPES: dict[str, tuple[type, ...]] = {"any": (object,), "text": (str,), "boolean": (bool,), "integer": (int,)}
@@ -37,7 +37,7 @@ _USE_KEYS = ("part", "with", "prefix", "parent", "xyz", "rpy", "mirror", "conten
 
 
 class Parameter(NamedTuple):
-    """A declared parameter; ``place`` is that of its default or its name. ``sound``: it has no errors."""
+    """A declared parameter; ``place`` is where its default or its name is. ``sound``: its declaration has no errors."""
 
     name: str
     place: Place
@@ -51,7 +51,7 @@ class Parameter(NamedTuple):
     sound: bool = True
 
     def accepts(self, value: Any) -> bool:
-        """Return True if a value is of the requested kind: that of the type, or of the default."""
+        """Return True if a value has the declared type or, without a type, the type of the default."""
         if isinstance(value, (list, dict)):
             return False
         if self.type not in ("", "any"):
@@ -61,11 +61,11 @@ class Parameter(NamedTuple):
 
 
 def declare(scope: Scope, declared: Any, given: Given, owner: str, user: Place | None = None, lets: Any = None) -> None:
-    """Bind every declared parameter in a scope: to the given value, else to its default, evaluated in that scope.
+    """Bind each declared parameter in a scope to its argument, or to its default, which is evaluated in that scope.
 
-    ``owner`` is what declares the parameters, ``user`` the place that should pass the arguments, None for the command
-    line; defaults may use the named values ``lets``. Values of the wrong type, unknown names and missing values are
-    reported; a name without a value stays broken, so that nothing that uses it is reported too.
+    ``owner`` is the declaring part or description, in words. ``user`` is where to pass arguments, None for the command
+    line. Defaults may use the named values ``lets``. Wrong types, unknown names and missing values are reported;
+    a parameter without a value is marked as broken, so that expressions with it are not reported, too.
     """
     known = scope.declared = _parameters(scope, declared)
     unknown, spans = [name for name in given if name not in known], {key: one.place.span for key, one in known.items()}
@@ -75,7 +75,7 @@ def declare(scope: Scope, declared: Any, given: Given, owner: str, user: Place |
     suggested = [nearest(name, known) for name in unknown]
     missing = [one for name, one in known.items() if name not in given and not one.has_default]
     scope.broken.update(one.name for one in missing)
-    # The default or the argument may exist under a misspelt key, which is reported separately.
+    # The default or argument may have a misspelled key, which is reported already.
     missing = [one for one in missing if one.sound and one.name not in suggested]
     for first, *others in [missing] if user and missing else [[one] for one in missing]:
         names, place = [one.name for one in (first, *others)], user or first.place
@@ -101,7 +101,7 @@ def declare(scope: Scope, declared: Any, given: Given, owner: str, user: Place |
 def _parameters(scope: Scope, declared: Any) -> dict[str, Parameter]:
     known: dict[str, Parameter] = scope.expansion.parameters.setdefault(id(declared), {})
     for name, entry in declared.items() if isinstance(declared, Map) and not known else ():
-        if not isinstance(entry, Map):  # NAME: DEFAULT
+        if not isinstance(entry, Map):  # short form, NAME: DEFAULT
             place = key_place(declared, name) if entry is None else value_place(declared, name)
             known[name] = Parameter(name, place, has_default=entry is not None, default=entry)
             continue
@@ -128,7 +128,7 @@ def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None
         allowed = scope.resolve(parameter.one_of, place)
     except Failed:
         return
-    if value is None and parameter.has_default:  # an optional argument, passed on as a key that is left out
+    if value is None and parameter.has_default:  # an optional argument that a part passes on with the value none
         return
     limited = isinstance(allowed, list)
     if wanted and not _fits(value, wanted):
@@ -169,7 +169,7 @@ def _fits(value: Any, wanted: str) -> bool:
 
 
 def check_part(name: str, parts: Map, scope: Scope) -> bool:
-    """Check a part; return True if it has no errors."""
+    """Check the keys and sections of a part; return True if all are valid."""
     owner, body = f'part "{name}"', parts[name]
     if not isinstance(body, Map):
         scope.report("wrong-type", f"{owner} is a mapping, not {_kind(body)}", place_of(parts, name, scope))
@@ -181,7 +181,7 @@ def check_part(name: str, parts: Map, scope: Scope) -> bool:
 
 
 def check_use(name: str, entry: Map, scope: Scope) -> None:
-    """Check a ``use``. Raises Failed after reporting."""
+    """Check a ``use`` entry. Raises Failed after reporting errors."""
     owner = f'use "{name}"'
     good = check_entry(owner, entry, scope, _USE_KEYS, _USE_KINDS, "use")
     good &= not hides_letters("prefix", entry, scope)
@@ -199,7 +199,7 @@ def check_use(name: str, entry: Map, scope: Scope) -> None:
 
 
 def hides_letters(key: str, entry: Map, scope: Scope) -> bool:
-    """Report an invisible letter in the prefix of a part or a robot; return True if there is one."""
+    """Report an invisible letter in the ``prefix`` of a part or robot; return True if there is one."""
     value = entry.get(key)
     letter = hidden_letter(value) if isinstance(value, str) else ""
     if letter:
@@ -209,7 +209,7 @@ def hides_letters(key: str, entry: Map, scope: Scope) -> bool:
 
 
 def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope) -> bool:
-    """Report a loop or a condition placed next to the entries of a section; return True if there is none."""
+    """Report a loop or condition next to the entries of a section instead of in one; return True if all are valid."""
     good = True
     for section in sections:
         entries = tree.get(section)
@@ -218,7 +218,7 @@ def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope)
                 continue
             value = entries[control]
             is_control = isinstance(value, (str, bool))
-            if control == "for":  # an entry named "for" is a mapping too; a file may add "source" to it
+            if control == "for":  # also valid for an entry named "for"; a file may add "source" to it
                 entry: Any = schema()["properties"].get(section, {}).get("additionalProperties", {})
                 legal = _USE_KEYS if section == "use" else resolve(entry).get("properties", ())
                 is_control = isinstance(value, Map) and bool(value) and ({*value} - {"source"}).isdisjoint(legal)
@@ -232,7 +232,7 @@ def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope)
 
 
 def check_sections(owner: str, tree: Map, scope: Scope, evaluated: bool = True) -> bool:
-    """Report sections of the wrong kind; return True if there is none. Before evaluation, expressions are allowed."""
+    """Report sections of a wrong type; return True if all are valid. Unless ``evaluated``, allow expressions."""
     lists = merged_sections(ITEMS, in_parts=True)
     texts = () if evaluated else [key for key, value in tree.items() if isinstance(value, str) and "$" in value]
     kinds = {key: Seq if key in lists else Map for key in of_parts() if key not in texts}
@@ -242,9 +242,9 @@ def check_sections(owner: str, tree: Map, scope: Scope, evaluated: bool = True) 
 def check_entry(
     owner: str, tree: Map, scope: Scope, keys: Sequence[str] | None, kinds: Mapping[str, type], word: str = ""
 ) -> bool:
-    """Report unknown ``keys``, and values of another kind than ``kinds`` has; return True if there are none.
+    """Report keys not in ``keys``, and values that are not of the types in ``kinds``; return True if all are valid.
 
-    ``word`` is the kind of the entry, for suggestions.
+    ``word`` is the kind of entry, for suggestions.
     """
     unknown = [key for key in tree if keys is not None and key not in keys]
     tails = text_tails(tree, unknown) if unknown else ()
@@ -280,7 +280,7 @@ def _check_vector(owner: str, tree: Map, key: str, dimension: Dimension, scope: 
 
 
 def place_of(entry: Map, key: str, scope: Scope) -> Place:
-    """Return where the value of a key is written; of a missing key, the place of the entry."""
+    """Return where the value of a key was written; if the key is missing, where the entry is."""
     return Place(entry.value_spans.get(key, entry.span), scope.via or entry.via)
 
 

@@ -1,8 +1,8 @@
-"""Expand a description to one plain tree, and report names that nothing uses, look alike, or that an ``if`` removes.
+"""Expand a description to a plain tree; warn of names that are unused or look alike; explain missing names.
 
-Scopes are lexical: a description (all its files together), each part, each round of a loop. Sections of the same name
-are joined: first those of included robots; then the entries of the included files, in the order of the includes; then
-those of the including file; then those that parts make, in the order of ``use``.
+Scopes are lexical: there is one for the description (all its files), one for each use of a part, and one for each
+iteration of a loop. Sections of the same name are joined in this order: those of included robots; those of included
+files; those of the including file; those from parts, in the order of ``use``.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
 _FORMS = {"parts": "write NAME: {links: ..., joints: ...}", "use": "write NAME: {part: ...}"}
 _FORMS |= {"sensor_types": "write NAME: {params: ..., mjcf: ...}"}
 _NOT_EVALUATED = ("args", "modes")
-MAX_SHOWN = 40  # letters of an argument
+MAX_SHOWN = 40  # characters of an argument in a message
 _MAX_FILES = 500
 _CHECKED = ("argument", "value", "part", "sensor type", "publisher", "mode")
 _EXPRESSIONS = ("argument", "value", "parameter")
@@ -64,11 +64,11 @@ MAX_RELATED = 6
 
 
 class Expanded(NamedTuple):
-    """The plain tree (None with errors), diagnostics, and the files that were read.
+    """The plain tree (None after an error), the diagnostics, and the files that were read.
 
-    ``scope`` has the arguments and the named values of the description, None if its first file cannot be read.
-    ``resolved`` has the paths that names of packages led to. ``unused`` are warnings about unused declarations, to be
-    reported if there are no errors. ``symbols`` are the names of the files.
+    ``scope`` has the arguments and named values of the description (None if its main file cannot be read), ``resolved``
+    the packages that were found. ``unused`` are warnings about unused names, for a description without errors.
+    ``symbols`` has the names in the files as written.
     """
 
     tree: Map | None
@@ -88,12 +88,12 @@ def expand(
     packages: Mapping[str, Path] | None = None,
     cache: dict[Any, Any] | None = None,
 ) -> Expanded:
-    """Return the tree of the description whose first file is ``path``.
+    """Expand the description with the main file ``path``.
 
-    ``arguments`` are values by name; texts, as on the command line, are read like scalars of YAML. Those of a ``Map``
-    that have a place come from a file. ``tell`` receives warnings before code is executed (``xacro-runs-code``);
-    without it, they are among the diagnostics. ``robots`` reads included robots in other formats; without it they are
-    left out. ``packages`` are folders of ROS packages by name. ``cache`` keeps parsed files between calls.
+    ``arguments`` are values by name; strings are parsed like YAML scalars, as on the command line. If it is a ``Map``,
+    errors are reported at its positions. ``tell`` receives warnings before code is executed (``xacro-runs-code``);
+    without it, they are returned with the diagnostics. ``robots`` reads included robots in other formats; without it,
+    they are skipped. ``packages`` are folders of ROS packages by name. ``cache`` keeps parsed files between calls.
     """
     reader = Reader(path, robots, packages, cache)
     root = reader.whole()
@@ -114,7 +114,7 @@ def expand(
     offered = [*reader.offered, *(robot.item for robot in reader.robots)]
     symbols = SymbolTable(root, reader.lets, offered, expansion.is_constant)
     check_letters(symbols, scope)
-    for file in reader.sourced:  # checked here: the file may have no entry that gets its source
+    for file in reader.sourced:  # check the source of the file here: it has no effect if the file has no entries
         if isinstance(file["source"], Map) and expansion.is_constant(file["source"]):
             top = Map(root.span)
             top.put("robot", "robot", root.span, root.span)
@@ -122,9 +122,9 @@ def expand(
             expansion.diagnostics += validate(top, {})
     warnings = unused_names(symbols, reader.files) if tree is not None else []
     diagnostics = expansion.diagnostics if tree is not None else _without_misnamed(root, expansion.diagnostics)
-    if reader.unread:  # names that an unread file would define are not reported as missing
+    if reader.unread:  # the names may be defined in the file that could not be read
         diagnostics = [one for one in diagnostics if not _is_missing(one)]
-    if has_errors(diagnostics):  # each missing name is reported once, where it is written
+    if has_errors(diagnostics):  # report each missing name once, where it was written
         diagnostics = merge_by_name(move_to_name(one, offer(one)) for one in diagnostics)
     diagnostics += included.diagnostics if included else []
     resolved = tuple(dict.fromkeys(reader.resolved))
@@ -132,7 +132,7 @@ def expand(
 
 
 def _without_misnamed(root: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
-    """Return the diagnostics without missing names that are caused by a misspelt section or loop."""
+    """Remove errors about missing names that result from a misspelled section or ``for``, and report that key."""
     sections = root.copy()
     for key in sections.keys() & {*schema("description")["properties"], *_FORMS}:
         del sections[key]
@@ -179,7 +179,7 @@ def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None])
     uses = root.get("use")
     if isinstance(uses, Map):
         good &= check_controls("", root, ("use",), scope) and parts.use(tree, uses, scope)
-    for name, body in parts.own.items():  # errors in parts that nothing uses
+    for name, body in parts.own.items():  # check unused parts, too
         if id(body) not in parts.sound:
             check_part(name, parts.own, scope)
     if not good:
@@ -189,7 +189,7 @@ def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None])
 
 
 def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, scope: Scope) -> None:
-    """Bind the arguments: those of the command line, else those that an include gives, else their defaults."""
+    """Bind the arguments of the description to values from the caller, or from an include, or to their defaults."""
     declared = root.get("args")
     declared = declared if isinstance(declared, Map) else Map(root.span)
     given: dict[str, tuple[Any, Place]] = {}
@@ -206,9 +206,9 @@ def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, 
         declaration = declared[name]
         kind = declaration.get("type") if isinstance(declaration, Map) else None
         if value == "" and type(value) is str and kind != "text":
-            continue  # a launch file cannot leave an argument out: as in xacro, name:= leaves it out
+            continue  # as in xacro: launch files cannot omit an argument, and pass name:= instead
         span = spans.get(name)
-        if span is None:  # the command line or Python: the place of the declaration
+        if span is None:  # from the command line or Python: report errors at the declaration
             span = MadeSpan(*declared.key_spans[name])
             span.via = (Related(f"given to this run: {name}={str(value)[:MAX_SHOWN]}", None),)
         given[name] = _given(value, kind, span), Place(span, None)
@@ -216,7 +216,7 @@ def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, 
 
 
 def _given(value: Any, kind: Any, span: Span) -> Any:
-    """Return the value of an argument as part of a tree; items of a Python list or dict get its place."""
+    """Convert the value of an argument to tree nodes; all items of a list or dict get the span ``span``."""
     if type(value) is str:
         if kind == "boolean" and value in ("0", "1"):
             return value == "1"
@@ -235,12 +235,12 @@ def _given(value: Any, kind: Any, span: Span) -> Any:
 
 
 def check_letters(symbols: SymbolTable, scope: Scope) -> None:
-    """Report invisible letters in names that expansion resolves; warn of names that look alike."""
+    """Report invisible letters in the names of parts, values, etc.; warn of names that look alike."""
     first: dict[tuple[str, ...], Symbol] = {}
     for one in symbols.definitions():
         if one.place is None:
             continue
-        ignore_case = one.kind in ("part", "sensor type")  # in a formula r and R are two names
+        ignore_case = one.kind in ("part", "sensor type")  # expressions distinguish r and R
         if letter := hidden_letter(one.name):
             message = f'{one.kind} "{one.name}" has an invisible letter: {in_words(letter)}'
             scope.report("invisible-letter", message, one.place, "type the name again, without this letter")
@@ -255,12 +255,12 @@ def check_letters(symbols: SymbolTable, scope: Scope) -> None:
 
 
 def unused_names(symbols: SymbolTable, read: Iterable[Path]) -> list[Diagnostic]:
-    """Return a warning for each name that is defined and never used; ``read`` are the files of the description."""
+    """Return a warning for each defined name that is never used; ``read`` are the files of the description."""
     tree, uses = symbols.tree, list(symbols.references(_CHECKED))
     used = {(one.kind, one.name, one.owner) for one in uses if (one.kind, *one.path[:2]) != ("part", "parts", one.name)}
     hidden = {one.kind for one in uses if "$" in one.name}
     outputs = tree.get("outputs")
-    if isinstance(outputs, Map):  # a template may print all of them, and options name modes
+    if isinstance(outputs, Map):  # templates may print publishers and modes; options name modes
         templates = any(isinstance(entry, Map) and "template" in entry for entry in outputs.values())
         hidden |= {"publisher", "mode"} if templates else set()
         used |= {("mode", word, "") for word in WORD.findall(str(outputs))}
@@ -284,7 +284,7 @@ def unused_names(symbols: SymbolTable, read: Iterable[Path]) -> list[Diagnostic]
 
 
 def _is_shared(span: Span, read: Iterable[Path]) -> bool:
-    """Return True if another file near the file of a place names it."""
+    """Return True if another file in a nearby folder names the file of ``span``, so that it is probably shared."""
     own, file = {files.resolve(path) for path in read}, files.resolve(span.source.path)
     siblings = chain(file.parent.glob("*"), file.parent.parent.glob("*/*"))
     nearby = [path for path in islice(siblings, _MAX_FILES) if path.suffix in ENDINGS]
@@ -296,7 +296,7 @@ def _is_shared(span: Span, read: Iterable[Path]) -> bool:
 
 
 def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
-    """Merge the diagnostics about missing names that one dropped entry defines into one that names the entry."""
+    """Merge errors about names whose entry was removed by an ``if`` or an empty ``for`` into one about that entry."""
     symbols = SymbolTable(tree)
     existing = {name for kind, some in symbols.of.items() if kind != "robot" for name in some}
     existing.update(one.name for one in symbols.definitions(implied=True) if one.kind != "robot")
@@ -304,7 +304,7 @@ def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]
     if not missing:
         return diagnostics
     rounds: Counter[int] = Counter()
-    dropped: dict[tuple[int, str], Disabled] = {}  # each once: several rounds may drop the same
+    dropped: dict[tuple[int, str], Disabled] = {}  # several iterations may drop the same entry
     for entry in scope.expansion.disabled:
         rounds[id(entry.item)] += 1
         if rounds[id(entry.item)] <= MAX_ROUNDS:
@@ -313,7 +313,7 @@ def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]
     for name in missing:
         for key, entry in dropped.items():
             begin = re.match(key[1], name) if entry.is_use else re.fullmatch(key[1], name)
-            # A name belongs to a dropped use if no other name has the same prefix.
+            # A name belongs to a removed use only if no existing name has its prefix.
             if begin is not None and not (entry.is_use and any(one.startswith(begin[0]) for one in existing)):
                 causes.setdefault(name, key)
     groups: dict[tuple[tuple[int, str] | None, str], list[Diagnostic]] = {}
@@ -326,9 +326,9 @@ def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]
 
 
 def _pattern(entry: Disabled) -> str:
-    """Return a pattern that matches the names of a dropped entry, or the prefix of its part.
+    """Return a regular expression for the names that a removed entry would define, or for the prefix of its part.
 
-    Names are evaluated as if the entry were not dropped; in a loop without rounds, an expression matches any text.
+    Names are evaluated as if the entry existed; in a loop without iterations, expressions match any text.
     """
     scope, expansion, key, item = entry.scope, entry.scope.expansion, entry.key, entry.item
     texts, patterns = [text for text in (key, *_frames(item)) if text], []
@@ -343,12 +343,12 @@ def _pattern(entry: Disabled) -> str:
         with expansion.without_limits(), suppress(Failed):
             patterns.append(re.escape(scope.name(text, item.span, scope.via)))
         del expansion.diagnostics[reported:]
-    # In its own part, a name has no prefix.
+    # Within the same part, names are written without the prefix.
     return f"(?:{re.escape(scope.prefix)})?(?:{'|'.join(patterns) or '(?!)'})"
 
 
 def _explained(entry: Disabled, group: list[Diagnostic]) -> Diagnostic:
-    """Return the first diagnostic that a dropped entry causes, with the others as related places."""
+    """Return the first error that a removed entry causes, with the others as related places."""
     (first, *others), item, key = group, entry.item, entry.key
     span, why = item.value_spans["for" if entry.is_empty else "if"], "its loop has no rounds"
     if not entry.is_empty:

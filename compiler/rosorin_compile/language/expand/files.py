@@ -1,4 +1,4 @@
-"""Files: read a description with everything that it includes and join the sections, without evaluating anything."""
+"""Read a description with all files that it includes, and join their sections, without evaluating expressions."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ if TYPE_CHECKING:
     from rosorin_compile.formats.compilation import RobotReader
 
 
-Cache = dict[Any, Any] | None  # parsed files, kept between calls
+Cache = dict[Any, Any] | None  # parsed files, reused by later calls
 
 ADDRESS = "package://"
-MAX_FILES = 10_000  # files that include several others multiply
+MAX_FILES = 10_000  # safety limit: files that include several others multiply
 MAX_NESTED = 200
 
 INCLUDE_KINDS: dict[str, type] = {"args": Map, "file": str, "package": str, "packages": Map}
 
 
 class RobotInclude(NamedTuple):
-    """An include of a robot in another format, its place, and the file that contains it."""
+    """An include of a robot in another format: the entry, its place, and the file that contains it."""
 
     item: Map
     place: Place
@@ -48,7 +48,7 @@ class RobotInclude(NamedTuple):
 
 
 class IncludeError(Exception):
-    """A file cannot be included: the rule, the message, the suggestion."""
+    """A file cannot be included; has the rule, the message and the help."""
 
     def __init__(self, rule: str, message: str, help: str) -> None:
         super().__init__(message)
@@ -56,30 +56,30 @@ class IncludeError(Exception):
 
 
 class Reader:
-    """Reads a file and what it includes; collects named values, included robots, files and diagnostics."""
+    """Read a file and its includes; collect named values, included robots, file names and diagnostics."""
 
     def __init__(
         self, root: Path, robots: RobotReader | None, packages: Mapping[str, Path] | None = None, cache: Cache = None
     ) -> None:
-        # Without a reader of robots every file that is not YAML is taken for one.
+        # Without a reader of robots, treat all files that are not YAML as robots.
         self.robot_endings = robots.endings if robots else lambda: ("",)
         self.root, self.folder, self.projects = root, resolve(root.parent), Description.from_path(root).projects
         self.packages, self.cache = dict(packages or {}), {} if cache is None else cache
         self.files: list[Path] = []
         self.resolved: list[Resolved] = []
-        self.scope = Scope(Expansion())  # of the description
+        self.scope = Scope(Expansion())  # the scope of the description
         self.diagnostics = self.scope.expansion.diagnostics
-        self.lets: list[tuple[str, Any, Place, Place]] = []  # name, value, their places
-        self.given: dict[str, tuple[Any, Place]] = {}  # arguments that includes give
-        self.offered: list[Map] = []  # as written
+        self.lets: list[tuple[str, Any, Place, Place]] = []  # name, value, place of the name, place of the value
+        self.given: dict[str, tuple[Any, Place]] = {}  # arguments that includes pass
+        self.offered: list[Map] = []  # args of includes, as written
         self.robots: list[RobotInclude] = []
-        self.unread = False  # a file cannot be read
-        self.sourced: list[Map] = []  # included files that have a source
+        self.unread = False  # True if a file could not be read
+        self.sourced: list[Map] = []  # included files with the key "source"
         self._package_folders: dict[Path, str] = {}
         self._includes: dict[str, Include] = {}
 
     def whole(self) -> Map | None:
-        """Return the description, joined; None if its first file cannot be read."""
+        """Read and join all files of the description; return None if the main file cannot be read."""
         return self._read(self.root)
 
     def _read(self, path: Path, via: Instance | None = None, within: tuple[Path, ...] = ()) -> Map | None:
@@ -91,7 +91,7 @@ class Reader:
         except LoadError as problem:
             diagnostic = problem.diagnostic
             stack = tuple(via.stack()) if via else ()
-            # If the file cannot be read, the diagnostic is already at the include itself.
+            # If the file cannot be read, the error is at the include already.
             stack = stack[1:] if diagnostic.span == include else stack
             self.diagnostics.append(replace(diagnostic, related=diagnostic.related + stack))
             self.unread = True
@@ -105,7 +105,7 @@ class Reader:
             here = (*within, resolve(path))
             for item, span in zip(items, items.value_spans, strict=True):
                 entry, place = item, Place(span, via)
-                if not isinstance(item, Map):  # the name of a file
+                if not isinstance(item, Map):  # short form, only the file name
                     entry = Map(span, via)
                     entry.put("file", item, span, span)
                 name = entry.get("file") if isinstance(entry.get("file"), str) else ""
@@ -123,7 +123,7 @@ class Reader:
         return made
 
     def _cached(self, key: Any, path: Path, name: str, include: Span | None, read: Callable[[], Any]) -> Any:
-        """Return the tree of a file; from the cache if the file has the same text. Raises LoadError."""
+        """Return the tree of a file, from the cache if the text is unchanged. Raises LoadError."""
         source, tree = self.cache.get(key, (None, None))
         if source is None or read_utf8(path, name, include) != source:
             tree = read()
@@ -135,7 +135,7 @@ class Reader:
         name, package, values = item.get("file"), item.get("package"), item.get("args")
         if isinstance(values, Map):
             self.offered.append(values)
-            for key, value in values.items():  # the values of a description that includes this one take precedence
+            for key, value in values.items():  # arguments of an outer include take precedence
                 self.given.setdefault(key, (value, value_place(values, key)))
         if not isinstance(name, str) or not isinstance(package or "", str):
             return None
@@ -163,7 +163,7 @@ class Reader:
         return made
 
     def target(self, name: str, package: str | None, by: Path, packages: Mapping[str, Path]) -> Path:
-        """Return the file that the file ``by`` names: in its project, or in a ROS package. Raises IncludeError."""
+        """Return the path of an include in the file ``by``: in the project, or in a package. Raises IncludeError."""
         file = name
         if package and name.startswith(ADDRESS):
             raise IncludeError("wrong-type", f"{name} names its package already", "write one package")
@@ -189,20 +189,20 @@ class Reader:
         return Path(label(folder / inner))
 
     def packages_of(self, item: Map, by: Path) -> dict[str, Path]:
-        """Return the folders of packages that an include names; those of the caller take precedence."""
+        """Return the package folders for an include; those of the caller override those of the entry."""
         named = item.get("packages")
         folders = named.items() if isinstance(named, Map) else ()
         return {**{name: by.parent / str(folder) for name, folder in folders}, **self.packages}
 
     def package(self, name: str, packages: Mapping[str, Path], by: Path) -> Path | None:
-        """Return the folder of a ROS package that the file ``by`` names; None if it is not found."""
+        """Return the folder of a ROS package that the file ``by`` refers to, or None if it is not found."""
         folder = Packages(packages, os.environ, by).find(name)
         if name not in packages and folder is not None:
             self.resolved.append(Resolved(project.ROS_PACKAGE, name, Path(os.path.abspath(folder))))
         return folder
 
     def inside(self, target: Path) -> bool:
-        """Return True if a file, with links resolved, is in the project of the description or in a package it names."""
+        """Return True if a file, with links resolved, is in the project of the description, or in a package it uses."""
         with suppress(OSError, RuntimeError, ValueError):
             return any(map(resolve(target).is_relative_to, self.projects)) or bool(self._package_of(target))
         return False
@@ -216,7 +216,7 @@ class Reader:
         made = Map(file.span, file.via)
         self.sourced += [file] if not is_root and "source" in file else []
         for key, value in file.items():
-            is_help = key == "help" and isinstance(value, str)  # a file of parts may have a help text
+            is_help = key == "help" and isinstance(value, str)  # files with parts may have a help text
             if key in ("include", "let") or (not is_root and (is_help or key in ("source", "rosorin_compile"))):
                 continue
             if key == "robot" and not is_root:
@@ -232,7 +232,7 @@ class Reader:
         return made
 
     def parts_file(self, name: str) -> Path | None:
-        """Return a file of parts by name: of the library, or ``PACKAGE:FILE`` of an installed Python package."""
+        """Return the path of a file with parts, ``FILE`` of the library or ``PACKAGE:FILE`` of a package, or None."""
         package, colon, file = name.rpartition(":")
         folder = project.python_folder(package) if colon else project.data_folder("parts_library")
         if colon and folder is not None:
@@ -245,7 +245,7 @@ class Reader:
         return path if is_file(path) else None
 
     def load_function(self) -> Callable[[Any], Any]:
-        """Return the function ``load`` of expressions: a YAML file of the project or of a package, read once."""
+        """Return the function ``load`` of expressions, which reads a YAML file of the project or a package once."""
 
         @cache
         def load(name: Any) -> Any:
@@ -267,7 +267,7 @@ class Reader:
         return load
 
     def find_function(self) -> Callable[..., Any]:
-        """Return the function ``find`` of expressions: the folder of a ROS package, found as for ``include``."""
+        """Return the function ``find`` of expressions, which returns the folder of a ROS package."""
         package = cache(partial(self.package, packages=self.packages, by=self.root))
 
         def find(name: Any, *fallback: Any) -> Any:
@@ -283,7 +283,7 @@ class Reader:
 
 
 def check_include(entry: Map, scope: Scope, kinds: Mapping[str, type], keys: Sequence[str] = ()) -> bool:
-    """Report keys and values that an include cannot have; return True if there are none. ``keys`` are further ones."""
+    """Report invalid keys and values of an include; return True if all are valid. ``keys`` are also allowed."""
     good = check_entry("include", entry, scope, (*kinds, *keys), kinds)
     packages = entry.get("packages")
     if isinstance(packages, Map):
@@ -296,7 +296,7 @@ def check_include(entry: Map, scope: Scope, kinds: Mapping[str, type], keys: Seq
 
 
 def with_nearest_file(diagnostic: Diagnostic, name: str, target: Path) -> Diagnostic:
-    """Return a diagnostic; if it is about a missing file, suggest a similar file in the same folder."""
+    """If a diagnostic reports a missing file, add a similar file name in the same folder as a suggestion."""
     is_missing = diagnostic.rule == "file-unreadable" and not exists(target)
     close = Description.nearest_file(target) if is_missing else None
     if close is None:

@@ -1,6 +1,6 @@
-"""Robots in other formats (URDF, xacro, SDF, MJCF) that a description includes: prefixed, attached, joined like a file.
+"""Robots in other formats (URDF, xacro, SDF, MJCF) in a description: read, rename, attach and join them.
 
-They are read when the arguments of the description have values; what their files contain is never evaluated.
+They are read after the arguments of the description have values; expressions in their files are not evaluated.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ Tell = Callable[[Diagnostic], None]
 _KINDS: dict[str, type] = {**INCLUDE_KINDS, "lenient": bool, "trust": bool, "with": Map}
 _KINDS |= dict.fromkeys(("macro", "prefix", "meshes", "parent", "joint"), str)
 _KEYS = ("xyz", "rpy", "publisher", "source", "for", "if")
-_PREFIX = re.compile(r"([^\s<>&\"']+( +[^\s<>&\"']+)* *)?")  # what a name can begin with
-# Command line options in the suggestions of the readers, and the corresponding keys of an include.
+_PREFIX = re.compile(r"([^\s<>&\"']+( +[^\s<>&\"']+)* *)?")  # what a name may begin with
+# Command line options in suggestions of the readers, and the keys of an include to suggest instead.
 _WORDS = (
     (re.compile(r"--package (\S+)=PATH"), r"packages: {\1: FOLDER}"),
     (re.compile(r"give it one: (\S+):=VALUE"), r"give it one: args: {\1: VALUE}"),
@@ -51,21 +51,21 @@ _WORDS = (
 )
 _FEW = 4
 _MJCF = "mjcf"
-_DEFAULT = ("integrator", "Euler")  # of an MJCF without an option
-# URDF elements whose names must be unique, as (enclosing element, element): these names always get the prefix.
+_DEFAULT = ("integrator", "Euler")  # MuJoCo's default integrator
+# URDF elements, as (parent, element), whose names must be unique: they always get the prefix.
 _UNIQUE = {("robot", "ros2_control"), ("robot", "transmission"), ("transmission", "actuator")}
 _UNIQUE |= {("ros2_control", "gpio"), ("ros2_control", "sensor")}
-# Elements whose name is a word of another program, and parts of the names of attributes that name no link or joint.
+# Elements whose name belongs to another program, and attributes that never name a link or joint.
 _WORDS_OF_OTHERS = {"command_interface", "state_interface", "param", "plugin", "property"}
 _NO_NAMES = re.compile("topic|service|namespace|remapping|uri|filename|material", re.IGNORECASE)
 
-# An address, an absolute path, or one with the letter of a drive.
+# A URL, an absolute path, or a path with a Windows drive letter.
 _ABSOLUTE = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:|/|\\\\")
-OF_MJCF = ("mjcf", "mjcf_elements")  # lists of XML texts: of the robot, of a link
+OF_MJCF = ("mjcf", "mjcf_elements")  # keys with lists of XML texts: of the robot, of a link
 
 
 class Included(NamedTuple):
-    """An evaluated include of a robot: its entry, scope and place, the file that contains it; ``via`` for its tree."""
+    """An evaluated include of a robot: its entry, scope, place and file; ``via`` is recorded in the included tree."""
 
     entry: Map
     scope: Scope
@@ -75,7 +75,7 @@ class Included(NamedTuple):
 
 
 class IncludedRobots:
-    """Reads the robots that a description includes; each file once for each set of arguments."""
+    """Read the robots that a description includes; each file once for each set of arguments."""
 
     def __init__(self, reader: Reader, robots: RobotReader, tell: Tell | None) -> None:
         self.reader, self.robots, self.tell = reader, robots, tell
@@ -86,7 +86,7 @@ class IncludedRobots:
         self.told: set[str] = set()
 
     def fragments(self) -> Iterator[Map | None]:
-        """Yield the sections of each included robot, in order; None for one with errors, after reporting."""
+        """Yield the sections of each included robot, or None after reporting errors in it."""
         for item, place, by in self.reader.robots:
             try:
                 for scope, body in self.reader.scope.entries(item):
@@ -180,12 +180,12 @@ class IncludedRobots:
         self._report(Diagnostic(rule, WARNING, message, span, (), help), include.via.parent)
 
     def _report(self, diagnostic: Diagnostic, via: Instance | None, ahead: bool = False) -> None:
-        """Report a diagnostic of an included file, worded for an include; ``ahead``: before the file is read."""
+        """Report a diagnostic of an included file, adapted to includes; ``ahead``: before the file is read."""
         message, help = diagnostic.message, diagnostic.help
         for pattern, replacement in _WORDS:
             message, help = pattern.sub(replacement, message), pattern.sub(replacement, help)
         stack = tuple(via.stack()) if via else ()
-        # If the file cannot be read, the diagnostic is already at the include itself.
+        # If the file cannot be read, the error is at the include already.
         stack = stack[1:] if stack and diagnostic.span == stack[0].span else stack
         reported = replace(diagnostic, message=message, help=help, related=(*diagnostic.related, *stack))
         if ahead and self.tell is not None:
@@ -196,7 +196,7 @@ class IncludedRobots:
             self.diagnostics.append(reported)
 
     def _with_meshes(self, made: Map, include: Included) -> Map:
-        """Return a robot whose mesh file names resolve from its artifacts; warn about those that do not."""
+        """Return a robot whose mesh paths are valid for its artifacts; warn of meshes that artifacts cannot find."""
         entry, names = include.entry, relative_files(made)
         file, folder = Path(entry["file"]).name, entry.get("meshes")
         if folder is not None:
@@ -206,12 +206,12 @@ class IncludedRobots:
             return move_files(made, folder)
         base = Path(os.path.abspath(made.span.source.path)).parent
         places = {name: os.path.normpath(base / name) for name in names}
-        # The nearest folder, that of the robot or one above it, that contains all of them: artifacts find them there.
+        # The innermost folder, that of the robot or a parent, that contains all meshes: artifacts search there.
         top = Path(os.path.commonpath([base, *places.values()]))
         above = [folder for folder in (base, *base.parents) if folder.is_relative_to(top)]
         new = {name: Path(os.path.relpath(path, top)).as_posix() for name, path in places.items()}
         for name, found in list(new.items()):
-            if [folder for folder in above if files.is_file(folder / found)] != [top]:  # or one nearer to the robot
+            if [folder for folder in above if files.is_file(folder / found)] != [top]:  # missing, or ambiguous
                 del new[name]
         missed = [name for name in names if name not in new]
         if missed:
@@ -224,7 +224,7 @@ class IncludedRobots:
     def _attached(self, made: Map, foreign: Imported, include: Included) -> Map:
         """Return a robot with the joint that attaches its root. Raises Failed after reporting a duplicate name.
 
-        A macro may create that joint itself; then it is the joint on ``foreign.mount``.
+        If a macro creates that joint itself, it is the joint whose parent is ``foreign.mount``.
         """
         entry, via = include.entry, include.via
         is_on_parent = foreign.mount != "" and foreign.mount == entry.get("parent")
@@ -239,7 +239,7 @@ class IncludedRobots:
                 help = "remove it" if foreign.mount else "write parent: FRAME"
                 message = f'an include has "{keys[0]}", but {attached}'
                 self._warn("ignored-key", message, entry.key_spans[keys[0]], help, include)
-            if is_on_parent:  # the values of its joint that the include sets have the places of the include
+            if is_on_parent:  # report errors in values that the include sets at the include
                 made["joints"] = joints = copy(have)
                 for name, joint in have.items():
                     if joint["parent"] == entry["parent"]:
@@ -274,7 +274,7 @@ class IncludedRobots:
         return made
 
     def settle(self, tree: Map) -> None:
-        """Give the MJCF outputs of a description the settings of the simulation of the included robots."""
+        """Copy simulation settings of included robots, such as the integrator, to the MJCF outputs."""
         outputs = tree["outputs"] if isinstance(tree.get("outputs"), Map) else {}
         names = [name for name, one in outputs.items() if isinstance(one, Map) and backend_of(name, one) == _MJCF]
         for include, robot in self.included if names else ():
@@ -326,7 +326,7 @@ def _check_include(entry: Map, scope: Scope) -> None:
 
 
 def with_prefix(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str]]:
-    """Return the sections of an imported robot with ``prefix`` before its names; ``via`` is the include."""
+    """Add a prefix to the names in an imported robot; return its sections, and how often each name occurs in XML."""
     fragment = tree.made_by(via).copy()
     for key in (key for key, node in sections().items() if node.whole):
         fragment.pop(key, None)
@@ -360,7 +360,7 @@ def with_prefix(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str
     if isinstance(made.get("accept"), Seq):
         accept = Seq(made["accept"].span, made["accept"].via)
         for entry, span in zip(made["accept"], made["accept"].value_spans, strict=True):
-            if entry["rule"] != "owns-world-frame":  # a frame with a prefix is no longer a world frame
+            if entry["rule"] != "owns-world-frame":  # a frame with a prefix is not a world frame
                 names_of = map_items(entry.get("of", Seq(span)), lambda name: prefix + name if name in things else name)
                 accept.put(entry.like({"of": names_of} if "of" in entry else {}), span)
         made["accept"] = accept
@@ -368,23 +368,23 @@ def with_prefix(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str
 
 
 def map_files(tree: Map, rename: Callable[[str], str]) -> Map:
-    """Return the tree of a robot in which each name of a mesh or texture file is what ``rename`` makes of it."""
+    """Return the tree of a robot with each mesh or texture file name replaced by ``rename(name)``."""
     made = tree.copy()
     for key, value in tree.items():
-        if key != "outputs":  # those are files too, of another kind
+        if key != "outputs":  # the files of outputs are artifacts
             made[key] = _mapped(value, rename, key)
     return made
 
 
 def relative_files(tree: Map) -> list[str]:
-    """Return the relative names of mesh and texture files in the tree of a robot, each once."""
+    """Return the relative mesh and texture file names in the tree of a robot, without duplicates."""
     names: dict[str, str] = {}
     map_files(tree, lambda name: names.setdefault(name, name))
     return [name for name in names if not _ABSOLUTE.match(name)]
 
 
 def move_files(tree: Map, folder: str) -> Map:
-    """Return the tree of a robot with ``folder`` before the relative names of mesh and texture files."""
+    """Return the tree of a robot with ``folder`` before each relative mesh or texture file name."""
     before = f"{folder.rstrip('/')}/"
     return map_files(tree, lambda name: name if _ABSOLUTE.match(name) else before + name)
 
@@ -393,7 +393,7 @@ def _mapped(node: Any, rename: Callable[[str], str], key: str) -> Any:
     if isinstance(node, Map):
         made = node.copy()
         for name, value in node.items():
-            # In a section mjcf, they are names of textures.
+            # In a section mjcf, these are names of textures, not files.
             is_file = key != "mjcf" and name in ("file", "texture") and isinstance(value, str)
             made[name] = rename(value) if is_file else _mapped(value, rename, name)
         return made

@@ -1,10 +1,10 @@
-"""Parts and sensor types: reusable pieces of a description with typed parameters.
+"""Parts and sensor types: reusable pieces of a description with parameters.
 
-A part, instantiated by ``use``, is named ``NAME`` (in ``parts`` of the description), ``FILE/NAME`` (in the library that
+A ``use`` entry refers to a part by ``NAME`` (in ``parts`` of the description), ``FILE/NAME`` (in the library that
 ships with the tool) or ``PACKAGE:FILE/NAME`` (in a YAML file of an installed Python package).
 
-A sensor type has ``params`` that a sensor may set in ``with``, ``let``, and the keys that every sensor of this type
-gets unless it has its own. Its expressions may use the ``name`` of the sensor, its ``frame`` and its ``parent``.
+A sensor type has ``params``, which a sensor sets under ``with``, named values under ``let``, and keys that its sensors
+get unless they set them. Expressions in it may use the ``name``, ``frame`` and ``parent`` of the sensor.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ from .placing import Use, copy, join, place_fragment, with_source
 from .scope import Failed, Scope, key_place, value_place
 
 MAX_NESTED = 40
-INSTANCE = 20  # the number of values that an instance is counted as, even if it is empty
+INSTANCE = 20  # the number of values that each use of a part counts as, at least
 
 
 class Part(NamedTuple):
-    """A part as written, and the scope of its file."""
+    """A part as written, and the scope of the file that defines it."""
 
     name: str
     body: Map
@@ -45,7 +45,7 @@ class Part(NamedTuple):
 
 
 class Parts:
-    """Finds parts and instantiates them; ``library`` finds files of parts by name."""
+    """Look up parts and instantiate them; ``library`` returns the path of a file with parts."""
 
     def __init__(self, own: Any, scope: Scope, library: Callable[[str], Path | None]) -> None:
         self.own = own if isinstance(own, Map) else Map(Span(Source("", ""), 1, 1))
@@ -55,13 +55,13 @@ class Parts:
         self.found: dict[str, Part] = {}
 
     def use(self, tree: Map, entries: Map, scope: Scope, depth: int = 0) -> bool:
-        """Add what each ``use`` entry makes to a tree; return True if there were no errors."""
+        """Instantiate the part of each ``use`` entry and add it to the tree; return True if all of them are valid."""
         good = True
         via = scope.via or entries.via
         for key, item in entries.items():
             place = Place(entries.key_spans[key], via)
             try:
-                # Checked before evaluation, which would treat a section of the content as an entry with a loop.
+                # Check this before evaluation, which would treat a section of the content as an entry with a loop.
                 content = item.get("content") if isinstance(item, Map) else None
                 owner, sections = f'content of use "{key}" ', merged_sections(ENTRIES, in_parts=True)
                 if isinstance(content, Map) and not declarations.check_controls(owner, content, sections, scope):
@@ -70,7 +70,7 @@ class Parts:
                     name = inner.name(key, *place) if "$" in key else key
                     resolved = inner.resolve(entry, Place(entries.value_spans[key], via))
                     fragment = self.instance(name, resolved, inner, place, depth)
-                    size = sum(map(len, filter(None, fragment.values())))  # parts in parts multiply
+                    size = sum(map(len, filter(None, fragment.values())))  # nested parts grow exponentially
                     scope.count(size, *place)
                     good &= join(tree, fragment, scope, parts=True)
             except Failed:
@@ -78,7 +78,7 @@ class Parts:
         return good
 
     def instance(self, name: str, entry: Any, scope: Scope, place: Place, depth: int = 0) -> Map:
-        """Return the sections that a ``use`` entry makes. Raises Failed after reporting."""
+        """Return the sections that a ``use`` entry creates. Raises Failed after reporting errors."""
         if not isinstance(entry, Map):
             raise scope.fail("wrong-type", f'use "{name}" is a mapping that names a part', place, "write part: NAME")
         self.expansion.parts += 1
@@ -94,7 +94,7 @@ class Parts:
         if depth > MAX_NESTED:
             message = f'parts are nested more than {MAX_NESTED} levels deep, at part "{part.name}"'
             scope.report("part-cycle", message, place, "a part that uses itself needs an if")
-            self.expansion.nodes, self.expansion.is_full = sys.maxsize, True  # reported once, not for each branch
+            self.expansion.nodes, self.expansion.is_full = sys.maxsize, True  # report this once, not for each branch
             raise Failed
         prefix = str(entry.get("prefix", f"{name}_") or "")
         message = f'part "{part.name}" used here as "{name}"'
@@ -203,11 +203,11 @@ class Parts:
 
 
 def _bind(scope: Scope, owner: str, body: Map, entry: Map, user: Place) -> None:
-    """Bind the arguments that an entry passes to a part or a sensor type, and its named values. Raises Failed."""
+    """Bind the parameters and named values of a part or sensor type to the arguments of an entry. Raises Failed."""
     before, params, given = len(scope.expansion.diagnostics), body.get("params"), entry.get("with")
     given = Map(entry.span, entry.via) if given is None else given
     if not isinstance(given, Map):
-        raise Failed  # validation reports it
+        raise Failed  # validation reports the wrong type
     arguments = {
         key: (value, (value_place if key in (params or ()) else key_place)(given, key)) for key, value in given.items()
     }
@@ -217,10 +217,10 @@ def _bind(scope: Scope, owner: str, body: Map, entry: Map, user: Place) -> None:
 
 
 class ChangedSensor(Seq):
-    """The Gazebo sensor of a type with the changes of one sensor; ``brought`` is the Gazebo sensor of the type.
+    """A sensor type's Gazebo sensor with the changes of a sensor; ``brought`` is the unchanged one of the type.
 
-    The elements that the type has for MuJoCo move by the same amount as the Gazebo sensor. ``brought`` is None if the
-    sensor has MuJoCo elements of its own.
+    When the changes move the Gazebo sensor, MuJoCo elements of the type move with it. ``brought`` is None if the sensor
+    has its own MuJoCo elements.
     """
 
     __slots__ = ("brought",)
@@ -228,7 +228,7 @@ class ChangedSensor(Seq):
 
 
 def apply_types(tree: Map, own: Any, scope: Scope, library: Path) -> None:
-    """Add the values of its type to every sensor of a tree."""
+    """Merge the values of its sensor type into each sensor of a tree."""
     sensors: Any = tree.get("sensors")
     types = own if isinstance(own, Map) else {}
     shared: Any = None
@@ -260,10 +260,10 @@ def _with_type(name: str, kind: str, sensor: Map, definition: Map, scope: Scope)
         raise Failed
     place = Place(sensor.span, sensor.via)
     scope.bind("name", name, place)
-    on = "parent" if "parent" in sensor else "frame"  # without a parent it is on the link that is its frame
+    on = "parent" if "parent" in sensor else "frame"  # without a parent, the sensor is on the link ``frame``
     for key, source in (("frame", "frame"), ("parent", on)):
         if sensor.get(source) is None:
-            scope.broken.add(key)  # validation reports that it is missing
+            scope.broken.add(key)  # validation reports the missing key
         else:
             scope.bind(key, sensor[source], place)
     _bind(scope, f'sensor type "{kind}"', definition, sensor, Place(sensor.value_spans["type"], sensor.via))
@@ -280,7 +280,7 @@ def _with_type(name: str, kind: str, sensor: Map, definition: Map, scope: Scope)
         elif value is not None:
             value = copy(value)
             if isinstance(value, (Map, Seq)):
-                value.via = scope.via  # so that messages name the sensor
+                value.via = scope.via  # so that error messages name the sensor
             made.put(key, value, definition.key_spans[key], definition.value_spans[key])
     if changes is not None and "gazebo" not in definition:
         _changed(None, sensor, kind, scope)
@@ -312,7 +312,7 @@ def _merged(base: Map, changes: Map) -> Map:
     return made
 
 
-# Attributes of MJCF that are positions or directions.
+# MJCF attributes that are positions or directions, which ``mirror`` does not change.
 _SPATIAL = {"pos", "quat", "axis", "axisangle", "euler", "xyaxes", "zaxis", "fromto", "dir", "anchor", "relpose"}
 
 

@@ -1,7 +1,7 @@
-"""Placing and joining: the contents of a part become part of one tree.
+"""Place the contents of a part in a robot, and join sections of files and parts.
 
-They get a prefix, are mirrored, and are attached to the frame ``mount``; the schema defines which values are names,
-are mirrored, or are attached. For a reflection S, R' = S R S and p' = S p. Then sections of files and parts are joined.
+Names get a prefix, poses are mirrored, and entries on the frame ``mount`` are attached to the parent; the schema marks
+which values these are. Under a reflection S, a rotation R becomes S R S, and a position p becomes S p.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ Rename = Callable[[str], str]
 
 
 AXES = {"x": 0, "y": 1, "z": 2}
-# How the sides of a base are renamed when it is mirrored across x, y or z.
+# New names for the sides of a base that is mirrored across x, y or z.
 _SIDES: tuple[dict[str, str], ...] = ({"front": "rear", "rear": "front"}, {"left": "right", "right": "left"}, {})
 
 
 class Use(NamedTuple):
-    """How a fragment becomes part of a robot: its prefix, the frame it is attached to, with a pose, and a mirror.
+    """How to place a fragment in a robot: its prefix, the parent of ``mount`` and the pose in it, and a mirror axis.
 
-    ``xyz`` and ``rpy`` are in metres and radians; ``mirror`` reflects at the plane across x, y or z of the mount.
+    ``xyz`` is in metres, ``rpy`` in radians; ``mirror`` is "x", "y" or "z", the coordinate of the mount to negate.
     """
 
     prefix: str
@@ -48,10 +48,10 @@ class Use(NamedTuple):
 
 
 def place_fragment(fragment: Map, use: Use, names: SymbolTable | None = None, elements: Rename | None = None) -> Map:
-    """Return a fragment with prefixed names, mirrored and attached.
+    """Return a fragment renamed, mirrored and attached as ``use`` specifies.
 
-    ``names`` are those of the fragment, if they are known. ``elements`` renames in elements for the URDF; by default
-    links and joints get their names there.
+    ``names`` is the symbol table of the fragment, if there is one. ``elements`` renames in URDF elements; by default,
+    references to links and joints of the fragment are renamed.
     """
     placer = _Placer(names or SymbolTable(fragment), use, elements)
     made = fragment.copy()
@@ -62,7 +62,7 @@ def place_fragment(fragment: Map, use: Use, names: SymbolTable | None = None, el
 
 
 def _tagged(section: str, value: Any, via: Instance | None) -> Any:
-    """Return a section whose entries refer to the part that created them, even those that it does not change."""
+    """Set ``via`` of each entry in a section, so that messages name the part that created it."""
 
     def tag(entry: Any) -> Any:
         own = getattr(entry, "via", None)
@@ -79,14 +79,14 @@ def _tagged(section: str, value: Any, via: Instance | None) -> Any:
     if holds_many(section) and isinstance(value, Map):
         nodes = {key: sections()[section].value_of(key) for key, item in value.items() if isinstance(item, Map)}
         tables = [key for key, node in nodes.items() if node is not None and node.keys is not None]
-        # Its tables and lists of entries, not its settings.
+        # Also the entries in its tables and lists.
         entries = {key: map_items(item, tag) for key, item in value.items() if key in tables or isinstance(item, Seq)}
         return tag(value.like(entries))
     return tag(value) if is_one_entry(section) else map_items(value, tag) if isinstance(value, (Map, Seq)) else value
 
 
 def map_items(section: Any, change: Callable[[Any], Any]) -> Any:
-    """Return a mapping or a list with each value changed."""
+    """Apply ``change`` to each value of a mapping or list."""
     if isinstance(section, Map):
         return map_table(section, lambda name: name, change)
     made = Seq(section.span, section.via)
@@ -96,7 +96,7 @@ def map_items(section: Any, change: Callable[[Any], Any]) -> Any:
 
 
 def map_table(table: Map, rename: Rename, change: Callable[[Any], Any] = lambda value: value) -> Map:
-    """Return a mapping with each key renamed, and each value changed."""
+    """Rename each key of a mapping, and apply ``change`` to each value."""
     made = Map(table.span, table.via)
     for name, value in table.items():
         made.put(rename(name), change(value), table.key_spans[name], table.value_spans[name])
@@ -123,7 +123,7 @@ def _with(entry: Map, changes: dict[str, Any]) -> Map:
 
 
 class _Placer:
-    """Renames, mirrors and attaches the values of one part, as the schema defines."""
+    """Rename, mirror and attach the values of a part, according to the annotations of the schema."""
 
     def __init__(self, names: SymbolTable, use: Use, elements: Rename | None) -> None:
         self.names, self.use, self.elements = names, use, elements
@@ -133,7 +133,7 @@ class _Placer:
         self.active |= {MIRROR} if self.mirror is not None else set()
 
     def value(self, node: Node, value: Any) -> Any:
-        """Return the value at a place of the schema."""
+        """Return the value for a location of the schema, changed by the use."""
         if self.active.isdisjoint(node.of):
             return value
         if node.inside:
@@ -172,13 +172,13 @@ class _Placer:
         return changed if keys is None else map_table(changed, lambda name: self._text(keys, name))
 
     def rename(self, kind: str, name: str) -> str:
-        """Return the name that an object of a kind has outside the part."""
+        """Return the global name for a name in the part."""
         if name == MOUNT and kind in ("link", "site") and MOUNT not in self.names.of.get("link", ()):
             return name if self.use.parent is None else self.use.parent
         return self.use.prefix + name if self.names.gives(kind, name) else name
 
     def _mounted(self, entry: Map, changes: dict[str, Any], keys: Sequence[str]) -> dict[str, Any]:
-        """Return the pose of an entry on the mount, and directions in it, relative to the parent of the use."""
+        """Transform a pose on the mount, and directions in it, to the frame that the part is attached to."""
         own = {key: changes.get(key, entry.get(key)) for key in ("xyz", "rpy", *keys)}
         xyz, rpy = self.use.xyz, self.use.rpy
         directions = [key for key in keys if key not in ("xyz", "rpy") and own[key] is not None]
@@ -187,7 +187,7 @@ class _Placer:
         good = all(is_vector(value, LENGTH) for value in (xyz, own["xyz"]))
         good &= all(is_vector(value, ANGLE) for value in (rpy, own["rpy"]))
         if not good or not all(is_vector(own[key]) for key in directions):
-            return {}  # validation reports what is wrong
+            return {}  # validation reports the error
         outer = Pose(_vector(xyz), _vector(rpy)).transform()
         pose = pose_of(outer.then(Pose(_vector(own["xyz"]), _vector(own["rpy"])).transform()))
         made = {"xyz": sequence_like(pose.xyz, entry), "rpy": sequence_like(pose.rpy, entry)}
@@ -212,7 +212,7 @@ class _Placer:
     def _parameters(self, value: Any) -> Any:
         rename = self._among(self.names.among(IN_PARAMETERS).__contains__)
         if isinstance(value, str):
-            name, slash, rest = value.partition("/")  # an interface: joint1/position
+            name, slash, rest = value.partition("/")  # a ros2_control interface, such as joint1/position
             return rename(name) + slash + rest
         if isinstance(value, Seq):
             return map_items(value, self._parameters)
@@ -226,7 +226,7 @@ def _vector(value: Any) -> tuple[float, float, float]:
     return (float(x), float(y), float(z))
 
 
-# Mirrors: each function takes a mapping and the index of the axis, and returns the values that change.
+# Functions that mirror a mapping: they take it and the index of the axis, and return the changed values.
 
 
 def _vectors(polar: tuple[str, ...], axial: tuple[str, ...] = ()) -> Callable[[Map, int], dict[str, Any]]:
@@ -239,7 +239,7 @@ def _vectors(polar: tuple[str, ...], axial: tuple[str, ...] = ()) -> Callable[[M
 
 def _axis(joint: Map, axis: int) -> dict[str, Any]:
     values = joint.get("axis")
-    kind = joint.get("type", "revolute" if values is not None else "")  # what has no type is not a joint
+    kind = joint.get("type", "revolute" if values is not None else "")  # an entry without type and axis is not a joint
     if kind not in ("revolute", "continuous", "prismatic", "planar") or not is_vector(values):
         return {}
     values = sequence_like((1, 0, 0), joint) if values is None else values
@@ -247,9 +247,9 @@ def _axis(joint: Map, axis: int) -> dict[str, Any]:
 
 
 def _grid(grid: Map, axis: int) -> dict[str, Any]:
-    """Reverse the order of the cells of a height map along x or y.
+    """Mirror a height map: reverse the order of its cells along x or y, or negate the heights along z.
 
-    Along z the heights would change sign, which a rule reports: a map measures them upward from z = 0.
+    A rule reports negative heights: a height map is measured upward from z = 0.
     """
     heights, origin, cell = grid.get("heights"), grid.get("origin"), grid.get("cell")
     if not isinstance(heights, Seq) or not heights or not all(isinstance(row, Seq) for row in heights):
@@ -295,34 +295,34 @@ def _gear(actuator: Map, axis: int) -> dict[str, Any]:
     return {"gear": sequence_like([*_reflected(gear[:-3], axis, False), *_reflected(gear[-3:], axis, True)], gear)}
 
 
-# By the annotation ``x-mirror``, whose keys are ``annotations.MIRRORED_KEYS``.
+# The functions by the value of ``x-mirror`` (see ``annotations.MIRRORED_KEYS``).
 MIRRORED: dict[str, Callable[[Map, int], dict[str, Any]]] = {"pose": _vectors(("xyz",), ("rpy",)), "axis": _axis}
 MIRRORED |= {"grid": _grid, "inertia": _inertia, "bounds": _bounds, "scale": _scale, "gear": _gear}
 MIRRORED |= {key: _vectors((key,)) for key in ("direction", "dir", "at")}
 
 
 def side(role: str, axis: int | None) -> str:
-    """Return the role of mirrored wheels: ``front_left`` across y is ``front_right``."""
+    """Mirror the name of a wheel: across y, ``front_left`` becomes ``front_right``."""
     swapped = _SIDES[axis] if axis is not None else {}
     return "_".join(swapped.get(word, word) for word in role.split("_"))
 
 
 def is_number(value: Any, dimension: Dimension | None = None) -> bool:
-    """Return True for a number, of the dimension if one is requested; a bare number has any dimension."""
+    """Return True for a number with the given dimension, if not None; a bare number has any dimension."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return False
     return dimension is None or not isinstance(value, Quantity) or value.dimension == dimension
 
 
 def is_vector(value: Any, dimension: Dimension | None = None) -> bool:
-    """Return True for three finite numbers, of a dimension if one is requested, or None."""
+    """Return True for None, or three finite numbers with the given dimension, if not None."""
     if not isinstance(value, list) or len(value) != 3:
         return value is None
     return all(is_number(v, dimension) and math.isfinite(v) for v in value)
 
 
 def sequence_like(values: Iterable[Any], like: Any) -> Seq:
-    """Return a sequence of values with the places of another one, or the place of a mapping."""
+    """Return a sequence of values with the spans of a sequence ``like``, or with the span of a mapping."""
     made = Seq(like.span, like.via)
     spans = getattr(like, "value_spans", None)
     for index, value in enumerate(values):
@@ -337,16 +337,16 @@ def _reflected(values: Iterable[Any], axis: int, axial: bool) -> list[Any]:
 def _negative(value: float) -> float:
     if value and isinstance(value, Quantity):
         return Quantity(-value, value.dimension, value.text)
-    return -value if value else value  # no negative zero
+    return -value if value else value  # avoid -0.0
 
 
-OF_PARTS = ("parts", "sensor_types", "use")  # joined by name, although the schema of results has no such sections
+OF_PARTS = ("parts", "sensor_types", "use")  # joined by name, although the schema of expanded descriptions lacks them
 
 
 def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
-    """Add the sections of a fragment to a tree; report what cannot be added; return True if there are no errors.
+    """Add the sections of a fragment to a tree; report conflicts; return True if all sections could be added.
 
-    ``parts``: the fragment comes from a part, and its entries refer to the instance that created them.
+    ``parts``: the fragment comes from a part, and its entries know the use that created them.
     """
     good, joined = True, (*merged_sections(ENTRIES, ITEMS, WITHIN), *OF_PARTS)
     for section, value in more.items():
@@ -373,7 +373,7 @@ def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
         elif isinstance(have, Map) and isinstance(value, Map):
             if holds_many(section):
                 good &= _join_within(section, have, value, scope)
-            else:  # two calls of a macro have the materials of its file
+            else:  # two uses of a xacro macro share the materials of its file
                 good &= _join_entries(section, have, value, scope, equal=section == "materials")
         elif value is not None and isinstance(have, Seq if section in merged_sections(ITEMS) else Map):
             message = f"{section} is {'a list' if isinstance(have, Seq) else 'a mapping'} in every file"
@@ -381,14 +381,14 @@ def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
             continue
         result = tree.get(section)
         holds_others = isinstance(result, (Map, Seq)) and (have is not None or not is_one_entry(section))
-        # Each entry of a part knows what made it; an include also leads to the entries of other files.
+        # The entries come from several parts, so the section itself belongs to the tree.
         if parts and result is not None and holds_others and not isinstance(result.via, Include):
             result.via = tree.via
     return good
 
 
 def _report(rule: str, message: str, help: str, name: str, first: Map, second: Map, scope: Scope) -> bool:
-    """Report a name that two mappings share, at the argument that it comes from, if any; return False."""
+    """Report a name that two mappings define, at the argument that contains it if there is one; return False."""
     place = Place(second.key_spans[name], getattr(second[name], "via", None) or second.via)
     earlier = Place(first.key_spans[name], getattr(first[name], "via", None) if rule == "duplicate-key" else None)
     related = [Related("first defined here", earlier.span), *earlier.stack()]
@@ -420,7 +420,7 @@ def _join_within(section: str, have: Map, more: Map, scope: Scope) -> bool:
         if mine is None:
             have.put(key, copy(value), more.key_spans[key], more.value_spans[key])
         elif key not in keys_of(section):
-            continue  # validation reports it
+            continue  # validation reports the unknown key
         elif isinstance(mine, Seq) and isinstance(value, Seq):
             have[key] = joined = copy(mine)
             _extend(joined, value)
@@ -437,20 +437,20 @@ def _is_table_of_entries(value: Any) -> bool:
 
 
 def copy(value: Any) -> Any:
-    """Return a mapping or a list of the same entries, which may grow."""
+    """Return a copy of a mapping or list to which entries may be added."""
     if isinstance(value, Map):
         return value.copy()
     return map_items(value, lambda item: item) if isinstance(value, Seq) else value
 
 
 def with_source(tree: Map, owner: Map) -> Map:
-    """Return sections in which every entry has a source: its own, or that of ``owner``, a use."""
+    """Add ``source`` of a use entry to all entries of the sections that lack it."""
     maps = [(key, part) for key, part in tree.items() if isinstance(part, Map) and not holds_many(key)]
     return tree.like({key: (_sourced if is_one_entry(key) else with_sources)(part, owner) for key, part in maps})
 
 
 def with_sources(section: Map, owner: Map) -> Map:
-    """Return a section in which every entry has a source: its own, or that of ``owner``, a file or a use."""
+    """Add ``source`` of a file or use entry to all entries of a section that lack it."""
     return section.like({name: _sourced(entry, owner) for name, entry in section.items() if isinstance(entry, Map)})
 
 

@@ -1,8 +1,8 @@
-"""Provenance: from a value in the evaluated tree back to the text that a person wrote.
+"""Provenance: find where the value that caused an error was written.
 
-``mass: ${m}`` is in a part, but the number was written under ``with`` or ``let``. An error in a value that is passed
-to a part, or in a value calculated from it, is reported where the value was passed; but if an argument has the kind
-its parameter requires, a wrong kind is the fault of the part. This is computed only when there is something to report.
+If a part has ``mass: ${m}``, the number was written under ``with`` or ``let``. So an error in an argument, or in a
+value calculated from it, is reported where the argument is. If the error is about the kind of value (unit or type),
+and the argument has the declared kind, it is reported in the part. This is computed only if there are errors.
 """
 
 from __future__ import annotations
@@ -21,36 +21,36 @@ from ..symbols import MOUNT
 if TYPE_CHECKING:
     from .scope import Scope
 
-# A name alone, or an entry of a table or a list: ${m}, ${wheel.mass}, ${sizes[0]}.
+# A single name, or an entry of a table or list: ${m}, ${wheel.mass}, ${sizes[0]}.
 _LONE_NAME = re.compile(r"([^\W\d]\w*)((?:\.[^\W\d]\w*|\[\d+\])*)\Z")
 _STEP = re.compile(r"\.([^\W\d]\w*)|\[(\d+)\]")
-_MOUNT = f"={MOUNT}"  # the frame that a part is attached to, among names
-_OF_USE = ("name", "mirrored", "prefix")  # names that the use of a part defines without an argument
-MAX_STEPS = 20  # values that consist of a single name
-MAX_DEPTH = 100  # nested expressions
+_MOUNT = f"={MOUNT}"  # pseudo name of the frame that a part is attached to
+_OF_USE = ("name", "mirrored", "prefix")  # names that each use of a part defines, without an argument
+MAX_STEPS = 20  # limit of chains such as a: ${b}, b: ${c}
+MAX_DEPTH = 100  # limit of nested expressions
 
 USED = "used here"
-# Rules about the kind of a value, whatever the value.
+# Rules about the kind of a value, not its magnitude.
 OF_KINDS = ("wrong-unit", "wrong-type")
-# Rules about a name: if it is a key, it may be an argument too.
+# Rules about names: an error at a key may be caused by an argument in the key.
 _OF_NAMES = ("bad-name", "unknown-link", "unknown-joint", "unknown-name", "unknown-frame-id", "unknown-servo")
 
 
 class Origin(NamedTuple):
-    """Where a value was written, and the other values that it was calculated from."""
+    """Where a value was written; ``others`` are the other arguments that it was calculated from."""
 
     span: Span
     others: tuple[Span, ...] = ()
 
     def related_places(self, used: Span) -> tuple[Related, ...]:
-        """Return related places: where the value is used, and where its other values are defined."""
+        """Return where the value is used, and where the other arguments were written."""
         return (Related(USED, used), *(Related("it depends on this, too", span) for span in self.others))
 
 
 def argument_of(scope: Scope, names: Iterable[str], of_kinds: bool = False) -> Origin | None:
-    """Return the arguments that an expression of some names depends on, seen from a scope; None if there are none.
+    """Return the origin of the arguments that an expression with these names in a scope depends on, or None.
 
-    None also for a chain of names that is too long for Python's stack: the error is reported at its own place.
+    Also return None if the chain of names is too long for Python's stack; the error is then reported where it occurs.
     """
     try:
         return _first(_Search(scope.expansion.root, of_kinds).arguments(scope, names))
@@ -59,21 +59,21 @@ def argument_of(scope: Scope, names: Iterable[str], of_kinds: bool = False) -> O
 
 
 def argument_at(scope: Scope, span: Span, of_kinds: bool = False) -> Origin | None:
-    """Return the arguments that the text at a place depends on, seen from a scope; None if there are none."""
+    """Return the origin of the arguments that the expression at ``span`` in a scope depends on, or None."""
     return argument_of(scope, _names_at(span), of_kinds)
 
 
 def argument_behind(root: Scope, place: Place) -> Origin | None:
-    """Return the arguments that the value or the key at a place depends on; None if there are none."""
+    """Return the origin of the arguments that the value or key at a place depends on, or None."""
     return argument_at(scope_of(root, place.via), place.span)
 
 
 def mistake_place(
     root: Scope | None, tree: Map, path: Path, rule: str, key: bool = False, within: bool = False
 ) -> tuple[Place, tuple[Related, ...]]:
-    """Return where an error at a path is reported, and the second places: where the value is used.
+    """Return where to report an error at a path, and related places: where the value is used.
 
-    ``root`` is the scope of the description, if there is one; ``key`` and ``within`` as in ``tree.written``.
+    ``root`` is the scope of the description, or None; ``key`` and ``within`` as in ``tree.written_place``.
     """
     place, use = written_place(tree, path, key, within)
     origin = None
@@ -97,7 +97,7 @@ def problem_at(
     related: Iterable[Related] = (),
     key: bool = False,
 ) -> Diagnostic:
-    """Return an error at a path of the tree, or of its longest prefix that exists; with ``key`` at the last key."""
+    """Return an error at a path of the tree, or its longest existing prefix; with ``key``, at the last key."""
     path = tuple(path)
     if exists(tree, path) and (rule in _OF_NAMES or not key):
         place, uses = mistake_place(root, tree, path, rule, key)
@@ -107,7 +107,7 @@ def problem_at(
 
 
 def scope_of(root: Scope, via: Instance | None) -> Scope:
-    """Return the scope in which a value was evaluated that came by ``via``."""
+    """Return the scope in which a value with the instance ``via`` was evaluated."""
     scopes: dict[int, Scope] = root.expansion.scopes
     while via is not None and id(via) not in scopes:
         via = via.parent
@@ -115,10 +115,10 @@ def scope_of(root: Scope, via: Instance | None) -> Scope:
 
 
 class _Definition(NamedTuple):
-    """Where the value of a name was written, and the scope that evaluated its expression.
+    """The definition of a name: where its value was written, and in which scope.
 
-    ``argument``: it was passed from outside. ``keeps_kind``: it has the requested kind, or none was requested, so that
-    an error about kinds is caused by the expression that uses it.
+    ``argument``: the value was passed as an argument. ``keeps_kind``: it has the declared kind, if one is declared, so
+    an error about kinds is in the expression that uses it.
     """
 
     span: Span
@@ -133,25 +133,25 @@ class _Search:
         self.root, self.of_kinds, self.visited = root, of_kinds, set[Span]()
 
     def origin(self, scope: Scope, span: Span) -> Origin | None:
-        """Return where the value at a place, which a scope evaluated, was written; None if it was written there."""
+        """Return where the value at ``span``, evaluated in a scope, was written, or None if it was written there."""
         place, inside = self.follow_names(scope, span, MAX_STEPS)
         outside = _first(self.arguments(inside, _names_at(place)))
         return outside or (None if place == span else Origin(place))
 
     def follow_names(self, scope: Scope, span: Span, steps: int) -> tuple[Span, Scope]:
-        """Follow values that are a single name to the last place where a person may have written a value."""
+        """Follow expressions that are a single name to the span and scope where a value was written."""
         text = _text_at(span)
         found = pieces(text) if steps else ()
         match = _LONE_NAME.match(found[0].text.strip()) if len(found) == 1 and found[0].is_whole else None
         name, keys = (match[1], match[2]) if match else (_MOUNT if steps and text == MOUNT else "", "")
         definition = self.definition(scope, name, keys) if name else None
-        # A default of a part of another file is not a value of the description.
+        # A default in another file's part is not a value of the description.
         if definition is None or self.is_foreign(definition.scope) or (self.of_kinds and definition.keeps_kind):
             return span, scope
         return self.follow_names(definition.scope, definition.span, steps - 1)
 
     def arguments(self, scope: Scope, names: Iterable[str], depth: int = 0) -> Iterator[tuple[Span, Any]]:
-        """Yield the places and the values of the outermost arguments that some names depend on."""
+        """Yield the span and value of each outermost argument that the names depend on."""
         for name in names if depth < MAX_DEPTH else ():
             found = self.definition(scope, name)
             if found is None or (self.of_kinds and found.argument and found.keeps_kind) or found.span in self.visited:
@@ -163,7 +163,7 @@ class _Search:
             yield from outer
 
     def definition(self, scope: Scope, name: str, keys: str = "") -> _Definition | None:
-        """Return where the value of a name, or of an entry of it, comes from; None if nobody wrote it."""
+        """Return the definition of a name, or of an entry of its value, or None if it is not written in a file."""
         if name == _MOUNT:
             users = ((user.mount, user) for user in scope.ancestors() if user.mount is not None)
             return next((_Definition(mount.span, self.outside(user), None, True, False) for mount, user in users), None)
@@ -186,11 +186,11 @@ class _Search:
         return _Definition(place.span, owner if local else self.outside(owner), value, argument, keeps_kind)
 
     def outside(self, scope: Scope) -> Scope:
-        """Return the scope in which the arguments of a part, or the values of a loop, were evaluated."""
+        """Return the scope that evaluated the arguments of a part, or the values of a loop."""
         return scope_of(self.root, scope.via.parent) if scope.via else self.root
 
     def is_foreign(self, scope: Scope) -> bool:
-        """Return True if a scope belongs to a file of parts: of the library or of another package."""
+        """Return True if a scope is in a file with parts, of the library or a Python package."""
         return self.root not in scope.ancestors()
 
 
@@ -201,7 +201,7 @@ def _first(arguments: Iterable[tuple[Span, Any]]) -> Origin | None:
 
 
 def is_like_a_number(value: Any) -> bool:
-    """Return True for a text that begins like a number: 15 rda/s."""
+    """Return True for a string that begins like a number, such as "15 rda/s"."""
     return isinstance(value, str) and bool(re.match(r"[-+~]?\.?\d", value))
 
 

@@ -1,6 +1,6 @@
-"""Scopes: names and their values, lexically nested; expressions, loops and conditions are evaluated in them.
+"""Scopes: nested namespaces in which expressions, loops and conditions are evaluated.
 
-A named value is evaluated once, when it is first needed. ``resolve`` shares the pieces without any expression.
+A named value is evaluated when it is first used. ``resolve`` returns values without expressions unchanged, not copied.
 """
 
 from __future__ import annotations
@@ -26,22 +26,22 @@ from ..suggestions import flag_meant, number_meant, unit_meant
 from .provenance import OF_KINDS, Origin, argument_at, argument_of, is_like_a_number
 
 MAX_NODES = 1_500_000
-MAX_CALLED = 30  # nested calls of a named value that takes values
-# Steps of all expressions together (some ten seconds); one of them may take a seventh of it.
+MAX_CALLED = 30  # nested calls of a function that is defined under let
+# Limit of the steps of all expressions (about ten seconds); a single expression may take a seventh of it.
 MAX_WORK = 20_000_000
 _OF_XACRO = re.compile(r"\$\((find|arg|env|optenv|eval|dirname|anon)\b([^)]*)\)")
-# Rules about a whole entry, although they are reported at its name.
+# Errors about an entry, not its name, although they are reported at the name.
 _OF_ENTRIES = ("missing-key", "unknown-key", "ignored-key", "part-cycle")
 
 
 class Failed(Exception):
-    """A value has errors, which have been reported already."""
+    """Evaluation failed; the errors have been reported."""
 
 
 class Disabled(NamedTuple):
-    """An entry that its condition, or a loop without rounds (``is_empty``), removes; ``scope`` evaluates its name.
+    """An entry removed by a false ``if``, or by a ``for`` without iterations (``is_empty``).
 
-    ``key`` is its name as written, "" for an item of a list; ``is_use``: it uses a part.
+    ``key`` is its name as written, "" for a list item; ``scope`` can evaluate it; ``is_use`` is True for a ``use``.
     """
 
     key: str
@@ -52,16 +52,16 @@ class Disabled(NamedTuple):
 
 
 class Expansion:
-    """Diagnostics and limits of an expansion, and what was computed for each piece of the files, by its identity."""
+    """The state of an expansion: diagnostics, limits, and results cached by the identity of tree nodes."""
 
     def __init__(self) -> None:
         self.diagnostics: list[Diagnostic] = []
         self.nodes = 0
         self.parts = 0
-        self.is_full = False  # a limit has been reported
-        self.blamed: set[Any] = set()  # arguments that an error in an expression was reported for
-        self.root: Any = None  # the scope of the description, which is the first one
-        self.scopes: dict[int, Any] = {}  # scopes of parts and rounds of loops, by the identity of their Instance
+        self.is_full = False  # True after a limit was reported
+        self.blamed: set[Any] = set()  # arguments for which an expression error was reported
+        self.root: Any = None  # the first scope, that of the description
+        self.scopes: dict[int, Any] = {}  # scopes of parts and loop iterations by id() of their Instance
         self.disabled: list[Disabled] = []
         self.parameters: dict[int, Any] = {}
         self._start = EFFORT.total
@@ -69,19 +69,19 @@ class Expansion:
         self._bodies: dict[int, Any] = {}
 
     def forget(self) -> None:
-        """Drop the scopes, which refer to the tree: it is freed when nobody else needs it."""
+        """Release the scopes, which refer to the tree, so that the tree can be freed."""
         self.scopes.clear()
         self.disabled.clear()
         self.root = None
 
     @property
     def work(self) -> int:
-        """The steps of all expressions so far."""
+        """The number of evaluation steps so far."""
         return EFFORT.total - self._start
 
     @contextmanager
     def without_limits(self) -> Iterator[None]:
-        """Disable the limits while something is evaluated only to find its errors."""
+        """Suspend the limits while something is evaluated only to report its errors."""
         nodes, work, is_full = self.nodes, self.work, self.is_full
         reported, disabled = len(self.diagnostics), len(self.disabled)
         self.nodes = 0
@@ -92,7 +92,7 @@ class Expansion:
         del self.disabled[disabled:]
 
     def is_constant(self, value: Any) -> bool:
-        """Return True if a piece of the tree contains no expression, loop or condition."""
+        """Return True if a value contains no expression, loop or condition."""
         if isinstance(value, str):
             return "$" not in value
         if not isinstance(value, (Map, Seq)):
@@ -105,7 +105,7 @@ class Expansion:
         return constant
 
     def body(self, entry: Map) -> Any:
-        """Return an entry without its loop and condition; if only ``value`` is left, the value of that."""
+        """Return an entry without ``for`` and ``if``; if only the key ``value`` is left, return its value."""
         if id(entry) not in self._bodies:
             body = entry.copy()
             for control in ("for", "if"):
@@ -115,11 +115,11 @@ class Expansion:
 
 
 class Scope:
-    """Names of a part, a loop or a description, within ``parent``; ``via`` is the instance that leads here.
+    """The names that a description, part, loop or function defines; ``via`` is the instance that created the scope.
 
-    ``prefix`` precedes all names that a part creates here. ``places`` has the place where each name got its value;
-    ``local`` has the values that were written in this scope (named values, defaults) and not passed from outside;
-    ``looped`` has the places where the names of a loop are written.
+    ``parent`` is the enclosing scope, ``prefix`` that of all names that a part creates here. ``places`` is where each
+    name got its value; ``local`` has the names whose value was written here (named values, defaults), not passed as an
+    argument; ``looped`` is where the names of a loop are.
     """
 
     def __init__(self, expansion: Expansion, parent: Scope | None = None, via: Instance | None = None) -> None:
@@ -131,7 +131,7 @@ class Scope:
         self.local: dict[str, Place] = {}
         self.looped: Mapping[str, Span] = {}
         self.declared: Mapping[str, Any] = {}  # parameters by name
-        self.mount: Place | None = None  # where the use of a part names the frame that it is attached to
+        self.mount: Place | None = None  # where the use of a part names its parent frame
         self.pending: dict[str, tuple[Any, Place]] = {}
         self.broken: set[str] = set()
         self.running: list[str] = parent.running if parent else []
@@ -143,7 +143,7 @@ class Scope:
     # Names
 
     def define(self, name: str, value: Any, place: Place, value_place: Place | None = None) -> None:
-        """Add a named value, evaluated later: named at ``place``, written at ``value_place``."""
+        """Define a named value, evaluated on first use; its name is at ``place``, its value at ``value_place``."""
         value_place = value_place or place
         call = re.fullmatch(r"([^(]*)\((.*)\)", name, re.DOTALL)
         own, parameters = (call[1], [one.strip() for one in call[2].split(",") if call[2]]) if call else (name, [])
@@ -164,7 +164,7 @@ class Scope:
             self.pending[own] = value, value_place
 
     def _call(self, name: str, parameters: Sequence[str], body: Any, place: Place, *arguments: Any) -> Any:
-        """Return the value of ``box(x, y)`` under ``let``, whose body sees the names here and its arguments."""
+        """Call a function such as ``box(x, y)`` under ``let``; its body sees names of this scope and its arguments."""
         signature, count = f"{name}({', '.join(parameters)})", len(parameters)
         if len(arguments) != count:
             raise ExpressionError(f"{signature} takes {count_of(count, 'value')}, not {len(arguments)}")
@@ -181,24 +181,24 @@ class Scope:
             self.running.pop()
 
     def define_all(self, lets: Any) -> None:
-        """Add the named values of a ``let`` section, if there is one."""
+        """Define the named values of a ``let`` section, if it is a mapping."""
         for name, value in lets.items() if isinstance(lets, Map) else ():
             self.define(name, value, key_place(lets, name), value_place(lets, name))
 
     def bind(self, name: str, value: Any, place: Place) -> None:
-        """Add a value that needs no evaluation."""
+        """Define a name with an evaluated value."""
         self.places[name] = place
         self.values[name] = value
 
     def lookup(self, name: str) -> Any:
-        """Return the value of a name. Raises KeyError if there is none, Failed if its own expression has errors."""
+        """Return the value of a name. Raises KeyError if it is undefined, Failed if its expression has errors."""
         scope: Scope | None = self
         while scope is not None:
             if name in scope.values:
                 return scope.values[name]
             if name in scope.pending or name in scope.broken:
                 return scope._evaluate(name)
-            # A scope with another value of that name hides its choices.
+            # A scope that redefines an argument hides the choices (one_of) of the argument.
             scope = None if name.endswith(CHOICES) and name.removesuffix(CHOICES) in scope.places else scope.parent
         raise KeyError(name)
 
@@ -225,44 +225,44 @@ class Scope:
         return self.values[name]
 
     def evaluate_rest(self) -> bool:
-        """Evaluate the named values that nothing has used, for their errors; return True if there are none."""
+        """Evaluate unused named values to report their errors; return True if all values are valid."""
         for name in list(self.pending):
             with suppress(Failed):
                 self.lookup(name)
         return not self.pending
 
     def all_names(self) -> dict[str, Span]:
-        """Return where the names defined here and in the scopes around are, without constants, units and functions."""
+        """Return where each name visible here is defined, without constants, units and functions."""
         here = {name: self.looped.get(name, place.span) for name, place in self.places.items()}
         return {**(self.parent.all_names() if self.parent else {}), **here}
 
     def ancestors(self) -> Iterator[Scope]:
-        """Yield this scope and those around it, the outermost last."""
+        """Yield this scope and its enclosing scopes, the outermost last."""
         scope: Scope | None = self
         while scope is not None:
             yield scope
             scope = scope.parent
 
     def owner(self, name: str) -> Scope | None:
-        """Return the scope that defines a name that can be used here."""
+        """Return the scope that defines a name visible here, or None."""
         return next((scope for scope in self.ancestors() if name in scope.places), None)
 
     # Errors
 
     def report(self, rule: str, message: str, place: Place, help: Help = "", related: Sequence[Related] = ()) -> None:
-        """Add an error at a place, or at the argument behind it, with the includes and parts that led to it."""
+        """Report an error at a place, or at the argument that caused it, with the includes and parts that led there."""
         origin = None if rule in _OF_ENTRIES else argument_at(self, place.span, rule in OF_KINDS)
         self.report_origin(rule, message, place, help, related, origin)
 
     def fail(self, rule: str, message: str, place: Place, help: Help = "", related: Sequence[Related] = ()) -> Failed:
-        """Add an error as ``report`` does, and return the exception to raise."""
+        """Report an error as ``report`` does, and return the exception to raise."""
         self.report(rule, message, place, help, related)
         return Failed()
 
     def report_origin(
         self, rule: str, message: str, place: Place, help: Help, related: Iterable[Related], origin: Origin | None
     ) -> None:
-        """Add an error at the origin of a value, if it has one; of all errors of expressions there only the first."""
+        """Report an error at an origin, or at ``place`` without one; at an origin, only the first expression error."""
         stack = tuple(self.via.stack()) if self.via else place.stack()
         uses = origin.related_places(place.span) if origin else ()
         span = origin.span if origin else place.span
@@ -273,7 +273,7 @@ class Scope:
         self.expansion.diagnostics.append(error(rule, message, span, help, [*related, *uses, *stack]))
 
     def count(self, nodes: int, span: Span, via: Instance | None) -> None:
-        """Count values that are made. Raises Failed if there are more than any robot has."""
+        """Count new values against the limit. Raises Failed after reporting that the limit is exceeded."""
         self.expansion.nodes += nodes
         Progress.step("expanding parts" if self.expansion.parts else "expanding", self.expansion.parts)
         if self.expansion.nodes > MAX_NODES:
@@ -288,9 +288,9 @@ class Scope:
     # Evaluation
 
     def resolve(self, value: Any, place: Place, xml: bool = False) -> Any:
-        """Return a value of the tree with everything in it evaluated. Raises Failed after reporting.
+        """Evaluate all expressions, loops and conditions in a value. Raises Failed after reporting errors.
 
-        ``xml``: its texts are elements of XML.
+        ``xml``: strings in it are XML elements.
         """
         if self.expansion.is_constant(value):
             return value
@@ -299,9 +299,9 @@ class Scope:
         return self._sequence(value, xml) if isinstance(value, Seq) else self.text(value, place.span, place.via, xml)
 
     def _mapping(self, value: Map) -> Map:
-        """Return a mapping with its keys and values evaluated.
+        """Evaluate the keys and values of a mapping.
 
-        A key whose expression evaluates to ``none`` is left out; a part passes on an optional argument in this way.
+        A key whose expression evaluates to ``none`` is omitted; parts pass on optional arguments in this way.
         """
         via = self.via or value.via
         made = Map(value.span, via)
@@ -311,7 +311,7 @@ class Scope:
             key_span, span = value.key_spans[key], value.value_spans[key]
             try:
                 if "$" not in key and not _is_controlled(item):
-                    # In elements of XML, a value is written as XML requires.
+                    # In XML elements, values are escaped.
                     resolved = self.resolve(item, Place(span, via), key in keys_of_xml())
                     if resolved is not None or item is None:
                         made.put(key, resolved, key_span, span)
@@ -325,7 +325,7 @@ class Scope:
                         raise self.fail("duplicate-key", message, Place(key_span, via), help, related)
                     entry = scope.resolve(entry, Place(span, via))
                     if "$" in key and isinstance(entry, Map) and scope is not self:
-                        entry = entry.made_by(scope.via)  # an entry that is equal in every round lacks its round
+                        entry = entry.made_by(scope.via)  # record the iteration
                     made.put(name, entry, key_span, span)
             except Failed:
                 failed = True
@@ -334,7 +334,7 @@ class Scope:
         return made
 
     def name(self, key: str, span: Span, via: Instance | None) -> str:
-        """Return a key with its expressions evaluated; the result must be text or a number."""
+        """Evaluate the expressions in a key; the result must be text or a number."""
         name = self.text(key, span, via)
         if isinstance(name, (str, int, float)):
             return str(FUNCTIONS["str"](name))
@@ -358,7 +358,7 @@ class Scope:
         return made
 
     def entries(self, item: Any, key: str = "", is_use: bool = False) -> Iterator[tuple[Scope, Any]]:
-        """Yield an entry with the scope to evaluate it in: for each round of its ``for``, if its ``if`` is true."""
+        """Yield an entry, with its scope, for each iteration of its ``for`` in which its ``if`` is true."""
         if not _is_controlled(item):
             yield self, item
             return
@@ -380,16 +380,16 @@ class Scope:
             self.expansion.disabled.append(Disabled(key, item, self, is_use, is_empty=True))
 
     def text(self, text: str, span: Span, via: Instance | None, xml: bool = False) -> Any:
-        """Return text with its ``${...}`` replaced; text that is one expression has the type of its value.
+        """Replace each ``${...}`` in a string; a string that is a single expression gets the type of its value.
 
-        With ``xml``, a value is escaped; a value that consists of complete elements may be inserted between elements.
+        With ``xml``, values are escaped, except complete XML elements between elements.
         """
         place = Place(span, via)
         parts: list[str] = []
         for piece in pieces(text):
             if not piece.is_expression:
                 xacro = _OF_XACRO.search(piece.text)
-                if xacro and "<" not in text:  # elements of XML may be meant for another program
+                if xacro and "<" not in text:  # XML elements may contain $(...) for another program
                     name = (xacro[2].split() or ["NAME"])[0]
                     help = f"declare {name} in args and write ${{{name}}}"
                     help = f"write package://{name}" if xacro[1] == "find" else help
@@ -428,7 +428,7 @@ class Scope:
         help = self._expression_help(problem)
         if not help:
             number = next((name for name, value in values.items() if is_like_a_number(value)), "")
-            if number:  # reported once for all expressions that use it, where it was written
+            if number:  # report this only once, where the string was written
                 written = argument_of(self, [number]) or Origin(names[number])
                 message = f'"{number}" is the text "{values[number]}", and a number is calculated with it'
                 self.report_origin("expression", message, where, number_meant(values[number], []), (), written)
@@ -436,7 +436,7 @@ class Scope:
             empty = [name for name, value in values.items() if value is None]
             help = f'"{empty[0]}" has no value: write one behind its name, or ask: != none' if empty else ""
         origin: Origin | None = None
-        with suppress(ExpressionError):  # only an expression that can be read depends on arguments
+        with suppress(ExpressionError):  # an invalid expression depends on no arguments
             compile_expression(piece.text)
             origin = argument_of(self, names, isinstance(problem, KindError))
         elsewhere = (origin.span, *origin.others) if origin else ()
@@ -464,9 +464,9 @@ def _is_controlled(item: Any) -> bool:
 
 
 def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
-    """Yield a scope for each round of a ``for``; several names are nested loops, the last one varying fastest.
+    """Yield a scope for each iteration of a ``for``; several names are nested loops, of which the last is innermost.
 
-    Without a ``for``, yields the enclosing scope once. Raises Failed after reporting.
+    Without ``for``, yield the enclosing scope once. Raises Failed after reporting errors.
     """
     loops, scopes, via = item.get("for"), [outer], outer.via or item.via
     if loops is None:
@@ -490,12 +490,12 @@ def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
             else:
                 help = "write a list, or ${range(4)}"
                 raise scope.fail("wrong-type", "a loop runs over a list or a table", where, help)
-            if len(items) > counted:  # assume that every round has this many, so that a huge product is refused at once
+            if len(items) > counted:  # assume that all iterations have as many, to refuse a huge product at once
                 outer.count((len(items) - counted) * len(scopes), where.span, where.via)
                 counted = len(items)
             for value, span in zip(items, spans, strict=True):
                 outer_via, at = scope.via or via, span if isinstance(values, Seq) else where.span
-                if at != span:  # the values come from elsewhere
+                if at != span:  # the values were written elsewhere
                     outer_via = Instance("which is written here", span, outer_via)
                 inner = Scope(outer.expansion, scope, Instance(f"{names} = {_short(value)}", at, outer_via, made=True))
                 row = value if len(split) > 1 else [value]
@@ -528,7 +528,7 @@ def _as_tree(value: list[Any], span: Span, via: Instance | None) -> Seq:
 
 
 def _within(place: Place, text: str, offset: int) -> Place:
-    """Return the place of a character of a scalar; the start of a scalar of several lines."""
+    """Return the place of a character in a scalar, or the place of the scalar if it spans several lines."""
     span = place.span
     if span.length < len(text):
         return place
@@ -539,10 +539,10 @@ def _within(place: Place, text: str, offset: int) -> Place:
 
 
 def key_place(entry: Map, key: str) -> Place:
-    """Return where a key of a mapping is written."""
+    """Return the place of a key of a mapping."""
     return Place(entry.key_spans[key], entry.via)
 
 
 def value_place(entry: Map, key: str) -> Place:
-    """Return where the value of a key of a mapping is written."""
+    """Return the place of the value of a key of a mapping."""
     return Place(entry.value_spans[key], entry.via)

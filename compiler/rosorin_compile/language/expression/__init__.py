@@ -1,9 +1,9 @@
-"""Expressions: what is inside ``${...}``, evaluated by a closed evaluator.
+"""Parse and evaluate expressions, the contents of ``${...}``, without access to Python objects.
 
-Python's own parser reads the text, after quantities such as ``30 mm`` have been replaced. ``syntax`` evaluates
-an allow-list of nodes: arithmetic, comparisons, conditions, lists, indexing, list comprehensions, and the functions in
-``functions``. There is no access to attributes of Python objects (``table.key`` is an entry of a table), no import, no
-assignment; the size of texts, numbers and lists and the number of steps are limited, so every expression ends soon.
+Python's parser reads the text, after quantities such as ``30 mm`` have been replaced by names. ``syntax`` evaluates
+only certain nodes: arithmetic, comparisons, conditions, lists, indexing, list comprehensions, and calls of functions
+in ``functions``. There are no attributes of Python objects (``table.key`` is an entry of a table), imports or
+assignments. The sizes of values and the number of steps are limited, so every expression terminates soon.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ _OPEN = "${"
 
 
 def evaluate(text: str, lookup: Lookup) -> Any:
-    """Return the value of an expression.
+    """Evaluate an expression.
 
-    ``lookup`` returns the value of a name and raises KeyError if there is none; units, constants and functions need no
-    lookup. Raises ExpressionError, with its column, for what is not allowed or has no value.
+    ``lookup`` returns the value of a name, and raises KeyError if it is undefined; units, constants and functions are
+    built in. Raises ExpressionError, with the column, if the expression is invalid or has no value.
     """
     tree = compile_expression(text)
     before, EFFORT.done = EFFORT.done, 0
@@ -63,7 +63,7 @@ def _blame(node: ast.AST, lookup: Lookup) -> int:
 
 @lru_cache(maxsize=20_000)
 def compile_expression(text: str) -> ast.expr:
-    """Return the syntax tree of an expression that may be evaluated. Raises ExpressionError."""
+    """Return the syntax tree of a valid expression. Raises ExpressionError."""
     if len(text) > MAX_LENGTH:
         raise ExpressionError(f"the expression is longer than {MAX_LENGTH} characters")
     try:
@@ -77,10 +77,10 @@ def compile_expression(text: str) -> ast.expr:
 
 
 def parse_expression(text: str) -> ast.Expression:
-    """Return the syntax tree of an expression, with a constant for each quantity.
+    """Return the syntax tree of an expression, in which each quantity is a constant.
 
-    Raises ExpressionError for a quantity that is not clear, SyntaxError, and ValueError if the text is nested too deep
-    for the parser.
+    Raises ExpressionError for an ambiguous quantity, SyntaxError for invalid syntax, ValueError if the expression is
+    nested too deep for the parser.
     """
     plain, literals = mask_quantities(text.strip())
     with warnings.catch_warnings():
@@ -97,14 +97,14 @@ class _Literals(ast.NodeTransformer):
         self.literals = literals
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
-        """Return the constant for the name of a quantity."""
+        """Replace the name that masks a quantity by a constant."""
         literal: Any = self.literals.get((node.lineno, node.col_offset))
         return ast.copy_location(ast.Constant(literal), node) if literal else node
 
 
 @lru_cache(maxsize=20_000)
 def all_names(text: str) -> tuple[str, ...]:
-    """Return the names in an expression, in order, each once; none if it is not an expression."""
+    """Return the names in an expression in order, without duplicates, or none if it is invalid."""
     try:
         tree = parse_expression(text) if len(text) <= MAX_LENGTH else ast.Module([], [])
     except (ExpressionError, SyntaxError, ValueError):
@@ -113,12 +113,12 @@ def all_names(text: str) -> tuple[str, ...]:
 
 
 def names_in(text: str) -> list[str]:
-    """Return the names in an expression without those of functions."""
+    """Return the names in an expression except those of functions."""
     return [name for name in all_names(text) if name not in functions()]
 
 
 class Piece(NamedTuple):
-    """A piece of a text and its offset; an expression is without its braces."""
+    """A piece of a string, and its offset; if it is an expression, ``text`` is without ``${`` and ``}``."""
 
     text: str
     offset: int
@@ -129,7 +129,7 @@ class Piece(NamedTuple):
 
 @lru_cache(maxsize=20_000)
 def pieces(text: str) -> tuple[Piece, ...]:
-    """Split a text into plain pieces and ``${...}``; ``$${`` is a plain ``${``."""
+    """Split a string into plain text and ``${...}``; ``$${`` is an escaped ``${``."""
     found: list[Piece] = []
     position = 0
     while (start := text.find(_OPEN, position)) >= 0:
@@ -150,7 +150,7 @@ def pieces(text: str) -> tuple[Piece, ...]:
 
 
 def _closing(text: str, position: int) -> int:
-    """Return where the brace that is open at ``position`` closes, or -1; quotes and inner pairs are skipped."""
+    """Return the offset of the brace that closes an expression, or -1; skip quoted text and inner braces."""
     depth, quote = 1, ""
     for index in range(position, len(text)):
         letter = text[index]

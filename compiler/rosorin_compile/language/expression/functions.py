@@ -1,6 +1,6 @@
-"""The functions and constants of expressions, and the errors that they raise.
+"""The functions and constants of expressions, and the errors that functions raise.
 
-A bare number has no dimension and goes with any; quantities that are added or compared have the same dimension.
+Quantities that are added or compared must have the same dimension; a bare number is compatible with any dimension.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ _KINDS |= {str: "text", Mapping: "a table", object: "a list"}
 
 
 class ExpressionError(Exception):
-    """An expression without a value; ``column`` counts from 0 within the expression, -1 if it is not known yet.
+    """An expression has no value; ``column`` counts from 0 within the expression, and is -1 until it is determined.
 
-    ``unknown`` is a name that is not defined; ``unit`` is a number and the unknown unit after it.
+    ``unknown`` is an undefined name; ``unit`` is a number and the unknown unit after it.
     """
 
     def __init__(self, message: str, column: int = -1, help: Help = "", unknown: str = "") -> None:
@@ -38,14 +38,14 @@ class ExpressionError(Exception):
 
 
 class KindError(ExpressionError):
-    """Values of kinds that do not go together, whatever the values."""
+    """The kinds of the operands are incompatible, such as a length and a mass."""
 
 
 class Function(NamedTuple):
-    """A function of the language: its name, its line in the reference, and the Python function.
+    """A function of expressions: its name, its line in the reference, and the Python function.
 
-    ``apply`` takes and returns numbers, Quantities, texts, lists, tables (dicts), true, false and none; it raises
-    ExpressionError. It is None for a function that needs the description.
+    ``apply`` takes and returns numbers, Quantities, strings, lists, tables (dicts), booleans and None; it raises
+    ExpressionError. It is None if the function needs the description, like ``load`` and ``find``.
     """
 
     name: str
@@ -53,26 +53,25 @@ class Function(NamedTuple):
     apply: Callable[..., Any] | None
 
     def __call__(self, *values: Any) -> Any:
-        """Return the value of the function."""
         if self.apply is None:
             raise ExpressionError(f"{self.name}() has a value in a description only")
         return self.apply(*values)
 
 
 def function(name: str, help: str) -> Callable[[Callable[..., Any]], Function]:
-    """Make a Python function a function of the language, for an entry point of ``rosorin_compile.functions``."""
+    """Return a decorator that makes a Python function a function of expressions, for plug-ins."""
     return lambda apply: Function(name, help, apply)
 
 
 def kind_of(value: Any) -> str:
-    """Return the kind of a value in words."""
+    """Return the kind of a value for messages, such as "a list" or "a length (m)"."""
     if isinstance(value, Quantity):
         return describe(value.dimension)
     return next(kind for types, kind in _KINDS.items() if isinstance(value, types))
 
 
 def common_dimension(values: Iterable[Any]) -> Dimension | None:
-    """Return the dimension that all values share; bare numbers go with any. Raises ExpressionError otherwise."""
+    """Return the common dimension of the values; bare numbers are compatible with any. Raises KindError."""
     common: Dimension | None = None
     for value in values:
         if not isinstance(value, (int, float)):
@@ -109,7 +108,7 @@ def _with_dimension(value: Any, dimension: Dimension | None) -> Any:
 
 
 def _keeping(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Make a function of numbers, or of a list of them, keep their common dimension."""
+    """Wrap a function of numbers, or of a list of numbers, so that the result has their common dimension."""
 
     def apply(*values: Any) -> Any:
         numbers = values[0] if len(values) == 1 and isinstance(values[0], list) else values
@@ -203,7 +202,7 @@ def _of_math(wrap: Callable[..., Callable[..., Any]], names: str) -> dict[str, C
     return {name: wrap(getattr(math, name)) for name in names.split()}
 
 
-# The lines of the reference, in its order, each with its functions; None needs the description.
+# Each line of the reference with its functions; None is a function that needs the description.
 _ROWS: tuple[tuple[str, Mapping[str, Callable[..., Any] | None]], ...] = (
     ("of an angle; a bare number is in radians", _of_math(_of_angle, "sin cos tan")),
     ("the angle; so `atan` of a quotient", _of_math(_to_angle, "asin acos atan")),
@@ -252,7 +251,7 @@ _ROWS: tuple[tuple[str, Mapping[str, Callable[..., Any] | None]], ...] = (
     ("`find('PACKAGE')`: the folder of a ROS package; `find('PACKAGE', other)`: or another value", {"find": None}),
 )
 BUILT_IN = tuple(Function(name, help, apply) for help, row in _ROWS for name, apply in row.items())
-# The functions that need only their arguments, by name.
+# The functions that do not need the description, by name.
 FUNCTIONS: dict[str, Callable[..., Any]] = {one.name: one.apply for one in BUILT_IN if one.apply is not None}
 OF_DESCRIPTIONS = frozenset(one.name for one in BUILT_IN if one.apply is None)
 
@@ -262,7 +261,7 @@ CONSTANTS |= {"true": True, "false": False, "none": None}
 
 @cache
 def plugin_functions() -> tuple[Sequence[tuple[Plugin, Function]], Sequence[Diagnostic]]:
-    """Return the functions of plug-ins (entry points of ``rosorin_compile.functions``), and problems with them."""
+    """Return the functions of plug-ins (entry points ``rosorin_compile.functions``), and errors about plug-ins."""
     taken = {*FUNCTIONS, *OF_DESCRIPTIONS, *CONSTANTS, *UNITS}
     return load("functions", Function, _names, taken.__contains__)
 
@@ -279,14 +278,14 @@ def _names(one: Function) -> list[str]:
 
 @cache
 def functions() -> Mapping[str, Callable[..., Any]]:
-    """Return the functions by name, including those of plug-ins."""
+    """Return all functions by name, including those of plug-ins, except those that need the description."""
     more = plugin_functions()[0]
     return {**FUNCTIONS, **{one.name: _guarded(plugin, one) for plugin, one in more}} if more else FUNCTIONS
 
 
 @cache
 def reserved_names() -> frozenset[str]:
-    """Return the names of functions, constants and units, which a value should not have."""
+    """Return the names of functions, constants and units, which named values should not have."""
     return frozenset((*functions(), *OF_DESCRIPTIONS, *CONSTANTS, *UNITS))
 
 
@@ -307,7 +306,7 @@ def _guarded(plugin: Plugin, one: Function) -> Callable[..., Any]:
             with divert_stdout():
                 value = one(*values)
         except (ExpressionError, TypeError, ValueError, ArithmeticError, LookupError):
-            raise  # as functions that are built in
+            raise  # handled by evaluate() as for built-in functions
         except (Exception, SystemExit) as problem:
             raise ExpressionError(f"{who} fails: {type(problem).__name__}: {problem}") from None
         return plain(value)

@@ -1,6 +1,6 @@
 """The syntax of expressions: quantities, allowed nodes, operators, size limits, and errors for invalid text.
 
-In ``30 mm`` or ``2.5 kg*m^2``, a number and the unit after it are one value, which binds tighter than every operator.
+In ``30 mm`` or ``2.5 kg*m^2``, the number and the unit are a single value; this binds tighter than every operator.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ MAX_INTEGER = 10**18
 MAX_WORK = 3_000_000
 
 NUMERIC = frozenset((int, float, Quantity))
-CHOICES = " in"  # after the name of an argument: look up the values that its one_of allows
+CHOICES = " in"  # suffix of an argument name in lookups: return its allowed values (one_of)
 Lookup = Callable[[str], "Any"]
 
 _BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {ast.Add: operator.add, ast.Sub: operator.sub}
@@ -37,7 +37,7 @@ _OTHER_OPERATORS |= {ast.BitXor: "write ** for a power; ^ is only for units, suc
 _SIZED = (str, list, dict)
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _FACTOR = r"[A-Za-z]+(?:\^-?\d)?(?![\w(])"
-# The first alternatives skip texts and names, which contain no literals.
+# The first alternatives skip strings and names, which contain no quantities.
 _TOKEN = re.compile(
     r"""'(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*"|[^\W\d]\w*|"""
     rf"(?<![\w.])(?P<number>{_NUMBER})[ ]*(?P<unit>{_FACTOR}(?:[*/]{_FACTOR})*)"
@@ -46,19 +46,19 @@ _OVER = rf"(?<![\w.])({_NUMBER})\s*/\s*\Z"
 
 
 class Literal(NamedTuple):
-    """A quantity in an expression; ``factors`` are the units after its first one."""
+    """A quantity in an expression; ``factors`` are the units after the first, such as m in ``kg*m``."""
 
     value: Quantity
     factors: tuple[str, ...]
 
 
 def mask_quantities(text: str) -> tuple[str, dict[tuple[int, int], Literal]]:
-    """Return an expression with a name of the same length for each quantity, and the quantities by line and column."""
+    """Replace each quantity by a name of equal length; return the text, and the quantities by line and column."""
     parts: list[str] = []
     found: dict[tuple[int, int], Literal] = {}
     end = 0
     for match in _TOKEN.finditer(text):
-        unit = ""  # the longest beginning whose factors are units; the rest is arithmetic
+        unit = ""  # the longest prefix that consists of units; the rest is arithmetic
         for factor in re.finditer(r"[*/]?([A-Za-z]+)(?:\^-?\d)?", match["unit"] or ""):
             if factor[1] not in UNITS:
                 break
@@ -79,14 +79,14 @@ def mask_quantities(text: str) -> tuple[str, dict[tuple[int, int], Literal]]:
             raise ExpressionError(message, start, help)
         value = Quantity(parsed, parsed.dimension, written)
         line = text.count("\n", 0, start) + 1
-        column = len(text[text.rfind("\n", 0, start) + 1 : start].encode())  # Python's parser counts bytes
+        column = len(text[text.rfind("\n", 0, start) + 1 : start].encode())  # in bytes, as Python's parser counts
         found[line, column] = Literal(value, tuple(re.findall("[A-Za-z]+", unit)[1:]))
         parts += [text[end:start], "_" * (stop - start)]
         end = stop
     return "".join([*parts, text[end:]]), found
 
 
-# Syntax of other languages, and the help for it.
+# Patterns of other languages' syntax, and the help for them.
 _FOREIGN: tuple[tuple[str, str], ...] = (
     (r"&&", 'write "and"'),
     (r"\|\|", 'write "or"'),
@@ -105,7 +105,7 @@ _WORDS = frozenset(("and", "or", "not", "if", "else", "for", "in", "is"))
 
 
 def mistake(text: str, problem: SyntaxError) -> ExpressionError:
-    """Return the error for a text that is not an expression, given that of Python's parser."""
+    """Return the error for an invalid expression, given the error of Python's parser."""
     plain = re.sub(r"'[^']*'|\"[^\"]*\"", lambda match: " " * len(match[0]), text)
     for match in re.finditer(_NO_UNIT, plain):
         word = match[2]
@@ -130,14 +130,14 @@ def mistake(text: str, problem: SyntaxError) -> ExpressionError:
 
 
 class Effort:
-    """The work of the expression that is being evaluated, including nested ones; ``total`` is that of all."""
+    """Count evaluation steps: ``done`` in the current expression and those nested in it, ``total`` in all."""
 
     def __init__(self) -> None:
         self.done = 0
         self.total = 0
 
     def spend(self, *values: Any) -> None:
-        """Count a step and the items of the values. Raises ExpressionError when it is too much."""
+        """Count a step and the items of the values. Raises ExpressionError above the limit."""
         self.done += 1
         for value in values:
             if type(value) not in NUMERIC and isinstance(value, _SIZED):
@@ -150,7 +150,7 @@ EFFORT = Effort()
 
 
 def weight(value: Any) -> int:
-    """Return the number of values in a value, itself included; counting stops a little above MAX_ITEMS."""
+    """Return the number of values in a value, including itself; stop counting above MAX_ITEMS."""
     if not isinstance(value, (list, dict)):
         return len(value) // 8 + 1 if isinstance(value, str) else 1
     total, waiting = 0, [value]
@@ -163,7 +163,7 @@ def weight(value: Any) -> int:
 
 
 def check_size(value: Any) -> Any:
-    """Return a value. Raises ExpressionError if it is larger than a description can need, or not a number."""
+    """Return the value unchanged. Raises ExpressionError if it is too large, or not finite."""
     if isinstance(value, float):
         if not abs(value) < MAX_MAGNITUDE:
             raise ExpressionError("the result is not a finite number")
@@ -181,7 +181,7 @@ def check_size(value: Any) -> Any:
 
 
 def check(tree: ast.AST) -> None:
-    """Raise ExpressionError, with its column, for the first node that is not allowed."""
+    """Raise ExpressionError, with the column, for the first node that is not allowed."""
     waiting: list[tuple[Any, int]] = [(tree, 0)]
     while waiting:
         node, depth = waiting.pop()
@@ -230,7 +230,7 @@ def _check_node(node: Any) -> None:
 
 
 def value_of(node: ast.AST, lookup: Lookup) -> Any:
-    """Return the value of a node that ``check`` allows. Raises ExpressionError, or what Python raises."""
+    """Evaluate a node that ``check`` has accepted. Raises ExpressionError, or exceptions of Python's operators."""
     return _NODES[type(node)](node, lookup)
 
 
@@ -262,7 +262,7 @@ def _name(node: ast.Name, lookup: Lookup) -> Any:
 
 
 def _binary(node: ast.BinOp, lookup: Lookup) -> Any:
-    """Combine two values: added quantities must share a dimension, and products multiply dimensions."""
+    """Evaluate a binary operation: sums need a common dimension; products and quotients combine dimensions."""
     left, right, kind = value_of(node.left, lookup), value_of(node.right, lookup), type(node.op)
     if type(left) not in NUMERIC or type(right) not in NUMERIC:
         return _join(kind, left, right)
@@ -433,7 +433,7 @@ def _call(node: ast.Call, lookup: Lookup) -> Any:
     function = functions().get(name)
     if function is None:
         try:
-            function = lookup(f"{name}()")  # a function of the scope, such as load
+            function = lookup(f"{name}()")  # a function of the description, such as load, or of let
         except KeyError:
             raise ExpressionError(f'there is no function "{name}"', node.col_offset, unknown=f"{name}()") from None
     values = [value_of(item, lookup) for item in node.args]

@@ -1,7 +1,7 @@
-"""The sections of the language: ``SECTIONS`` has the record of each.
+"""The built-in sections of descriptions; ``SECTIONS`` defines how each is read and checked.
 
-The folder of a section has its piece of the schema, ``schema.json``, and its conversion if that is long. What sections
-share, and what has no record, is in the ``schema.json`` here. The dataclasses are in ``model``, the rules in ``rules``.
+The folder of a section has its JSON Schema, ``schema.json``, and its conversion code unless that is short. The
+``schema.json`` here has shared definitions. The dataclasses are in ``model``, the rules in ``rules``.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def _drive(tree: Mapping[str, Any], problem: Problem) -> Drive | None:
 
 
 def _poses(tree: Mapping[str, Any], lowering: Lowering) -> tuple[JointPose, ...]:
-    # Simulators begin at the first one, which an import keeps.
+    # Imported poses keep their order, because simulators start in the first one; others are sorted by name.
     imported = record_of(Source, tree.get("source")).status == "imported"
     poses, joints = list[JointPose](), tree.get("joints") or {}
     group_of = {joint: group for group in reversed(lowering.servos) for joint in group.joints}
@@ -91,7 +91,7 @@ def _poses(tree: Mapping[str, Any], lowering: Lowering) -> tuple[JointPose, ...]
                 if joint in positions:
                     lowering("duplicate-name", f'"{joint}" has a position and a pulse', path, "give one of them")
                 positions[joint] = group_of[joint].radians(pulse)
-            elif joint not in joints or joints.keys() >= group_of.keys():  # else a servo group misspells its name
+            elif joint not in joints or joints.keys() >= group_of.keys():  # else a servo group misspells it
                 help = suggest_name(lowering.tree, path, joint, list(group_of))
                 lowering("unknown-servo", f'no servo group has the joint "{joint}"', path, help, key=True)
         base = pose_of_entry(entry["base"]) if "base" in entry else None
@@ -115,7 +115,7 @@ def _root(tree: Mapping[str, Any], _: Problem) -> Root:
     return record_of(Root, entry, values=values, placed="xyz" in entry or "rpy" in entry)
 
 
-# A section is after those that it refers to. The checks of the whole robot are in ``rules.check``.
+# Each section is after those that it refers to. Rules about the whole robot are in ``rules.check``.
 _RULES = "rosorin_compile.rules"
 SECTIONS: tuple[Section[Any], ...] = (
     Section("publishers", Publisher, lower=_publishers, checks=(f"{_RULES}.publishers",)),

@@ -1,1 +1,1 @@
-"""XML: ``markup`` reads it, with places; ``elements`` is for elements that are kept as text."""
+"""XML: ``markup`` parses it with positions; ``elements`` handles elements that descriptions contain as text."""

@@ -1,4 +1,4 @@
-"""Texts that are elements of XML: parse them, compare them, indent them, and put values into them."""
+"""Handle XML elements that are stored as text: parse, compare, indent and rename them, and insert values."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 
 def tree_of(text: str) -> ElementTree.Element:
-    """Return the tree of an XML text. Raises ValueError if it is not well formed, or might declare entities."""
-    from xml.etree import ElementTree  # slow
+    """Parse a generated XML artifact. Raises ValueError if it is not well-formed, or has a DOCTYPE or entities."""
+    from xml.etree import ElementTree  # slow import
 
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise ValueError("a generated artifact declares no entities")
@@ -36,7 +36,7 @@ def tree_of(text: str) -> ElementTree.Element:
 
 
 def canonical(element: ElementTree.Element) -> str:
-    """Return an element in one spelling of white space, attributes and digits, without comments."""
+    """Return an element as text with normalized white space, attribute order and digits, without comments."""
     attributes = "".join(f' {name}="{_words(value)}"' for name, value in sorted(element.items()))
     content = _words(element.text or "") + "".join(canonical(child) + _words(child.tail or "") for child in element)
     return f"<{element.tag}{attributes}{f'>{content}</{element.tag}' if content else '/'}>"
@@ -58,7 +58,7 @@ _NAMES = ("name", "class", "link", "joint", "body", "site")
 
 
 def values_of(text: str) -> list[tuple[str, str | float]]:
-    """Return the attributes and texts in an element, each with the last three named elements. Raises MarkupError."""
+    """Return the attributes and texts of an XML document, labelled by up to three nearby names. Raises MarkupError."""
     times: Counter[str] = Counter()
     values: list[tuple[str, str | float]] = []
     for element in [*parse(Source("", text)).root.iter()][1:]:
@@ -75,7 +75,7 @@ def values_of(text: str) -> list[tuple[str, str | float]]:
 
 
 class Found(NamedTuple):
-    """An element of a text: the tags that lead to it, its own last; its attributes, its own text, its line from 1."""
+    """An element of an XML text: its tags from the outermost to its own, its attributes, text, and line (from 1)."""
 
     tags: tuple[str, ...]
     attributes: dict[str, str]
@@ -84,12 +84,12 @@ class Found(NamedTuple):
 
 
 def _fragment(text: str) -> Element:
-    """Return a root that contains the elements of a text. Raises MarkupError."""
+    """Parse a text of XML elements; return a root that contains them. Raises MarkupError."""
     return parse(Source("", f"<robot>{text}</robot>")).root
 
 
 def damage(text: str) -> str:
-    """Return why a text is not elements of XML, or an empty string if it is."""
+    """Return why a text is not a sequence of XML elements, or an empty string if it is."""
     try:
         root = _fragment(text)
     except MarkupError as problem:
@@ -100,7 +100,7 @@ def damage(text: str) -> str:
 
 
 def found_in(text: str) -> list[Found]:
-    """Return every element of a text of elements, in the order of their ends; none if it is not XML."""
+    """Return all elements of a text in the order of their end tags, or none if it is not XML."""
     found = []
     with suppress(MarkupError):
         for element in sorted([*_fragment(text).iter()][1:], key=lambda element: element.end):
@@ -111,7 +111,7 @@ def found_in(text: str) -> list[Found]:
 
 
 def kept_text(element: Element, text: str = "") -> Text:
-    """Return an element (or ``text``, in which names are replaced) as text, with declarations of its prefixes."""
+    """Return the text of an element (or ``text``, a changed copy), with the namespace declarations it needs."""
     text = re.sub("\r\n|\r", "\n", text or element.verbatim)
     names = [name for inner in element.iter() for name in (inner.tag, *inner.attributes) if ":" in name]
     declarations = ""
@@ -124,9 +124,9 @@ def kept_text(element: Element, text: str = "") -> Text:
 
 
 def indent_lines(text: str, indent: str) -> str:
-    """Return elements with ``indent`` before each line; the text as it is where a line end is part of the content."""
+    """Return elements with ``indent`` before each line, or unchanged if a line end is part of their content."""
     text = text.replace("\r\n", "\n").strip()
-    first, *rest = text.split("\n")  # and at no other character that ends lines elsewhere
+    first, *rest = text.split("\n")  # unlike splitlines(), which also splits at other characters
     has_lines = "<![CDATA[" in text or any("\n" in value for value in re.findall(r"=\s*(\"[^\"]*\"|'[^']*')", text))
     pieces = (piece for element in _fragment(text).iter() for piece in element.texts) if rest else ()
     if not rest or has_lines or any("\n" in piece.text for piece in pieces):
@@ -143,14 +143,14 @@ _ESCAPES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;"})
 _IN_QUOTES = _ESCAPES | str.maketrans({'"': "&quot;", "'": "&apos;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"})
 
 
-# Not that of xml.sax.saxutils, which imports urllib and http.
+# The function in xml.sax.saxutils would import urllib and http, which is slow.
 def attribute_value(text: str) -> str:
-    """Return a text as the value of an attribute, in quotes."""
+    """Return a text in quotes, escaped for an attribute."""
     return f'"{text.translate(_IN_QUOTES)}"'
 
 
 def escape_for(before: str, value: str) -> str:
-    """Return a value escaped as it has to be after the text ``before``; whole elements between tags stay elements."""
+    """Return a value escaped for its position after the text ``before``; between tags, complete elements are kept."""
     last = next(iter([*_MARKUP.finditer(before)][-1:]), None)
     if last is not None and last.end() == len(before):
         if last["comment"] is not None and not before.endswith("-->"):
@@ -165,7 +165,7 @@ def escape_for(before: str, value: str) -> str:
 
 
 def number_of(text: str) -> float:
-    """Return the finite number in a text. Raises ValueError."""
+    """Parse a finite number. Raises ValueError."""
     value = float(text)
     if "_" in text or not math.isfinite(value):
         raise ValueError(f"not a number: {text}")
@@ -173,7 +173,7 @@ def number_of(text: str) -> float:
 
 
 def numbers_of(text: str, count: int | None = None) -> tuple[float, ...]:
-    """Return the numbers in a text. Raises ValueError if a word is none, or unless there are ``count``."""
+    """Parse numbers separated by spaces. Raises ValueError for other words, or if there are not ``count`` numbers."""
     found = tuple(map(number_of, text.split()))
     if count not in (None, len(found)):
         raise ValueError(f'"{text}": {count} numbers are needed')

@@ -1,4 +1,4 @@
-"""Read XML, with the place of every element, attribute and comment; without namespaces, document types and entities."""
+"""Parse XML with the position of every element, attribute and comment; no namespaces, document types or entities."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ MAX_DEPTH = 200
 MAX_ELEMENTS = 2_000_000
 COMMENT, TEXT, INSTRUCTION = "comment", "text", "instruction"
 
-MarkupError = SourceError  # a text that is not XML, or XML that is not safe to read
+MarkupError = SourceError  # invalid XML, or XML that is not safe to read
 
-# What may be before a declaration. A comment ends at its first end: with a lazy ".*?" the time would double with each.
+# The text before a declaration. A lazy ".*?" for a comment would take exponential time in the number of comments.
 _DECLARATION = re.compile(r"(?s)(?:\s|<!--(?:(?!-->).)*-->)*(<\?xml\s[^>]*\?>)")
 _DECLARED = re.compile(r"""encoding\s*=\s*["']([A-Za-z][A-Za-z0-9._-]{0,40})["']""")
-# Of the codecs of Python, some are for other things than files, or interpret an escape language.
+# Python's text encodings; its other codecs are for other data, or interpret an escape language.
 _ENCODING = re.compile(r"utf-8|ascii|iso8859|iso2022|cp\d|gb|hz|big5|euc|shift_jis|johab|koi8|mac|tis|ptcp|kz")
 _COMMENT = re.compile("(?s)<!--(.*?)-->")
 _TAG = re.compile(r"""(?s)<!--.*?-->|<!\[CDATA\[.*?\]\]>|(<[A-Za-z_](?:[^<>"']|"[^"]*"|'[^']*')*>)""")
@@ -35,12 +35,12 @@ _NO_SPACE = re.compile(r"""(=\s*(?:"[^"]*"|'[^']*'))(?=[A-Za-z_])""")
 
 
 def read_source(path: Path, asked: Span | None = None) -> Source:
-    """Return the text of a file, which ``asked`` names, in the encoding that it declares. Raises MarkupError."""
+    """Read a file in the encoding that it declares; ``asked`` is where the file is named. Raises MarkupError."""
     name = label(path)
     data = read_input(path, name, asked, MAX_BYTES, "check the name and the permissions")
     if not data.strip():
         raise MarkupError(error("file-empty", f"{name} is empty", asked, "is this the right file?"))
-    encoding: str = json.detect_encoding(data) if b"<" in data[:8] else "utf-8"  # by a mark, or zero bytes
+    encoding: str = json.detect_encoding(data) if b"<" in data[:8] else "utf-8"  # from a byte order mark or zero bytes
     if encoding == "utf-8":
         beginning = Source(name, data[:10_000].decode("ascii", "replace"))
         declaration = _DECLARATION.match(beginning.text)
@@ -61,7 +61,7 @@ def read_source(path: Path, asked: Span | None = None) -> Source:
 
 
 def without_late_declaration(source: Source) -> Source:
-    """Blank out a declaration ``<?xml ...?>`` that is behind space or comments, as tinyxml2 accepts it."""
+    """Replace a declaration ``<?xml ...?>`` after spaces or comments by spaces, since tinyxml2 accepts it there."""
     match, text = _DECLARATION.match(source.text), source.text
     if match is None or match.start(1) == 0:
         return source
@@ -69,27 +69,27 @@ def without_late_declaration(source: Source) -> Source:
 
 
 def repair(source: Source) -> Source:
-    """Repair what other readers accept: ``--`` inside comments, zero bytes at the end, attributes without a space."""
+    """Fix errors that other parsers accept: ``--`` in comments, zero bytes at the end, no space between attributes."""
     bare = source.text.rstrip("\0 \r\n\t")
     text = bare + source.text[len(bare) :].replace("\0", " ")
     text = _COMMENT.sub(lambda comment: f"<!--{re.sub('-(?=-|$)', ' ', comment[1])}-->", text)
     return Source(source.path, _TAG.sub(lambda tag: _NO_SPACE.sub(r"\1 ", tag[1]) if tag[1] else tag[0], text))
 
 
-_LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")  # as ``Source.line`` counts lines
+_LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")  # the line ends of ``Source.line``
 _ATTRIBUTE = re.compile(r"""(?s)\s+([^\s=]+)\s*=\s*(["'])(.*?)\2""")
 _WORD = re.compile(r"[^ \t\r\n]+")
 
 
 class Word(NamedTuple):
-    """A piece of an attribute or a text between white space."""
+    """A word of an attribute value or a text."""
 
     text: str
     span: Span
 
 
 class Attribute(NamedTuple):
-    """An attribute of an element. Its place in the text is looked up when it is used."""
+    """An attribute of an element; its position is searched for only when it is used."""
 
     element: Element
     name: str
@@ -102,17 +102,17 @@ class Attribute(NamedTuple):
 
     @property
     def raw(self) -> str:
-        """The value as written."""
+        """The value as written, with entity references."""
         return self._match()[3]
 
     @property
     def start(self) -> int:
-        """The offset of the value in the text."""
+        """The offset of the value in the source."""
         return self._match().start(3)
 
     @property
     def name_start(self) -> int:
-        """The offset of the name in the text."""
+        """The offset of the name in the source."""
         return self._match().start(1)
 
     @property
@@ -133,7 +133,7 @@ class Attribute(NamedTuple):
 
 
 class Remark(NamedTuple):
-    """A comment, or text between elements, or a processing instruction, from ``start`` to ``end``."""
+    """A comment, processing instruction, or text between elements, from offset ``start`` to ``end``."""
 
     kind: str
     text: str
@@ -142,7 +142,7 @@ class Remark(NamedTuple):
 
 
 class Element:
-    """An element between the offsets ``start`` and ``end`` of the text; its start tag ends at ``opened``."""
+    """An element between the offsets ``start`` and ``end`` of the source; its start tag ends at ``opened``."""
 
     __slots__ = ("attributes", "children", "content", "document", "end", "opened", "parent", "start", "tag")
 
@@ -159,12 +159,12 @@ class Element:
 
     @property
     def text(self) -> str:
-        """The text directly in it, without white space around."""
+        """The text directly in the element, stripped."""
         return "".join(item.text for item in self.texts).strip()
 
     @property
     def span(self) -> Span:
-        """The place of the name in the start tag."""
+        """The span of the tag name in the start tag."""
         return self.document.span(self.start + 1, len(self.tag))
 
     @property
@@ -175,7 +175,7 @@ class Element:
         return self.attributes[name].value if name in self.attributes else default
 
     def iter(self) -> Iterator[Element]:
-        """Yield the element and all within, in the order of the text."""
+        """Yield the element and its descendants in document order."""
         waiting = [self]
         while waiting:
             element = waiting.pop()
@@ -183,7 +183,7 @@ class Element:
             waiting += reversed(element.children)
 
     def ancestors(self) -> Iterator[Element]:
-        """Yield the elements around it, the innermost first."""
+        """Yield the enclosing elements, the innermost first."""
         element = self
         while element.parent is not None:
             element = element.parent
@@ -191,7 +191,7 @@ class Element:
 
 
 class Document:
-    """A text read as XML: its root, and the remarks around it."""
+    """A parsed XML document: its root, and the comments and instructions before and after it."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
@@ -199,11 +199,11 @@ class Document:
         self.before: list[Remark] = []
         self.after: list[Remark] = []
         self.root = Element(self, "", None, 0)
-        self.origin: Callable[[int, int], Span] | None = None  # returns places in files that the text was made of
-        self.whole: Span | None = None  # the place of everything in an artifact
+        self.origin: Callable[[int, int], Span] | None = None  # span of generated XML, by offset and length
+        self.whole: Span | None = None  # if set, the span of all elements: artifacts need no positions
 
     def span(self, start: int, length: int = 1) -> Span:
-        """Return the place of the characters from an offset on; it ends with the line at the latest."""
+        """Return the span of the characters at an offset; it ends at the end of the line at the latest."""
         if self.whole is not None:
             return self.whole
         if self.origin is not None:
@@ -215,14 +215,14 @@ class Document:
         return Span(self.source, line, column + 1, max(1, length))
 
     def words(self, raw: str, text: str, start: int, whole: Span) -> list[Word]:
-        """Return the words of a text that begins at an offset as ``raw``; those of references are at ``whole``."""
-        if self.whole is not None or "&" in raw or "<" in raw:  # references, CDATA
+        """Split a text, which is ``raw`` at an offset, into words; those of references or CDATA are at ``whole``."""
+        if self.whole is not None or "&" in raw or "<" in raw:  # entity references, CDATA
             return [Word(word, whole) for word in text.split()]
         return [Word(found[0], self.span(start + found.start(), len(found[0]))) for found in _WORD.finditer(raw)]
 
 
 def name_of(element: Element) -> str:
-    """Return an element in words: its tag, with its name or that of the element that contains it."""
+    """Return an element for a message: its tag with its name, or with the nearest named element around it."""
     if name := element.get("name"):
         return f'<{element.tag} name="{name}">'
     above = next((outer for outer in element.ancestors() if outer.get("name")), None)
@@ -230,20 +230,20 @@ def name_of(element: Element) -> str:
 
 
 def words(element: Element) -> list[Word]:
-    """Return the words of the text of an element, each with its place."""
+    """Return the words of the text of an element, each with its span."""
     document = element.document
     pieces = ((document.source.text[item.start : item.end], item) for item in element.texts)
     return [word for raw, item in pieces for word in document.words(raw, item.text, item.start, element.span)]
 
 
 def place(element: Element) -> Span:
-    """Return the place of the text of an element: its only word, or the element itself."""
+    """Return the span of the text of an element if it is one word, or of its tag."""
     found = words(element)
     return found[0].span if len(found) == 1 else element.span
 
 
 def correction(word: str, known: Iterable[str]) -> str | None:
-    """Return the known word that a word without a prefix (``drake:mass``) is a misspelling of, or None."""
+    """Return the valid word that ``word`` misspells, or None, also for words with a prefix (``drake:mass``)."""
     if ":" in word or len(word) < 2:
         return None
     lower = {name.lower(): name for name in known if len(name) > 2}
@@ -252,14 +252,14 @@ def correction(word: str, known: Iterable[str]) -> str | None:
 
 
 def new_parser() -> expat.XMLParserType:
-    """Return a parser of XML without namespaces, which reports text in one piece."""
+    """Return an expat parser without namespaces, which reports each text in one piece."""
     parser = expat.ParserCreate("utf-8")
     parser.buffer_text = True
     return parser
 
 
 def parse(source: Source) -> Document:
-    """Return a text as XML. Raises MarkupError, which names the place."""
+    """Parse XML. Raises MarkupError with the position."""
     reader = _Reader(source)
     try:
         reader.parser.Parse(reader.data, True)
@@ -270,7 +270,7 @@ def parse(source: Source) -> Document:
 
 
 def parse_artifact(text: str, tag: str) -> Document:
-    """Return an artifact of ours, which needs no places. Raises ValueError if it is damaged or has another root."""
+    """Parse a generated artifact without positions. Raises ValueError if it is not XML, or its root is not ``tag``."""
     try:
         document = parse(Source("", text))
     except MarkupError as problem:
@@ -287,9 +287,9 @@ class _Reader:
     def __init__(self, source: Source) -> None:
         self.document = Document(source)
         self.text = source.text
-        self.data = source.text.encode("utf-8", "surrogatepass")  # expat refuses a surrogate
+        self.data = source.text.encode("utf-8", "surrogatepass")  # expat refuses surrogates
         self.is_ascii = source.text.isascii()
-        self.last = (0, 0)  # the last offset in bytes, and in characters
+        self.last = (0, 0)  # offset of the last event, in bytes and in characters
         self.open: Element | None = None
         self.depth = self.count = 0
         self.parser = new_parser()
@@ -300,7 +300,7 @@ class _Reader:
         self.parser.CharacterDataHandler, self.parser.StartDoctypeDeclHandler = self.characters, self.doctype
 
     def here(self) -> int:
-        """Return the offset in characters of the event; expat counts bytes."""
+        """Return the offset of the current event in characters; expat counts bytes."""
         byte, (last_byte, last) = self.parser.CurrentByteIndex, self.last
         if self.is_ascii:
             return byte
@@ -320,7 +320,7 @@ class _Reader:
         position = start
         for name, value in zip(pairs[::2], pairs[1::2], strict=True):
             made.attributes[name] = attribute = Attribute(made, name, value)
-            if ">" in value:  # perhaps written as it is: not the end of the tag
+            if ">" in value:  # may be unescaped, and would be mistaken for the end of the tag
                 position = attribute.start + len(attribute.raw)
         made.opened = self.text.index(">", position) + 1
         if self.open:
@@ -345,7 +345,7 @@ class _Reader:
     def characters(self, text: str) -> None:
         if self.open is None or text.isspace():
             return
-        # With buffer_text expat is behind the text, which began behind what is before it.
+        # With buffer_text, expat is already behind the text: it begins at the end of the previous item.
         start = self.open.content[-1].end if self.open.content else self.open.opened
         while start < len(self.text) - 1 and self.text[start].isspace():
             start += 1
@@ -361,7 +361,7 @@ _ENDS = {"<!--": "comment", "<![CDATA[": "CDATA section", "<?": "instruction", "
 _ESCAPES = 'write &lt; for <, &amp; for &, &quot; for "'
 _ERRORS = expat.errors
 _UNCLOSED = (_ERRORS.XML_ERROR_UNCLOSED_TOKEN, _ERRORS.XML_ERROR_PARTIAL_CHAR)
-# The text that an error of expat is about, and the help.
+# For some expat errors: a pattern of the text that the error is about, and the help.
 _PATTERNS = {
     _ERRORS.XML_ERROR_DUPLICATE_ATTRIBUTE: (r"[^\s=/>]+", "remove one"),
     _ERRORS.XML_ERROR_UNDEFINED_ENTITY: (r"&(?!(?:lt|gt|amp|quot|apos);|#)[^;\s<\"']*;?", _ESCAPES),
@@ -369,7 +369,7 @@ _PATTERNS = {
 
 
 def _explained(document: Document, code: int, at: int, open_element: Element | None) -> Diagnostic:
-    """Return the error about a text in which expat stopped at the offset ``at`` with the error ``code``."""
+    """Return the error for a text in which expat stopped at the offset ``at`` with the error ``code``."""
     text, kind, length = document.source.text, expat.errors.messages[code], 1
     at = min(at, max(0, len(text) - 1))
     tag = open_element.tag if open_element else ""
@@ -399,7 +399,7 @@ def _explained(document: Document, code: int, at: int, open_element: Element | N
 
 
 def _invalid_token(text: str, at: int) -> tuple[int, str, str]:
-    """Return the place of a character that is not valid, the message and the help."""
+    """Return the offset of an invalid character, the message and the help."""
     letter, comment = text[at : at + 1], text.rfind("<!--", 0, at + 1)
     if letter and not letter.isprintable() and letter not in "\r\n\t":
         help = "remove it" if letter != "\0" or text[at:].strip("\0 \r\n\t") else "remove it; --lenient ignores it"

@@ -1,4 +1,4 @@
-"""The section ``joints``, and who publishes a joint: one node always, or several that take turns."""
+"""The section ``joints``, and the publishers of a joint: a single node, or several in different modes."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from ...lower import Lowering, entries_of, record_of
 
 OF_THE_URDF = Publisher(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER)
 _IN_TURNS = Publisher(UNPUBLISHED, about="its publishers take turns")
-# ros/kdl_parser knows no such joint, and ros/robot_state_publisher sends what kdl_parser finds.
+# ros/kdl_parser does not support floating joints, so ros/robot_state_publisher does not publish them.
 _NOT_FLOATING = Publisher(UNPUBLISHED, about="robot_state_publisher publishes no floating joint")
 
 
 class Turn(NamedTuple):
-    """An entry of a list of publishers: a node, when it publishes, and where that is written."""
+    """A publisher of a joint in some modes only: the node, the condition, and the path of the entry in the tree."""
 
     publisher: Publisher
     when: str
@@ -29,16 +29,16 @@ class Turn(NamedTuple):
 
 
 class Publishing(NamedTuple):
-    """Who publishes a joint: one always, and those that publish it in some modes.
+    """The publishers of a joint: one that always publishes it, and those that publish it in some modes.
 
-    robot_state_publisher publishes its URDF in every mode, so it is never one of the turns.
+    robot_state_publisher publishes the entire URDF in every mode, so it is never in ``turns``.
     """
 
     always: Publisher
     turns: tuple[Turn, ...] = ()
 
     def of_optical(self) -> Publishing:
-        """Return the default publisher of the optical frame: the same, but a static publisher needs a second node."""
+        """Return the default publishers of an optical frame: the same nodes, but a new one for a static transform."""
 
         def second(node: Publisher) -> Publisher:
             is_static = node.kind == STATIC_TRANSFORM_PUBLISHER
@@ -58,7 +58,7 @@ def _joints(tree: Mapping[str, Any], lowering: Lowering) -> None:
 
 
 def add_joint(lowering: Lowering, joint: Joint, publishing: Publishing) -> None:
-    """Add a joint, and an edge for each publisher that takes turns."""
+    """Add a joint, and an edge for each publisher in ``turns``."""
     lowering.joints.append(joint)
     for turn in publishing.turns:
         lowering.places["edge", str(len(lowering.edges))] = turn.path
@@ -68,7 +68,7 @@ def add_joint(lowering: Lowering, joint: Joint, publishing: Publishing) -> None:
 
 
 def node(lowering: Lowering, name: str, path: Path) -> Publisher:
-    """Return a node by the name that a description gives it; report an unknown name."""
+    """Return the node that a description calls ``name``; report an unknown name."""
     if name in lowering.nodes:
         return lowering.nodes[name]
     help: Help = Suggestion(name, [*lowering.nodes, ROBOT_STATE_PUBLISHER])
@@ -79,7 +79,7 @@ def node(lowering: Lowering, name: str, path: Path) -> Publisher:
 
 
 def publishing(lowering: Lowering, entry: Mapping[str, Any], path: Path) -> Publishing:
-    """Return who publishes the joint of the entry at a path."""
+    """Return the publishers of the joint that the entry at a path defines."""
     requested, here = entry.get("publisher", ROBOT_STATE_PUBLISHER), (*path, "publisher")
 
     def publisher(value: Any, at: Path) -> Publisher:

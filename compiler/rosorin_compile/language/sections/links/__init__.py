@@ -1,4 +1,4 @@
-"""The section ``links``: their shapes, and inertials as they are written or those of shapes of even density."""
+"""The section ``links``: shapes, and inertials, given as numbers or calculated from shapes of uniform density."""
 
 from __future__ import annotations
 
@@ -63,9 +63,9 @@ def _shapes(lowering: Lowering, link: Mapping[str, Any], path: Path, source: Sou
 def lower_shape(
     entry: Mapping[str, Any], path: Path = (), accepts: Accepts = lambda _: False, stand_in: str = ""
 ) -> Shape:
-    """Return the shape of an entry at a path; ``stand_in`` describes what is not measured.
+    """Convert a shape; ``path`` is that of its entry, ``stand_in`` a note about dimensions that are not measured.
 
-    ``accepts`` returns True for a problem with a size that is accepted. Raises LoweringError.
+    ``accepts`` returns True if the description accepts a problem with the size. Raises LoweringError.
     """
     kinds = [kind for kind in _GEOMETRIES if kind in entry]
     if len(kinds) != 1:
@@ -134,7 +134,7 @@ def _check_heights(heights: Sequence[Sequence[float]], bottom: Any, path: Path) 
 
 
 def _inertial(lowering: Lowering, entry: Mapping[str, Any], path: Path, own: Mapping[str, Sequence[Shape]]) -> Inertial:
-    """Return the inertial of an entry; ``own`` are the shapes of its link by purpose."""
+    """Return the inertial that an entry defines; ``own`` are the shapes of the link by purpose."""
     if "of" not in entry:
         if "density" in entry:
             at = (*path, "density")
@@ -178,7 +178,7 @@ def _solid(lowering: Lowering, shape: Shape, path: Path) -> Inertial:
     mesh = shape.geometry
     if not isinstance(mesh, Mesh):
         return inertial_of([shape], density=1.0)
-    # Relative to the file of the link, to that of the robot, or in the folder of its source.
+    # Search relative to the file of the link, the main file, and the folder of the source.
     here, first = (FilePath(span.source.path) for span in (lowering.tree.locate(path[:2]).span, lowering.tree.span))
     folders, source = [here.parent, first.parent], lowering.tree.get("source")
     if isinstance(source, Map) and isinstance(source.get("folder"), str):

@@ -1,7 +1,7 @@
-"""The section ``sensors``: each has a frame, and its elements in MuJoCo and Gazebo.
+"""The section ``sensors``: sensors with their frames, and their elements in MuJoCo and Gazebo.
 
-A sensor with a ``parent`` brings its frame and the joint to it. One without is on a link of the description, or on the
-frame of another sensor; its optical frame may already exist, attached by fixed joints; otherwise it is created.
+A sensor with a ``parent`` defines its frame and a fixed joint to it. A sensor without is on an existing link, or on the
+frame of another sensor. Its optical frame is created unless it exists already, attached by fixed joints.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from ...lower import Lowering, LoweringError, entries_of, pose_of_entry, record_
 from ...suggestions import suggest_name
 from ..joints import OF_THE_URDF, Publishing, add_joint, publishing
 
-_OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)  # REP 103, "Suffix Frames": from a body frame to its image frame
+_OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)  # REP 103, "Suffix Frames": rotation from body frame to optical frame
 _OF_THE_JOINT = ("joint", "xyz", "rpy", "publisher")
 MAX_DEPTH = 12
-MAX_COPIES = 100_000  # of an element; a simulation still runs with it
+MAX_COPIES = 100_000  # of an element; MuJoCo can still simulate so many
 _KINDS = (simulation.SENSOR_ELEMENT, simulation.BODY_ELEMENT, TEMPLATE_ELEMENT)
-_ZERO = 1e-12  # m and rad: rounding errors of a rotation and its inverse
-_MARGIN = 1e-3  # m: contacts are on the surface, and a little below it
-_MESH_ZONE = 2.0  # m: half the zone around a link with a mesh, whose size is not known here
+_ZERO = 1e-12  # m or rad: rounding errors of a rotation and its inverse
+_MARGIN = 1e-3  # m: contact points are on the surface or slightly below
+_MESH_ZONE = 2.0  # m: half size of the zone around a link with a mesh, whose bounds are unknown
 _NAME = re.compile(r"[A-Za-z_][\w.-]*")
 
 
@@ -55,7 +55,7 @@ def _sensors(tree: Mapping[str, Any], lowering: Lowering) -> tuple[Sensor, ...]:
 
 
 class _Above(NamedTuple):
-    """What leads to a link: the name of the joint, its parent and pose (None if it moves), and where it is written."""
+    """The edge from the parent to a link: the joint, the parent, the pose (None if it moves), the path in the tree."""
 
     joint: str
     parent: str
@@ -64,7 +64,7 @@ class _Above(NamedTuple):
 
 
 def _sensor(lowering: Lowering, name: str, entry: Mapping[str, Any]) -> Sensor:
-    """Return a sensor, and add its frames and the fixed joints to them that do not exist yet."""
+    """Convert a sensor, and add its frames and the fixed joints to them unless they exist."""
     path: Path = ("sensors", name)
     frame, source = entry["frame"], record_of(Source, entry.get("source"))
     optical = entry.get("optical") or {}
@@ -112,7 +112,7 @@ def _check(lowering: Lowering, name: str, entry: Mapping[str, Any], above: Mappi
 
 
 def _above(tree: Mapping[str, Any], name: str) -> dict[str, _Above]:
-    """Return what leads to each link: a joint, or another sensor that brings its frame."""
+    """Return the edge to each link that a joint or another sensor defines."""
     found: dict[str, _Above] = {}
     for joint, entry in (tree.get("joints") or {}).items():
         pose = pose_of_entry(entry) if entry["type"] == "fixed" else None
@@ -136,9 +136,9 @@ def _pose_in(frame: str, link: str, above: Mapping[str, _Above]) -> Pose | None:
 
 
 class Frames(NamedTuple):
-    """The frames that an element may be in: that of the sensor, its optical frame, and the link that it is on.
+    """The frames of a sensor's elements: the sensor frame, its optical frame, and the parent link.
 
-    ``turned``: there is no optical frame, and elements that belong in it are rotated as if there were one.
+    ``turned``: there is no optical frame; elements for it are rotated instead.
     """
 
     sensor: str
@@ -153,7 +153,7 @@ class Frames(NamedTuple):
 def _elements(
     lowering: Lowering, name: str, entry: Mapping[str, Any], frames: Frames
 ) -> tuple[tuple[Simulated, ...], tuple[GazeboSensor, ...]]:
-    """Return the elements of a sensor in MuJoCo and Gazebo; report two of a kind that have the same name."""
+    """Return the MuJoCo and Gazebo elements of a sensor; report duplicate names."""
     links = {link.name: link for link in lowering.links}
     elements, gazebo = list[Simulated](), list[GazeboSensor]()
     with lowering.reporting(f' (sensor "{name}")'):
@@ -206,7 +206,7 @@ def _replicas(entry: Mapping[str, Any], path: Path) -> Replicas:
         message = f"a count is 1 to {MAX_COPIES:,}, not {entry['count']}"
         raise LoweringError("wrong-value", message, (*path, "count"), "correct it")
     step = pose_of_entry(entry)
-    if sum(angle != 0 for angle in step.rpy) > 1:  # MuJoCo multiplies each angle: not a steady turn about two axes
+    if sum(angle != 0 for angle in step.rpy) > 1:  # MuJoCo scales each angle: about two axes, steps would differ
         message, help = "copies turn about one axis: one of roll, pitch, yaw", "turn the element with its own rpy"
         raise LoweringError("wrong-value", message, (*path, "rpy"), help)
     return Replicas(entry["count"], step)
@@ -271,7 +271,7 @@ def _sdf_value(value: Any, path: Path) -> float | str | bool:
 
 
 def _moved(element: Simulated, sensor: Mapping[str, Any], frames: Frames) -> Simulated:
-    """Move a MuJoCo element of a sensor type as the sensor moves the Gazebo sensor of that type."""
+    """Move a MuJoCo element of a sensor type by as much as the sensor moved the type's Gazebo sensor."""
     changed, is_on_parent = sensor.get("gazebo"), element.link == frames.parent != frames.sensor
     if not isinstance(changed, ChangedSensor) or changed.brought is None or is_on_parent:
         return element
@@ -292,7 +292,7 @@ def _pose_in_sensor(entry: Mapping[str, Any], frames: Frames) -> Transform | Non
     pose = sensor.pose.transform()
     cameras = (element for element in sensor.elements if element.name == "camera")
     for inner in (inner for camera in cameras for inner in camera.elements if inner.name == "pose"):
-        with suppress(ValueError):  # SDF composes <sensor><pose> and <sensor><camera><pose>
+        with suppress(ValueError):  # SDF composes the poses <sensor><pose> and <sensor><camera><pose>
             x, y, z, roll, pitch, yaw = map(float, str(inner.value).split())
             pose = pose.then(Pose((x, y, z), (roll, pitch, yaw)).transform())
     return pose if sensor.link == frames.sensor else frames.optical_pose.transform().then(pose)
@@ -313,7 +313,7 @@ def _around_shapes(element: Simulated, links: Mapping[str, Link]) -> Simulated:
 
 
 def _rounded(transform: Transform) -> Pose:
-    """Return a pose without the rounding errors of a rotation and its inverse."""
+    """Return a pose in which rounding errors around zero are removed."""
     pose = pose_of(transform)
     x, y, z, roll, pitch, yaw = (0.0 if abs(value) < _ZERO else value for value in (*pose.xyz, *pose.rpy))
     return Pose((x, y, z), (roll, pitch, yaw))

@@ -270,9 +270,7 @@ def split(names: Sequence[Sequence[str]]) -> Split | None:
         uses = between
         ends.append(("".join(pieces[0][:first]), "".join(pieces[0][last:])))
     word = _WORD.findall(ends[0][0])[-1:]
-    while word and all(
-        head.endswith(word[0]) for head, _ in ends
-    ):  # leg1, leg2: the word before the number belongs to the use name
+    while word and all(head.endswith(word[0]) for head, _ in ends):  # leg1, leg2: "leg" belongs to the use
         uses = [f"{word[0]}{use}" for use in uses]
         ends = [(head.removesuffix(word[0]), tail) for head, tail in ends]
         word = _WORD.findall(ends[0][0])[-1:]

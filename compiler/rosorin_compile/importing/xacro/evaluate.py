@@ -43,7 +43,7 @@ class Evaluator:
         self.program, self.symbols, self.arguments = program, symbols, arguments
 
     def eval(self, tree: ast.expr) -> Any:
-        """Evaluate an expression to a symbol, function or namespace. Raises Failed, or the Python error for constants."""
+        """Evaluate an expression to a symbol, function or namespace. Raises Failed, or Python's error for constants."""
         method = getattr(self, f"_{type(tree).__name__.lower()}", self._computed)
         return method(tree)
 
@@ -401,7 +401,7 @@ class NamedFiles:
         return name if not name.startswith("package://") or self.finds(package) else rest
 
     def _copy(self, name: str) -> str:
-        """Return the name of a YAML file in the description; copy the file if the description cannot find its package."""
+        """Return the name of a YAML file in the description; copy the file if its package cannot be found there."""
         path = os.path.abspath(str(self.program.xacro.abs_filename_spec(name)))
         if "://" in name or name.startswith("/"):
             name = self._address(portable(path, self.program.packages, [*self.program.files, self.program.file]))

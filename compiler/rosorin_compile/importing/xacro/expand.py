@@ -91,7 +91,7 @@ class _Origins:
         return tuple(found)
 
     def connect(self, made: Document, places: Sequence[Place | None], otherwise: Span) -> None:
-        """Map spans of the expanded document ``made`` to the xacro files, or to ``otherwise`` if the place is unknown."""
+        """Map spans of the expanded document ``made`` to the xacro files, or to ``otherwise`` if unknown."""
         elements = list(made.root.iter())
         starts = [element.start for element in elements]
 
@@ -183,9 +183,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
     for name in answer.get("files", ()):
         found.setdefault(os.path.abspath(name), Path(os.path.normpath(name)))
     files = tuple(found.values())
-    if (
-        trusted and not options.trust and (others := untrusted_files(files))
-    ):  # trusted main file with untrusted includes
+    if trusted and not options.trust and (others := untrusted_files(files)):  # only the main file is trusted
         diagnostics.append(replace(warning, message=f"{message}: {label(others[0])} is not a trusted file"))
     origins = _Origins(answer, document, path)
     diagnostics += _remarks(answer, first)

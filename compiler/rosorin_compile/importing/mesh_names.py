@@ -51,7 +51,7 @@ def rename_files(
                 known[package] = _seen(Path(*base.parts[:depth]), here)
         return _with_places(move_files(tree, meshes), "", known), messages, meshes
     top, names = base, {name: name for name in relative}
-    if not keeps and (files or has_files):  # missing files keep their names
+    if not keeps and (files or has_files):  # if all files are missing, names are kept
         top, names = _names(base, relative, files)
     known = _packages({names.get(name, name): file for name, file in files.items()}, here)
     bare = [name for name in files if name not in names and not _is_of_package(name)]

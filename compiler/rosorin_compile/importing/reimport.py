@@ -38,7 +38,7 @@ class Merged(NamedTuple):
     removed: Sequence[str] = ()  # files and records that the source no longer produces
     diagnostics: Sequence[Diagnostic] = ()
     lines: Sequence[str] = ()
-    refused: bool = False  # nothing is written
+    refused: bool = False  # True if nothing is written, because of an error
 
 
 def record_of(files: Mapping[str, str], words: Iterable[str]) -> dict[str, str]:
@@ -77,7 +77,7 @@ def read_record(folder: Path, words: Sequence[str]) -> dict[str, str] | None:
         raise RequestError(f"cannot read {folder}: {problem.strerror or type(problem).__name__}") from None
     if not before or not os.path.lexists(folder / Description.ROOT_FILE):
         return None
-    # Earlier versions recorded the name of the file without its folder.
+    # Earlier versions recorded the source without its folder.
     if _source(before) not in map(_source, (words, [Path(words[0]).name, *words[1:]])):
         message = f"{folder} is of another import: rosorin-compile import {_source(before)}; this one is: "
         raise RequestError(f"{message}{_source(words)}; name a folder with -o, or another robot with --name")

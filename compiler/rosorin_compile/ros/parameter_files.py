@@ -158,7 +158,7 @@ class _Reader:
         return has_parameters
 
     def parameters(self, section: Section, above: str, mapping: Any) -> str:
-        """Read parameters; return the name of the last one if it is an empty mapping (rcl miscounts levels then)."""
+        """Read parameters; return the name of the last one if it is an empty mapping, which confuses rcl."""
         empty = ""
         for key, value in mapping.value:
             text = self.text(key)

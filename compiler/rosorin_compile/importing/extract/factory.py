@@ -26,7 +26,7 @@ from .extract import MARK, RobotSource, all_diagnostics, is_made
 _POSE = ("type", "parent", "child", "xyz", "rpy", "axis")
 _KEYS = (*_POSE, "limit", "mimic", "dynamics", "calibration", "safety_controller")
 _NOT_TAKEN = ("mass-", "inertia-", "shape-")  # rules about values that are not extracted
-_MAX_BYTES = 5_000_000  # of a robot file
+_MAX_BYTES = 5_000_000  # size limit of a robot file
 _ROBOT = re.compile(r"<robot\b[^>]*?\sname\s*=", re.DOTALL)
 _INCLUDES = re.compile(r"<xacro:include\b[^>]*?\sfilename\s*=\s*[\"']([^\"']+)[\"']", re.DOTALL)
 _CONDITION = re.compile(r"""(?s)<xacro:(if|unless)\b[^>]*?\svalue\s*=\s*("[^"]*"|'[^']*')[^>]*>(.*?)</xacro:\1>""")
@@ -146,7 +146,7 @@ def extract_factory(
 
 
 def _find_robot_file(package: Path, requested: str | None) -> Path:
-    """Return the requested robot file of a package, or its only one. Raises RequestError, ExtractProblem."""
+    """Return the requested robot file of a package, or its only robot file. Raises RequestError, ExtractProblem."""
     if not files.is_folder(package):
         raise RequestError(f"{package} is not a folder; name the folder of a description package")
     endings = FORMATS.endings()

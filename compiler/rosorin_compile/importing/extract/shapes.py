@@ -245,7 +245,7 @@ def _contains(shape: Shape, points: Floats) -> NDArray[np.bool_]:
     if isinstance(geometry, Box):
         beyond = np.maximum(np.array(geometry.lower) - local, local - np.array(geometry.upper)).max(axis=1)
     else:
-        assert isinstance(geometry, Cylinder | Capsule)  # noqa: S101 - fits have no other shape
+        assert isinstance(geometry, Cylinder | Capsule)  # noqa: S101 - the only other shapes of fits
         radial, axial = np.hypot(local[:, 0], local[:, 1]), abs(local[:, 2]) - geometry.length / 2
         if isinstance(geometry, Cylinder):
             beyond = np.maximum(radial - geometry.radius, axial)

@@ -431,7 +431,7 @@ class NamedFiles:
         if not re.search(r"\w", pattern):
             return []
         folder = Path(os.path.abspath(self.program.xacro.filestack[-1])).parent
-        found = sorted(glob.glob(pattern, root_dir=folder))[:MAX_FILES]  # noqa: PTH207 - an absolute pattern, too
+        found = sorted(glob.glob(pattern, root_dir=folder))[:MAX_FILES]  # noqa: PTH207 - the pattern may be absolute
         for match in filter(None, (re.fullmatch(form, path) for path in found)):
             for variable, value in zip(variables, match.groups(), strict=True):
                 variable.candidates.append(value)

@@ -338,7 +338,7 @@ def _expand(
     variables = {**os.environ, "PYTHONHASHSEED": "0", "PYTHONDONTWRITEBYTECODE": "1", "PYTHONIOENCODING": "utf-8"}
     answer: dict[str, Any]
     try:
-        child = subprocess.run(  # noqa: S603 - our own module; the warning about what it runs is given
+        child = subprocess.run(  # noqa: S603 - our own module; the user was warned
             [sys.executable, "-c", _CHILD if plan is None else _SYMBOLIC],
             input=json.dumps(request).encode(),
             capture_output=True,

@@ -25,7 +25,7 @@ from .child import MARK, Place
 
 COMMENTS = "rosorin_comments"  # the attribute of an element with its preceding comments
 TOKEN = re.compile("\ua657(\\d+)\ua657")  # represents a symbol in a string; the letter is from an unused script
-UNKNOWN = object()  # an example that cannot be computed
+UNKNOWN = object()  # the example of a symbol whose value cannot be computed
 _FLAGS = {"true": True, "True": True, "false": False, "False": False}
 _OUTSIDE = ("find", "load", "error")  # functions that read files or raise errors and cannot be folded
 _NUMBERS = re.compile(r"\s*[-+]?[\d.][\d.eE+-]*(?:\s+[-+]?[\d.][\d.eE+-]*)+\s*")

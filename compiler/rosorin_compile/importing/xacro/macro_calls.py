@@ -66,7 +66,7 @@ class Calls:
             own_macros, own_symbols, macro = xacro.resolve_macro(name, macros, symbols)
         except KeyError:
             raise xacro.XacroException(f"unknown macro name: {node.tagName}") from None
-        invocation = Invocation(copy(macro), node, own_macros, own_symbols)  # the name may be defined again
+        invocation = Invocation(copy(macro), node, own_macros, own_symbols)  # its definition may change
         self.called.setdefault(invocation.key, False)
         path = self._path(node)
         xacro.macrostack.append(invocation.definition)
@@ -93,7 +93,7 @@ class Calls:
         if node.nodeType == node.ELEMENT_NODE:
             names += [self.paths[-1]] if self.paths[-1] else []
         else:
-            names.pop()  # the robot
+            names.pop()  # leave out <robot>
         return "/".join(reversed(names))
 
     def _take_values(self, call: Invocation, macros: Any, symbols: Any) -> None:

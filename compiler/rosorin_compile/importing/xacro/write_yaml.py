@@ -188,7 +188,7 @@ class Writer:
             holder = next((one for one in self.documents.values() if name in one.get("materials", ())), document)
             section = holder.setdefault("materials", {})
             known = self._alternatives.get((id(section), str(name)), [])
-            if not known or known[-1][1] is not None:  # the first unconditional definition wins
+            if not known or known[-1][1] is not None:  # ignore definitions after an unconditional one
                 self._put(section, name, value, when)
                 self._remark(place, ("materials", name), comments)
         elif node.tag in ("link", "joint"):

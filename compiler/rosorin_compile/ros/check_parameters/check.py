@@ -1,4 +1,4 @@
-"""Check parameter files, with the remaps of the command line and of launch files, against one robot."""
+"""Check parameter files, with remaps from the command line and launch files, against a robot."""
 
 from __future__ import annotations
 
@@ -219,7 +219,7 @@ def _of_arguments(words: Sequence[str], node: str) -> Iterator[Remap]:
 
 
 def _check_topics(robot: Robot, nodes: Sequence[Node], remaps: Sequence[Remap], distro: str) -> Iterator[Diagnostic]:
-    """Yield topics without a publisher, with mismatched types or QoS, and obstacle sources that do not work."""
+    """Report topics without a publisher or with mismatched types or QoS, and invalid observation sources."""
     graph, by_name = Graph(), {node.full: node for node in nodes}
     for node in nodes:  # leave out topics that a launch file sets
         values, of_kind = node.values, ports(distro, node=node.kind.name) if node.kind else ()

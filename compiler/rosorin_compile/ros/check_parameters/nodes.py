@@ -76,7 +76,7 @@ class Node:
         return full_topic(name, self.namespace, self.name)
 
     def is_of(self, publisher: Publisher, publishers: Iterable[Publisher]) -> bool:
-        """Return True if this node is the publisher that the description names."""
+        """Return True if this node is a publisher of the description, by name or package."""
         return is_of(self.name, self.kind, publisher, publishers)
 
     def setting(self, key: str, default: Any = None) -> Setting:

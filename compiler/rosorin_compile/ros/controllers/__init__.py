@@ -20,7 +20,7 @@ from .write import ControllerParameters, RobotParameters, edges_of, fill, is_who
 
 _ENDS = (("odom_frame_id", "odom"), ("base_frame_id", "base_link"))
 _TOLERANCE = 0.005  # relative: sizes are rounded, and tyres are compressed
-_LEAST = 0.0005  # m
+_LEAST = 0.0005  # m, minimum tolerance
 _JOINTS = re.compile(r"(?!extra_joints)(?:\w+_)?(?:joints?|joint_name|(?:wheels?|joints|dof|state)_names)")
 _FRAMES = ("base_frame_id", "frame_id", "odom_frame_id")
 _WORLD = ("map", "odom", "world", "earth")
@@ -28,7 +28,7 @@ _SIZES = ("radius", "separation", "wheelbase", "track", "width", "axis")
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Validate the controllers of a description for the distribution of an output.
+    """Validate the controllers of a description for the ROS distribution of an output.
 
     Problems that do not depend on the distribution are reported for the first output only.
     """
@@ -172,7 +172,7 @@ def _placed(case: Case, found: Finding, entry: Path, within: str) -> Diagnostic:
 
 
 def of_type(name: str, kind: str, distribution: str) -> Finding | None:
-    """Validate the type of a controller for a distribution, or for all of them if ``distribution`` is empty."""
+    """Validate the type of a controller for a ROS distribution, or for any distribution if it is ""."""
     known, every, plugin = plugins(distribution), plugins(""), full_type(kind)
     if plugin in known:
         return None
@@ -204,7 +204,7 @@ def missing(kind: Kind | None, given: Iterable[str]) -> list[str]:
 def against_robot(
     name: str, kind: str, values: Mapping[str, Any], known: RobotParameters, robot: Robot, severity: str
 ) -> Iterator[Finding]:
-    """Report parameters of a controller that disagree with a robot; ``severity`` is for numbers that differ."""
+    """Report parameters of a controller that contradict the robot; ``severity`` is for differing numbers."""
     moving = {joint.name for joint in robot.joints if not joint.is_fixed}
     controllers = {controller.name for controller in robot.controllers}
     for key, value in values.items():

@@ -23,7 +23,7 @@ from ..sections.control.hardware import EFFORT, JOINT_WORDS, POSITION, VELOCITY
 from ..sections.controllers import flat
 
 UPDATE_RATE = 100  # Hz
-CONTROLLERS = "controllers"  # the backend
+CONTROLLERS = "controllers"  # name of the format
 TF = "/tf"
 COMMAND = "/cmd_vel"  # the topic on which Nav2 and most other nodes publish velocities
 # Steering controllers of Jazzy have keys by function (traction), and the deprecated keys of Humble by position (rear).

@@ -25,7 +25,7 @@ from ..parameter_files import Node, Parameters, distro_of, parameter_file, param
 from ..ports import IN, Role, distribution_of_ports, facts, message_of_sensor, ports, short_type
 from .footprint import CORNERS, footprint, holds, pad, solids_of
 
-_LAYERS = {"local_costmap": "voxel_layer", "global_costmap": "obstacle_layer"}  # nav2_bringup/params/nav2_params.yaml
+_LAYERS = {"local_costmap": "voxel_layer", "global_costmap": "obstacle_layer"}  # as in nav2_params.yaml
 _HEADROOM = 0.1  # m
 _PADDING = 0.01  # m, the default of Nav2
 _CORNERS_OF_CIRCLE = 16  # corners of the polygon that Nav2 inscribes in a circle

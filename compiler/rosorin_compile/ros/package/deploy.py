@@ -45,7 +45,7 @@ _OF_PACKAGES = ("package.xml", "CMakeLists.txt", "setup.py", "setup.cfg", MANIFE
 
 @dataclass(frozen=True)
 class DeployedCopy:
-    """An artifact in a folder."""
+    """A copy of an artifact in a folder."""
 
     file: Annotated[str, "as seen from the folder"]
     output: Annotated[str, "its name under `outputs`"]

@@ -42,7 +42,7 @@ _ALLOWED = {
 
 @dataclass(frozen=True)
 class Options:
-    """The name of a package, and the entries of its package.xml.
+    """The options of a package: its name, the entries of package.xml, and what it starts.
 
     With ``at_launch``, the description is compiled at each launch; ``starts`` are items of ``STARTS``.
     """

@@ -108,7 +108,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     def value(at: float | tuple[float, ...]) -> str:
         if isinstance(at, float | int):
             return number(at)
-        split = 2 if len(at) == 3 else 3  # lengths, then a rotation
+        split = 2 if len(at) == 3 else 3  # position, then orientation
         return f"{vector(at[:split], number)} {vector(at[split:], number)}"
 
     values = {"name": robot.name, "planning": planning, "said": said, "attributes": attributes, "comment": comment}

@@ -106,7 +106,7 @@ class _Conversion:
         return Converted(imported, self.tree, {key: value for key, value in names.items() if value}, self.kept)
 
     def control(self, found: Mapping[str, Candidate]) -> tuple[dict[str, Any], str]:
-        """Return entries for ``<ros2_control>`` blocks, and the ROS distribution that most blocks are for."""
+        """Return entries for ``<ros2_control>`` blocks, and the ROS distribution that can express most blocks."""
         made = []
         for distribution in ("jazzy", "humble"):
             humble, options = distribution == "humble", {"control": distribution}

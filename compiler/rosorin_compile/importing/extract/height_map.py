@@ -319,7 +319,7 @@ def replace_map(entry: MapEntry, new: HeightMap, status: str, note: str) -> str:
 
 
 def _edit(lines: list[str], key: Span, text: str, below: Sequence[str] = ()) -> tuple[int, int, list[str]]:
-    """Return the first and last line of a key with its value, and the new lines; a comment after the key is kept."""
+    """Return the start and end index of the lines of a key, and the new lines; a comment after the key is kept."""
     first = lines[key.line - 1]
     comment = re.search(r"\s+#.*$", first)
     head = first[: key.column - 1] + text + (comment[0] if comment else "")

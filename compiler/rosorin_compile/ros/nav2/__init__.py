@@ -70,7 +70,7 @@ class _Size(NamedTuple):
 
 
 def _basics(robot: Robot, output: Output) -> tuple[_Basics | None, list[Problem]]:
-    """Return the data for an output that does not depend on shapes (None on errors), and all problems."""
+    """Return the data for an output except dimensions (None without navigation frames), and all problems."""
     frames, wrong = frames_of(robot, output)
 
     def add(rule: str, message: str, path: Path = (), help: Help = "", **more: Any) -> None:

@@ -142,8 +142,8 @@ def make(
 ) -> tuple[dict[str, bytes], list[Diagnostic]]:
     """Return the files of the package of a robot by path, and diagnostics.
 
-    ``carried`` is a description that is compiled at launch. Meshes are looked up in the results of ``compiled``, in the
-    folders ``sources`` and in ``target``, the folder of the package.
+    ``carried`` is a description that is compiled at launch. Meshes are the files that ``compiled`` found, or else are
+    looked up in the folders ``sources`` and in ``target``, the folder of the package.
     """
     main = next((one for one in artifacts if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), None)
     published = FORMATS.published_format()

@@ -110,7 +110,7 @@ class Planning:
     def stale_pairs(self) -> tuple[list[Pair], list[str]]:
         """Return the pairs of the matrix with changed shapes, joints or meshes, and the names of changed meshes.
 
-        Adjacent pairs are never stale. Mesh files that cannot be found count as unchanged.
+        Pairs that are still adjacent are not stale. Mesh files that cannot be found count as unchanged.
         """
         computed = self.said.matrix
         if computed is None:
@@ -229,7 +229,7 @@ class Planning:
 
     @cached_property
     def adjacent(self) -> list[Pair]:
-        """The sorted pairs of links with shapes that are connected by joints, through links without shapes at most."""
+        """The sorted pairs of links with shapes that are connected by a joint, or by joints and links without shapes."""
         neighbours: dict[str, set[str]] = {name: set() for name in self.links}
         for joint in self.joints.values():
             neighbours[joint.parent].add(joint.child)

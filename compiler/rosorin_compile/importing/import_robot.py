@@ -389,7 +389,7 @@ def _write_into(
     with open_package_folder(package.folder) as target:
         path = package.folder / test
         is_edited = os.path.lexists(path) and not (is_file(path) and read_bytes(path) == text)
-        # Records are written last, that of robot.yaml at the end: it marks the import as complete.
+        # Records are written last, and robot.yaml.imported at the very end, because it marks a complete import.
         order = sorted(files, key=lambda file: (is_record(file), file == f"{Description.ROOT_FILE}{ENDING}", file))
         data = {} if is_edited else {test: text}
         data |= {f"{description}/{file}": files[file].encode() for file in order}

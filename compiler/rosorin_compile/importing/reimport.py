@@ -51,7 +51,7 @@ def record_of(files: Mapping[str, str], words: Iterable[str]) -> dict[str, str]:
 
 
 def is_record(name: str) -> bool:
-    """Return True if a file name is that of a record."""
+    """Return True if a file name ends like a record."""
     return name.endswith(ENDING)
 
 

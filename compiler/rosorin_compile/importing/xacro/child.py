@@ -274,7 +274,7 @@ def portable(name: str, packages: Packages, files: Sequence[str]) -> str:
 
 
 def _error(problem: BaseException) -> dict[str, Any]:
-    """Return the answer for an exception; xacro wraps the original exception in its own."""
+    """Convert an exception to an answer with the root cause; xacro wraps exceptions in its own."""
     for cause in causes(problem):
         if isinstance(cause, MissingPackage):
             return {"package": cause.args[0]}

@@ -56,7 +56,7 @@ class Target(NamedTuple):
     shares: bool = False  # include equal files of adjacent descriptions instead of copying
 
     def address(self, name: str, text: str) -> str:
-        """Return the path for including a file: that of an equal file in an adjacent description, else ``name``."""
+        """Return the path for including a file: an equal file in an adjacent description if allowed, else ``name``."""
         if self.shares and not exists(self.folder / name):
             for path in sorted(self.folder.parent.glob(f"*/{name}")):
                 if read_text(path, errors="replace") == text:

@@ -277,7 +277,7 @@ class Writer:
         self._remark(place, (*path, "use", key), comments)
 
     def _write_lets(self, macro: ir.Macro | None, path: tuple[Any, ...] = ()) -> dict[str, Any]:
-        """Write the used properties of the robot as ``let``, or return those of a macro."""
+        """Write the used properties of the robot as ``let``, or return the used properties of a macro."""
         owner, values = macro.key if macro is not None else "", dict[ir.Variable, Any]()
         lets = [one for one in self.program.variables if one.kind == "let" and one.owner == owner]
         while waiting := [one for one in lets if one.used and one not in values]:

@@ -114,7 +114,7 @@ def _prefix(node: Node) -> str:
 
 
 def check_edges(case: Case, found: Sequence[Claim]) -> Iterator[Diagnostic]:
-    """Report differences between the transforms that nodes publish and those of the description."""
+    """Report published transforms that contradict the edges of the description, and edges that nobody publishes."""
     declared = [step for step in all_steps(case, legal=False) if step.publisher.publishes]
     publishers = case.robot.publishers
     speaking = [claim for claim in found if not claim.silent]

@@ -61,7 +61,7 @@ def place_meshes(
     reported: Container[str] = (),
     place: str = "",
 ) -> Meshes:
-    """Point the meshes of a URDF to a package, or those of an SDF at ``place`` to paths relative to the SDF.
+    """Change mesh names in a URDF to ``package://`` URIs, or in an SDF at ``place`` to paths relative to the SDF.
 
     Files are looked up in ``known`` by name, in ``folders`` and in ``target``, the folder of the package. Missing files
     get a warning, unless they are in ``reported``.

@@ -229,7 +229,7 @@ class Planning:
 
     @cached_property
     def adjacent(self) -> list[Pair]:
-        """The sorted pairs of links with shapes that are connected by a joint, or by joints and links without shapes."""
+        """The sorted pairs of links with shapes that are connected by a joint, or through links without shapes."""
         neighbours: dict[str, set[str]] = {name: set() for name in self.links}
         for joint in self.joints.values():
             neighbours[joint.parent].add(joint.child)

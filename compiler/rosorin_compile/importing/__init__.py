@@ -1,6 +1,6 @@
-"""Import existing robots as descriptions that read as if a person had written them.
+"""Import robots from URDF, xacro, SDF or MJCF as descriptions that read as if a person had written them.
 
-``import_robot`` is the entry. ``description`` writes YAML, ``repeats`` writes repeated structures once, ``elements``
-converts Gazebo and ros2_control elements, ``round_trip`` compares the description with the source, and ``xacro`` keeps
-macros and arguments.
+``import_robot`` is the entry point. ``description`` writes the YAML, ``repeats`` factors repeated structures into
+parts, ``elements`` converts Gazebo and ros2_control elements, ``round_trip`` compares the compiled description with the
+source, and ``xacro`` translates macros and arguments.
 """

@@ -1,9 +1,9 @@
-"""Write the plain tree of a robot as the files of a description, in YAML that reads as if a person had written it.
+"""Write an imported robot as description files, in YAML that reads as if a person had written it.
 
-In the schema, ``x-first`` names the keys that come first (the others keep the order of the source), and ``x-file`` is
-the file that a section is written to if the description is split into several files. Small values are on one line, in
-brackets, larger ones in a block. A number is written with the fewest digits that read back as the same double. The
-result is the same for the same robot on every machine.
+In the schema, ``x-first`` lists the keys that are written first (other keys keep the order of the source), and
+``x-file`` is the file of a section if the description is split into several files. Small values are written in flow
+style on one line, larger ones in block style. A number has the fewest digits that read back as the same double. The
+output is the same on every machine.
 """
 
 from __future__ import annotations
@@ -29,20 +29,20 @@ from rosorin_compile.source.tree import Path
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.yaml_text import Scalar
 
-# The files of a long description besides the first one, in their order; others follow.
+# The order of the files of a split description after robot.yaml; files that are not listed come last.
 _FILES = ("parts", "links", "joints", "simulation", "sensors", "control", "extensions", "moveit")
-_BEHIND = {"let": "parts", "joints": "use"}  # they hang on links, as joints do
-_LAST = 1_000  # the sort position of keys that are not in the schema
+_BEHIND = {"let": "parts", "joints": "use"}  # section that is written directly after the key
+_LAST = 1_000  # sort position of keys that are not in the schema
 MAX_LINES = 150  # a longer description is split into files
 
 V = TypeVar("V")
 
 
 def write(imported: Imported, wanted: Outputs, schema: str = "", split: bool | None = None) -> dict[str, str]:
-    """Return the files of a description, text by name; the first is ``robot.yaml``.
+    """Return the files of a description as a mapping from file name to text; the first is ``robot.yaml``.
 
-    The robot must have a tree. ``schema`` is the path of the schema for editors, relative to the folder of the files.
-    ``split`` determines whether several files are written; by default, a long description is split.
+    ``schema`` is the path of the JSON schema for editors, relative to the folder of the files. With ``split`` the
+    description has several files; by default only if it is longer than ``MAX_LINES``.
     """
     tree, root = imported.whole, Description.ROOT_FILE
     body = {key: document_value(tree, value, (key,), imported.packages) for key, value in tree.items() if value}
@@ -72,14 +72,14 @@ def write(imported: Imported, wanted: Outputs, schema: str = "", split: bool | N
 
 
 def lines_of(tree: Mapping[str, Any]) -> int:
-    """Return how many lines some sections of a description take."""
+    """Return the number of YAML lines that sections of a description take."""
     return layout({key: document_value(tree, value, (key,)) for key, value in tree.items()}).count("\n")
 
 
 def document_value(
     tree: Mapping[str, Any], value: Any, path: Path, packages: Mapping[str, FilePath] = MappingProxyType({})
 ) -> Any:
-    """Return a value of a tree as ``layout`` expects it, without defaults and with keys in the order of the schema."""
+    """Convert a value of a description to the input of ``layout``: no defaults, keys in the order of the schema."""
     if isinstance(value, (list, tuple)):
         return [document_value(tree, item, (*path, index), packages) for index, item in enumerate(value)]
     if isinstance(value, str):
@@ -96,7 +96,7 @@ def document_value(
 
 
 def _in_packages(text: str, packages: Mapping[str, FilePath]) -> str:
-    """Return a text in which files are named by their package, not by their folder on this machine."""
+    """Replace the absolute paths of ROS packages in a text with ``${find(...)}`` expressions."""
     if not any(f"{folder}{os.sep}" in text for folder in packages.values()):
         return text if isinstance(text, Expression) else str(text)
     made = text if isinstance(text, Expression) else escape(text)
@@ -106,7 +106,7 @@ def _in_packages(text: str, packages: Mapping[str, FilePath]) -> str:
 
 
 def plain_value(value: Any) -> Any:
-    """Return a value as ``layout`` expects it, with all its keys in their order."""
+    """Convert a value to the input of ``layout``, with all its keys in their present order."""
     if isinstance(value, Mapping):
         return {key: plain_value(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
@@ -120,12 +120,12 @@ def sorted_sections(document: Mapping[str, V]) -> dict[str, V]:
 
 
 def in_order(entry: Mapping[str, V]) -> dict[str, V]:
-    """Return an entry of a link or a joint, or of what they contain, with its keys in their order."""
+    """Sort the keys of a link, of a joint, or of an element in one of them by the order of the schema."""
     return _sorted(entry, _words())
 
 
 def is_default(path: Path, value: Any) -> bool:
-    """Return True if a value is the default of the language."""
+    """Return True if a value equals the default in the schema."""
     default = fragment_at(path).get("default")
     return default is not None and not isinstance(value, bool) and bool(value == default)
 
@@ -142,7 +142,7 @@ def _order(fragment: Mapping[str, Any]) -> Sequence[str]:
 
 @cache
 def _words() -> tuple[str, ...]:
-    """Return the keys of links and joints, and of the elements in them, in one common order."""
+    """Return one order for all keys of links, joints and the elements in them."""
     before: dict[str, list[str]] = {}
     for fragment in (*_fragments(("links", "*")), *_fragments(("joints", "*"))):
         for first, second in pairwise(_order(fragment)):
@@ -151,7 +151,7 @@ def _words() -> tuple[str, ...]:
 
 
 def _fragments(path: Path) -> Iterator[Mapping[str, Any]]:
-    """Yield the fragments of the schema for a value, and for all that it contains except under names."""
+    """Yield the schema of the value at a path and of its properties and list items, recursively."""
     fragment = fragment_at(path)
     yield fragment
     for step in (*fragment.get("properties", ()), *([0] if "items" in fragment else [])):
@@ -159,28 +159,28 @@ def _fragments(path: Path) -> Iterator[Mapping[str, Any]]:
 
 
 WIDTH = 120
-_WORDS = ("for", "if")  # begin a loop or a condition; as the value of an expression they are names
-_SPACED = 2  # depth to which entries of several lines are set apart: sections and their entries
-_SHORT_DEPTH = 2  # how many mappings are nested in a value that is written on one line
+_WORDS = ("for", "if")  # keys of a loop and of a condition
+_SPACED = 2  # entries of several lines are separated by empty lines down to this depth: sections and their entries
+_SHORT_DEPTH = 2  # deepest nesting of mappings that is written on one line
 
-# Comments: lines above the entry at a path of the document; those of the empty path begin the file.
+# The comment lines above the entry at each path of a document; the empty path is the top of the file.
 Remarks = dict[Path, Sequence[str]]
 
 
 class Verbatim(str):
-    """A scalar that is written unchanged: a number, a quantity."""
+    """A scalar that is written unchanged, such as a number or a quantity."""
 
     __slots__ = ()
 
 
 class Expression(str):
-    """A text with ``${...}`` that the expansion evaluates."""
+    """A string with ``${...}`` expressions, which are evaluated when the description is compiled."""
 
     __slots__ = ()
 
 
 def escape(text: str) -> str:
-    """Escape a text: ``${`` would begin an expression, and ``$(`` is refused outside XML elements.
+    """Escape ``${``, which would begin an expression, and ``$(``, which is an error outside XML elements.
 
     >>> escape("${HOME}/meshes"), escape("$(arg folder)/meshes")
     ('$${HOME}/meshes', "${'$'}(arg folder)/meshes")
@@ -190,16 +190,16 @@ def escape(text: str) -> str:
 
 
 def layout(document: Mapping[str, Any], remarks: Mapping[Path, Sequence[str]] = MappingProxyType({})) -> str:
-    """Return a document as YAML, with a line end at its end.
+    """Format a document as YAML text that ends with a newline.
 
-    Values are mappings, lists, texts, ``Verbatim``, ``Expression``, booleans and None.
+    Values are mappings, lists, strings, ``Verbatim``, ``Expression``, booleans and None.
     """
     made = _Layout(remarks)
     return "".join(f"{line}\n" for line in [*made.comment((), ""), *made.mapping(document, 0, ())])
 
 
 def flow(value: Any) -> str | None:
-    """Return a value on one line, or None for text of several lines."""
+    """Format a value in flow style on one line, or return None for a string of several lines."""
     if isinstance(value, Mapping):
         items = [(f"{_key(key, True)}: ", flow(item)) for key, item in value.items()]
     elif isinstance(value, list):
@@ -233,7 +233,7 @@ def is_number(value: Any) -> bool:
 
 
 def free_name(name: str, taken: Collection[str]) -> str:
-    """Return a name that is not taken, with a number if necessary."""
+    """Return ``name``, or if it is taken the name with the first free number appended (``wheel_2``)."""
     made, number = name, 1
     while made in taken:
         number += 1
@@ -242,12 +242,12 @@ def free_name(name: str, taken: Collection[str]) -> str:
 
 
 def within_part(path: Path) -> Path:
-    """Return the path relative to the part that contains it, such as ("links", "wheel")."""
+    """Return a path relative to its part: ``("parts", "leg", "links", "foot")`` becomes ``("links", "foot")``."""
     return path[2:] if path[:1] == ("parts",) and len(path) > 2 else path
 
 
 class _Layout:
-    """Makes the lines of one document."""
+    """Formats one document as YAML lines, with the comments above their entries."""
 
     def __init__(self, remarks: Mapping[Path, Sequence[str]]) -> None:
         self.remarks = remarks
@@ -278,7 +278,7 @@ class _Layout:
         return lines
 
     def value(self, head: str, item: Any, indent: int, path: Path) -> list[str]:
-        """Return a value after ``head``, which ends with a colon or a dash: on its line, wrapped, or below it."""
+        """Format a value on the line of ``head`` (a key or a dash), wrapped over several lines, or as a block below."""
         if not isinstance(item, (Mapping, list)):
             return _text(head, item, indent)
         short = flow(item) if not item or path not in self.open else None
@@ -289,7 +289,7 @@ class _Layout:
         if short and is_flat and (isinstance(item, list) or len(path) > _SPACED):
             keys = [f"{_key(key, True)}: " for key in item] if isinstance(item, Mapping) else [""] * len(item)
             pairs = zip(keys, items, strict=True)
-            text = ", ".join(f"{key}{flow(one)}".replace(" ", "\0") for key, one in pairs)  # broken between items only
+            text = ", ".join(f"{key}{flow(one)}".replace(" ", "\0") for key, one in pairs)  # wrap between items only
             text, margin = f"{short[0]}{text}{short[-1]}", " " * (indent + 2)
             wrap = textwrap.TextWrapper(WIDTH, f"{head} ", margin, break_long_words=False, break_on_hyphens=False)
             return [line.replace("\0", " ") for line in wrap.wrap(text)]
@@ -298,7 +298,7 @@ class _Layout:
         return [head, *self.sequence(item, indent + 2, path)]
 
     def may_be_short(self, item: Mapping[str, Any] | list[Any], path: Path) -> bool:
-        """Return True if a value that fits on a line may be written there."""
+        """Return True if a value may be written on one line if it fits."""
         path = within_part(path)
         if isinstance(item, list):
             return _depth(item) == 0
@@ -307,7 +307,7 @@ class _Layout:
 
 
 def _text(head: str, value: Any, indent: int) -> list[str]:
-    """Return a scalar after ``head``: on its line, or text of several lines below it."""
+    """Format a scalar on the line of ``head``, or a string of several lines as a block below it."""
     if isinstance(value, str) and not isinstance(value, Verbatim):
         text = value if isinstance(value, Expression) else escape(value)
         lines = text.removesuffix("\n").split("\n")
@@ -319,23 +319,23 @@ def _text(head: str, value: Any, indent: int) -> list[str]:
 
 
 def _depth(value: Any) -> int:
-    """Return how many mappings are nested in a value."""
+    """Return the number of nested levels of mappings in a value."""
     if isinstance(value, Mapping):
         return 1 + max(map(_depth, value.values()), default=0)
     return max(map(_depth, value), default=0) if isinstance(value, list) else 0
 
 
 ROTATING = ("revolute", "continuous")
-_DECIMALS = (0, 1, 2)  # of degrees that a person would write
+_DECIMALS = (0, 1, 2)  # numbers of decimals of angles in degrees
 _MAX_DEGREES = 1e6
-# Units of a value of a joint that rotates and of one that slides, with the unit in degrees of the first.
+# The units of a value of a rotating and of a sliding joint, and the unit in degrees for the rotating joint.
 _OF_JOINT = {("rad", "m"): "deg", ("rad/s", "m/s"): "deg/s"}
-_VERBATIM = "mjcf"  # keys of another program, whose numbers have no units
+_VERBATIM = "mjcf"  # values below this key are MuJoCo attributes, which have no units
 _OF_SENSOR: tuple[Path, ...] = (("with", "fov"), ("with", "vertical_fov"), ("with", "hfov"))
 
 
 def number(value: float, angle: str = "") -> Verbatim:
-    """Format a number; ``angle`` is the unit in degrees that it may be written in (deg, deg/s).
+    """Format a number; ``angle`` is ``deg`` or ``deg/s`` if the value (rad, rad/s) may be written in degrees.
 
     >>> number(-1.5707963267948966, "deg"), number(1.5708, "deg"), number(-0.0)
     ('-90 deg', '1.5708', '0')
@@ -350,7 +350,7 @@ def number(value: float, angle: str = "") -> Verbatim:
 
 
 def in_degrees(value: float, unit: str) -> str:
-    """Return radians as degrees, empty unless a short number of degrees is exactly this double."""
+    """Format radians in degrees, or return "" unless at most two decimals give exactly the same double."""
     degrees = math.degrees(value)
     for decimals in _DECIMALS if abs(degrees) < _MAX_DEGREES else ():
         text = f"{exact(round(degrees, decimals))} {unit}"
@@ -360,7 +360,7 @@ def in_degrees(value: float, unit: str) -> str:
 
 
 def angle_of(tree: Mapping[str, Any], path: Path) -> str:
-    """Return the unit in degrees of the value at a path of a description, empty if it is not an angle."""
+    """Return the unit in degrees (deg, deg/s) of the value at a path, or "" if it is not an angle."""
     body = tree["parts"][path[1]] if path[0] == "parts" and len(path) > 2 else tree
     path = within_part(path)
     if path[-2:-1] == ("rpy",) or (path[:1] == ("sensors",) and path[2:] in _OF_SENSOR):
@@ -375,7 +375,7 @@ def angle_of(tree: Mapping[str, Any], path: Path) -> str:
 
 
 def place_comments(comments: Iterable[Comment], document: Mapping[str, Any], root: bool) -> dict[Path, list[str]]:
-    """Return the comments of one file by the path of their entries.
+    """Map the path of each entry of one file to the comment lines above it.
 
     A comment belongs to the file that has its section. A comment that belongs to no section, or to the name of the
     robot, is at the top of the ``root`` file.
@@ -390,22 +390,22 @@ def place_comments(comments: Iterable[Comment], document: Mapping[str, Any], roo
             if not (is_item or (isinstance(node, Mapping) and step in node)) or isinstance(node[step], Verbatim):
                 break
             node, path = node[step], (*path, step)
-        if not (path if of_section else root):  # its section is in another file
+        if not (path if of_section else root):  # the section is in another file
             continue
         lines, above = clean_comment(comment.text), found.setdefault(path, [])
-        if len(lines) == 1 or above[-len(lines) :] != lines:  # a file that is included twice has it twice
+        if len(lines) == 1 or above[-len(lines) :] != lines:  # a file that is included twice repeats its comments
             above += lines
     return found
 
 
 def clean_comment(text: str) -> list[str]:
-    """Return the lines of a comment, moved left together, without empty lines around them.
+    """Return the lines of a comment without common indentation and without leading and trailing empty lines.
 
     >>> clean_comment(" the arm "), clean_comment("# the arm")
     (['the arm'], ['# the arm'])
     """
     first, *others = (line.expandtabs(4).rstrip() for line in re.split("\r\n|[\n\r\x85\u2028\u2029]", text))
-    # The first line follows the opening of the comment, so its indentation is not that of the others.
+    # The first line follows ``<!--``, so its indentation does not count.
     found = [printable(line) for line in [first.strip(), *textwrap.dedent("\n".join(others)).split("\n")]]
     while found and not found[0]:
         found.pop(0)

@@ -1,4 +1,4 @@
-"""Import a robot: convert a URDF, xacro, SDF or MJCF to a description, prove it, and write it."""
+"""Import a robot: convert a URDF, xacro, SDF or MJCF to a description, compare both, and write the description."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ from .round_trip import RoundTrip, check_round_trip, schema_path
 from .xacro.translate import Target, translate
 
 _MJCF = "mjcf"
-_TAG = re.compile(r"(?:\s|<!--.*?-->)*<([^\s/>!?]+)", re.DOTALL)  # an element that is kept
-_REGISTRY = {"ament_cmake": "CMakeLists.txt", "ament_python": "setup.py"}  # defines what is installed and tested
+_TAG = re.compile(r"(?:\s|<!--.*?-->)*<([^\s/>!?]+)", re.DOTALL)  # the tag of an element that is kept
+_REGISTRY = {"ament_cmake": "CMakeLists.txt", "ament_python": "setup.py"}  # lists what is installed and tested
 _BUILD_TYPE = re.compile(r"<build_type[^<>]*>\s*([^<\s]+)\s*</build_type>")
 _NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")
 
 
-# The files of a description that were written, lines to add to other files, and lines about the next steps.
+# The written files, lines to add to other files of the package, and lines about the next steps.
 _Written = tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]
 
 
@@ -64,7 +64,7 @@ class ImportResult:
 
 
 class _Package(NamedTuple):
-    """A ROS package: its folder, its name, what builds it, and the source of a robot relative to it."""
+    """The ROS package that gets the description; ``source`` is the robot file, relative to ``folder``."""
 
     folder: Path
     name: str
@@ -73,7 +73,7 @@ class _Package(NamedTuple):
 
 
 def companions() -> list[Format]:
-    """Return the formats of files that add to a robot in another file, such as SRDF."""
+    """Return the formats that only add to a robot of another file, such as SRDF."""
     return [format for format in FORMATS.values() if format.join is not None]
 
 
@@ -130,7 +130,7 @@ def import_robot(
     package = _check_options(source, others, into, output, force, name, meshes)
     if package is not None:
         reading = replace(reading, packages={package.name: package.folder, **reading.packages})
-    # The arguments that determine the result; a later import needs the same ones.
+    # The arguments that affect the result; importing again requires the same arguments.
     options = {"name": name, "meshes": meshes, "drives": drives}
     flags = {"--no-parts": not parts, "--verbatim": verbatim, "--flat": flat}
     words = [package.source if package else source.name, *(f"{key}:={text}" for key, text in reading.arguments.items())]
@@ -161,13 +161,13 @@ def import_robot(
         return replace(result, diagnostics=tuple(diagnostics))
     imported, files = converted.imported, trip.files
     lines, translated = [*_report_parts(trip), *report_elements(converted)], list[str]()
-    if record is not None and (len(record) > 1) != (len(files) > 1):  # in as many files as before
+    if record is not None and (len(record) > 1) != (len(files) > 1):  # stay with one file or several
         files = write(trip.shown, trip.outputs, schema_path(folder), len(record) > 1)
     if keeps and source is not Description.ON_STDIN:
         target = Target(folder, schema_path(folder), name, prefix, package is not None)
         translation = translate(source, reading, read, trip.outputs, target)
         translated += translation.report
-        if translation.files:  # it keeps elements as they are
+        if translation.files:  # a translated xacro keeps its elements unchanged
             imported, files, lines = read, translation.files, []
     report = [*_report(folder, imported, trip, files), *lines, *translated]
     if record is None:
@@ -184,7 +184,7 @@ def import_robot(
     paths, to_do, steps = written
     names = tuple(name for name in paths if not is_record(name))
     if record is not None:
-        with suppress(OSError):  # nothing includes them any more
+        with suppress(OSError):  # the remaining files are harmless, because nothing includes them
             remove(folder, merged)
         changed = [*names, *(f"{name} (removed)" for name in merged.removed if not is_record(name))]
         first = f"{folder}: written: {', '.join(changed)}" if changed else f"{folder}: unchanged"
@@ -202,7 +202,7 @@ def _check_options(
     name: str | None,
     meshes: str | None,
 ) -> _Package | None:
-    """Return the package that gets the description, if any. Raises RequestError for files and options."""
+    """Validate files and options; return the package of ``--into``, or None. Raises RequestError."""
     for path in (source, *companions.values()):
         if path is not Description.ON_STDIN:
             _check_file(path)
@@ -222,7 +222,7 @@ def _check_options(
 def _read(
     source: Path, reading: ReadOptions, companions: Mapping[str, Path], strict: bool
 ) -> tuple[Imported, list[Diagnostic]]:
-    """Read the source and its companions. Raises RequestError."""
+    """Read the source and its companions such as an SRDF. Raises RequestError."""
     imported = read_robot(source, reading)
     if reading.arguments and not imported.takes_arguments and imported.tree is not None:
         raise RequestError(f"{source} takes no arguments: only a xacro does")
@@ -235,7 +235,7 @@ def _read(
 
 
 def _with_drives(tree: Map, drives: str | None, source: Path) -> Map:
-    """Add servos as stand-ins if the source has no actuators. Raises RequestError for an MJCF."""
+    """Add assumed servos if the source has no actuators. Raises RequestError for an MJCF."""
     outputs, joints = tree.get("outputs") or Map(tree.span), list((tree.get("joints") or {}).values())
     if _MJCF in outputs:
         if drives not in (None, "none"):
@@ -267,7 +267,7 @@ def _prove(
 def _write(
     folder: Path, merged: Merged, package: _Package | None, arguments: Mapping[str, str], is_new: bool
 ) -> tuple[_Written | None, list[Diagnostic]]:
-    """Write the files of a description; an edited file that is replaced is kept under another name."""
+    """Write the files of a description; keep a backup of each edited file that is replaced."""
 
     def judge(name: str, old: bytes, _: bytes) -> Literal["replace", "keep"]:
         return "replace" if is_record(name) or old == merged.before.get(name, "").encode() else "keep"
@@ -283,7 +283,7 @@ def _write(
 
 
 def _check_file(path: Path) -> None:
-    """Raise RequestError if a path is not a file."""
+    """Raise RequestError unless the path is a file."""
     try:
         is_folder = stat.S_ISDIR(path.stat().st_mode)
     except PermissionError as problem:
@@ -296,10 +296,10 @@ def _check_file(path: Path) -> None:
 
 
 def _check_folder(folder: Path, help: str) -> None:
-    """Raise RequestError if a folder is not empty, or if it is a file."""
+    """Raise RequestError if the folder is not empty, or if the path is a file."""
     if folder.exists() and not folder.is_dir():
         raise RequestError(f"{folder} is not a folder; name a new one with -o")
-    with suppress(OSError):  # writing to a folder that cannot be read fails with a better message
+    with suppress(OSError):  # an unreadable folder is reported when the files are written, with a better message
         if any(folder.iterdir()):
             message = f"{folder} is not empty; {help}"
             if (folder / Description.ROOT_FILE).is_file():
@@ -309,7 +309,7 @@ def _check_folder(folder: Path, help: str) -> None:
 
 
 def _report(folder: Path, imported: Imported, trip: RoundTrip, files: Mapping[str, str]) -> list[str]:
-    """Return the summary of a new description: its size, the comparison with the source, what was kept or left out."""
+    """Return the import report: size, comparison with the source, and elements that were kept or left out."""
     tree = imported.whole
     links, joints = len(tree.get("links") or ()), len(tree.get("joints") or ())
     report = [
@@ -332,7 +332,7 @@ def _report(folder: Path, imported: Imported, trip: RoundTrip, files: Mapping[st
 
 
 def _report_parts(trip: RoundTrip) -> list[str]:
-    """Return the lines about parts, and about the order of joints, which readers of joint positions depend on."""
+    """Return the lines of the report about parts, and about a changed order of joints."""
     tree = trip.shown.whole
     bodies = [tree, *(tree.get("parts") or {}).values()]
     uses = Counter(use["part"] for body in bodies for use in (body.get("use") or {}).values())
@@ -352,7 +352,7 @@ def _texts(node: Any) -> Iterator[str]:
 
 
 def _package_at(folder: Path, source: Path) -> _Package:
-    """Return the package in a folder. Raises RequestError if there is none, or if the source is elsewhere."""
+    """Return the ROS package in a folder. Raises RequestError if it is none or does not contain the source."""
     if not is_folder(folder):
         raise RequestError(f"{folder} is not a folder; --into names the folder of a ROS package")
     found = package_of(folder)
@@ -374,10 +374,10 @@ def _package_at(folder: Path, source: Path) -> _Package:
 def _write_into(
     package: _Package, name: str, files: Mapping[str, str], arguments: Mapping[str, str], is_new: bool
 ) -> _Written:
-    """Write a description with its test into a package, all or nothing. Raises OutputError.
+    """Write a description and its test into a package in one transaction. Raises OutputError.
 
-    The other files of the package stay as they are, and so does an edited test. ``name`` is the folder of the
-    description. Lines to add are only returned for a description that ``is_new``.
+    Other files of the package and an edited test stay unchanged. ``name`` is the folder of the description. Lines to
+    add to other files are only returned if the description ``is_new``.
     """
     from rosorin_compile.formats.templating import Templates
 
@@ -389,7 +389,7 @@ def _write_into(
     with open_package_folder(package.folder) as target:
         path = package.folder / test
         is_edited = os.path.lexists(path) and not (is_file(path) and read_bytes(path) == text)
-        # The records are the manifest of the description, and that of robot.yaml is the last.
+        # Records are written last, and robot.yaml.imported at the very end, because it marks a complete import.
         order = sorted(files, key=lambda file: (is_record(file), file == f"{Description.ROOT_FILE}{ENDING}", file))
         data = {} if is_edited else {test: text}
         data |= {f"{description}/{file}": files[file].encode() for file in order}
@@ -405,7 +405,7 @@ def _write_into(
 
 
 def _lines_to_add(package: _Package, description: str, test: str, files: Mapping[str, str]) -> Iterator[str]:
-    """Yield the lines that install a description and run its test, below the names of the files that need them."""
+    """Yield the lines that install a description and run its test, grouped by the file to add them to."""
     depends = "ament_cmake_pytest"
     install = [
         "install(DIRECTORY descriptions DESTINATION share/${PROJECT_NAME})",

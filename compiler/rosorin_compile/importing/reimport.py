@@ -1,8 +1,8 @@
-"""Import a source again into the description that an earlier import of it wrote.
+"""Import a changed source again into its existing description, and merge both changes.
 
-An import keeps a record of the files that it wrote: ``robot.yaml.imported`` next to ``robot.yaml``, and so on. The
-first line of the record of ``robot.yaml`` has the command line of the import. The record belongs to the description and
-is committed with it. It is the common base when ``git merge-file`` merges edited files with new ones.
+An import records each file that it writes: ``robot.yaml.imported`` next to ``robot.yaml``, and so on. The first line of
+``robot.yaml.imported`` has the command line of the import. Records are committed together with the description. They
+are the common base when ``git merge-file`` merges edited files with newly imported files.
 """
 
 from __future__ import annotations
@@ -31,18 +31,18 @@ _MOST_CONFLICTS = 127  # the largest exit code of git merge-file that counts con
 
 
 class Merged(NamedTuple):
-    """The result of importing again."""
+    """The result of merging an edited description with a new import."""
 
-    files: Mapping[str, str] = {}  # to be written, with their records
-    before: Mapping[str, str] = {}  # the files of the description as they were read
+    files: Mapping[str, str] = {}  # files to write and their records
+    before: Mapping[str, str] = {}  # files of the description before the merge
     removed: Sequence[str] = ()  # files and records that the source no longer produces
     diagnostics: Sequence[Diagnostic] = ()
     lines: Sequence[str] = ()
-    refused: bool = False  # nothing is written
+    refused: bool = False  # True if nothing is written, because of an error
 
 
 def record_of(files: Mapping[str, str], words: Iterable[str]) -> dict[str, str]:
-    """Return the record of the files of a description, text by name."""
+    """Return the records of description files, text by file name; ``words`` is the command line."""
     made = {f"{name}{ENDING}": text for name, text in files.items()}
     root = f"{Description.ROOT_FILE}{ENDING}"
     if root in made:
@@ -51,19 +51,19 @@ def record_of(files: Mapping[str, str], words: Iterable[str]) -> dict[str, str]:
 
 
 def is_record(name: str) -> bool:
-    """Return True if a file is the record of another one."""
+    """Return True if a file name ends like a record."""
     return name.endswith(ENDING)
 
 
 def _text(path: Path) -> str:
-    """Return the text of a file without converting line ends. Raises OSError, ValueError."""
+    """Read a file without converting line endings. Raises OSError, ValueError."""
     return read_bytes(path).decode()
 
 
 def read_record(folder: Path, words: Sequence[str]) -> dict[str, str] | None:
-    """Return the files as an earlier import wrote them to a folder, or None if the record is missing or damaged.
+    """Return the files as the last import wrote them, or None if the records are missing or damaged.
 
-    Raises RequestError if it cannot be read, or if it is of another import.
+    Raises RequestError if a record cannot be read, or if it was written by an import with other arguments.
     """
     try:
         first, _, root = _text(folder / f"{Description.ROOT_FILE}{ENDING}").partition("\n")
@@ -77,7 +77,7 @@ def read_record(folder: Path, words: Sequence[str]) -> dict[str, str] | None:
         raise RequestError(f"cannot read {folder}: {problem.strerror or type(problem).__name__}") from None
     if not before or not os.path.lexists(folder / Description.ROOT_FILE):
         return None
-    # Earlier versions recorded the name of the file without its folder.
+    # Earlier versions recorded the source without its folder.
     if _source(before) not in map(_source, (words, [Path(words[0]).name, *words[1:]])):
         message = f"{folder} is of another import: rosorin-compile import {_source(before)}; this one is: "
         raise RequestError(f"{message}{_source(words)}; name a folder with -o, or another robot with --name")
@@ -88,17 +88,17 @@ def read_record(folder: Path, words: Sequence[str]) -> dict[str, str] | None:
 
 
 def _source(words: Sequence[str]) -> str:
-    """Return the source of a command line with its arguments."""
+    """Return the source file and its arguments from the command line of an import."""
     return printable(shlex.join(takewhile(lambda word: not word.startswith("--"), words)))
 
 
 def import_again(
     folder: Path, record: Mapping[str, str], theirs: Mapping[str, str], words: Sequence[str], keep_ours: bool = False
 ) -> Merged:
-    """Merge the newly imported files of a source with those of a description, without writing anything.
+    """Merge newly imported files (``theirs``) with the files of a description, without writing anything.
 
-    ``words`` is the command line of the import; ``keep_ours`` resolves conflicts in favour of the edits. Raises
-    RequestError for a file that cannot be read.
+    ``words`` is the command line of the import; ``keep_ours`` resolves conflicts in favour of the edits in the
+    description. Raises RequestError for a file that cannot be read.
     """
     source = printable(Path(words[0]).name)
     ours, found, files = dict[str, str](), list[Diagnostic](), dict[str, str]()
@@ -108,7 +108,7 @@ def import_again(
             if not is_file(path):
                 continue
             ours[name] = _text(path)
-            if _MARK.search(ours[name]):  # conflict marks of an earlier merge
+            if _MARK.search(ours[name]):  # unresolved conflict markers
                 parse_yaml(Source(str(path), ours[name]))
         except LoadError as problem:
             found.append(problem.diagnostic)
@@ -159,17 +159,17 @@ def import_again(
 
 
 class _NoGit(Exception):
-    """``git merge-file`` cannot run; the message has the reason."""
+    """``git merge-file`` cannot run; the message is the reason."""
 
 
 def _merge_texts(base: str, ours: str, theirs: str, source: str, keep_ours: bool) -> str:
-    """Merge three texts with ``git merge-file``; conflicts are marked in the style of diff3. Raises _NoGit."""
+    """Merge three texts with ``git merge-file`` and diff3 conflict markers. Raises _NoGit."""
     git = shutil.which("git")
     if git is None:
         raise _NoGit("git is not installed")
     windows = "\r\n" in ours and "\n" not in ours.replace("\r\n", "")
     texts = {"ours": ours.replace("\r\n", "\n") if windows else ours, "base": base, "theirs": theirs}
-    # Neither the repository around the description nor the configuration of the user changes the result.
+    # Ignore the surrounding repository and the git configuration of the user.
     environment = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
     environment |= {"GIT_CONFIG_NOSYSTEM": "1", "GIT_CONFIG_GLOBAL": os.devnull, "LC_ALL": "C"}
     try:

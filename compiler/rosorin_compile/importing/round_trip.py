@@ -36,15 +36,15 @@ _MAX_DIFFERENCES = 20
 
 
 class RoundTrip(NamedTuple):
-    """The files of a description (text by name), and how they compare with the source."""
+    """The files of a description (text by file name), and their comparison with the source."""
 
     files: dict[str, str]
     outputs: Outputs  # the requested artifacts
-    diagnostics: list[Diagnostic]  # errors that prevent the comparison, and the differences that it found
-    shown: Imported  # the robot as written
-    proof: Proof = Proof()  # the comparison by the engine of the source's format
-    untold: tuple[Diagnostic, ...] = ()  # errors about differences that no other message reports
-    reordered: bool = False  # the moving joints have another order than in the source
+    diagnostics: list[Diagnostic]  # errors that prevent the comparison, or the differences
+    shown: Imported  # the robot as written, with or without parts
+    proof: Proof = Proof()  # comparison in the engine, such as MuJoCo for an MJCF
+    untold: tuple[Diagnostic, ...] = ()  # errors about differences without a diagnostic
+    reordered: bool = False  # the order of moving joints differs from the source
 
 
 def check_round_trip(
@@ -54,16 +54,16 @@ def check_round_trip(
     plain: Map | None = None,
     packages: Mapping[str, Path] = MappingProxyType({}),
 ) -> RoundTrip:
-    """Write the description of a robot to a temporary folder, compile it, and compare it with the source.
+    """Write the description of a robot to a temporary folder, compile it, and compare the result with the source.
 
-    ``folder`` is its destination: meshes are found relative to it, and in ``packages``. ``plain`` is the tree of the
-    robot before elements became sections. With ``parts``, repeated structures are written as parts, unless the result
-    differs.
+    Meshes are looked up relative to ``folder``, the destination of the description, and in ``packages``. ``plain`` is
+    the robot before its elements were converted to sections. With ``parts``, repeated structures are written as parts,
+    unless the result differs.
     """
     shown = with_parts(imported) if parts else imported
     if shown is not imported:
         trip = _round_trip(imported, shown, folder, plain, packages)
-        # Controllers of MuJoCo count the joints of an MJCF.
+        # Controllers for MuJoCo address the joints of an MJCF by index.
         if not (trip.diagnostics or trip.untold or (trip.reordered and imported.format == "mjcf")):
             return trip
     return _round_trip(imported, imported, folder, plain, packages)
@@ -72,7 +72,7 @@ def check_round_trip(
 def _round_trip(
     imported: Imported, shown: Imported, folder: Path, plain: Map | None, packages: Mapping[str, Path]
 ) -> RoundTrip:
-    """Return the round trip of ``shown``, the same robot, perhaps with parts."""
+    """Compile ``shown``, which is ``imported`` or its form with parts, and compare it with the source."""
     Progress.step("proving the import")
     outputs = outputs_of(imported)
     for _ in range(2):
@@ -82,10 +82,10 @@ def _round_trip(
         errors = [one for one in compiled.diagnostics if one.severity == ERROR]
         if not errors:
             break
-        # Most often only MuJoCo needs more than the source has, a mass for instance.
+        # Usually only the MJCF needs data that the source lacks, such as a mass: retry without it.
         outputs = outputs_of(imported, " ".join(errors[0].message.split()))
     for one in errors:
-        if one.span is not None:  # in the folder where the description is going to be
+        if one.span is not None:  # report the destination instead of the temporary folder
             source = Source(str(folder / Path(one.span.source.path).name), one.span.source.text)
             one = replace(one, span=one.span._replace(source=source), related=())
         trip.diagnostics.append(one)
@@ -95,7 +95,7 @@ def _round_trip(
     if before is None or made is None:
         return trip._replace(diagnostics=[_differs("the description cannot be compared with the source", [])])
     found = [] if plain is None else _element_changes(before, made)
-    if plain is not None:  # elements that became sections were compared as elements
+    if plain is not None:  # converted elements were compared above, as XML
         names = ("urdf_elements", "sensors", "edges", "publishers", "control")
         made_plain = replace(made, **{name: getattr(before, name) for name in names})
     found += model_differences(before, made if plain is None else made_plain, 0.0)
@@ -117,7 +117,7 @@ def _round_trip(
 
 
 def schema_path(folder: Path) -> str:
-    """Return the path of the schema for editors relative to a folder, or an empty string if there is none."""
+    """Return the path of the schema for editors relative to a folder, or "" if the project has no schema."""
     schema = Description.SCHEMA
     return (Path("..") / schema).as_posix() if files.is_file(folder.parent / schema) else ""
 
@@ -131,9 +131,9 @@ def _compile(texts: Mapping[str, str], packages: Mapping[str, Path], **options: 
 
 
 def _proof(imported: Imported, shown: Imported, outputs: Outputs, folder: Path, packages: Mapping[str, Path]) -> Proof:
-    """Compare the artifact in the source's format with the source by the engine of that format, if there is one.
+    """Load the source and the artifact of the same format in an engine, such as MuJoCo, and compare them.
 
-    The artifact has the numbers and the meshes that it will have in its place.
+    The artifact is compiled as for its final folder, with the same number format and mesh files.
     """
     format = FORMATS.get(imported.format)
     if format is None or format.prove is None or format.name not in outputs.entries:
@@ -160,13 +160,13 @@ def _differs(what: str, found: Sequence[str]) -> Diagnostic:
 
 
 def _some(texts: Sequence[str]) -> tuple[Related, ...]:
-    """Return the first of some differences, with the number of the others."""
+    """Return the first differences, and the number of the remaining ones."""
     more = [and_more(len(texts) - _MAX_DIFFERENCES).strip()] if len(texts) > _MAX_DIFFERENCES else []
     return tuple(Related(text, None) for text in [*texts[:_MAX_DIFFERENCES], *more])
 
 
 def model_differences(one: Robot, other: Robot, tolerance: float = NOISE) -> list[str]:
-    """Return the differences between two robots, one sentence each, above a ``tolerance``, absolute or relative."""
+    """Describe each difference between two robots above an absolute or relative ``tolerance`` in one sentence."""
 
     def precision(key: object, *values: object) -> float:  # noqa: ARG001
         return tolerance / 2
@@ -178,7 +178,7 @@ def model_differences(one: Robot, other: Robot, tolerance: float = NOISE) -> lis
 
 
 def _element_changes(source: Robot, made: Robot) -> list[str]:
-    """Return how the elements of a URDF of a source differ from those of its description, which has sections."""
+    """Describe how the Gazebo and ros2_control elements that the sections generate differ from the source."""
     format = FORMATS.published_format()
     output = next((one for one in made.outputs if one.backend == format.name), None)
     before, after = list(source.urdf_elements), list(made.urdf_elements)

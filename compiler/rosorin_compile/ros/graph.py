@@ -1,4 +1,4 @@
-"""The graph of a robot: the nodes that its package starts, the topics between them, and unconnected topics."""
+"""The ROS graph of a robot: the nodes that its package starts, their topics, and unconnected topics."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ _OBSTACLE_MESSAGES = (_SCANS, "sensor_msgs/msg/PointCloud2")
 
 @dataclass(frozen=True)
 class End:
-    """An end of a topic: the node, the full name of the topic, the type of its messages, the port and its parameter.
+    """A publisher or subscriber of a topic; ``type`` is the message type, ``key`` the parameter of the port.
 
-    ``reliable`` messages are sent until they arrive.
+    ``reliable`` is the reliability QoS policy, else best effort.
     """
 
     node: str
@@ -43,7 +43,7 @@ class End:
 
 @dataclass
 class Graph:
-    """Nodes by name with their kind, ``node`` or ``driver`` (outside of the package), and the ends of topics."""
+    """The kind of each node, ``node`` or ``driver`` (not in the package), and the publishers and subscribers."""
 
     nodes: dict[str, str] = field(default_factory=dict)
     published: list[End] = field(default_factory=list)
@@ -51,17 +51,17 @@ class Graph:
     starts: tuple[str, ...] = ()
 
     def publishers(self, end: End) -> list[End]:
-        """Return the publishers of the topic of an end."""
+        """Return the publishers on the topic of a subscriber, with any message type."""
         return [one for one in self.published if one.topic == end.topic]
 
     def readers(self, end: End) -> list[End]:
-        """Return the subscribers to the topic of an end with the same message type."""
+        """Return the subscribers with the topic and message type of a publisher."""
         return [one for one in self.read if one.topic == end.topic and one.type == end.type]
 
     def add(
         self, name: str, those: Iterable[Port], values: Mapping[str, Any], space: str = "", remaps: _Remaps = ()
     ) -> None:
-        """Add a node with its ports, its parameters by full key, its namespace, and the remaps of its launch file."""
+        """Add a node with its ports, parameters by full key, namespace ``space``, and remaps."""
         self.nodes[name] = NODE
         own = name.rpartition("/")[2]
         moved = {full_topic(old, space, own): new for old, new in remaps}
@@ -75,7 +75,7 @@ class Graph:
 
 
 def _topics(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
-    """Yield the parameters of a port, each with the topic and the type of its messages."""
+    """Yield the parameters of a port, each with its topic and message type."""
     if "<n>" in port.parameter:
         pattern = re.compile(port.parameter.replace("<n>", r"\d+"))
         yield from ((key, str(value), port.type) for key, value in values.items() if pattern.fullmatch(key))
@@ -91,18 +91,18 @@ def _topics(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str, s
             own = {word: values.get(f"{key.removesuffix(last)}{name}.{word}") for word in words}
             yield key, str(own["topic"] or name), source_message(own)
     if port.role == Role.OBSTACLES and not any(lists.values()):
-        yield "", "scan", _SCANS  # of nav2_bringup/params/nav2_params.yaml
+        yield "", "scan", _SCANS  # as in nav2_bringup/params/nav2_params.yaml
 
 
 def source_message(values: Mapping[str, Any]) -> str:
-    """Return the type of the messages of a source of obstacles by its parameters; by default LaserScan."""
+    """Return the message type of an observation source from its parameters; by default LaserScan."""
     kind = str(values.get("data_type") or values.get("type") or "LaserScan")
     kind = {"scan": "LaserScan", "pointcloud": "PointCloud2", "range": "Range"}.get(kind, kind)
     return f"sensor_msgs/msg/{kind}"
 
 
 def graph_of(robot: Robot, starts: Sequence[str]) -> Graph:
-    """Return the graph of what a package starts."""
+    """Build the graph of the nodes that a package starts."""
     made = Graph(starts=tuple(starts))
     first = {output.backend: output for output in reversed(robot.outputs)}
     control, navigation = first.get("controllers"), first.get(NAV2) if NAV2 in starts else None
@@ -124,7 +124,7 @@ def graph_of(robot: Robot, starts: Sequence[str]) -> Graph:
             parameters |= {name.rpartition("/")[2]: one for name, one in view(robot, first[backend]).node.items()}
     if navigation is not None:
         frames, distribution = frames_of(robot, navigation)[0], distro_of(navigation)
-        if frames is not None:  # the launch file has them
+        if frames is not None:  # the launch file sets these parameters
             parameters.setdefault("slam_toolbox", nav2.slam_parameters(robot, navigation, frames))
         for port in ports(distribution):
             values = parameters.get(port.node, {})
@@ -142,13 +142,13 @@ def graph_of(robot: Robot, starts: Sequence[str]) -> Graph:
         if sensor.name not in broadcast:
             node = f"driver of {sensor.name}"
             made.nodes[node] = DRIVER
-            port, reliable = Port(node, OUT, topic, sensor.type), sensor.type == "imu"  # as drivers publish
+            port, reliable = Port(node, OUT, topic, sensor.type), sensor.type == "imu"  # usual QoS of drivers
             made.published.append(End(node, full_topic(topic, "", ""), message, port, reliable=reliable))
     return made
 
 
 def topics_of_sensors(robot: Robot) -> Iterator[tuple[Sensor, str, str]]:
-    """Yield the sensors with a topic in the description, with it and the type of its messages."""
+    """Yield each sensor with a topic in the description, with the topic and the message type."""
     first = {output.backend: output.options for output in reversed(robot.outputs)}
     keys = ((NAV2, "sources"), ("robot_localization", "inputs"))
     entries = [entry for backend, key in keys for entry in (first.get(backend, {}).get(key) or {}).values()]
@@ -160,7 +160,7 @@ def topics_of_sensors(robot: Robot) -> Iterator[tuple[Sensor, str, str]]:
 
 
 def mismatched_qos(reader: End, publishers: Sequence[End]) -> str:
-    """Return a message if a reader needs reliable messages and its publishers send none, else an empty text."""
+    """Return a message if a reliable subscriber has only best-effort publishers, else ""."""
     if not reader.reliable or not publishers or any(one.reliable for one in publishers):
         return ""
     who, sender = reader.node.strip("/"), publishers[0].node.strip("/")
@@ -169,7 +169,7 @@ def mismatched_qos(reader: End, publishers: Sequence[End]) -> str:
 
 
 def open_ends(robot: Robot, made: Graph) -> Iterator[Diagnostic]:
-    """Yield a diagnostic for each topic that is read and not published, and for velocities without a reader."""
+    """Report each topic that is subscribed but not published, and velocities without a subscriber."""
     reported: set[tuple[str, str]] = set()
     for end in made.read:
         others = made.publishers(end)
@@ -188,7 +188,7 @@ def open_ends(robot: Robot, made: Graph) -> Iterator[Diagnostic]:
 
 
 def _open(robot: Robot, made: Graph, readers: Sequence[End], others: Sequence[End]) -> Iterator[Diagnostic]:
-    """Yield an error if the robot or the package can close an end, a note if a driver has to, or nothing."""
+    """Report an unpublished topic: an error if the robot or package can publish it, a note if a driver has to."""
     end = readers[0]
     who, role = phrase(dict.fromkeys(one.node for one in readers)), end.port.role
     what = f"{who} {'reads' if who == end.node else 'read'} {short_type(end.type)} on {end.topic}"
@@ -231,7 +231,7 @@ def _open(robot: Robot, made: Graph, readers: Sequence[End], others: Sequence[En
 
 @dataclass(frozen=True)
 class Topic:
-    """A topic of the graph of a robot, with the nodes at its ends."""
+    """A topic with its publishers and subscribers."""
 
     topic: str
     type: str
@@ -241,7 +241,7 @@ class Topic:
 
 @dataclass(frozen=True)
 class RobotGraph:
-    """The nodes that a robot needs and the topics between them; ``robot`` is empty if the description has errors."""
+    """The nodes of a robot and the topics between them; ``robot`` is "" if the description has errors."""
 
     robot: str = ""
     nodes: tuple[str, ...] = ()
@@ -250,7 +250,7 @@ class RobotGraph:
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
     def text(self) -> str:
-        """Return the graph as text: each topic with its type, its publishers and its readers."""
+        """Format the graph as text: each topic with its type, publishers and subscribers."""
         lines = []
         for one in self.topics:
             publishers, readers = ", ".join(one.published_by), ", ".join(one.read_by)
@@ -259,7 +259,7 @@ class RobotGraph:
         return "\n".join(lines)
 
     def svg(self) -> str:
-        """Return the graph as a drawing: publishers on the left, topics in the middle, readers on the right."""
+        """Draw the graph as SVG: publishers on the left, topics in the middle, subscribers on the right."""
         left = dict.fromkeys(name for one in self.topics for name in one.published_by)
         right = dict.fromkeys(name for one in self.topics for name in one.read_by)
         columns = [list(left), [one.topic for one in self.topics], list(right)]
@@ -274,7 +274,7 @@ def graph(
 ) -> RobotGraph:
     """Return the ROS 2 nodes that a package of a robot starts, and the topics between them.
 
-    Topics that a node reads and nothing publishes are diagnostics.
+    Topics that are subscribed but not published are reported in ``diagnostics``.
 
     Example:
         >>> import rosorin_compile

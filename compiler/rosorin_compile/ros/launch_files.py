@@ -1,4 +1,4 @@
-"""Launch files of users: their nodes, and their static transforms against the description; no file is ever run."""
+"""Parse users' launch files without running them, and check their static transforms against the description."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.markup import MarkupError, parse
 
 Names = Mapping[str, Any]
-_MAX_LENGTH = 10_000  # characters or items of a value
+_MAX_LENGTH = 10_000  # maximum number of characters or items in a value
 _CHANGES = ("append", "clear", "extend", "insert", "pop", "remove", "reverse", "sort", "update")
 _OPERATORS: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
@@ -33,18 +33,18 @@ _OPERATORS: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Div: operator.truediv,
 }
 _CONVERSIONS: Mapping[str, Callable[[Any], Any]] = {"math.radians": math.radians, "float": float, "str": str}
-# An escaped letter, a variable, or a substitution whose value is unknown.
+# An escaped character, a launch argument, or a substitution with an unknown value.
 _SUBSTITUTION = re.compile(r"\\(.)|\$\((?:var|arg) ([^\s()$]+)\)|\$\([^()]*\)?")
 _UNKNOWN = "\0"
 
 _MAX_LAUNCH = 1_000_000  # bytes
-# Smaller differences are rounding errors of numbers typed by hand: 0.01 mm, 0.006 deg.
+# Tolerances for the rounding of hand-written numbers: 0.01 mm, 0.006 deg.
 METRES, RADIANS = 1e-5, 1e-4
 _XYZ = ("--x", "--y", "--z")
 _RPY = ("--roll", "--pitch", "--yaw")
 _QUATERNION = ("--qx", "--qy", "--qz", "--qw")
 _FRAMES = ("--frame-id", "--child-frame-id")
-# The flags of the old form, by its number of arguments. Yaw comes before pitch and roll.
+# The meaning of arguments without flags, by their number. Yaw comes before pitch and roll.
 _WITHOUT_FLAGS = {8: (*_XYZ, "--yaw", "--pitch", "--roll", *_FRAMES), 9: (*_XYZ, *_QUATERNION, *_FRAMES)}
 
 
@@ -53,11 +53,11 @@ class LaunchError(Exception):
 
 
 class _Unknown(Exception):
-    """The value of an expression is known only when the program runs."""
+    """The value of an expression is only known at runtime."""
 
 
 class Remap(NamedTuple):
-    """A remap with the names as they are written; ``node`` is the name of the node that it is for, empty for all."""
+    """A remap with names as written in the file; ``node`` is the name of the node, or "" for all nodes."""
 
     name: str
     to: str
@@ -66,7 +66,7 @@ class Remap(NamedTuple):
 
 
 class LaunchNode(NamedTuple):
-    """A node in a launch file, or, without a name, a remap of all nodes; None means a value only known at runtime."""
+    """A node in a launch file, or a remap of all nodes if ``name`` is ""; None is a value only known at runtime."""
 
     name: str
     executable: str
@@ -76,7 +76,7 @@ class LaunchNode(NamedTuple):
 
 
 def nodes_of(source: Source) -> Iterator[LaunchNode]:
-    """Yield the nodes of a launch file in Python, YAML or XML, chosen by its file extension. Raises LaunchError."""
+    """Yield the nodes of a launch file in Python, YAML or XML, by its file extension. Raises LaunchError."""
     read = {".py": _python, ".yaml": _yaml, ".yml": _yaml}.get(Path(source.path).suffix, _xml)
     try:
         yield from read(source)
@@ -89,7 +89,7 @@ def _xml(source: Source) -> Iterator[LaunchNode]:
         elements = list(parse(source).root.iter())
     except MarkupError as problem:
         raise LaunchError(f"not XML: {problem.diagnostic.message}") from None
-    passed = {id(inner) for one in elements if one.tag == "include" for inner in one.iter()}  # to another file
+    passed = {id(inner) for one in elements if one.tag == "include" for inner in one.iter()}  # to an included file
     declared = [one for one in elements if one.tag in ("arg", "let") and id(one) not in passed]
     variables = {one.get("name"): one.get("default", one.get("value")) for one in declared}
     for one in elements:
@@ -130,7 +130,7 @@ def _list(value: Any) -> list[Any]:
 
 
 def _words(arguments: str, variables: Mapping[str, str]) -> tuple[str | None, ...] | None:
-    """Return arguments of XML or YAML as words, with the defaults of launch arguments."""
+    """Split arguments in XML or YAML into words; launch arguments get their defaults, None is unknown."""
 
     def put(match: re.Match[str]) -> str:
         return match[1] or (shlex.quote(variables[match[2]]) if match[2] in variables else _UNKNOWN)
@@ -156,7 +156,7 @@ def _python(source: Source) -> Iterator[LaunchNode]:
         if function is None:
             yield _python_node(words, names, Span(source, call.lineno, call.col_offset + 1))
             continue
-        # A helper: its parameters have the values of each call.
+        # A helper function: evaluate it for each call.
         uses: list[Any] = [use for use, _ in calls if ast.unparse(use.func) == function.name]
         for use in uses or [None]:
             scope, place = _constants(function, _bind(function, use, names)), use or call
@@ -164,7 +164,7 @@ def _python(source: Source) -> Iterator[LaunchNode]:
 
 
 def _calls_in(tree: ast.AST, function: ast.FunctionDef | None = None) -> Iterator[tuple[ast.Call, Any]]:
-    """Yield every call of a program with the function around it."""
+    """Yield every call in a program with the function that contains it, or None."""
     for node in ast.iter_child_nodes(tree):
         if isinstance(node, ast.Call):
             yield node, function
@@ -181,7 +181,7 @@ def _python_node(words: Mapping[str, ast.expr], names: Names, span: Span) -> Lau
         if found is None and isinstance(node, ast.List | ast.Tuple):
             found = [_known(item, names) for item in node.elts]
         is_known = is_known and isinstance(found, list)
-        for one in _list(found):  # launch joins an argument that is a list of pieces
+        for one in _list(found):  # launch concatenates an argument that is a list
             word = "".join(one) if isinstance(one, list) and all(isinstance(each, str) for each in one) else one
             arguments.append(word if isinstance(word, str) else None)
     is_for_all = "src" in known and "dst" in known
@@ -194,12 +194,12 @@ def _python_node(words: Mapping[str, ast.expr], names: Names, span: Span) -> Lau
 
 
 def _bind(function: ast.FunctionDef, call: ast.Call | None, names: Names) -> dict[str, Any]:
-    """Return ``names`` as seen in a function, with its parameters bound to the plain values of a call, or unbound."""
+    """Return the names visible in a function, with its parameters bound to known arguments of a call."""
     positional = [one.arg for one in function.args.args]
     parameters = {one.arg for one in ast.walk(function.args) if isinstance(one, ast.arg)}
     inside = {name: held for name, held in names.items() if name not in parameters}
     if call is None or any(isinstance(one, ast.Starred) for one in call.args) or any(not k.arg for k in call.keywords):
-        return inside  # which parameter gets what is known only when it runs
+        return inside  # bindings are only known at runtime
     given = dict(zip(positional[::-1], function.args.defaults[::-1], strict=False))
     given |= dict(zip(positional, call.args, strict=False))
     given |= {keyword.arg: keyword.value for keyword in call.keywords if keyword.arg}
@@ -208,7 +208,7 @@ def _bind(function: ast.FunctionDef, call: ast.Call | None, names: Names) -> dic
 
 
 def _constants(tree: ast.AST, names: Names = MappingProxyType({})) -> dict[str, Any]:
-    """Return ``names`` and the variables that a program or function assigns once to a plain value and never changes."""
+    """Add to ``names`` the variables that a program or function assigns only once, to a known value."""
     changes = Counter[str]()
     assigned: list[tuple[str, ast.expr]] = []
     for node in ast.walk(tree):
@@ -231,7 +231,7 @@ def _constants(tree: ast.AST, names: Names = MappingProxyType({})) -> dict[str, 
 
 
 def _known(node: ast.expr, names: Names) -> Any:
-    """Return the value of an expression, or None if it is known only when the program runs."""
+    """Evaluate an expression, or return None if its value is only known at runtime."""
     try:
         value = _value(node, names)
     except (_Unknown, ArithmeticError, LookupError, TypeError, ValueError):
@@ -240,7 +240,7 @@ def _known(node: ast.expr, names: Names) -> Any:
 
 
 def _value(node: ast.expr, names: Names) -> Any:
-    """Return the value of an expression of plain values, ``names``, pi and a few calls."""
+    """Evaluate an expression of literals, ``names``, pi and a few functions. Raises _Unknown for others."""
     match node:
         case ast.Constant(value=constant):
             return constant
@@ -268,7 +268,7 @@ def _value(node: ast.expr, names: Names) -> Any:
 
 
 class StaticTransform(NamedTuple):
-    """A transform of a launch file, with the texts of its arguments by flag."""
+    """A static transform in a launch file; ``texts`` are its arguments by flag."""
 
     parent: str
     child: str
@@ -277,13 +277,13 @@ class StaticTransform(NamedTuple):
 
 
 def static_nodes(source: Source) -> list[LaunchNode]:
-    """Return the static_transform_publishers that a launch file starts. Raises LaunchError."""
+    """Return the static_transform_publisher nodes in a launch file. Raises LaunchError."""
     nodes = nodes_of(source) if STATIC_TRANSFORM_PUBLISHER in source.text else ()
     return [node for node in nodes if node.executable == STATIC_TRANSFORM_PUBLISHER]
 
 
 def parse_arguments(arguments: Sequence[str | None] | None) -> StaticTransform | None:
-    """Return the transform of static_transform_publisher (``ros2/geometry2``), or None if it is unknown or refused."""
+    """Parse arguments of static_transform_publisher (``ros2/geometry2``), or return None if unknown or invalid."""
     words = [word for word in arguments or () if word is not None]
     if arguments is None or len(words) < len(arguments):
         return None
@@ -300,7 +300,7 @@ def parse_arguments(arguments: Sequence[str | None] | None) -> StaticTransform |
         transform = Pose((x, y, z), (roll, pitch, yaw)).transform()
         if numbers.keys() & {*_QUATERNION}:
             transform = Transform.of_quaternion((x, y, z), (numbers.get("--qw", 1.0), qx, qy, qz))
-    except ValueError:  # a text is not a number, or the quaternion is zero
+    except ValueError:  # not a number, or a zero quaternion
         return None
     if not all(map(math.isfinite, numbers.values())):
         return None
@@ -309,7 +309,7 @@ def parse_arguments(arguments: Sequence[str | None] | None) -> StaticTransform |
 
 
 def check_node(robot: Robot, node: LaunchNode) -> Iterator[Diagnostic]:
-    """Yield what is wrong with a static_transform_publisher of a launch file."""
+    """Check a static_transform_publisher of a launch file against the robot."""
     if node.arguments is None or None in node.arguments:
         message = "the arguments of this static_transform_publisher are known only when the launch file runs"
         yield report("deployed-launch-unread", message, node.span, severity=NOTE)
@@ -357,7 +357,7 @@ def _differences(joint: Joint, static: StaticTransform) -> Iterator[str]:
 
 
 def check_launch_files(robot: Robot, folder: Path, files: Sequence[str], ours: Sequence[str]) -> Iterator[Diagnostic]:
-    """Yield what is wrong with the static transforms of launch files; ``ours`` are artifacts, compared already."""
+    """Check the static transforms in launch files; ``ours`` are artifacts, which are skipped."""
     published: dict[str, str] = {}
     complete, any_publisher = True, bool(ours)
     for name in files:
@@ -365,7 +365,7 @@ def check_launch_files(robot: Robot, folder: Path, files: Sequence[str], ours: S
             continue
         data = read_bytes(folder / name)
         if name.endswith("/static_frames.launch.py") and is_generated(data):
-            continue  # it takes the numbers from the description at launch
+            continue  # its numbers come from the description at launch
         source = Source(str(folder / name), data.decode("utf-8", "replace"))
         try:
             nodes = static_nodes(source)

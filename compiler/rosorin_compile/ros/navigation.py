@@ -1,7 +1,7 @@
-"""The navigation frames of a description: the frames of the map, the odometry and the base, and their publishers.
+"""Find the navigation frames of a description (map, odom and base, REP 105) and their publishers.
 
-They follow from the edges: the one that leads from outside the robot to one of its frames is the odometry, and the one
-that leads to its parent is the map (REP 105). The kind of a node follows from its name or its package.
+The frames follow from ``edges``: an edge from a frame outside the robot to a link is the odometry, and an edge to its
+parent starts at the map. The kind of a node follows from its name or package.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from rosorin_compile.source.tree import Path, exists
 from .node_kinds import kinds
 
 AMCL, SLAM, FILTER = "amcl", "slam_toolbox", "ekf"
-_NO_FILTER = "navsat"  # in the name of a robot_localization node that is not a filter
+_NO_FILTER = "navsat"  # part of the name of robot_localization nodes that are not filters
 
 
 class Problem(NamedTuple):
-    """A problem of an output or of its robot; ``path`` is relative to the entry, or starts at the top if absolute."""
+    """A problem with an output or the robot; ``path`` is relative to the output, or to the root if ``absolute``."""
 
     rule: str
     message: str
@@ -35,7 +35,7 @@ class Problem(NamedTuple):
 
 
 class Lead(NamedTuple):
-    """A transform that somebody publishes; ``path`` is its place in the description."""
+    """An edge with a publisher; ``path`` is its path in the description."""
 
     parent: str
     child: str
@@ -47,7 +47,7 @@ class Lead(NamedTuple):
 
 
 class Frames(NamedTuple):
-    """The frames of the map (empty if unknown), of the odometry, the one that it moves, and what nodes publish."""
+    """The map frame ("" if unknown), the odometry frame, the link that it moves, and all published edges."""
 
     map: str
     odom: str
@@ -55,13 +55,13 @@ class Frames(NamedTuple):
     leads: tuple[Lead, ...]
 
     def transforms_of(self, publisher: Publisher) -> list[Lead]:
-        """Return the transforms of a publisher, each pair of frames once."""
+        """Return the edges of a publisher without duplicate pairs of frames."""
         mine = {(lead.parent, lead.child): lead for lead in self.leads if lead.publisher.name == publisher.name}
         return list(mine.values())
 
 
 def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Problem]]:
-    """Return the frames of navigation and their problems; ``output`` may select one of several candidates."""
+    """Return the navigation frames, or None and the problems; options of ``output`` select among candidates."""
 
     def wrong(message: str, help: Help, path: Path = ()) -> tuple[None, list[Problem]]:
         return None, [Problem("navigation-frames", message, path, help, key=not path)]
@@ -95,7 +95,7 @@ def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Problem
 
 
 def kind_of(publisher: Publisher) -> str:
-    """Return which kind of node a publisher is: AMCL, SLAM or FILTER; empty for another one."""
+    """Return the kind of a publisher: AMCL, SLAM, FILTER, or "" for other nodes."""
     if publisher.kind != NODE or _NO_FILTER in publisher.name:
         return ""
     known = [kinds("")[kind] for kind in (AMCL, SLAM, FILTER)]
@@ -103,21 +103,21 @@ def kind_of(publisher: Publisher) -> str:
 
 
 def owners_of_odom(robot: Robot, frames: Frames) -> set[str]:
-    """Return the kinds of nodes that publish map -> odom while no mode is on; empty: of none that is known."""
+    """Return the kinds of the publishers of map -> odom with all modes off ("" for other nodes)."""
     edges = [robot.edges[int(lead.path[-1])] for lead in frames.leads if lead.child == frames.odom]
     off = dict.fromkeys(modes_in(robot, [edge.when for edge in edges]), False)
     return {kind_of(edge.publisher) for edge in edges if edge.parent == frames.map and holds(edge.when, off)}
 
 
 def stated_topic(robot: Robot, name: str) -> str:
-    """Return the topic that the description sets for a sensor; empty if it sets none, or just the sensor's name."""
+    """Return the topic that the description sets for a sensor, or "" if it is unset or equals the sensor name."""
     simulated = (one for sensor in robot.sensors if sensor.name == name for one in sensor.gazebo)
     topics = (element.value for one in simulated for element in one.elements if element.name == "topic")
     return next((str(one) for one in topics if one not in (name, None)), "")
 
 
 def diagnose(case: Case, output: Output, find: Callable[[Robot, Output], tuple[Any, ...]]) -> Iterator[Diagnostic]:
-    """Yield the problems that ``find`` returns last, with positions; none if the robot is not a tree."""
+    """Yield the problems in the last item that ``find`` returns, with positions; none if the robot is not a tree."""
     entry: Path = ("outputs", output.name)
     problems: list[Problem] = find(case.robot, output)[-1] if case.robot.is_tree else []
     for one in problems:

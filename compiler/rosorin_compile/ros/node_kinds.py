@@ -1,8 +1,8 @@
-"""Kinds of nodes (``ros2_nodes.json``, ``ros2_controllers.json``) with their keys, types and defaults; their checks.
+"""Load kinds of ROS nodes and their parameters (``ros2_nodes.json``, ``ros2_controllers.json``); validate parameters.
 
-The ``about`` of each file explains its fields and names its sources. Validators are those of
-``PickNikRobotics/generate_parameter_library``, and the combinations of interfaces of joint_trajectory_controller
-(``validate_jtc_parameters.hpp`` of ros2_controllers).
+The key ``about`` of each file explains its fields and sources. Validators are named as in
+``PickNikRobotics/generate_parameter_library``, with ``set_of`` for the combinations of interfaces in
+joint_trajectory_controller (``validate_jtc_parameters.hpp`` of ros2_controllers).
 """
 
 from __future__ import annotations
@@ -24,26 +24,26 @@ from rosorin_compile.source.wording import phrase, quote, suggest
 
 from .ports import Role, distribution_of_ports, facts, port_of
 
-DISTRIBUTIONS = (HUMBLE, JAZZY, "kilted")  # those of the tables; "" as a distribution is any of them
+DISTRIBUTIONS = (HUMBLE, JAZZY, "kilted")  # in the tables; the distribution "" means any of them
 MANAGER = "controller_manager"
 REMOVE = "remove it"
 _SIMILAR = 0.9
 _TYPES: Mapping[str, Any] = {"bool": bool, "int": int, "double": float, "string": str}
-# Keys that every node has, and the beginnings of others.
+# Parameters that every node may have, and prefixes of such parameters.
 _ANY_NODE = ("use_sim_time", "start_type_description_service")
 _ANY_BELOW = ("qos_overrides.", "diagnostic_updater.", "bond_heartbeat_period", "service_introspection_mode")
 _VARIABLE = re.compile(r"(__map_\w+|<[a-z]+>)")
-# The packages that a description may name for a controller besides its own.
+# Packages that the publisher of a controller may have, besides the package of the controller.
 _OF_CONTROLLERS = ("ros2_controllers", "ros2_control", MANAGER)
 
 
 class Key(NamedTuple):
-    """A parameter that a kind of node has. ``name`` may have pieces such as <n>, which stand for many names.
+    """A parameter of a kind of node. ``name`` may contain variables such as <n>, which match many names.
 
-    ``valid`` are its validators with their arguments, ``forced`` is the value that it always has. ``frame`` is the role
-    of the frame that it names, or empty; ``only`` are the distributions that know it, and ``stock``, if not empty,
-    those whose stock plug-in has it. The node does not start without a ``needed`` key. ``renamed`` maps values that are
-    no longer accepted to their replacements.
+    ``valid`` maps validators to their arguments, ``forced`` is a value that cannot be changed. ``frame`` is the role of
+    the frame that it names, or "". ``only`` are the distributions with this parameter; if ``stock`` is not empty, only
+    stock plug-ins of these distributions have it. A node does not start without a ``needed`` parameter. ``renamed``
+    maps values that are no longer accepted to their replacements.
     """
 
     name: str
@@ -59,7 +59,7 @@ class Key(NamedTuple):
 
     @property
     def many(self) -> bool:
-        """Return True if it is a pattern for keys of many names."""
+        """Return True if the name contains variables."""
         return "<" in self.name or "__map_" in self.name
 
 
@@ -71,12 +71,11 @@ def _pattern(name: str) -> re.Pattern[str]:
 
 
 class Kind(NamedTuple):
-    """A kind of node, with its keys by name; ``complete`` means that it has no others.
+    """A kind of node with its parameters (``keys``) by name; ``complete`` is True if it has no other parameters.
 
-    The keys are those of all distributions; types and defaults are of ``distribution``. ``names`` are those that the
-    node usually has, ``signs`` are keys that identify it by another name. ``transform`` names the keys of the parent,
-    the child and the switch of the transform that it publishes, and ``odometry`` is the topic that a controller
-    publishes it on.
+    ``keys`` has the parameters of all distributions, with types and defaults for ``distribution``. ``names`` are usual
+    names of the node, ``signs`` are parameters that identify the kind. ``transform`` has the parameters for parent,
+    child and switch of the published transform; ``odometry`` is the topic on which a controller publishes it.
     """
 
     name: str
@@ -91,7 +90,7 @@ class Kind(NamedTuple):
     transform: Mapping[str, str] = {}
 
     def key(self, name: str) -> Key | None:
-        """Return the key that matches a name; one without variables is preferred."""
+        """Return the parameter that matches a name, preferably without variables, or None."""
         patterns = (key for key in self.keys.values() if key.many and _pattern(key.name).fullmatch(name))
         return self.keys.get(name) or next(patterns, None)
 
@@ -100,19 +99,19 @@ class Kind(NamedTuple):
         return key is not None and self.has(key)
 
     def has(self, key: Key) -> bool:
-        """Return True if the distribution knows a key."""
+        """Return True if the distribution has a parameter."""
         return not self.distribution or self.distribution in key.only
 
     def writes(self, key: Key) -> bool:
-        """Return True if files for the distribution may have a key: it or its stock plug-in knows it."""
+        """Return True if a parameter may be written for the distribution, which includes stock plug-ins."""
         return self.has(key) and (not key.stock or self.distribution in key.stock)
 
     def own_keys(self) -> Iterator[Key]:
-        """Yield the keys that the distribution knows."""
+        """Yield the parameters that the distribution has."""
         return filter(self.has, self.keys.values())
 
     def like(self, name: str) -> set[str]:
-        """Return the candidates for a misspelt key; patterns have its words and its first number."""
+        """Return the candidates for a misspelt key, with variables replaced by the words and number in the key."""
         words, number = name.split("."), next(iter(re.findall(r"\d+", name)), "0")
         found = set()
         for pieces in (key.name.replace("<n>", number).split(".") for key in self.own_keys()):
@@ -123,9 +122,9 @@ class Kind(NamedTuple):
 
 
 def is_of(name: str, kind: Kind | None, publisher: Publisher, publishers: Iterable[Publisher]) -> bool:
-    """Return True if a node is the given publisher of a description, by its name or else by its package.
+    """Return True if a node is a publisher of the description, by its name or else by its package.
 
-    A node whose name matches another publisher is not matched by its package.
+    A node with the name of another publisher is not matched by package.
     """
     of_package = kind is not None and publisher.package in kind.packages
     is_named = any(name == other.name for other in publishers)
@@ -134,13 +133,13 @@ def is_of(name: str, kind: Kind | None, publisher: Publisher, publishers: Iterab
 
 @cache
 def kinds(distribution: str) -> Mapping[str, Kind]:
-    """Return the kinds of nodes that are not controllers, by name."""
+    """Return the kinds of nodes by name, without controllers."""
     return {name: _kind(name, entry, {}, (), distribution) for name, entry in facts("ros2_nodes")["nodes"].items()}
 
 
 @cache
 def controller(plugin: str, distribution: str) -> Kind | None:
-    """Return a controller type, taken from other distributions if this one does not have it, or None."""
+    """Return the kind of a controller type, from another distribution if necessary, or None if unknown."""
     table = facts("ros2_controllers")
     entry = table["controllers"].get(plugin, {})
     if "keys" not in entry:
@@ -149,13 +148,13 @@ def controller(plugin: str, distribution: str) -> Kind | None:
 
 
 def plugins(distribution: str) -> Mapping[str, str]:
-    """Return the package of each controller type, including types without a table of keys."""
+    """Return the package of each controller type, including types without known parameters."""
     found, known = facts("ros2_controllers")["controllers"], distribution and distribution_of_ports(distribution)
     return {name: of["package"] for name, of in found.items() if not known or known in of.get("only", DISTRIBUTIONS)}
 
 
 def _kind(name: str, entry: Mapping[str, Any], keys: Mapping[str, Any], packages: tuple[str, ...], distro: str) -> Kind:
-    """Return a kind of node from its entry; ``keys`` and ``packages`` are those of all nodes like it."""
+    """Build a kind from its table entry, with the common ``keys`` and ``packages`` of similar nodes."""
     known, port = distro and distribution_of_ports(distro), port_of(name, "", Role.TF)
     known = known if known in entry.get("only", DISTRIBUTIONS) else ""
     made = {}
@@ -163,20 +162,20 @@ def _kind(name: str, entry: Mapping[str, Any], keys: Mapping[str, Any], packages
         values = {**of, **of.get(HUMBLE, {})} if known == HUMBLE else of
         fields = {field: values[field] for field in Key._fields if values.get(field) is not None}
         if fields["type"] == "double" and isinstance(fields.get("default"), str):
-            fields["default"] = float(fields["default"])  # JSON has no nan
+            fields["default"] = float(fields["default"])  # NaN is a string in JSON
         made[key] = Key(key, **fields)
     words = {word: entry[word] for word in ("complete", "names", "signs", "strips_slash", "transform") if word in entry}
     return Kind(name, made, known, (entry["package"], *packages), odometry=port.topic if port else "", **words)
 
 
 def by_signs(keys: Mapping[str, object], distribution: str) -> Kind | None:
-    """Return the kind with the most ``signs`` among some keys, or None if no kind has any."""
+    """Return the kind with the most ``signs`` in ``keys``, or None if there are none."""
     best = max(kinds(distribution).values(), key=lambda kind: sum(sign in keys for sign in kind.signs))
     return best if any(sign in keys for sign in best.signs) else None
 
 
 def drive_by_keys(keys: Mapping[str, object], distribution: str) -> Kind | None:
-    """Return the drive controller that has most of the keys, or None if they are not those of a drive controller."""
+    """Return the drive controller that has most of the keys, or None if there is no ``enable_odom_tf``."""
     if "enable_odom_tf" not in keys:
         return None
     plugins = [name for name, about in facts("ros2_ports")["controllers"]["interfaces"].items() if "drive" in about]
@@ -185,7 +184,7 @@ def drive_by_keys(keys: Mapping[str, object], distribution: str) -> Kind | None:
 
 
 def fits(value: Any, kind: str) -> bool:
-    """Return True if a value is of a type of the tables, as rcl takes it: 1 is not a double.
+    """Return True if a value has a parameter type by the rules of rcl: 1 is not a double.
 
     >>> fits(1, "double"), fits(1.0, "double"), fits([1, 2.0], "double_array"), fits("a", "string or string_array")
     (False, True, False, True)
@@ -198,7 +197,7 @@ def fits(value: Any, kind: str) -> bool:
 
 
 def convert(value: Any, kind: str) -> Any:
-    """Convert a number to the type of its parameter if that keeps its value; otherwise return it unchanged."""
+    """Convert a number to its parameter type if that preserves the value, else return it unchanged."""
     for one in kind.split(" or "):
         if one.endswith("_array") and isinstance(value, (list, tuple)):
             return [convert(item, one.removesuffix("_array")) for item in value]
@@ -210,7 +209,7 @@ def convert(value: Any, kind: str) -> Any:
 
 
 def as_yaml(value: Any) -> str:
-    """Return a value as YAML in one line."""
+    """Format a value as YAML on one line."""
     if isinstance(value, (list, tuple)):
         return f"[{', '.join(map(as_yaml, value))}]"
     if isinstance(value, bool) or value is None:
@@ -218,7 +217,7 @@ def as_yaml(value: Any) -> str:
     return f'"{value}"' if isinstance(value, str) else repr(value)
 
 
-_BOUNDS: Mapping[str, tuple[Callable[[Any, Any], bool], str]] = {  # of a value, or of the number of values
+_BOUNDS: Mapping[str, tuple[Callable[[Any, Any], bool], str]] = {  # limits of a value or a list length
     "gt": (operator.gt, "above"),
     "gt_eq": (operator.ge, "at least"),
     "lt_eq": (operator.le, "at most"),
@@ -229,7 +228,7 @@ _BOUNDS: Mapping[str, tuple[Callable[[Any, Any], bool], str]] = {  # of a value,
 
 
 def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
-    """Return why a validator refuses a value of its type, empty if it does not, and the fix."""
+    """Run a validator on a value; return the reason for a violation, or "", and the fix."""
     compare, words = _BOUNDS.get(name.removesuffix("_or_nan"), (None, ""))
     if compare is not None and "size" in name:
         if not any(compare(len(value), size) for size in arguments):
@@ -252,7 +251,7 @@ def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
 
 
 class Finding(NamedTuple):
-    """A problem of a parameter (of its name with ``at_key``) or of a node; ``known`` may replace an ``unknown`` one."""
+    """A problem with a parameter (with its name if ``at_key``) or a node; ``known`` are valid names for ``unknown``."""
 
     rule: str
     message: str
@@ -264,14 +263,14 @@ class Finding(NamedTuple):
     known: Collection[str] = ()
 
     def place(self, span: Span | None, related: Iterable[Related] = ()) -> Diagnostic:
-        """Return the diagnostic at a place in a file."""
+        """Convert to a diagnostic at a position in a file."""
         return diagnostic(self.rule, self.severity, self.message, span, self.help, related)
 
 
 def against_kind(name: str, kind: Kind | None, values: Mapping[str, Any]) -> Iterator[Finding]:
-    """Validate the parameters of a node, by full key, against its kind; ``name`` is the node in messages.
+    """Validate parameters by full key against the kind of their node; ``name`` is the node in messages.
 
-    Without a kind, only values that no parameter of any node can have are reported.
+    Without a kind, only values that are invalid for every parameter are reported.
     """
     for key, value in values.items():
         known = kind.key(key) if kind is not None else None
@@ -285,7 +284,7 @@ def against_kind(name: str, kind: Kind | None, values: Mapping[str, Any]) -> Ite
                 yield from _unknown(name, kind, key, values, known)
         else:
             yield from _wrong_value(name, key, value, known)
-            many = known.name.partition("__map_")[2].partition(".")[0]  # about one of a list: gains.joint1.p of joints
+            many = known.name.partition("__map_")[2].partition(".")[0]  # list of valid names: joints for gains.joint1.p
             match, listed = _pattern(known.name).fullmatch(key), values.get(many)
             if match and many and key not in kind.keys and isinstance(listed, (list, tuple)) and match[1] not in listed:
                 message = f'"{key}" of {name} is about "{match[1]}", which is not in its {many}: it has no effect'
@@ -294,7 +293,7 @@ def against_kind(name: str, kind: Kind | None, values: Mapping[str, Any]) -> Ite
 
 
 def _unknown(name: str, kind: Kind, key: str, values: Mapping[str, Any], of_others: Key | None) -> Iterator[Finding]:
-    """Report that a kind does not have a key; ``of_others`` is the key in other distributions."""
+    """Report an unknown key; ``of_others`` is the parameter if other distributions have it."""
     names, severity = kind.like(key), ERROR
     close = difflib.get_close_matches(key, names - values.keys(), n=1, cutoff=_SIMILAR)
     help = Suggestion(key, names, instead=REMOVE) if kind.complete else suggest(close[0]) if close else ""

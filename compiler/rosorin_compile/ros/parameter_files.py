@@ -1,8 +1,8 @@
-"""Parameter files of ROS 2: read as its nodes read them, with the place of every key and value, and written.
+"""Read ROS 2 parameter files as rcl does, with the position of every key and value, and write them.
 
-The syntax is that of ``ros2/rcl:rcl_yaml_param_parser``, which is not that of YAML 1.2: yes and on are true, 010 is
-eight, a list has values of one type, there are no aliases, and a key without a value is an error. A value is written as
-the type that its node takes (1.0 for a double). A key that a distribution lacks is left out for it.
+The syntax is that of ``ros2/rcl:rcl_yaml_param_parser``, which differs from YAML 1.2: yes and on are true, 010 is 8, a
+list has values of one type, there are no aliases, and a key without a value is an error. Values are written with the
+type of the parameter (1.0 for a double). Parameters that a distribution does not have are not written.
 """
 
 from __future__ import annotations
@@ -26,26 +26,26 @@ from .node_kinds import Kind, as_yaml, convert, kinds
 from .ports import facts
 
 PARAMETERS = "ros__parameters"
-_DEEPEST = 42  # levels of nested mappings and lists
+_DEEPEST = 42  # maximum nesting of mappings and lists
 _HELP = "a parameter file is NODE: {ros__parameters: {KEY: VALUE}}"
 _TRUE = {"y", "Y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON"}
 _FALSE = {"n", "N", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF"}
-# The numbers that strtol and strtod accept, and YAML's words for infinity and NaN.
+# Numbers as in strtol and strtod, and YAML's words for infinity and NaN.
 _INT = re.compile(r"[-+]?(0[xX][0-9a-fA-F]{1,250}|0[0-7]{0,300}|[1-9][0-9]{0,300})\Z")
 _DOUBLE = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?\Z")
 _ZERO = re.compile(r"[-+]?[0.]+([eE].*)?\Z")
 _SPECIAL = re.compile(r"[-+]?(\.(inf|Inf|INF)|(?i:inf|infinity|nan))\Z|\.(nan|NaN|NAN)\Z")
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*|\*\*?")
-# Texts that are replaced when the file is used: by a launch file, or by nodes that rewrite it (nav2_common).
+# Substitutions by launch files, and by nav2_common, which rewrites parameter files.
 _SUBSTITUTED = re.compile(r"\$\(|<[A-Za-z_]\w*>")
 _MOST = 2**63 - 1
-# Strings that are written without quotes, except those that YAML reads as another type.
+# Strings without quotes, unless YAML reads them as another type (_WORDS).
 _PLAIN = re.compile(r"[A-Za-z_/][A-Za-z0-9_/.-]*(::?[A-Za-z0-9_/.-]+)*")
 _WORDS = frozenset(("y", "yes", "n", "no", "true", "false", "on", "off", "null", "nan", "inf", "infinity"))
 
 
 class Parameter(NamedTuple):
-    """A value of a parameter file (bool, int, float, str, or a list of one of them), and its places."""
+    """A parameter value (bool, int, float, str, or a list of one type), and the positions of key and value."""
 
     value: Any
     key: Span
@@ -53,14 +53,14 @@ class Parameter(NamedTuple):
 
     @property
     def substituted(self) -> bool:
-        """Whether the value has a substitution, ``$(find-pkg-share ...)`` or ``<prefix>``: its type is unknown."""
+        """True if the value contains a substitution such as ``$(find-pkg-share ...)`` or ``<prefix>``."""
         values = self.value if isinstance(self.value, list) else [self.value]
         return any(isinstance(one, str) and _SUBSTITUTED.search(one) for one in values)
 
 
 @dataclass(frozen=True)
 class Section:
-    """The parameters of the nodes that a name matches, by full name; the name begins with / and may have * and **."""
+    """Parameters by full key for nodes that match ``name``, which starts with / and may contain * and **."""
 
     name: str
     span: Span
@@ -68,22 +68,22 @@ class Section:
 
     @property
     def of_any(self) -> bool:
-        """Whether it names no node: its last word is a wildcard."""
+        """True if the last word of the name is a wildcard."""
         return self.name.rsplit("/", 1)[-1] in ("*", "**")
 
     def matches(self, node: str) -> bool:
-        """Return True if it is for a node of a full name."""
+        """Return True if the section applies to a node with this full name."""
         words = self.name.strip("/").split("/")
         pattern = "".join({"**": "(/[^/]+)*", "*": "/[^/]+"}.get(word, "/" + re.escape(word)) for word in words)
         return re.fullmatch(pattern, node) is not None
 
 
 class NoParameters(DiagnosticError, ValueError):
-    """A file that is not a valid parameter file; carries the diagnostic."""
+    """The file is not a valid parameter file; carries the diagnostic."""
 
 
 def read_sections(source: Source) -> tuple[list[Section], list[Diagnostic]]:
-    """Return the sections of a parameter file in its order, and warnings. Raises NoParameters."""
+    """Parse a parameter file; return its sections in file order, and warnings. Raises NoParameters."""
     reader, loader = _Reader(source), getattr(yaml, "CLoader", yaml.Loader)
     try:
         reader.check_events(yaml.parse(source.text, loader))
@@ -102,16 +102,16 @@ def read_sections(source: Source) -> tuple[list[Section], list[Diagnostic]]:
 
 
 class _Reader:
-    """Reads the nodes of YAML as rcl does."""
+    """Converts YAML nodes to parameters as rcl does."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
         self.sections: dict[str, Section] = {}
         self.diagnostics: list[Diagnostic] = []
-        self.texts: set[int] = set()  # where values with the tag !!str begin
+        self.texts: set[int] = set()  # offsets of scalars with the tag !!str
 
     def check_events(self, events: Iterable[Any]) -> None:
-        """Check what YAML nodes do not show, and that the file is not nested too deep to be composed."""
+        """Refuse aliases and too deep nesting, and collect !!str tags, before the YAML nodes are composed."""
         depth = 0
         for event in events:
             if isinstance(event, yaml.AliasEvent):
@@ -123,7 +123,7 @@ class _Reader:
                 raise self.fail("nested deeper than 40 levels", event, "flatten the file")
 
     def names(self, above: str, mapping: Any, named: Span | None) -> bool:
-        """Read a mapping of namespaces and nodes below a name at a place; return True if it has parameters."""
+        """Read a mapping of namespaces and nodes below ``above``; return True if it contains parameters."""
         is_node = has_parameters = False
         for key, value in mapping.value:
             name = self.text(key)
@@ -145,7 +145,7 @@ class _Reader:
                 raise self.fail(f"{PARAMETERS} is at the top level: no node is named", key)
             if is_node:
                 raise self.fail(f"{PARAMETERS} is repeated for one node, which ROS 2 refuses", key, "make it one")
-            words = above.removeprefix("/").split("/")  # rmw_validate_node_name
+            words = above.removeprefix("/").split("/")  # as in rmw_validate_node_name
             wrong = [word for word in words if not _WORD.fullmatch(word) and not _SUBSTITUTED.search(word)]
             if wrong:
                 what = f'"{wrong[0] or above}" is not a name of a node or a namespace: ROS 2 refuses the whole file'
@@ -158,7 +158,7 @@ class _Reader:
         return has_parameters
 
     def parameters(self, section: Section, above: str, mapping: Any) -> str:
-        """Read parameters, and return the name of the last one if it is empty: ROS 2 miscounts the levels after it."""
+        """Read parameters; return the name of the last one if it is an empty mapping, which confuses rcl."""
         empty = ""
         for key, value in mapping.value:
             text = self.text(key)
@@ -172,7 +172,7 @@ class _Reader:
             if isinstance(value, yaml.MappingNode):
                 empty = self.parameters(section, f"{name}.", value) if value.value else name
             elif has_map and len(items) == 1 and all(_is_list(inner) for _, inner in items[0].value):
-                # gpio_controllers has such parameters: a: [{b: [x]}] is a.b: [x].
+                # rcl reads a: [{b: [x]}] as a.b: [x]; gpio_controllers uses this.
                 self.parameters(section, f"{name}.", items[0])
             elif has_map:
                 message = f'"{name}" has a mapping in a list: ROS 2 reads it otherwise than it looks'
@@ -182,7 +182,7 @@ class _Reader:
         return empty
 
     def put(self, section: Section, name: str, key: Any, value: Any) -> None:
-        """Add a parameter to those of a section."""
+        """Add a parameter to a section."""
         read = self.values(name, value) if _is_list(value) else self.scalar(value)[0]
         made = Parameter(read, self.span(key), self.span(value))
         if before := section.parameters.get(name):
@@ -195,7 +195,7 @@ class _Reader:
         section.parameters[name] = made
 
     def values(self, name: str, items: Any) -> list[Any]:
-        """Return the values of a list, which must all have the same type."""
+        """Parse a list; all values must have the same type."""
         values, first = list[Any](), ""
         for item in items.value:
             if _is_list(item):
@@ -213,7 +213,7 @@ class _Reader:
         return values
 
     def scalar(self, node: Any) -> tuple[Any, str]:
-        """Return a value and its type."""
+        """Parse a scalar; return its value and type."""
         text = node.value
         if node.style in ("'", '"') or node.start_mark.index in self.texts:
             return text, "string"
@@ -227,19 +227,19 @@ class _Reader:
             return (number, "int") if -_MOST - 1 <= number <= _MOST else (float(number), "double")
         if _DOUBLE.match(text):
             fits = sys.float_info.min <= abs(float(text)) <= sys.float_info.max or _ZERO.match(text)
-            return (float(text), "double") if fits else (text, "string")  # beyond a double it is text for rcl
+            return (float(text), "double") if fits else (text, "string")  # out of range: a string for rcl
         if _SPECIAL.match(text):
             return float(text.replace(".", "")), "double"
         return text, "string"
 
     def text(self, node: Any) -> str:
-        """Return a key."""
+        """Return a key as a string."""
         if not isinstance(node, yaml.ScalarNode):
             raise self.fail("a key is plain text", node)
         return str(node.value)
 
     def span(self, node: Any) -> Span:
-        """Return the place of a node or an event."""
+        """Return the position of a YAML node or event."""
         start, end = node.start_mark, node.end_mark
         is_word = end.line == start.line and not isinstance(node, yaml.CollectionNode)
         length = max(1, end.column - start.column) if is_word else 1
@@ -258,13 +258,13 @@ def _is_list(node: Any) -> bool:
 
 @dataclass(frozen=True)
 class Parameters:
-    """What a parameter file contains: the parameters of each node by full name."""
+    """The contents of a parameter file: parameters by full key, for each node by full name."""
 
     node: Mapping[str, Mapping[str, Any]]
 
 
 def nodes_of(text: str) -> dict[str, dict[str, Any]]:
-    """Return the parameters of a file by node and full name. Raises ValueError for a damaged text."""
+    """Parse a generated file; return parameters by node and full key. Raises ValueError for a damaged text."""
     sections, _ = read_sections(Source("", text))
     if not sections:
         raise ValueError(f"it is not a parameter file: it has no {PARAMETERS}")
@@ -272,7 +272,7 @@ def nodes_of(text: str) -> dict[str, dict[str, Any]]:
 
 
 class Node(NamedTuple):
-    """A node with its parameters by full name; ``kind`` is its kind, the name of that, or None if types are unknown."""
+    """A node with its parameters by full key; ``kind`` is a kind or its name, or None if types are unknown."""
 
     name: str
     kind: Kind | str | None
@@ -280,12 +280,12 @@ class Node(NamedTuple):
 
 
 def distro_of(output: Output) -> str:
-    """Return the distribution that an output is for."""
+    """Return the ROS distribution of an output."""
     return str(output.options.get("distribution", JAZZY))
 
 
 def text(robot: Robot, output: Output, templates: Templates, head: Sequence[str], nodes: Sequence[Node]) -> str:
-    """Return the parameter file of some nodes; ``head`` are lines of comment."""
+    """Format the parameter file for some nodes; ``head`` are comment lines at the top."""
     tree: dict[str, Any] = {}
     for name, parameters in parameters_of(output, nodes).node.items():
         for key, value in parameters.items():
@@ -300,7 +300,7 @@ def text(robot: Robot, output: Output, templates: Templates, head: Sequence[str]
 
 
 def parameters_of(output: Output, nodes: Iterable[Node]) -> Parameters:
-    """Return the expected contents of a parameter file, without empty lists, because rcl does not know their type."""
+    """Return the contents of the file for some nodes, without empty lists, because rcl cannot infer their type."""
     found: dict[str, dict[str, Any]] = {}
     for node in nodes:
         kind = kinds(distro_of(output))[node.kind] if isinstance(node.kind, str) else node.kind
@@ -330,7 +330,7 @@ def _scalar(value: Any) -> str:
 
 
 def parameter_file(name: str, **more: Any) -> Format:
-    """Return the format of a parameter file by its name, with the fields that it does not share with others."""
+    """Create the format of a parameter file; ``more`` are fields that differ between parameter files."""
     about = "The distribution of ROS 2 whose nodes it is for; default jazzy."
     return Format(
         name=name,

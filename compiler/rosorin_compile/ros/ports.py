@@ -1,4 +1,4 @@
-"""Ports: the topics that stock ROS 2 nodes read and publish, as ``schemas/ros2_ports.json`` lists them."""
+"""The topics that stock ROS 2 nodes subscribe to and publish (ports), from ``schemas/ros2_ports.json``."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ _STAMPED = "Stamped"
 
 
 class Role:
-    """What the topic of a port is for."""
+    """The purpose of a topic."""
 
     VELOCITY, ODOMETRY, OBSTACLES, SCAN = "velocity", "odometry", "obstacles", "scan"
     IMU, TF, JOINT_STATES = "imu", "tf", "joint_states"
 
 
 class Port(NamedTuple):
-    """A topic that a node, or a type of controller, reads or publishes; the fields are explained in the file.
+    """A topic that a node or controller type subscribes to or publishes; ros2_ports.json explains the fields.
 
-    ``topic`` is the name after the remaps of nav2_bringup. ``stamp_parameter`` chooses between messages with and
-    without a header, and is empty if there is no choice; ``stamped`` is then its default.
+    ``topic`` is the name after the remaps in nav2_bringup. ``stamp_parameter`` selects messages with or without a
+    header, with the default ``stamped``; it is "" if the node has no such parameter.
     """
 
     node: str
@@ -47,15 +47,15 @@ class Port(NamedTuple):
     group: str = ""
 
     def is_stamped(self, parameters: Mapping[str, Any]) -> bool:
-        """Return True if the node uses messages with a header."""
+        """Return True if the node uses messages with a header (``TwistStamped``)."""
         return bool(parameters.get(self.stamp_parameter, self.stamped)) if self.stamp_parameter else self.stamped
 
     def message(self, parameters: Mapping[str, Any]) -> str:
-        """Return the type of the messages of a node with these parameters."""
+        """Return the message type for these parameters of the node."""
         return self.type + (_STAMPED if self.is_stamped(parameters) else "")
 
     def name(self, parameters: Mapping[str, Any]) -> str:
-        """Return the topic of a node with these parameters, before remaps of its launch file."""
+        """Return the topic for these parameters of the node, before remaps in its launch file."""
         if self.local and parameters.get("use_local_topics"):
             return self.local
         if self.unstamped and not self.is_stamped(parameters):
@@ -63,29 +63,29 @@ class Port(NamedTuple):
         return str(parameters.get(self.parameter) or self.topic)
 
     def exists(self, parameters: Mapping[str, Any]) -> bool:
-        """Return True if a node with these parameters has the port; ``optional`` says that it has none by default."""
+        """Return True if a node with these parameters has the port; an ``optional`` port does not exist by default."""
         return all(parameters[key] == value if key in parameters else not self.optional for key, value in self.when)
 
 
 @cache
 def facts(name: str) -> Any:
-    """Return a table of facts about ROS 2 by the name of its file."""
+    """Load a table of facts about ROS 2 by file name without ``.json``."""
     return json.loads(files.read_text(data_folder("schemas") / f"{name}.json"))
 
 
 def distribution_of_ports(distribution: str) -> str:
-    """Return the distribution whose ports apply to another one: those not in the table use its last one."""
+    """Return a distribution if the table of ports has it, else the last distribution in the table."""
     known = facts("ros2_ports")["distributions"]
     return distribution if distribution in known else str(known[-1])
 
 
 def message_of_sensor(kind: str) -> str:
-    """Return the type of the messages of a sensor by its type in a description; empty for an unknown one."""
+    """Return the message type for a sensor type of the description, or "" if unknown."""
     return str(facts("ros2_ports")["message_types"].get(kind, ""))
 
 
 def short_type(message: str) -> str:
-    """Return the type of a message without its package, as costmaps and RViz name it."""
+    """Return a message type without its package, such as LaserScan."""
     return message.rpartition("/")[2]
 
 
@@ -98,7 +98,7 @@ def _port(owner: str, entry: Mapping[str, Any], distribution: str, group: str) -
         default = defaults.get(distribution)
         if default is not None:
             known |= {"stamp_parameter": key, "stamped": bool(default) or group == "control"}
-        elif group == "control":  # a controller without the parameter only takes messages with a header
+        elif group == "control":  # controllers without the parameter only accept messages with a header
             known |= {"stamp_parameter": "", "stamped": True}
     return Port(**known)
 
@@ -111,7 +111,7 @@ def _of_nodes(distribution: str) -> tuple[Port, ...]:
 
 
 def ports(distribution: str, *, node: str = "", role: str = "", direction: str = "", group: str = "") -> Iterator[Port]:
-    """Yield the ports of stock nodes in a distribution; empty arguments do not restrict them."""
+    """Yield the ports of stock nodes in a distribution; empty arguments match everything."""
     for port in _of_nodes(distribution_of_ports(distribution)):
         filters = ((node, port.node), (role, port.role), (direction, port.direction), (group, port.group))
         if all(value in ("", actual) for value, actual in filters):
@@ -120,28 +120,28 @@ def ports(distribution: str, *, node: str = "", role: str = "", direction: str =
 
 @cache
 def controller_ports(plugin: str, distribution: str) -> tuple[Port, ...]:
-    """Return the ports of a controller or broadcaster of a type; none of a type without a table."""
+    """Return the ports of a controller or broadcaster type, or () for an unknown type."""
     entries = facts("ros2_ports")["controllers"]["types"].get(plugin, ())
     return tuple(_port(plugin, one, distribution_of_ports(distribution), "control") for one in entries)
 
 
 def port_of(plugin: str, distribution: str, role: str) -> Port | None:
-    """Return the port of a controller with a role, or None."""
+    """Return the first port of a controller type with a role, or None."""
     return next((port for port in controller_ports(plugin, distribution) if port.role == role), None)
 
 
 def full_type(word: str) -> str:
-    """Return the type of a controller by its short name, or the name itself."""
+    """Return the full controller type for a short name, or the name itself."""
     return str(facts("ros2_ports")["controllers"]["short"].get(word, word))
 
 
 def interfaces_of(plugin: str) -> dict[str, Any]:
-    """Return what a type of controller moves and reads; empty for one without a table."""
+    """Return the command and state interfaces, drive or sensor of a controller type, or {} if unknown."""
     return dict(facts("ros2_ports")["controllers"]["interfaces"].get(plugin, {}))
 
 
 def full_topic(topic: str, namespace: str, node: str) -> str:
-    """Return the full name of a topic as a node in a namespace has it.
+    """Return the full name of a topic of a node in a namespace.
 
     >>> full_topic("~/odom", "left", "base"), full_topic("scan", "", "amcl"), full_topic("/tf", "left", "base")
     ('/left/base/odom', '/scan', '/tf')

@@ -1,4 +1,4 @@
-"""The parameters of a filter of robot_localization; the edges say whether it publishes odom -> base or map -> odom."""
+"""Derive parameters of a robot_localization filter; ``edges`` decide if it publishes odom -> base or map -> odom."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .navigation import FILTER, Frames, Lead, Problem, diagnose, frames_of, kind
 from .parameter_files import Node, Parameters, distro_of, parameter_file, parameters_of, text
 from .ports import facts
 
-# What a filter estimates, in the order of its fifteen booleans (robot_localization: filter_common.hpp).
+# The state variables of a filter, in the order of the booleans in its parameters (filter_common.hpp).
 STATES = (*("x", "y", "z", "roll", "pitch", "yaw"), *("vx", "vy", "vz", "vroll", "vpitch", "vyaw", "ax", "ay", "az"))
 
 _USUAL = "ekf_filter_node"
@@ -31,7 +31,7 @@ def _inputs_of(output: Output) -> Mapping[str, Mapping[str, Any]]:
 
 
 def _content(robot: Robot, output: Output) -> tuple[Node | None, Lead | None, list[Problem]]:
-    """Return the parameters of a filter, its transform, and the problems; no parameters if one is an error."""
+    """Return a filter node with parameters (None on errors), its transform, and the problems."""
     frames, wrong = frames_of(robot, output)
     if frames is None:
         return None, None, wrong
@@ -115,7 +115,7 @@ def _check_inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Prob
 
 
 def remaps(robot: Robot, output: Output) -> list[tuple[str, str]]:
-    """Return the remaps, from and to, by which the inputs of a filter come from controllers that are started."""
+    """Return the remaps (from, to) that connect inputs of a filter to odometry topics of controllers."""
     topics = {driver.name: f"/{driver.topic(driver.odometry).lstrip('/')}" for driver in drivers(robot)}
     inputs = {topic(robot, name, one): one.get("controller", "") for name, one in _inputs_of(output).items()}
     moved = [(heard, topics[one]) for heard, one in inputs.items() if one in topics]
@@ -123,24 +123,24 @@ def remaps(robot: Robot, output: Output) -> list[tuple[str, str]]:
 
 
 def usual(robot: Robot, kind: str, base: str) -> tuple[str, ...]:
-    """Return the variables of an input that are used by default, which depend on the drive; none without a drive.
+    """Return the state variables that an input measures by default; they depend on the drive, () without a drive.
 
-    Wheels measure velocities. For a base that cannot go sideways, a lateral velocity of 0 is as good as a measured one,
-    but only at the axle: if the frame ``base`` is elsewhere, it moves sideways as the base turns.
+    Wheels measure velocities. If the base cannot move sideways, its lateral velocity of 0 is a valid measurement, but
+    only at the axle: if the frame ``base`` is elsewhere, it moves sideways when the base turns.
     """
     if robot.drive is None or kind == "pose":
         return ()
     if kind == "imu":
         return ("vyaw",)
     at_axle = False
-    with suppress(ValueError, KeyError):  # which the rules about drives report
+    with suppress(ValueError, KeyError):  # reported by the rules about drives
         driving = driving_of(robot)
         at_axle = abs(robot.transform(base, driving.frame).apply((*driving.centre, 0.0))[0]) < _NEAR
     return ("vx", "vy", "vyaw") if robot.drive.slides or at_axle else ("vx", "vyaw")
 
 
 def topic(robot: Robot, name: str, one: Mapping[str, Any]) -> str:
-    """Return the topic of an input: its own, else that of the IMU in the description; empty if there is none."""
+    """Return the topic of an input: its option ``topic``, else the topic of the IMU, or "" if unknown."""
     if "topic" in one or not name.startswith("imu"):
         return str(one.get("topic", ""))
     known = [sensor.name for sensor in robot.sensors if sensor.type == "imu"]
@@ -148,16 +148,16 @@ def topic(robot: Robot, name: str, one: Mapping[str, Any]) -> str:
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the parameters of a filter. The options are in the record."""
+    """Return the text of the parameter file of a filter, and diagnostics."""
     node, lead, _ = _content(robot, output)
     if node is None:
-        return "", []  # the rules report it
+        return "", []  # reported by rules
     head = f"robot_localization of {distro_of(output).capitalize()}: {node.name} publishes {lead or 'no transform'}."
     return text(robot, output, templates, [head, "No covariance is in it: load it after your own."], [node]), []
 
 
 def view(robot: Robot, output: Output) -> Parameters:
-    """Return the expected contents of the parameter file of a filter."""
+    """Return the contents of the parameter file of a filter, for comparison with an existing file."""
     node = _content(robot, output)[0]
     return parameters_of(output, [node] if node is not None else [])
 

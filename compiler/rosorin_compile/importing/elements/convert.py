@@ -1,7 +1,7 @@
-"""Replace elements of a URDF or SDF with sections of the language that have the same meaning.
+"""Replace Gazebo and ros2_control elements of a URDF or SDF with equivalent sections of the description.
 
-Each entry is written as an element again and compared with the element that it came from. An element is kept unchanged,
-with the reason, if a rule refuses its entry, if the result differs, or if the language cannot express it.
+Each new entry is compiled to XML again and compared with the original element. An element is kept unchanged, with a
+reason in the report, if a rule refuses the entry, if the XML differs, or if the language cannot express the element.
 """
 
 from __future__ import annotations
@@ -35,36 +35,36 @@ if TYPE_CHECKING:
 
 CONTROL, SENSORS, ELEMENTS = "control", "sensors", "urdf_elements"
 _FORMATS = ("urdf", "sdf")
-_FEW = 3  # names in a line of the report
+_FEW = 3  # names per line of the report
 
 
 class Candidate(NamedTuple):
-    """An element that may become an entry: its section and name, the index of its text, and its index in that text."""
+    """An XML element that may become an entry of a section; ``text`` and ``number`` are its indices in the source."""
 
     section: str
     name: str
     text: int
     number: int
     element: Tree
-    reference: str = ""  # of the enclosing <gazebo>
+    reference: str = ""  # the link or joint of the enclosing <gazebo>
 
     @property
     def called(self) -> str:
-        """Its name in messages."""
+        """The name of the element in messages."""
         return f'{"sensor" if self.section == SENSORS else "<ros2_control>"} "{self.name}"'
 
 
 class Converted(NamedTuple):
-    """A robot whose elements became sections: ``names`` of the new entries by kind, ``kept`` reasons by element."""
+    """A robot with converted elements: ``names`` of new entries by kind, and reasons for ``kept`` elements by name."""
 
     imported: Imported
-    plain: Map | None = None  # the tree with all elements
+    plain: Map | None = None  # the robot before the conversion
     names: Mapping[str, Sequence[str]] = {}
     kept: Mapping[str, str] = {}
 
 
 def with_sections(imported: Imported) -> Converted:
-    """Return a robot in which elements of its URDF or SDF are replaced with sections where possible."""
+    """Replace the Gazebo and ros2_control elements of a robot with sections where possible."""
     tree = imported.tree
     texts = tree.get(ELEMENTS) if tree is not None else None
     if tree is None or imported.format not in _FORMATS or not isinstance(texts, Seq):
@@ -76,7 +76,7 @@ def with_sections(imported: Imported) -> Converted:
 
 
 class _Conversion:
-    """The conversion of one robot; ``kept`` are the reasons why elements are kept."""
+    """Converts the elements of one robot; ``kept`` maps each unchanged element to the reason."""
 
     def __init__(self, imported: Imported, tree: Map, texts: Seq, robot: Robot) -> None:
         self.imported, self.tree, self.texts, self.robot = imported, tree, texts, robot
@@ -106,7 +106,7 @@ class _Conversion:
         return Converted(imported, self.tree, {key: value for key, value in names.items() if value}, self.kept)
 
     def control(self, found: Mapping[str, Candidate]) -> tuple[dict[str, Any], str]:
-        """Return the equivalent entries of hardware blocks, and the distribution that most of them are for."""
+        """Return entries for ``<ros2_control>`` blocks, and the ROS distribution that can express most blocks."""
         made = []
         for distribution in ("jazzy", "humble"):
             humble, options = distribution == "humble", {"control": distribution}
@@ -119,7 +119,7 @@ class _Conversion:
         return entries, distribution
 
     def sensors(self, found: Mapping[str, Candidate]) -> tuple[dict[str, Any], str]:
-        """Return the equivalent entries of sensors, and the Gazebo version that most of them are for."""
+        """Return entries for ``<sensor>`` elements, and the Gazebo version that most elements are for."""
         gazebo = gazebo_of([one.element for one in found.values()])
         sensors: dict[str, GazeboSensor] = {}
         entries: dict[str, Any] = {}
@@ -142,7 +142,7 @@ class _Conversion:
         return entries, gazebo
 
     def remove_refused(self, entries: dict[str, Any], section: str, options: Mapping[str, Any]) -> dict[str, str]:
-        """Remove the entries that a rule refuses, alone or together, and return the reasons by name."""
+        """Remove entries that violate a rule, alone or combined, and return the reasons by entry name."""
         reasons: dict[str, str] = {}
         if entries and self.with_entries(section, entries, options)[1]:
             for name in list(entries):
@@ -162,9 +162,9 @@ class _Conversion:
         options: Mapping[str, Any],
         followers: Set[str] = frozenset(),
     ) -> dict[str, str]:
-        """Remove the entries whose elements differ from the originals when written, and return the reasons by name."""
+        """Remove entries whose compiled XML differs from the original element, and return the reasons by entry name."""
         reasons: dict[str, str] = {}
-        while entries:  # the reason why one entry comes out differently may be another one
+        while entries:  # an entry may differ because of another entry, so compare again
             texts, wrong = self.write(section, entries, options), dict[str, str]()
             for name in entries:
                 one = found[name]
@@ -184,7 +184,7 @@ class _Conversion:
         return reasons
 
     def with_entries(self, section: str, entries: Any, options: Mapping[str, Any]) -> tuple[Robot | None, str]:
-        """Return the robot with entries of a section, or None and its first error."""
+        """Return the robot with the entries of a section, or None and the first error message."""
         output = {"file": "robot.urdf", **options}
         tree, expansion = put_values(self.tree, {section: entries, "outputs": {"urdf": output}}).copy(), Expansion()
         if isinstance(tree.get(SENSORS), Map):
@@ -196,7 +196,7 @@ class _Conversion:
         return (None if message else lower(tree).robot), message
 
     def write(self, section: str, entries: dict[str, Any], options: Mapping[str, Any]) -> dict[str, list[str]]:
-        """Return the URDF elements that are written for entries, by the name that messages use."""
+        """Compile entries to URDF elements, by the name of the element in messages."""
         robot, brings = self.with_entries(section, entries, options)[0], FORMATS["urdf"].brings
         found: dict[str, list[str]] = {}
         if robot is not None and brings is not None:
@@ -206,7 +206,7 @@ class _Conversion:
         return found
 
     def without(self, taken: list[Candidate]) -> tuple[Seq, list[Comment]]:
-        """Return the elements that did not become entries, without empty ``<gazebo>``s, and all comments."""
+        """Return the unconverted elements, without empty ``<gazebo>`` elements, and all comments at their new paths."""
         left, paths, inner = Seq(self.texts.span, self.texts.via), dict[int, Path](), list[Comment]()
         for index, (text, span) in enumerate(zip(self.texts, self.texts.value_spans, strict=True)):
             rest = str(text)
@@ -225,7 +225,7 @@ class _Conversion:
 
 
 def _candidates(texts: Sequence[str]) -> list[Candidate]:
-    """Return the hardware blocks and the sensors in the elements of each text that is XML."""
+    """Return the ``<ros2_control>`` blocks and sensors in XML texts; a text that is not XML is skipped."""
     found = []
     for index, text in enumerate(texts):
         with suppress(ValueError):
@@ -241,13 +241,13 @@ def _candidates(texts: Sequence[str]) -> list[Candidate]:
 
 
 def _cut(text: str, taken: list[Candidate]) -> tuple[str, list[tuple[Path, str]]]:
-    """Return a text without some elements, and the comments in the removed text with the paths of their entries."""
+    """Remove elements from a text; return the rest, and the comments in the removed text with their entry paths."""
     root = parse(Source("", f"<all>{text}</all>")).root
     outer = root.children[0]
     sensors = [child for child in outer.children if child.tag == "sensor"]
     elements = {one.name: outer if one.section == CONTROL else sensors[one.number] for one in taken}
     is_empty = outer.tag != "gazebo" or len(outer.children) == len(taken)
-    remarks: dict[int, tuple[Path, str]] = {}  # by their place
+    remarks: dict[int, tuple[Path, str]] = {}  # by offset in the text
     for name, element in (*elements.items(), *([(taken[0].name, outer)] if is_empty else [])):
         for item in (item for inner in element.iter() for item in inner.content):
             if isinstance(item, Remark) and item.kind == COMMENT:
@@ -263,7 +263,7 @@ def _cut(text: str, taken: list[Candidate]) -> tuple[str, list[tuple[Path, str]]
 
 
 def put_values(tree: Map, values: Mapping[str, Any]) -> Map:
-    """Return a tree with added or replaced values, which may be plain; empty values are removed."""
+    """Copy a tree with some keys added or replaced; keys with empty values are removed."""
     made = tree.copy()
     for key, value in values.items():
         if value:
@@ -275,7 +275,7 @@ def put_values(tree: Map, values: Mapping[str, Any]) -> Map:
 
 
 def report_elements(converted: Converted) -> list[str]:
-    """Return the lines about the elements that became sections, and about those that did not."""
+    """Return the lines of the import report about converted and unchanged elements."""
     lines = []
     if converted.names:
         parts = [

@@ -1,9 +1,9 @@
-"""Convert Gazebo and ros2_control elements to entries of the sections ``sensors`` and ``control``.
+"""Convert Gazebo and ros2_control elements to entries of the ``sensors`` and ``control`` sections.
 
-The equivalent sensor type of the library is used, with the arguments that a ``<sensor>`` has. ``overlay`` compares it
-with the one that the type generates; what is different or additional becomes ``gazebo``. A ``<ros2_control>`` is read
-in the syntax of both distributions. Content that an entry cannot represent is detected when the entry is written back
-and compared with the element.
+A ``<sensor>`` becomes a sensor type of the library, with arguments for its range, rays and image. ``overlay`` compares
+it with the ``<sensor>`` that the type generates; different and additional elements go to the key ``gazebo``. A
+``<ros2_control>`` is read in the syntax of Humble and Jazzy. Content that an entry cannot represent is detected later,
+when the entry is compiled and compared with the element.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ TYPES: Mapping[str, str] = {
 }
 IMAGES = ("camera", "depth_camera")
 LIDAR_TYPES = ("lidar_2d", "lidar_3d", "range_finder")
-MAX_RAYS = 2000  # more are a burden in MuJoCo: the lidar is left out of it
+MAX_RAYS = 2000  # lidars with more rays are too slow for MuJoCo and are not written to the MJCF
 _CLASSIC = ("ray", "gpu_ray", "depth", "gps", "multicamera")
 _MODERN = ("gpu_lidar", "rgbd_camera", "navsat")
 _FRAMES = ("gz_frame_id", "ignition_frame_id")
 _FRAME_NAMES = ("frame_name", "frameName", "frame_id")
-_NEAR = 5e-3  # rad: how precisely a circle is written
-# Arguments of types in the library: the section and the key of the number.
+_NEAR = 5e-3  # rad: tolerance for symmetric angles and full circles
+# Arguments of library sensor types, each with the SDF element and the child that has the number.
 _RANGES = {"max_range": ("range", "max"), "min_range": ("range", "min")}
 _LENSES = {
     "hfov": ("camera", "horizontal_fov"),
@@ -52,17 +52,17 @@ _LENSES = {
     "far": ("clip", "far"),
 }
 _WIDEST = {"hfov": math.radians(170), "fov": math.tau, "vertical_fov": math.radians(179)}
-_SMALLEST = 1e-4  # of a distance in the library (m)
+_SMALLEST = 1e-4  # m, the smallest distance that library types accept
 _FLAGS = {"true": True, "True": True, "false": False, "False": False}
 _INTERFACE_NUMBERS = {"min": "min", "max": "max", "initial_value": "initial"}
 
 
 class CannotConvert(Exception):
-    """Something that the language cannot express; the message names it."""
+    """An element has content that the language cannot express; the message names it."""
 
 
 class GazeboSensor(NamedTuple):
-    """A sensor of a source: its name, its type there, the link or joint that it is in, its elements and pose."""
+    """A ``<sensor>`` element: ``reference`` is its link or joint, ``pose`` has metres and radians."""
 
     name: str
     type: str
@@ -71,7 +71,7 @@ class GazeboSensor(NamedTuple):
     pose: tuple[float, ...]
 
     def inner(self, *path: str) -> Mapping[str, Any]:
-        """Return the elements in an element; those of a lidar are in <ray> or <lidar>."""
+        """Return the child elements at a path; ``lidar`` also finds the older name <ray>."""
         values: Mapping[str, Any] = self.elements
         for key in path:
             found = values.get(key) or (values.get("ray") if key == "lidar" else None)
@@ -80,7 +80,7 @@ class GazeboSensor(NamedTuple):
 
     @property
     def stamp(self) -> str:
-        """The frame_id of the messages, as named by the Gazebo element or a plug-in."""
+        """The frame_id of the messages, set by a Gazebo element or a plug-in, or "" if unset."""
         plugins = self.elements.get("plugin") or []
         plugins = plugins if isinstance(plugins, list) else [plugins]
         named = [self.elements.get(name) for name in _FRAMES]
@@ -89,7 +89,7 @@ class GazeboSensor(NamedTuple):
 
 
 def read_sensor(element: Element, reference: str) -> GazeboSensor:
-    """Return the parts of a <sensor>. Raises CannotConvert for a pose that is not six numbers."""
+    """Parse a <sensor> element. Raises CannotConvert for a pose that is not six numbers."""
     made = _elements(element, exact=False)
     try:
         numbers = tuple(map(float, str(made.pop("pose", None) or "0 0 0 0 0 0").split()))
@@ -102,7 +102,7 @@ def read_sensor(element: Element, reference: str) -> GazeboSensor:
 
 
 def _elements(element: Element, exact: bool) -> dict[str, Any]:
-    """Return the children of an element as the values of ``elements``; ``exact`` keeps texts as they are."""
+    """Convert the children of an element to nested mappings; ``exact`` keeps text that would be written differently."""
     made: dict[str, Any] = {}
     for child in element:
         value = _value(child, exact or child.tag == "plugin")
@@ -131,7 +131,7 @@ def _scalar(text: str) -> Any:
 
 
 def gazebo_of(elements: Sequence[Element]) -> str:
-    """Return which Gazebo most of some <sensor> elements are for: harmonic, fortress or classic."""
+    """Return the Gazebo version that most of the <sensor> elements are for: harmonic, fortress or classic."""
     votes = {"harmonic": 0, "fortress": 0, "classic": 0}
     for one in elements:
         kind, files = one.get("type", "").strip(), [plugin.get("filename", "") for plugin in one.findall("plugin")]
@@ -145,7 +145,7 @@ def gazebo_of(elements: Sequence[Element]) -> str:
 
 
 def entry(one: GazeboSensor, robot: Robot, gazebo: str) -> dict[str, Any]:
-    """Return the entry of a sensor without the differences for Gazebo. Raises CannotConvert."""
+    """Return the ``sensors`` entry of a sensor, without its ``gazebo`` key. Raises CannotConvert."""
     kind, frame = TYPES.get(one.type, ""), one.reference
     if one.type in LIDARS:
         rays, layers = (one.inner("lidar", "scan", axis).get("samples", 1.0) for axis in ("horizontal", "vertical"))
@@ -189,7 +189,7 @@ def entry(one: GazeboSensor, robot: Robot, gazebo: str) -> dict[str, Any]:
 
 
 def _arguments(one: GazeboSensor, kind: str, gazebo: str) -> dict[str, Any]:
-    """Return the arguments of a type in the library; numbers that it does not accept are left out."""
+    """Return the arguments of a library sensor type; numbers outside its accepted range are left out."""
     rate, topic = one.elements.get("update_rate", 0.0), one.elements.get("topic")
     topic = one.inner("contact").get("topic", topic) if kind == "contact" else topic
     made: dict[str, Any] = {"rate": rate} if isinstance(rate, float) and rate >= 0 else {}
@@ -232,7 +232,7 @@ def _noise(word: str, noise: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _field_of_view(word: str, axis: Mapping[str, Any], rays: int) -> dict[str, Any]:
-    """Return the field of view if it is symmetric; a full circle is the default of the library."""
+    """Return the field of view argument (rad) if the angles are symmetric; a full circle is the default."""
     low, high = axis.get("min_angle"), axis.get("max_angle")
     if not isinstance(low, float) or not isinstance(high, float):
         return {}
@@ -243,18 +243,18 @@ def _field_of_view(word: str, axis: Mapping[str, Any], rays: int) -> dict[str, A
 
 
 def without_collisions(texts: Sequence[str]) -> list[str]:
-    """Return elements without the names of the collisions of contact sensors: they follow from the shapes of a link."""
+    """Remove the collision names of contact sensors from XML texts; they follow from the shapes of the link."""
     return [re.sub(r"<collision>[^<]*</collision>", "", text) for text in texts]
 
 
 def overlay(one: GazeboSensor, sensor: Sensor, gazebo: str) -> dict[str, Any]:
-    """Return the parts of a source sensor that differ from, or add to, the one that its type generates."""
+    """Return the ``gazebo`` key: where the source sensor differs from the one that its type generates."""
     made: dict[str, Any] = {}
     if len(sensor.gazebo) != 1:
         return made
     brought = sensor.gazebo[0]
     frame_id = brought.FRAME_ELEMENTS[gazebo]
-    if gazebo == "classic":  # elements keep the names that a description has
+    if gazebo == "classic":  # only the type changes; elements have the names of new Gazebo in every description
         brought = replace(brought, type=brought.in_classic().type)
     if one.type != brought.type:
         made["sensor"] = one.type
@@ -270,7 +270,7 @@ def overlay(one: GazeboSensor, sensor: Sensor, gazebo: str) -> dict[str, Any]:
     lidar = "ray" if gazebo == "classic" or one.type in ("gpu_lidar", "lidar") else ""
     if lidar in elements and "lidar" not in elements:
         elements = {("lidar" if key == lidar else key): value for key, value in elements.items()}
-    if brought.feels and "contact" in elements:  # its shapes are those of the link
+    if brought.feels and "contact" in elements:  # the collisions follow from the shapes of the link
         elements["contact"] = {key: value for key, value in one.inner("contact").items() if key != "collision"}
     if frame_id and not any(name in elements for name in _FRAMES):
         elements[frame_id] = None
@@ -281,7 +281,7 @@ def overlay(one: GazeboSensor, sensor: Sensor, gazebo: str) -> dict[str, Any]:
 
 
 def _changes(own: Mapping[str, Any], wanted: Mapping[str, Any], above: tuple[str, ...]) -> dict[str, Any]:
-    """Return the changes between two mappings of elements: new and changed values, and None for removed ones."""
+    """Return the new and changed values of ``wanted``, and None for keys that only ``own`` has."""
     made: dict[str, Any] = {}
     for key, value in wanted.items():
         if isinstance(value, dict) and isinstance(own.get(key), dict):
@@ -307,7 +307,7 @@ def _is_default(path: tuple[str, ...], value: Any) -> bool:
 
 
 def block(element: Element, robot: Robot, humble: bool) -> dict[str, Any]:
-    """Return the entry of a hardware block, as one distribution reads it."""
+    """Return the ``control`` entry of a <ros2_control> block, read as Humble or as Jazzy does."""
     hardware = element.find("hardware")
     hardware = Element("hardware") if hardware is None else hardware
     kind = element.get("type", "").strip()
@@ -340,7 +340,7 @@ def _joint(element: Element, robot: Robot, humble: bool) -> dict[str, Any] | Non
         commands = entry.get("command", {})
         if not isinstance(commands, dict):
             commands = dict.fromkeys([commands] if isinstance(commands, str) else commands)
-        for interface, numbers in commands.items():  # a command without a limit where its joint has one
+        for interface, numbers in commands.items():  # a command without a limit although the joint has it
             low, high = joint.limits_of(interface)
             ends = {end for end, limit in (("min", low), ("max", high)) if limit is not None}
             if not ends <= (numbers or {}).keys():
@@ -350,7 +350,7 @@ def _joint(element: Element, robot: Robot, humble: bool) -> dict[str, Any] | Non
         if not (joint and joint.mimic and _FLAGS.get(flag) is True):
             entry["mimic"] = _FLAGS.get(flag, flag)
     elif humble and joint is not None and joint.mimic is not None:
-        # Parameters repeat the leader of a joint; without them the hardware moves it.
+        # On Humble, the parameter ``mimic`` repeats the leader; without it the hardware commands the joint itself.
         params = entry.get("params", {})
         if params.pop("mimic", None) is None:
             entry["mimic"] = False
@@ -376,7 +376,7 @@ def _interface(element: Element) -> dict[str, Any] | None:
 
 
 def _by_name(element: Element, tag: str, read: Callable[[Element], Any]) -> dict[str, Any]:
-    """Return the entries of all children with a tag, by name."""
+    """Return the parsed children with a tag, by their attribute ``name``."""
     return {child.get("name", ""): read(child) for child in element if child.tag == tag}
 
 
@@ -385,7 +385,7 @@ def _params(element: Element) -> dict[str, Any]:
 
 
 def plain(text: str) -> Any:
-    """Return the number or boolean that is written exactly like this text, otherwise the text."""
+    """Convert a text to a number or boolean if that is written back as the same text, else return the text."""
     if text in ("true", "false"):
         return text == "true"
     number = _number(text)

@@ -1,1 +1,1 @@
-"""Numbers from meshes: shapes around parts, height maps, and the numbers of a ROS description package."""
+"""Extract bounding shapes and height maps from meshes, and joint data from ROS description packages."""

@@ -1,4 +1,4 @@
-"""Extract shapes around parts and height maps from meshes; numpy, scipy and trimesh are imported when needed."""
+"""Extract bounding shapes and height maps from meshes; numpy, scipy and trimesh are imported on first use."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ from ..description import layout, number, plain_value
 if TYPE_CHECKING:
     from rosorin_compile.model.mesh_triangles import Floats
 
-MARK = "# rosorin-compile extract"  # begins every file that extract writes
+MARK = "# rosorin-compile extract"  # the first words of every file that extract writes
 
 
 @dataclass(frozen=True)
 class ExtractedBoxes:
-    """The shapes around each part, how well they fit, and the section ``links`` of a description with one of them."""
+    """The shapes around each part and their fit, and the section ``links`` with one shape per part."""
 
     parts: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     text: str = ""
@@ -43,7 +43,7 @@ class ExtractedBoxes:
 
 @dataclass(frozen=True)
 class ExtractedHeightMap:
-    """A height map in a frame, and the section ``links`` of a description with it."""
+    """A height map in a frame, and a section ``links`` that contains it."""
 
     frame: str = ""
     height_map: HeightMap | None = None
@@ -53,7 +53,7 @@ class ExtractedHeightMap:
 
     @property
     def values(self) -> dict[str, Any]:
-        """The height map in the form of the driver's model (schemas/robot_model.schema.json)."""
+        """The height map in the format of robot_model.json (schemas/robot_model.schema.json)."""
         if self.height_map is None:
             return {}
         grid, rows = self.height_map, [list(heights) for heights in self.height_map.heights]
@@ -126,7 +126,7 @@ def extract_boxes(
                 overhang = "open mesh"
                 if fit.overhang is not None:
                     overhang = f"{_volume(fit.overhang)} ({100 * fit.overhang / fit.volume:.0f}%)"
-                overlap = math.floor(fit.overlap * 1000) / 10  # 100% means all of it, not nearly all
+                overlap = math.floor(fit.overlap * 1000) / 10  # rounded down, so that 100% means all corners
                 rows.append((part.name, name, _volume(fit.volume), overhang, f"{overlap:g}%"))
             values[part.name] = {"meshes": list(part.meshes), "triangles": len(part.triangles)}
             values[part.name] |= {"closed": fit.overhang is not None, "smallest": smallest, "shapes": shapes}
@@ -145,7 +145,7 @@ def _volume(value: float) -> str:
 
 
 def _sizes(shape: Shape) -> dict[str, dict[str, Any]]:
-    """Return the kind of a shape with its numbers."""
+    """Return the dimensions of a shape by its kind, such as ``{"cylinder": {"radius": 0.1, "length": 0.2}}``."""
     geometry = shape.geometry
     if isinstance(geometry, Box):
         return {"box": {"min": list(geometry.lower), "max": list(geometry.upper)}}
@@ -154,7 +154,7 @@ def _sizes(shape: Shape) -> dict[str, dict[str, Any]]:
 
 
 def shape_entry(shape: Shape) -> dict[str, Any]:
-    """Return a shape as an entry of ``collision``, as ``layout`` takes it."""
+    """Convert a shape to an entry of ``collision`` for ``description.layout``."""
     geometry, sizes = shape.geometry, _sizes(shape)
     if isinstance(geometry, Box) and geometry.centre == (0.0, 0.0, 0.0):
         sizes = {"box": {"size": geometry.size}}
@@ -267,14 +267,14 @@ def extract_height_map(
 
 
 def _first_line(sources: Sequence[str], arguments: Mapping[str, str], command: str) -> str:
-    """Return the first line of a file that is made from these meshes."""
+    """Return the first line of an extracted file: the command that wrote it."""
     names = [Path(name).name if Path(name).is_absolute() else name for name in sources]
     words = [*names, *(f"{name}:={value}" for name, value in arguments.items())]
     return mask_controls(f"{MARK} {command} {shlex.join(words)}".replace("\n", " ")) + "\n"
 
 
 def _save(path: FilePath, text: str, force: bool) -> None:
-    """Write a file; one that extract did not make is replaced only with ``force``. Raises ExtractProblem."""
+    """Write a file; replace a file that extract did not write only with ``force``. Raises ExtractProblem."""
     try:
         write_file(Path(path), text.encode(), (), None if force else lambda old: is_made(files.read_bytes(old)))
     except OutputError as problem:
@@ -284,12 +284,12 @@ def _save(path: FilePath, text: str, force: bool) -> None:
 
 
 def is_made(old: bytes) -> bool:
-    """Return True if extract made a file."""
+    """Return True if a file with this content was written by extract."""
     return old.startswith(MARK.encode())
 
 
 def all_diagnostics(problem: DiagnosticError, others: list[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """Return the diagnostics of a problem. Raises RequestError for a mesh file that does not exist."""
+    """Sort a problem in with the other diagnostics. Raises RequestError for a mesh file that does not exist."""
     if isinstance(problem, NotThere):
         raise RequestError(f"{problem.diagnostic.message}; {problem.diagnostic.help}") from None
     return tuple(arrange([*others, problem.diagnostic]))
@@ -297,7 +297,7 @@ def all_diagnostics(problem: DiagnosticError, others: list[Diagnostic]) -> tuple
 
 @dataclass(frozen=True)
 class Part:
-    """A named body: its triangles (n, 3, 3) in its own frame in metres, and the names of its mesh files."""
+    """A mesh file or a link: its triangles (n, 3, 3) in metres in its frame, and the names of its mesh files."""
 
     name: str
     triangles: Floats
@@ -305,10 +305,10 @@ class Part:
 
 
 class RobotSource:
-    """A robot: its model, the tree that it was built from, and where its meshes are searched."""
+    """The robot whose meshes are used: its model, its parsed description, and the package search path."""
 
     def __init__(self, name: str, options: ReadOptions, diagnostics: list[Diagnostic]) -> None:
-        """Read a robot by name, folder or file; ``diagnostics`` gets warnings. Raises RequestError, ExtractProblem."""
+        """Read a robot by name, folder or file; warnings go to ``diagnostics``. Raises RequestError, ExtractProblem."""
         try:
             (description,) = Description.find([name])
         except NoDescription as problem:
@@ -319,7 +319,7 @@ class RobotSource:
             first = next(one for one in reading.diagnostics if one.severity == ERROR)
             diagnostics += [one for one in reading.diagnostics if one is not first]
             raise ExtractProblem(first)
-        # Elements that cannot be converted hold no joint and no mesh; `check` reports those of a description.
+        # Unconvertible elements contain no joint and no mesh; `check` reports the diagnostics of a description.
         found = reading.diagnostics if request.is_foreign else ()
         found = [one for one in found if one.rule != "import-cannot-carry"]
         diagnostics += [one for one in found if one.severity in (ERROR, WARNING)]
@@ -327,13 +327,13 @@ class RobotSource:
         self.path, self.packages = description.path, PackageFinder(options.packages, os.environ, description.path)
 
     def link(self, name: str) -> str:
-        """Return the name of a link. Raises UnknownName if the robot has no link of this name."""
+        """Return ``link`` unchanged. Raises UnknownName if the robot has no such link."""
         if name not in self.robot.link:
             raise UnknownName("link", name, self.robot.link, "the robot")
         return name
 
     def part(self, link: str, section: str) -> Part | None:
-        """Return the meshes of a link in its frame, or None; an unreadable one is a warning in ``diagnostics``."""
+        """Return the meshes of a link in its frame, or None; warn about meshes that cannot be read."""
         import numpy as np
 
         shapes = {"collision": self.robot.link[link].collision, "visual": self.robot.link[link].visual}
@@ -370,9 +370,9 @@ def read_parts(
     options: ReadOptions,
     diagnostics: list[Diagnostic],
 ) -> tuple[list[Part], RobotSource | None]:
-    """Return a part for each mesh file, or for each link with meshes of one robot, and that robot.
+    """Return a part for each mesh file, or the parts of one robot (a part per link with meshes) and the robot.
 
-    ``scale`` has factors of mesh files; ``diagnostics`` gets warnings. Raises RequestError, ExtractProblem.
+    ``scale`` has the factors for mesh files along x, y and z. Raises RequestError, ExtractProblem.
     """
     if names and all(Path(name).suffix.lower().removeprefix(".") in TriangleMesh.FORMATS for name in names):
         if links:

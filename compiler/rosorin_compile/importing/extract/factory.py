@@ -1,6 +1,6 @@
-"""Take the numbers of a ROS description package: joints, a box around each link, a height map.
+"""Extract joints, a bounding box for each link and a height map from a ROS description package.
 
-Only numbers and names are taken; no mesh and no text of the package is copied.
+Only numbers and names are extracted; no mesh and no text of the package is copied.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from .extract import MARK, RobotSource, all_diagnostics, is_made
 
 _POSE = ("type", "parent", "child", "xyz", "rpy", "axis")
 _KEYS = (*_POSE, "limit", "mimic", "dynamics", "calibration", "safety_controller")
-_NOT_TAKEN = ("mass-", "inertia-", "shape-")  # rules about values that are not taken
-_MAX_BYTES = 5_000_000  # of a robot file
+_NOT_TAKEN = ("mass-", "inertia-", "shape-")  # rules about values that are not extracted
+_MAX_BYTES = 5_000_000  # size limit of a robot file
 _ROBOT = re.compile(r"<robot\b[^>]*?\sname\s*=", re.DOTALL)
 _INCLUDES = re.compile(r"<xacro:include\b[^>]*?\sfilename\s*=\s*[\"']([^\"']+)[\"']", re.DOTALL)
 _CONDITION = re.compile(r"""(?s)<xacro:(if|unless)\b[^>]*?\svalue\s*=\s*("[^"]*"|'[^']*')[^>]*>(.*?)</xacro:\1>""")
@@ -36,7 +36,7 @@ _VARIABLE = re.compile(r"""\$\((env|optenv|arg)\s+(\w+)[^()]*\)\s*['"]?\s*(?:[!=
 
 @dataclass(frozen=True)
 class ExtractedFactory:
-    """The numbers of a ROS description package."""
+    """The result of extracting a ROS description package."""
 
     joints: tuple[str, ...] = ()
     boxes: Annotated[tuple[str, ...], "the links that have one"] = ()
@@ -118,7 +118,7 @@ def extract_factory(
                 diagnostics += messages
             except ExtractProblem as problem:
                 diagnostics.append(problem.diagnostic)
-        # Joints have all their numbers, with the accepted violations of rules about them.
+        # The joints keep all numbers, so the ``accept`` entries for their rule violations are kept, too.
         joints = {
             joint: {key: plain_value(value) for key, value in entry.items() if key in _KEYS}
             for joint, entry in (source.tree.get("joints") or {}).items()
@@ -146,7 +146,7 @@ def extract_factory(
 
 
 def _find_robot_file(package: Path, requested: str | None) -> Path:
-    """Return the requested robot file of a package, or its only one. Raises RequestError, ExtractProblem."""
+    """Return the requested robot file of a package, or its only robot file. Raises RequestError, ExtractProblem."""
     if not files.is_folder(package):
         raise RequestError(f"{package} is not a folder; name the folder of a description package")
     endings = FORMATS.endings()
@@ -155,7 +155,7 @@ def _find_robot_file(package: Path, requested: str | None) -> Path:
     included: set[Path] = set()
     for path, text in texts.items():
         for address in _INCLUDES.findall(text):
-            # A name with an expression matches every file that fits: ${model}.xacro, $(arg model).xacro
+            # An expression in a name, as in ${model}.xacro or $(arg model).xacro, matches any text.
             pieces = re.split(r"\$\{[^}]*\}|\$\([^)]*\)", address.rpartition("/")[2])
             pattern = re.compile(".+".join(map(re.escape, pieces)))
             included |= {other for other in texts if other != path and pattern.fullmatch(other.name)}
@@ -182,7 +182,7 @@ def _find_robot_file(package: Path, requested: str | None) -> Path:
 
 
 def _choice(text: str) -> str:
-    """Return by which variables a file with includes chooses, and the values it compares them with."""
+    """Describe the variables that select the includes of a file, and the values that they are compared with."""
     includes = _INCLUDES.findall(text)
     conditions = [value[1:-1] for _, value, content in _CONDITION.findall(text) if "<xacro:include" in content]
     conditions += [name for name in includes if "$" in name]

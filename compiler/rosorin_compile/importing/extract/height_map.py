@@ -1,11 +1,11 @@
 """Compute height maps: the highest point of a mesh over each cell of a grid.
 
-Inside this module, x and y are in cells: cell (i, j) covers x from i to i + 1 and y from j to j + 1; z is in metres.
-A triangle counts for the cells that it reaches into. A wall exactly on the line between two cells reaches into neither:
-it belongs to the cell behind it, as seen from its outside. So a box that ends on a grid line does not fill the adjacent
-cells, and no wall is lost.
+In this module, x and y are in cells: cell (i, j) covers x from i to i + 1 and y from j to j + 1; z is in metres. A
+triangle raises every cell whose interior it intersects. A wall exactly on a grid line intersects no interior; it is
+assigned to the cell on its inner side. So a box that ends on a grid line does not fill the adjacent cells, and no wall
+is lost.
 
-In a description file, the lines of a height map are edited in place; the new text is parsed and compared with the old.
+A height map in a description file is edited in place; the new text is parsed and compared with the old text.
 """
 
 from __future__ import annotations
@@ -38,23 +38,23 @@ Floats = NDArray[np.float64]
 
 MAX_CELLS = 1_000_000
 CHUNK = 50_000  # triangles processed at once
-_MOST_PAIRS = 100_000  # pairs of a triangle and a cell processed at once
+_MOST_PAIRS = 100_000  # triangle-cell pairs processed at once
 _LINE = 1e-5  # half the width of a grid line, in cells: STL coordinates have 24 bits
 _HELP = "write it in block style without anchors and aliases; or write a file with -o FILE, and paste it"
-_NOISE = 1e-6  # m: the mesh may reach this far beyond the grid, or below z = 0, without a message
+_NOISE = 1e-6  # m, a mesh that extends less than this beyond the grid or below z = 0 is not reported
 
 
 @dataclass(frozen=True)
 class GridOptions:
-    """The options of a height map, lengths in metres. Raises RequestError if they exclude each other or make no map."""
+    """The options of a height map, lengths in metres. Raises RequestError for conflicting or invalid options."""
 
     cell: float | None = None  # by default 10 mm
     origin: tuple[float, float] | None = None
-    cells: tuple[int, int] | None = None  # by default those that cover the mesh
+    cells: tuple[int, int] | None = None  # by default as many as cover the mesh
     size: tuple[float, float] | None = None  # instead of ``cells``
-    below: float | None = None  # removes the surface above this height
+    below: float | None = None  # ignore surfaces above this height
     digits: int = 4
-    step: float | None = None  # by default a cell
+    step: float | None = None  # by default ``cell``
     bottom: bool = False  # also compute the lowest point of the mesh
 
     def __post_init__(self) -> None:
@@ -68,7 +68,7 @@ class GridOptions:
 
 
 class Grid(NamedTuple):
-    """``cells`` squares of edge ``cell`` along x and y, the first with its lower corner at ``origin`` (metres)."""
+    """A grid of square cells: ``cells`` along x and y with edge ``cell`` (m); ``origin`` (m) is its lower corner."""
 
     origin: tuple[float, float]
     cell: float
@@ -76,10 +76,10 @@ class Grid(NamedTuple):
 
 
 def make_height_map(triangles: Floats, request: GridOptions, frame: str) -> tuple[HeightMap, list[Diagnostic]]:
-    """Compute the height map of triangles (n, 3, 3) in metres in a frame. Raises ExtractProblem.
+    """Compute a height map from triangles (n, 3, 3) in metres in a frame. Raises ExtractProblem.
 
-    The default grid is the smallest one around the mesh with a rounded corner. Surface outside the grid is a warning,
-    surface below z = 0 a note.
+    The default grid is the smallest grid with a rounded origin that covers the mesh. Returns a warning for surfaces
+    outside the grid and a note for surfaces below z = 0.
     """
     method = "highest point of each triangle in each cell"
     if request.below is not None:
@@ -104,7 +104,7 @@ def make_height_map(triangles: Floats, request: GridOptions, frame: str) -> tupl
     if not heights.any():
         message = f"the mesh has no surface above z = 0 of {frame} over the grid"
         raise ExtractProblem.new("height-map-empty", message, "correct --xyz, --rpy, --scale or --origin")
-    # Rounded up; a height above zero does not become zero. The tolerance is that of ``shapes.round_up``.
+    # Round up with the tolerance of ``shapes.round_up``, but never round a positive height to zero.
     scale = 10.0**request.digits
     rounded = np.ceil(heights * scale - min(1e-7 * scale, 0.05)).clip(1) / scale
     rows = tuple(map(tuple, np.where(heights > 0, rounded, 0.0).tolist()))
@@ -129,7 +129,7 @@ def make_height_map(triangles: Floats, request: GridOptions, frame: str) -> tupl
 
 
 def surface_heights(triangles: Floats, grid: Grid) -> Floats:
-    """Return the height in metres of the highest point over each cell, (nx, ny); 0 for none above z = 0."""
+    """Return the maximum height in metres over each cell, shape (nx, ny); 0 for cells with nothing above z = 0."""
     heights = np.zeros(grid.cells[0] * grid.cells[1])
     for start in range(0, len(triangles), CHUNK):
         scaled = triangles[start : start + CHUNK].copy()
@@ -146,7 +146,7 @@ def surface_heights(triangles: Floats, grid: Grid) -> Floats:
         within = ((across == 1) & (lower >= 0) & (upper <= np.array(grid.cells))).all(axis=1)
         np.maximum.at(heights, first[within, 0] * grid.cells[1] + first[within, 1], scaled[within, :, 2].max(axis=1))
         across[within] = 0
-        # All pairs of a triangle and a cell that it may reach into, some at a time.
+        # Pairs of a triangle and a cell that it may intersect, in chunks.
         ends = np.cumsum(across[:, 0] * across[:, 1])
         for pair in range(0, int(ends[-1]) if len(ends) else 0, _MOST_PAIRS):
             number = np.arange(pair, min(pair + _MOST_PAIRS, int(ends[-1])))
@@ -159,10 +159,10 @@ def surface_heights(triangles: Floats, grid: Grid) -> Floats:
 
 
 def _highest(triangles: Floats, cells: NDArray[np.int64]) -> Floats:
-    """Return the highest point of each triangle (m, 3, 3) inside its cell (m, 2), -inf if it does not reach into it.
+    """Return the maximum height (m,) of each triangle (m, 3, 3) within its cell (m, 2), -inf if they do not intersect.
 
-    It is a corner of the triangle, a point where an edge crosses a side of the cell, or above a corner of the cell. The
-    lines between cells do not belong to their inside.
+    The highest point is a corner of the triangle, an intersection of an edge with a side of the cell, or above a corner
+    of the cell. Grid lines do not belong to the interior of a cell.
     """
     middle, half = cells + 0.5, 0.5 - _LINE
     inside = (np.abs(triangles[:, :, :2] - middle[:, None, :]) <= half).all(axis=2)
@@ -176,7 +176,7 @@ def _highest(triangles: Floats, cells: NDArray[np.int64]) -> Floats:
                 place = start[:, other] + share * way[:, other]
                 on_side = crosses & (share >= 0) & (share <= 1) & (np.abs(place - middle[:, other]) <= half)
                 highest = np.maximum(highest, np.where(on_side, start[:, 2] + share * way[:, 2], -np.inf))
-    # The points above the corners of the cell; an upright triangle has none.
+    # The points above the corners of the cell; a vertical triangle has none.
     start, edges = triangles[:, 0], triangles[:, 1:] - triangles[:, :1]
     (p, q), (r, s) = edges[:, 0, :2].T, edges[:, 1, :2].T
     area = p * s - q * r
@@ -192,7 +192,7 @@ def _highest(triangles: Floats, cells: NDArray[np.int64]) -> Floats:
 
 
 def cut_above(triangles: Floats, limit: float) -> Floats:
-    """Return the part of triangles (n, 3, 3) that is not above z = ``limit``, as triangles."""
+    """Clip triangles (n, 3, 3) at z = ``limit`` (m) and return the part below."""
     faces = np.arange(3 * len(triangles)).reshape(-1, 3)
     points, faces, _ = slice_faces_plane(triangles.reshape(-1, 3), faces, [0, 0, -1], [0, 0, limit])
     pieces: Floats = points[faces].reshape(-1, 3, 3)
@@ -201,7 +201,7 @@ def cut_above(triangles: Floats, limit: float) -> Floats:
 
 
 def summary(height_map: HeightMap) -> str:
-    """Return a height map in one line."""
+    """Summarize a height map in one line."""
     heights = [height for row in height_map.heights for height in row]
     above = [height for height in heights if height > 0]
     size = f"{len(height_map.heights)} x {len(height_map.heights[0])} cells of {height_map.cell * 1000:g} mm"
@@ -210,7 +210,7 @@ def summary(height_map: HeightMap) -> str:
 
 
 def height_map_yaml(link: str, height_map: HeightMap, status: str, note: str) -> str:
-    """Return a section ``links`` with a height map as the collision of a link."""
+    """Format a section ``links`` in which the height map is the collision shape of a link."""
     cell, bottom = _length(height_map.cell), height_map.bottom
     lines = [
         f"origin: {_row(height_map.origin)}",
@@ -231,7 +231,7 @@ def _row(values: Iterable[float]) -> str:
 
 
 def _length(value: float) -> str:
-    """Return a length in millimetres where that is exact, else in metres: 10 mm."""
+    """Format a length (m) as millimetres if that is exact, such as ``10 mm``, else as metres."""
     millimetres = float(f"{value * 1000:.12g}")
     return f"{exact(millimetres)} mm" if millimetres / 1000 == value else exact(value)
 
@@ -242,7 +242,7 @@ def _source_line(status: str, note: str) -> str:
 
 @dataclass(frozen=True)
 class MapEntry:
-    """A collision with a height map in a file: its link, its index there, and the parsed values."""
+    """A height map in a description file: its link, its index under ``collision``, and its parsed values."""
 
     source: Source
     link: str
@@ -250,7 +250,7 @@ class MapEntry:
     collision: Map
 
     def complete(self, grid: GridOptions) -> GridOptions:
-        """Return options with the grid and the step of this map as defaults. Raises ExtractProblem."""
+        """Fill unset options with the grid and step of this height map. Raises ExtractProblem."""
         values: Map = self.collision["height_map"]
         try:
             x, y = map(float, values["origin"])
@@ -265,7 +265,7 @@ class MapEntry:
 
 
 def find_map(path: Path, link: str | None) -> MapEntry:
-    """Return the height map of a link in a file, or the only one. Raises SourceError."""
+    """Find the height map of a link in a description file, or the only one of the file. Raises SourceError."""
     source = read_utf8(path, str(path))
     tree = parse_yaml(source)
     links = tree.get("links") if isinstance(tree, Map) else None
@@ -285,7 +285,7 @@ def find_map(path: Path, link: str | None) -> MapEntry:
 
 
 def replace_map(entry: MapEntry, new: HeightMap, status: str, note: str) -> str:
-    """Return the text of the file with another height map. Raises ExtractProblem if it cannot be edited."""
+    """Return the text of the file with the height map replaced. Raises ExtractProblem if it cannot be edited."""
     old, spans = entry.collision["height_map"], entry.collision.key_spans
     values: dict[str, Any] = {"origin": list(new.origin), "cell": new.cell, "method": new.method}
     texts = {"origin": _row(new.origin), "cell": _length(new.cell), "method": Scalar(new.method).in_quotes()}
@@ -319,7 +319,7 @@ def replace_map(entry: MapEntry, new: HeightMap, status: str, note: str) -> str:
 
 
 def _edit(lines: list[str], key: Span, text: str, below: Sequence[str] = ()) -> tuple[int, int, list[str]]:
-    """Return the lines of a key and its value with their replacement; a comment after the key stays."""
+    """Return the start and end index of the lines of a key, and the new lines; a comment after the key is kept."""
     first = lines[key.line - 1]
     comment = re.search(r"\s+#.*$", first)
     head = first[: key.column - 1] + text + (comment[0] if comment else "")
@@ -327,7 +327,7 @@ def _edit(lines: list[str], key: Span, text: str, below: Sequence[str] = ()) -> 
 
 
 def _block_end(lines: list[str], key: Span) -> int:
-    """Return the line after the last one of the value of a key in block style."""
+    """Return the index of the first line after the block value of a key."""
     end = key.line
     for number in range(key.line, len(lines)):
         content = lines[number].lstrip()

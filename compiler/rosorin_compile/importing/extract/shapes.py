@@ -1,7 +1,7 @@
-"""Fit shapes around a mesh: box, oriented box, cylinder, capsule and a stack of boxes; measure how well they fit.
+"""Fit bounding shapes to a mesh: box, oriented box, cylinder, capsule and stack of boxes; measure their fit.
 
-Each shape encloses the mesh, with its numbers rounded. A rotated shape has to be more than one percent smaller than one
-that is rotated less.
+Each shape encloses the mesh, also after its dimensions are rounded. A rotated shape is only preferred to a less rotated
+shape if its volume is more than one percent smaller.
 """
 
 from __future__ import annotations
@@ -31,24 +31,24 @@ _STL_NOISE = 1e-7  # m: STL corners have 24 bits
 
 @dataclass(frozen=True)
 class Fit:
-    """A shape around a mesh, in one or more pieces that share nothing but faces, and how well it fits."""
+    """A bounding shape of a mesh in one or more non-overlapping pieces, and how well it fits."""
 
     kind: str
     pieces: tuple[Shape, ...]
     volume: float  # m^3
-    overhang: float | None  # the volume outside of the mesh in m^3, None for an open mesh
-    overlap: float  # the fraction of the corners of the mesh that the shape encloses
+    overhang: float | None  # volume outside the mesh in m^3, or None if the mesh is not watertight
+    overlap: float  # fraction of the mesh vertices inside the shape
 
 
 def fit_shapes(triangles: Floats, digits: int, stack: int, axis: str = "auto") -> dict[str, Fit]:
-    """Fit a shape of each kind around triangles (n, 3, 3) in metres, and measure the fit.
+    """Fit a bounding shape of each kind to triangles (n, 3, 3) in metres, and measure the fit.
 
     Lengths have ``digits`` decimals. The stack has ``stack`` boxes along ``axis``: x, y, z, or auto (least volume).
     """
     corners = triangles.reshape(-1, 3)
     mesh = Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=True)
     size = abs(float(mesh.volume)) if mesh.is_watertight else 0.0
-    triangles = np.round(triangles, 10)  # differences below 0.1 nm would become divisors
+    triangles = np.round(triangles, 10)  # otherwise divisions by differences below 0.1 nm follow
     hull = _hull(triangles.reshape(-1, 3))
     oriented = _oriented_box(hull, digits)
     angles: list[Vector] = [(0, math.pi / 2, 0), (math.pi / 2, 0, 0), (0, 0, 0)]  # along x, y and z
@@ -80,18 +80,18 @@ def enclosing_box(points: Floats, digits: int) -> Box:
 
 
 def round_up(value: float, digits: int) -> float:
-    """Return metres rounded up; noise of 0.1 um, or of a twentieth of the last decimal, is ignored."""
+    """Round metres up; an excess below 0.1 um, or below a twentieth of the last decimal, is ignored."""
     scale = 10.0**digits
     return round(math.ceil(value * scale - min(_STL_NOISE * scale, 0.05)) / scale, digits) + 0.0
 
 
 def round_down(value: float, digits: int) -> float:
-    """Return metres rounded down, with the same tolerance as ``round_up``."""
+    """Round metres down, with the same tolerance as ``round_up``."""
     return -round_up(-value, digits) + 0.0
 
 
 def in_frame(points: Floats, pose: Pose) -> Floats:
-    """Transform points (n, 3) into the frame at a pose."""
+    """Transform points (n, 3) into the frame with the given pose."""
     local: Floats = (points - np.array(pose.xyz)) @ _rotation(pose.rpy)
     return local
 
@@ -101,7 +101,7 @@ def _rotation(rpy: Vector) -> Floats:
 
 
 def _rounded_angles(rpy: Vector) -> Vector:
-    """Round angles within 0.01 degrees of a whole degree to that degree, others to six decimals."""
+    """Round angles (rad) within 0.01 degrees of a whole degree to that degree, others to six decimals."""
     degrees = map(math.degrees, rpy)
     x, y, z = (
         math.radians(round(d)) if abs(d - round(d)) < 0.01 else round(angle, 6) + 0.0
@@ -111,7 +111,7 @@ def _rounded_angles(rpy: Vector) -> Vector:
 
 
 def _angles_along(axis: Vector) -> Vector:
-    """Return the angles of a frame whose z axis is parallel to ``axis`` and points up."""
+    """Return roll, pitch and yaw (rad) of a frame with its z axis along ``axis``, pointing upwards."""
     x, y, z = axis if axis[2] >= 0 else (-axis[0], -axis[1], -axis[2])
     return _rounded_angles((0.0, math.atan2(math.hypot(x, y), z), math.atan2(y, x)))
 
@@ -122,7 +122,7 @@ def _rounded_pose(xyz: Floats, rpy: Vector, digits: int) -> Pose:
 
 
 def _hull(points: Floats) -> Floats:
-    """Return the corners of the convex hull of points (n, d); a flat mesh has none, and keeps all its points."""
+    """Return the vertices of the convex hull of points (n, d), or all points of a flat mesh."""
     try:
         return np.asarray(points[np.sort(ConvexHull(points).vertices)])
     except (QhullError, ValueError):
@@ -130,12 +130,12 @@ def _hull(points: Floats) -> Floats:
 
 
 def _oriented_box(hull: Floats, digits: int) -> Shape:
-    """Return the smaller one of the axis-aligned box and the smallest box that is aligned with a face of the hull."""
+    """Return the smallest box aligned with a face of the hull, or the axis-aligned box if that is not larger."""
     aligned = Shape(enclosing_box(hull, digits))
     try:
         with np.errstate(all="ignore"):
             axes = oriented_bounds(hull)[0][:3, :3]
-    except (QhullError, LookupError, TypeError, ValueError):  # a flat mesh has no such box
+    except (QhullError, LookupError, TypeError, ValueError):  # a flat mesh has no oriented box
         return aligned
     rpy = _least_rotation(axes)
     if rpy == (0, 0, 0):
@@ -148,7 +148,7 @@ def _oriented_box(hull: Floats, digits: int) -> Shape:
 
 
 def _least_rotation(axes: Floats) -> Vector:
-    """Return roll, pitch and yaw of a box with these axes (rows), ordered and directed for the least rotation."""
+    """Return roll, pitch and yaw (rad) of a box, with its axes (rows) permuted and flipped for the least rotation."""
     turned = [
         axes[list(order)] * np.array(signs)[:, None]
         for order in itertools.permutations(range(3))
@@ -160,12 +160,12 @@ def _least_rotation(axes: Floats) -> Vector:
 
 
 def _positive(value: float, digits: int) -> float:
-    """Round a length up, at least to the smallest one with this number of decimals."""
+    """Round a length (m) up to at least one unit of the last decimal."""
     return max(round_up(value, digits), 10.0**-digits)
 
 
 def _round_shapes(points: Floats, rpy: Vector, digits: int) -> tuple[Shape, Shape]:
-    """Return the smallest cylinder along the z axis of a frame, and the best of 32 capsules on its axis."""
+    """Return the smallest cylinder along the z axis of a rotated frame, and the best of 32 capsules on that axis."""
     rotation = _rotation(rpy)
     local = points @ rotation
     (x, y), _ = smallest_circle(local[:, :2])
@@ -189,7 +189,7 @@ def _round_shapes(points: Floats, rpy: Vector, digits: int) -> tuple[Shape, Shap
 
 
 def _stack(triangles: Floats, count: int, axis: str, digits: int) -> tuple[Shape, ...]:
-    """Return boxes of equal thickness along an axis, each around the slice of the mesh between its ends."""
+    """Return a stack of boxes of equal thickness along an axis, each around its slice of the mesh."""
     if axis == "auto":
         stacks = [_stack(triangles, count, name, digits) for name in "xyz"]
         return min(stacks, key=lambda shapes: round(sum(map(_volume, shapes)), 15))
@@ -203,7 +203,7 @@ def _stack(triangles: Floats, count: int, axis: str, digits: int) -> tuple[Shape
         height = triangles[:, :, along]
         corners = triangles[(height.max(axis=1) >= low) & (height.min(axis=1) <= high)]
         points, faces = corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
-        # What lies in a cut belongs to both slices; trimesh drops faces there.
+        # Faces in a cutting plane belong to both slices, but trimesh drops them.
         inside = points[(points[:, along] >= low - _STL_NOISE) & (points[:, along] <= high + _STL_NOISE)]
         for direction, cut in ((normal, low), (-normal, high)):
             if len(faces):
@@ -216,7 +216,7 @@ def _stack(triangles: Floats, count: int, axis: str, digits: int) -> tuple[Shape
 
 
 def _smallest(shapes: Sequence[Shape]) -> Shape:
-    """Return the shape with the least volume; a later one has to be more than one percent smaller."""
+    """Return the shape with the least volume; a later shape only wins if it is more than one percent smaller."""
     best = shapes[0]
     for shape in shapes[1:]:
         best = shape if _volume(shape) < 0.99 * _volume(best) else best
@@ -233,19 +233,19 @@ def smallest_circle(points: Floats) -> tuple[tuple[float, float], float]:
     distances = squareform(pdist(hull))
     first, second = divmod(int(distances.argmax()), len(hull))
     centre, radius = (hull[first] + hull[second]) / 2, distances[first, second] / 2
-    # If two points define it, they are the farthest pair; else its centre is a corner of a Voronoi diagram.
+    # A circle defined by two points has the farthest pair; else its centre is a vertex of a Voronoi diagram.
     if np.linalg.norm(hull - centre, axis=1).max() > radius * (1 + 1e-9) + 1e-15:
         centre, _ = minimum_nsphere(hull)
     return (float(centre[0]), float(centre[1])), float(np.linalg.norm(hull - centre, axis=1).max())
 
 
 def _contains(shape: Shape, points: Floats) -> NDArray[np.bool_]:
-    """Return which points (m, 3) are inside a shape or on its surface."""
+    """Return a mask (m,) of the points (m, 3) inside a shape or on its surface."""
     local, geometry = in_frame(points, shape.pose), shape.geometry
     if isinstance(geometry, Box):
         beyond = np.maximum(np.array(geometry.lower) - local, local - np.array(geometry.upper)).max(axis=1)
     else:
-        assert isinstance(geometry, Cylinder | Capsule)  # noqa: S101 - fits have no other shape
+        assert isinstance(geometry, Cylinder | Capsule)  # noqa: S101 - the only other shapes of fits
         radial, axial = np.hypot(local[:, 0], local[:, 1]), abs(local[:, 2]) - geometry.length / 2
         if isinstance(geometry, Cylinder):
             beyond = np.maximum(radial - geometry.radius, axial)

@@ -1,1 +1,1 @@
-"""Factor repeated structures of an imported robot into parts."""
+"""Factor repeated structures of an imported robot into reusable parts."""

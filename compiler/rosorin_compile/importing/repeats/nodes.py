@@ -1,9 +1,9 @@
-"""The instances of a part as nodes with flat values, and parameters for the values that differ between them.
+"""Represent repeated subtrees as nodes with flat values, and replace differing values with parameters of a part.
 
-A node is a link and the joint that carries it. Its values map the path of each scalar below "link" and "joint" to the
-scalar. A node precedes all nodes that hang on it, so that a subtree is a slice. Numbers that differ only in sign share
-a sign parameter. A text that contains the name of its use becomes an expression with ``${name}``. A list in which
-several numbers differ is one parameter, and equal values in several places share one.
+A node is a link and its parent joint. Its values map the path of each scalar below "link" and "joint" to the scalar. A
+node precedes all of its descendants, so that a subtree is a slice. Numbers that differ only in sign share a sign
+parameter. A string that contains the name of the part's use becomes an expression with ``${name}``. A list in which
+several numbers differ becomes one parameter, and equal values in several places share one parameter.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from ..description import Expression, escape, free_name, is_number
 
 Values = dict[Path, Any]
 
-MOUNT = "mount"  # in a part: the link that a use hangs on
-# Values of a joint that name a joint or an actuator.
+MOUNT = "mount"  # name within a part of the link that a use is attached to
+# Paths of values in a joint that are names of joints or actuators.
 REFERENCES: tuple[Path, ...] = (("joint", "mimic", "joint"), ("joint", "mimic", "name"), ("joint", "actuator", "name"))
-_MAX_NODES = 200  # links of one part
-# XML, names of the robot, and entries by name whose names differ between instances
+_MAX_NODES = 200  # maximum number of links in one part
+# Keys that parts do not support: XML, names of publishers and links, and entries whose names differ between instances.
 _UNFIT = frozenset(("publisher", "target", "urdf_elements", "mjcf_elements", "sites", "cameras", "lights"))
 _WITH_AXIS = ("revolute", "continuous", "prismatic", "planar")
 _PRODUCTS = ("ixy", "ixz", "iyz")
@@ -38,31 +38,31 @@ _AXES = {"xyz": ("x", "y", "z"), "rpy": ("roll", "pitch", "yaw")}
 
 @dataclass
 class Node:
-    """A link and the joint that carries it; a root has no joint."""
+    """A link with its parent joint; the root has an empty joint name."""
 
     link: str
     joint: str
     carrier: str
-    up: int  # the index of the node that carries it, or -1
-    rank: tuple[int, int]  # the positions of link and joint in the source
+    up: int  # index of the parent node, or -1
+    rank: tuple[int, int]  # positions of link and joint in the source
     entries: dict[str, Any]
     values: Values
     size: int = 1
 
     @property
     def kind(self) -> str:
-        """The type of the joint; empty for a root."""
+        """The type of the joint, or "" for the root."""
         kind: str = self.values.get(("joint", "type"), "")
         return kind
 
     @property
     def names(self) -> list[str]:
-        """The names that the node defines."""
+        """The names that the node defines: link, joint, actuator."""
         return [self.link, self.joint, *(self.values[path] for path in REFERENCES[1:] if path in self.values)]
 
 
 def nodes_of(body: Mapping[str, Any]) -> list[Node]:
-    """Return the nodes of a robot or a part, each before its descendants, or an empty list if it is not a forest."""
+    """Return the nodes of a robot or part, parents before children, or [] if links and joints do not form a forest."""
     links, joints = body.get("links") or {}, body.get("joints") or {}
     below: dict[str, list[str]] = defaultdict(list)
     for name, joint in joints.items():
@@ -78,7 +78,7 @@ def nodes_of(body: Mapping[str, Any]) -> list[Node]:
         link, joint, up = waiting.pop()
         moves = {key: one for key, one in joints.get(joint, {}).items() if key not in ("parent", "child")}
         entries = deep_copy({"link": links[link], "joint": moves})
-        # What instances may leave out: the pose and the axis of a joint, and the scales of meshes.
+        # Fill in defaults, so that instances with and without these keys have the same paths.
         defaults = {"xyz": (0.0, 0.0, 0.0), "rpy": (0.0, 0.0, 0.0)} if moves else {}
         defaults |= {"axis": (1.0, 0.0, 0.0)} if moves.get("type") in _WITH_AXIS else {}
         for key, numbers in defaults.items():
@@ -97,7 +97,7 @@ def nodes_of(body: Mapping[str, Any]) -> list[Node]:
 
 
 def equal_shapes(nodes: list[Node]) -> list[list[int]]:
-    """Return the first nodes of subtrees that can be instances of one part, grouped; the largest subtrees first."""
+    """Return groups of root nodes whose subtrees can be instances of one part, largest subtrees first."""
     numbers: dict[Any, int] = {}
     below: list[list[int]] = [[] for _ in nodes]
     fits = [
@@ -107,7 +107,7 @@ def equal_shapes(nodes: list[Node]) -> list[list[int]]:
     groups: dict[int, list[int]] = defaultdict(list)
     for index in range(len(nodes) - 1, -1, -1):
         node = nodes[index]
-        signature = frozenset(  # paths, kinds of values, and types
+        signature = frozenset(  # paths, types of the values, and types of joints and shapes
             (path, value if path[-1] in ("type", "kind") else type(value) if isinstance(value, (bool, str)) else float)
             for path, value in node.values.items()
         )
@@ -123,7 +123,7 @@ def equal_shapes(nodes: list[Node]) -> list[list[int]]:
 
 
 def deep_copy(value: Any) -> Any:
-    """Return a copy of mappings and lists."""
+    """Copy nested mappings and lists; scalars are shared."""
     if isinstance(value, Mapping):
         return {key: deep_copy(item) for key, item in value.items()}
     return list(map(deep_copy, value)) if isinstance(value, list) else value
@@ -138,13 +138,13 @@ def _scalars(value: Any, path: Path = ()) -> Iterator[tuple[Path, Any]]:
 
 
 def mirror_node(node: Node, mirror: str, is_root: bool) -> Values:
-    """Return the values of a node as ``mirror`` of the language reflects them."""
+    """Return the values of a node reflected along an axis, as the key ``mirror`` of a use does."""
     values = dict(node.values)
     axis = "xyz".index(mirror) if mirror else -1
     for path, number in node.values.items() if mirror else ():
         key, index = (path[-2], path[-1]) if len(path) > 1 else ("", "")
         is_axis_of_joint = path[:2] == ("joint", "axis") and node.kind in _WITH_AXIS
-        if is_root and is_pose(path):  # it is that of the use
+        if is_root and is_pose(path):  # the pose of the root is given by the use
             continue
         if key in ("min", "max") and index == axis and path[-3] == "box":
             opposite: Path = (*path[:-2], "max" if key == "min" else "min", axis)
@@ -160,36 +160,36 @@ def mirror_node(node: Node, mirror: str, is_root: bool) -> Values:
 
 
 def _negative(value: float) -> float:
-    """Return the negated number; a quantity keeps its unit, and zero its sign."""
+    """Negate a number; a quantity keeps its unit, and 0 does not become -0."""
     if isinstance(value, Quantity) and value.text and value:
         return Quantity.parse(value.text[1:] if value.text.startswith("-") else f"-{value.text}") or -value
     return -value if value else value
 
 
 def is_pose(path: Path) -> bool:
-    """Return True for a value of the pose of a joint."""
+    """Return True if a path is in the pose of a joint."""
     return path[:2] in (("joint", "xyz"), ("joint", "rpy"))
 
 
 @dataclass
 class Parameter:
-    """A parameter of a part: its name, its type, and its value in each instance; a sign is 1 or -1."""
+    """A parameter of a part with its value in each instance; values of kind ``sign`` are 1 or -1."""
 
     name: str
     kind: str
     values: Sequence[Any]
-    is_derived: bool = False  # the part computes it from ``mirrored``
+    is_derived: bool = False  # computed in the part from ``mirrored``
 
     @property
     def default(self) -> Any:
-        """The value of at least half of the instances, or None."""
+        """The value that at least half of the instances share, or None."""
         text, count = Counter(map(repr, self.values)).most_common(1)[0]
         has_default = self.kind != "sign" and count > 1 and 2 * count >= len(self.values)
         return next(value for value in self.values if repr(value) == text) if has_default else None
 
     @property
     def entry(self) -> dict[str, Any]:
-        """Its entry under ``params``."""
+        """The entry under ``params`` of the part."""
         if self.kind == "sign":
             return {"type": "integer", "one_of": [1, -1]}
         entry = {} if self.kind == "any" else {"type": self.kind}
@@ -197,26 +197,26 @@ class Parameter:
 
 
 class Parameters:
-    """The parameters of one part; ``uses``, ``prefixes`` and ``mirrored`` describe the use of each instance."""
+    """The parameters of one part; ``uses`` (names), ``prefixes`` and ``mirrored`` have an item per instance."""
 
     def __init__(self, uses: Sequence[str], prefixes: Sequence[str], mirrored: Sequence[bool]) -> None:
         self.uses, self.prefixes, self.mirrored = uses, prefixes, mirrored
-        self.count = 0  # of values that became expressions
+        self.count = 0  # number of values replaced with expressions
         self._index: dict[Any, Parameter] = {}
 
     @property
     def arguments(self) -> list[Parameter]:
-        """The parameters that a use gives."""
+        """The parameters that each use sets."""
         return [one for one in self._index.values() if not one.is_derived]
 
     @property
     def derived(self) -> dict[str, Expression]:
-        """The parameters that the part computes."""
+        """The parameters that the part computes, with their expressions."""
         names = [one.name for one in self._index.values() if one.is_derived]
         return dict.fromkeys(names, Expression("${-1 if mirrored else 1}"))
 
     def replace(self, values: Mapping[Path, Sequence[Any]], owner: str) -> dict[Path, Any]:
-        """Return an expression for each value, or list, of a link or joint that differs between instances."""
+        """Return an expression for each scalar or list of a link or joint that differs between instances."""
         differing = [path for path, some in values.items() if any(value != some[0] for value in some[1:])]
         numbers = [path for path in differing if isinstance(path[-1], int) and all(map(is_number, values[path]))]
         points = Counter(path[:-1] for path in numbers if not _is_sign(values[path]))
@@ -238,7 +238,7 @@ class Parameters:
         return terms
 
     def _parameter(self, kind: str, values: Sequence[Any], path: Path, owner: str) -> str:
-        """Return the name of the parameter with these values, creating it if necessary."""
+        """Return the name of the parameter with these values; create it if necessary."""
         key = (kind, repr(list(values)))
         if key not in self._index:
             words = [step for step in path if isinstance(step, str)]
@@ -254,7 +254,7 @@ class Parameters:
         return free_name(word, {*reserved_names(), *kwlist, *(one.name for one in self._index.values())})
 
     def _signed(self, values: Sequence[Any]) -> str:
-        """Return the product of the first value with a sign parameter."""
+        """Return an expression that multiplies the first value by a sign parameter."""
         signs = tuple(1 if value == values[0] else -1 for value in values)
         if signs not in self._index:
             is_derived = any(self.mirrored) and signs == tuple(-1 if flag else 1 for flag in self.mirrored)
@@ -265,7 +265,7 @@ class Parameters:
         return f"{text[:-1] if text in ('1', '-1') else f'{text} * '}{self._index[signs].name}"
 
     def _text(self, texts: Sequence[str], path: Path, owner: str) -> str:
-        """Return an expression with the name or prefix of the use, or a parameter for what differs between texts."""
+        """Return an expression with the name or prefix of the use, or with a parameter for the differing substring."""
         if all(self.uses) and not any("${" in text or "$(" in text for text in texts):
             for word, names in (("name", self.uses), ("prefix", self.prefixes)):
                 pattern = r"{}" if word == "prefix" else r"(?<![A-Za-z0-9]){}(?![A-Za-z0-9])"
@@ -276,7 +276,7 @@ class Parameters:
                 if len(rows) == 1 and len(pieces := rows.pop()) > 1:
                     return f"${{{word}}}".join(map(escape, pieces))
         before = after = ""
-        if path[-1] == "file":  # the parameter is the part that differs between folder and extension
+        if path[-1] == "file":  # keep a common folder and extension out of the parameter
             folders, endings = ({text.rpartition(sign)[i] for text in texts} for sign, i in (("/", 0), (".", 2)))
             before = f"{min(folders)}/" if len(folders) == 1 and all("/" in text for text in texts) else ""
             after = f".{min(endings)}" if len(endings) == 1 and all("." in t[len(before) :] for t in texts) else ""
@@ -286,7 +286,7 @@ class Parameters:
 
 
 def _identifier(text: str) -> str:
-    """Return a name for expressions that resembles a text."""
+    """Convert a text to a valid name in expressions."""
     name = re.sub(r"[\W_]+", "_", text, flags=re.ASCII).strip("_").lower()
     return name if name and not name[0].isdigit() else f"n_{name}".strip("_")
 

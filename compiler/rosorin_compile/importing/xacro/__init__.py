@@ -1,9 +1,9 @@
-"""Xacro: expanded by the xacro library in a child process, and translated to a description with its macros.
+"""Read xacro files: expand them with the xacro library, or translate them to a description with parts and arguments.
 
-``expand`` reads what the child process (``child``) expands as a URDF. ``translate`` keeps macros and arguments: the
-child runs the file with symbols (``program``), builds an intermediate representation (``ir``) and returns the documents
-of the description (``write_yaml``), which are compared with xacro. ``macros`` calls a macro of a vendor's file.
-Nothing is imported here, because the child process imports this package too, and needs no reader.
+``expand`` expands a file in a child process (``child``) and reads the result as URDF. ``translate`` keeps macros and
+arguments: the child executes the file symbolically (``program``), builds an intermediate representation (``ir``) and
+returns the description (``write_yaml``), which is compared with the output of xacro. ``macros`` calls a macro of a
+vendor's file. This module imports nothing, so that the child process starts fast.
 """
 
 from __future__ import annotations

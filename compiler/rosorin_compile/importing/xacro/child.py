@@ -1,8 +1,8 @@
-"""The child process that expands a xacro file: a request in JSON comes in, the expanded text in JSON goes out.
+"""The child process that expands a xacro file: reads a JSON request from stdin, writes a JSON answer to stdout.
 
-The library gets the locations of packages, and every file is first read safely, so that no entity is ever expanded.
-Each element keeps its place, whatever xacro does with it: the number of its file, its offset in the text and the number
-of the macro call that created it (-1 for none). A call is stored as the place of its element.
+Every file is first read by our XML reader, which refuses entities. Each element keeps its place through the expansion:
+the number of its file, its offset in the text and the number of the macro call that created it (-1 for none). Calls
+are numbered in the list ``calls``, which has the place of the calling element for each call.
 """
 
 from __future__ import annotations
@@ -28,31 +28,31 @@ from rosorin_compile.source.files import read_text, recording
 from rosorin_compile.source.packages import Packages, package_name
 from rosorin_compile.source.xml.markup import Document, MarkupError, parse, read_source
 
-Place = tuple[int, int, int]  # the number of a file, the offset in its text, and the number of the call
+Place = tuple[int, int, int]  # file number, offset in its text, number of the macro call or -1
 
 MAX_MEMORY = 8 << 30  # bytes
-_GRACE = 2  # seconds of CPU to report the place; a process in the midst of one number reports nothing
+_GRACE = 2  # seconds of CPU time to report the position before the kernel ends the process
 MARK = "rosorin_place"
-CALL = "rosorin-call"  # the element around the call of a macro, in a text that is expanded in place of its file
+CALL = "rosorin-call"  # the element around a macro call in a generated text
 
 
 class OutOfTime(BaseException):
-    """The file calculates for too long; xacro must not catch this."""
+    """The time limit is exceeded. A BaseException, so that xacro does not catch it."""
 
 
 class NotMarkup(Exception):
-    """A file that is not XML, or not safe to read: its name, and what is wrong."""
+    """A file is not XML, or not safe to read; the arguments are its name and the reason."""
 
 
 class MissingPackage(Exception):
-    """A package that is not found, by its name."""
+    """A package cannot be found; the argument is its name."""
 
     def __str__(self) -> str:
         return f'the package "{self.args[0]}" is not found'
 
 
 class Context(dict[str, Any]):
-    """The context of substitutions. xacro 2.1.1 does not set the file that is read, which $(dirname) needs."""
+    """The context of substitutions, with the current file for $(dirname), which xacro 2.1.1 does not set."""
 
     stack: Callable[[], list[str]]
 
@@ -64,10 +64,10 @@ class Context(dict[str, Any]):
 
 
 def main(run: Callable[[dict[str, Any]], dict[str, Any]] = lambda request: Expansion(request).answer()) -> None:
-    """Answer one request; ``run`` answers it in another way than with the expanded file."""
+    """Read a request from stdin, run it (by default: expand the file), and write the answer to stdout."""
     request = json.loads(sys.stdin.buffer.read())
     answer_to = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)  # what the file prints must not mix with the answer
+    os.dup2(2, 1)  # print() in the xacro must not mix with the answer
     _limit(request["seconds"])
     if request["environment"] is not None:
         os.environ.clear()
@@ -78,11 +78,11 @@ def main(run: Callable[[dict[str, Any]], dict[str, Any]] = lambda request: Expan
     with answer_to:
         json.dump(answer, answer_to)
     sys.stderr.flush()
-    os._exit(0)  # threads and exit handlers of the file are not waited for
+    os._exit(0)  # do not wait for threads and exit handlers that the xacro started
 
 
 def _limit(seconds: float) -> None:
-    """Limit the resources of the process, where the system supports this."""
+    """Limit the memory and CPU time (s) of the process if the system supports it."""
 
     def end(*_: object) -> None:
         raise OutOfTime
@@ -92,19 +92,19 @@ def _limit(seconds: float) -> None:
 
         until = math.ceil(seconds) + _GRACE
         for kind, most in ((resource.RLIMIT_AS, (MAX_MEMORY,) * 2), (resource.RLIMIT_CPU, (until, until + _GRACE))):
-            with suppress(OSError, ValueError):  # a shell may have set less
+            with suppress(OSError, ValueError):  # a lower limit may be set already
                 resource.setrlimit(kind, most)
-    with suppress(AttributeError, OSError):  # Windows
+    with suppress(AttributeError, OSError):  # not on Windows
         signal.signal(signal.SIGPROF, end)
         signal.setitimer(signal.ITIMER_PROF, seconds)
 
 
 class Expansion:
-    """One run of the xacro library on the file of a request."""
+    """One run of the xacro library on the file in a request."""
 
     def __init__(self, request: dict[str, Any]) -> None:
         self.file: str = request["file"]
-        self.text: str | None = request.get("text")  # expanded in place of the file
+        self.text: str | None = request.get("text")  # expanded instead of the file contents
         self.given: dict[str, str] = request["arguments"]
         self.packages = Packages({k: Path(v) for k, v in request["packages"].items()}, os.environ, Path(self.file))
         self.files: dict[str, int] = {}
@@ -113,10 +113,10 @@ class Expansion:
         self.open_calls: list[int] = []
 
     def answer(self) -> dict[str, Any]:
-        """Return the expanded text or the error, with the files that were read and the places of all elements.
+        """Return the expanded text or the error, the files that were read, and the places of all elements.
 
-        ``places`` are the places of the elements of the text, ``at`` is the place of the error, and ``folders`` are
-        folders of this machine that the text may name.
+        ``places`` are the places of the elements in the text, ``at`` is the place of the error, and ``folders`` are
+        local folders whose paths may occur in the text.
         """
         try:
             xacro: Any = import_module("xacro")
@@ -135,7 +135,7 @@ class Expansion:
             folders = [*answer["packages"].values(), *(str(Path(os.path.abspath(name)).parent) for name in files)]
             answer["folders"] = [folder for folder in dict.fromkeys(folders) if len(Path(folder).parts) > 1]
             answer["text"] = document.toprettyxml(indent="  ")
-        except Exception as problem:  # whatever the file does is an answer
+        except Exception as problem:  # the file can run any code, so any exception is a result
             answer |= _error(problem) | {"at": _place_of_error(problem)}
         except OutOfTime as problem:
             answer |= {"is_late": True, "at": _place_of_error(problem)}
@@ -147,7 +147,7 @@ class Expansion:
         return answer | {"read": list(self.files), "calls": self.calls}
 
     def expand(self, xacro: Any, arguments: dict[str, str]) -> Any:
-        """Return the expanded document, without the banner that names the file."""
+        """Return the expanded document without xacro's banner comment."""
         xacro.init_stacks(self.file)
         document = xacro.parse(self.text, self.file)
         xacro.process_doc(document, mappings=arguments)
@@ -156,14 +156,14 @@ class Expansion:
         return document
 
     def share(self, name: str) -> str:
-        """Return the folder of a package. Raises MissingPackage."""
+        """Return the share folder of a package. Raises MissingPackage."""
         folder = self.packages.find(name)
         if folder is None:
             raise MissingPackage(name)
         return str(folder)
 
     def prepare(self, xacro: Any) -> None:
-        """Make xacro find packages without ROS, know its folder, read files safely, and keep the places of elements."""
+        """Patch xacro to find packages without ROS, read files safely, and track the places of elements."""
         index: Any = ModuleType("ament_index_python")
         inner: Any = ModuleType("ament_index_python.packages")
         inner.get_package_share_directory = index.get_package_share_directory = self.share
@@ -190,7 +190,7 @@ class Expansion:
                 xacro.filestack.pop()
                 raise NotMarkup(name, problem.diagnostic.message) from None
             text = source.text
-            if text.startswith("<?xml"):  # without the encoding that it declares: it is decoded already
+            if text.startswith("<?xml"):  # drop the declared encoding, because the text is decoded
                 end = text.find("?>") + 2
                 text = '<?xml version="1.0"?>' + "\n" * text.count("\n", 0, end) + text[end:]
             made = own_parse(text, filename)
@@ -201,14 +201,14 @@ class Expansion:
             return made
 
         xacro.abs_filename_spec, xacro.parse = absolute, read
-        # It calls these itself for its load_yaml and its includes of patterns.
+        # xacro calls open in load_yaml, and glob for includes with wildcards.
         xacro.open, xacro.glob = _opened, SimpleNamespace(glob=glob.glob)
         xacro.substitution_args_context = Context()
         xacro.substitution_args_context.stack = lambda: xacro.filestack
-        # Copies of elements keep their places, with the call that makes them.
+        # Copied elements keep the place of the original, with the number of the current macro call.
         module: Any = minidom
         own_clone, own_call = module._clone_node, xacro.handle_macro_call
-        sys.setrecursionlimit(sys.getrecursionlimit() * 3 // 2)  # each call of a macro takes one frame more
+        sys.setrecursionlimit(sys.getrecursionlimit() * 3 // 2)  # the wrapper adds a stack frame to each macro call
 
         def clone(node: Any, deep: bool, owner: Any) -> Any:
             made = own_clone(node, deep, owner)
@@ -233,7 +233,7 @@ class Expansion:
 
 
 def _keep_call(root: Any) -> None:
-    """Replace the element around a macro call with its content, and remove any robot that the file itself creates."""
+    """Replace the CALL element with its content, and remove links that the file creates outside the macro."""
     (call,) = root.getElementsByTagName(CALL)
     outside = [node for node in root.childNodes if node.nodeType == node.ELEMENT_NODE and node is not call]
     if any(node.tagName == "link" for node in outside):
@@ -247,12 +247,12 @@ def _keep_call(root: Any) -> None:
 
 def _opened(name: str) -> StringIO:
     opened: Any = StringIO(read_text(name))
-    opened.name = name  # yaml names it in errors
+    opened.name = name  # yaml reports this name in errors
     return opened  # type: ignore[no-any-return]
 
 
 def portable(name: str, packages: Packages, files: Sequence[str]) -> str:
-    """Return the name of a file that holds on any machine: in its package, or relative to the last of the files.
+    """Convert an absolute file name to a ``package://`` URI, or to a path relative to the last of the files.
 
     ``$(find arm)/meshes/a.stl`` becomes ``package://arm/meshes/a.stl``; ``$(dirname)/a.stl`` outside of any package
     becomes a name relative to the xacro.
@@ -274,7 +274,7 @@ def portable(name: str, packages: Packages, files: Sequence[str]) -> str:
 
 
 def _error(problem: BaseException) -> dict[str, Any]:
-    """Return the cause of an exception; xacro wraps one into another."""
+    """Convert an exception to an answer with the root cause; xacro wraps exceptions in its own."""
     for cause in causes(problem):
         if isinstance(cause, MissingPackage):
             return {"package": cause.args[0]}
@@ -288,7 +288,7 @@ def _error(problem: BaseException) -> dict[str, Any]:
 
 
 def causes(problem: BaseException) -> Iterator[BaseException]:
-    """Yield an exception and those that it was raised from."""
+    """Yield an exception and its chain of causes."""
     visited: set[int] = set()
     waiting: list[BaseException | None] = [problem]
     while waiting:
@@ -300,23 +300,23 @@ def causes(problem: BaseException) -> Iterator[BaseException]:
 
 
 def elements(document: minidom.Document) -> Iterator[Any]:
-    """Yield the elements of a document in the order of its text."""
+    """Yield the elements of a document in document order."""
     root: Any = document.documentElement
     yield from (root, *root.getElementsByTagName("*"))
 
 
 def _place_of_error(problem: BaseException) -> Place | None:
-    """Return the place of the element at which xacro failed; for an endless recursion, the outermost element."""
+    """Return the place of the element at which xacro failed; for endless recursion, of the outermost element."""
     found: list[Place | None] = []
     for frame, _ in walk_tb(problem.__traceback__):
         if frame.f_globals.get("__name__", "").startswith("xacro"):
-            nodes = [frame.f_locals.get(name) for name in ("node", "elt")]  # names of elements in xacro functions
+            nodes = [frame.f_locals.get(name) for name in ("node", "elt")]  # local variables of xacro functions
             found += [place for node in nodes if (place := _place(node))][:1]
     return next(iter(found if isinstance(problem, RecursionError) else reversed(found)), None)
 
 
 def _place(node: Any) -> Place | None:
-    """Return the place of a node, or of the closest enclosing node if xacro created it from scratch."""
+    """Return the place of a node, or of the closest ancestor that has one if xacro created the node."""
     while node is not None and not hasattr(node, MARK):
         node = node.parentNode
     return getattr(node, MARK, None)

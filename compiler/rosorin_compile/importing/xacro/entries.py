@@ -1,7 +1,7 @@
-"""Write links, joints and what they contain as entries of a description, and macros within them as named values.
+"""Convert links and joints of a xacro to entries of a description, and macros in them to named values (``let``).
 
-``<xacro:if>`` and ``<xacro:unless>`` around elements of one kind make alternatives. They are merged key by key: what
-they share is written once, and what differs is ``${A if CONDITION else B}``. This module runs in the child process.
+Elements in ``<xacro:if>`` and ``<xacro:unless>`` are alternatives. They are merged key by key: equal values are written
+once, and different values become ``${A if CONDITION else B}``. This module runs in the child process.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _JOINT_PARTS = ("limit", "mimic", "dynamics", "calibration", "safety_controller"
 _LISTS = ("visual", "collision", "urdf_elements")
 _ZEROS = {"origin": ("xyz", "rpy"), "inertia": ("ixy", "ixz", "iyz")}
 
-Item = tuple[str, Any, ast.expr | None]  # a key of an entry, its value, and its condition
+Item = tuple[str, Any, ast.expr | None]  # key of an entry, value, condition or None
 _WIDTH = 90
 IF = Verbatim("if")
 _NUMBER = re.compile(r"-?[\d.]+(e[-+]?\d+)?( [a-z/]+)?")
@@ -36,22 +36,22 @@ Alternative = tuple[Any, Condition]
 
 
 class Entries:
-    """Writes entries. ``inner`` are the comments in the current entry."""
+    """Converts elements to entries; ``inner`` collects the comments in the current entry."""
 
     def __init__(self, values: Values, write_macro: Callable[[Macro], dict[str, Any]]) -> None:
         self.values = values
         self.write_macro = write_macro
         self.inner: list[str] = []
-        self._kind: Any = ""  # the type of the joint that is written
-        self._position = ""  # the unit of its position
+        self._kind: Any = ""  # type of the current joint
+        self._position = ""  # unit of its position
 
     def link(self, node: Element) -> Any:
-        """Return an entry of ``links``."""
+        """Return a <link> as an entry of ``links``."""
         self.inner = []
         return self._sole_call(node) or self.finish(self.fragment(node.body, "link"))
 
     def joint(self, node: Element) -> dict[str, Any]:
-        """Return an entry of ``joints``."""
+        """Return a <joint> as an entry of ``joints``."""
         self.inner = []
         self._kind = kind = self.values.text(node.attributes.get("type", []))
         turns, slides = kind in ("revolute", "continuous"), kind in ("prismatic", "planar")
@@ -68,14 +68,14 @@ class Entries:
         return made
 
     def condition(self, node: If) -> ast.expr:
-        """Return the condition of nodes as an expression."""
+        """Return the condition of an <xacro:if> or <xacro:unless> as an expression."""
         made = node.test.as_flag() if node.holds else negate(node.test.as_flag())
         if fold(made) is None:
             self.values.expression_text(made)
         return made
 
     def fragment(self, nodes: list[Any], level: str) -> list[Item]:
-        """Return the keys that the content of an element has, with their conditions."""
+        """Convert the content of an element to keys and values with conditions."""
         items: list[Item] = []
         for node in nodes:
             if isinstance(node, Comment):
@@ -91,7 +91,7 @@ class Entries:
         return items
 
     def _piece(self, node: Element, level: str) -> Iterator[Item]:
-        """Yield the keys of one element in a link, a joint, or what those contain."""
+        """Yield the keys of an element at a level such as link, joint or visual."""
         tag, values = node.tag, self.values
         if level == "link" and tag == "inertial":
             yield tag, self.finish(self.fragment(node.body, tag)), None
@@ -138,7 +138,7 @@ class Entries:
             raise Failed(f"<{tag}> in <{level}> has no word")
 
     def finish(self, items: list[Item]) -> dict[str, Any]:
-        """Return an entry with these keys; alternatives of a key become one conditional value."""
+        """Build an entry from items; alternatives of one key become a conditional value. Raises Failed."""
         made: dict[str, Any] = {}
         for key in dict.fromkeys(one[0] for one in items):
             found = [(value, when) for name, value, when in items if name == key]
@@ -155,7 +155,7 @@ class Entries:
         return in_order(made)
 
     def _numbers(self, node: Element) -> dict[str, Any]:
-        """Return the numbers of an element by attribute, without those that are defaults anyway."""
+        """Return the numeric attributes of an element, without zero origins, zero products of inertia and scale 1."""
         made: dict[str, Any] = {}
         for name, (count, attribute_unit) in ATTRIBUTES[node.tag].items():
             pieces = node.attributes.get(name)
@@ -171,7 +171,7 @@ class Entries:
         return made
 
     def call_text(self, call: Call) -> str:
-        """Return the call of a named value as text of the language."""
+        """Format a macro call as the call of a named value in an expression."""
         if call.macro.level != "xml":
             self.write_macro(call.macro)
         parameters = call.macro.parameters.items()
@@ -179,7 +179,7 @@ class Entries:
         return self.values.expression_text(ast.Call(ast.Name(call.macro.ours, ast.Load()), arguments, []))
 
     def named_value(self, macro: Macro) -> tuple[Any, dict[str, Any]]:
-        """Return a macro within links or joints, or in kept elements, as a value, and its keys. Raises Failed."""
+        """Convert a macro in a link, a joint or XML to a named value; return the value and its keys. Raises Failed."""
         self.inner = []
         if macro.level == "xml":
             text = "\n".join(self._lines(macro.body, ""))
@@ -191,7 +191,7 @@ class Entries:
         return inner[0] if len(entry) == 1 else entry, entry
 
     def _call_items(self, call: Call) -> list[Item]:
-        """Return the keys that the call of a named value has."""
+        """Return the keys that a macro call contributes to an entry."""
         entry, text = self.write_macro(call.macro), self.call_text(call)
         items: list[Item] = []
         for key in entry:
@@ -202,7 +202,7 @@ class Entries:
         return items
 
     def _sole_call(self, node: Element) -> Any:
-        """Return the call of a named value with all keys of an element, or None if it does not consist of one."""
+        """Return the macro call if it is the only content of an element and sets several keys, else None."""
         body = [one for one in node.body if not isinstance(one, Comment)]
         if len(body) == 1 and isinstance(body[0], Element) and body[0].tag == "geometry":
             body = [one for one in body[0].body if not isinstance(one, Comment)]
@@ -211,7 +211,7 @@ class Entries:
         return Expression(f"${{{self.call_text(body[0])}}}")
 
     def xml(self, node: Element) -> Any:
-        """Return an element as a text, or an Expression."""
+        """Format an element that is kept as XML text, or as an Expression."""
         lines = self._lines([node], "")
         whole = "".join(line.strip() for line in lines)
         if len(lines) == 3 and len(whole) <= _WIDTH and "<!--" not in whole:
@@ -220,7 +220,7 @@ class Entries:
         return Expression(text) if "${" in text else text
 
     def _lines(self, nodes: list[Any], pad: str) -> list[str]:
-        """Return the lines of nodes. Raises Failed."""
+        """Format nodes as lines of XML. Raises Failed."""
         lines: list[str] = []
         for at, node in enumerate(nodes):
             text = ""
@@ -238,7 +238,7 @@ class Entries:
         return lines
 
     def _choice(self, node: If, following: list[Any], pad: str) -> list[str]:
-        """Return the lines that depend on a condition; ``following`` may begin with the alternative."""
+        """Format conditional XML as lines; ``following`` may begin with the opposite condition."""
         condition = self.condition(node)
         decided = fold(condition)
         other = following[0].body if following and _is_opposite(node, following[0]) else []
@@ -281,7 +281,7 @@ def _is_opposite(one: Any, other: Any) -> bool:
 
 
 def conditional(value: Any, when: Condition) -> Any:
-    """Return a value with its condition."""
+    """Return a value, or a conditional entry (``if``) if there is a condition."""
     if when is None:
         return value
     condition = Expression(f"${{{as_text(when)}}}")
@@ -289,7 +289,7 @@ def conditional(value: Any, when: Condition) -> Any:
 
 
 def merge(key: str, found: list[Alternative], sure: Sequence[Condition] = ()) -> Any:
-    """Merge alternatives into one value, or return None; one of the conditions ``sure`` always holds."""
+    """Merge alternatives into one value, or return None if impossible; one of the ``sure`` conditions always holds."""
     found = sorted(found, key=lambda one: one[1] is None)
     values, whens = [value for value, _ in found], [when for _, when in found]
     if whens.count(None) > 1:
@@ -332,7 +332,7 @@ def _tables(found: list[Alternative]) -> dict[Any, Any] | None:
 
 
 def node_of(value: Any) -> ast.expr | None:
-    """Return a value of a document as an expression, or None for a mapping."""
+    """Convert a value of a description to an expression, or return None for a mapping."""
     if isinstance(value, list):
         items = [node for item in value if (node := node_of(item)) is not None]
         return ast.List(items, ast.Load()) if len(items) == len(value) else None
@@ -355,5 +355,5 @@ def node_of(value: Any) -> ast.expr | None:
 def _parsed(text: str) -> ast.expr:
     try:
         return ast.parse(text.strip(), mode="eval").body
-    except SyntaxError:  # it has units
+    except SyntaxError:  # a number with a unit
         return ast.Name(text if _NUMBER.fullmatch(text) else f"({text})")

@@ -1,8 +1,8 @@
-"""Evaluate the expressions and the conditions of a xacro while it runs with symbols.
+"""Evaluate xacro expressions and conditions symbolically.
 
-Python computes the example of an expression, and the language gets the expression. What a condition that depends on an
-argument contains stays in the document, and properties that it sets depend on it. This module runs in the child
-process.
+Each expression is translated to the description language and evaluated once with example values. The content of a
+condition on an argument stays in the document, and properties set in it become conditional. This module runs in the
+child process.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 MAX_FILES = 20
 _ANGULAR = ("acos", "asin", "atan", "atan2", "radians")
-# Functions of Python, of its mathematics and of its texts, lists and tables that the language has by the same name.
+# Python functions and methods that the description language has under the same name.
 _FUNCTIONS = """
     abs acos all any asin atan atan2 bool ceil copysign cos cosh degrees enumerate exp float floor fmod gcd hypot int
     isclose len list log log10 log2 max min pow radians range reversed round sin sinh sorted sqrt sum tan tanh trunc zip
@@ -37,13 +37,13 @@ _METHODS = "endswith get items join keys lower replace split startswith strip up
 
 
 class Evaluator:
-    """Evaluates expressions in a table of symbols; with ``arguments``, names are those of arguments, as in $(eval)."""
+    """Evaluates expressions in a scope; with ``arguments``, names refer to xacro arguments, as in $(eval)."""
 
     def __init__(self, program: Program, symbols: Any, arguments: bool = False) -> None:
         self.program, self.symbols, self.arguments = program, symbols, arguments
 
     def eval(self, tree: ast.expr) -> Any:
-        """Return a symbol, or a function or a name space. Raises what Python raises if it is known, or Failed."""
+        """Evaluate an expression to a symbol, function or namespace. Raises Failed, or Python's error for constants."""
         method = getattr(self, f"_{type(tree).__name__.lower()}", self._computed)
         return method(tree)
 
@@ -51,7 +51,7 @@ class Evaluator:
         return ir.symbol_of(self.eval(tree))
 
     def _made(self, tree: ast.expr, node: ast.expr, items: dict[ast.expr, ir.Symbol], kind: str = "") -> ir.Symbol:
-        """Return a symbol; its example is that of a tree in which the ``items`` have their examples."""
+        """Return a symbol for ``node``; its example is ``tree`` computed with the examples of ``items``."""
         known = all(map(ir.is_known, items.values()))
         value: Any = ir.UNKNOWN
         if all(one.value is not ir.UNKNOWN for one in items.values()):
@@ -63,7 +63,7 @@ class Evaluator:
         return ir.Symbol(node, value, kind or ir.type_of(value), known)
 
     def _example(self, tree: ast.expr, items: dict[ast.expr, Any]) -> Any:
-        """Return what Python computes of a tree in which the ``items`` have their examples."""
+        """Evaluate a tree in Python with the examples of ``items`` in place of these subtrees."""
         names = {one: f"_{index}" for index, one in enumerate(items)}
         examples = {names[one]: ir.example_of(value) for one, value in items.items()}
         value = self.program.xacro.safe_eval(ast.unparse(_with_names(tree, names)), examples)
@@ -104,7 +104,7 @@ class Evaluator:
         return ir.Symbol(found[0], made.value, made.type, made.known) if found else made
 
     def _boolop(self, tree: ast.BoolOp) -> ir.Symbol:
-        """Return the value of and, or; what is known decides, or is left out."""
+        """Evaluate ``and`` or ``or``; constant operands decide the result or are dropped."""
         wins = isinstance(tree.op, ast.Or)
         left: list[ir.Symbol] = []
         for item in tree.values:
@@ -155,7 +155,7 @@ class Evaluator:
         return self._made(tree, node, sides, "boolean")
 
     def _equality(self, items: list[ir.Symbol], operator: ast.cmpop) -> ast.expr | None:
-        """Return the comparison of a flag or a number with a constant, which may be a text."""
+        """Return the comparison of a boolean or number with a constant, which xacro may have as text, or None."""
         constants = [one for one in items if one.known and not any(ir.variables_in([one.node]))]
         if not isinstance(operator, (ast.Eq, ast.NotEq)) or not constants:
             return None
@@ -210,7 +210,7 @@ class Evaluator:
         return self._function(tree, name, {})
 
     def _function(self, tree: ast.Call, name: str, owner: dict[ast.expr, ir.Symbol]) -> ir.Symbol:
-        """Return the call of a function, or of a method of an owner, that the language also has."""
+        """Translate the call of a function, or of a method of ``owner``, that the language also has."""
         arguments = owner | {one: self._symbol(one) for one in tree.args}
         items = list(arguments.values())
         node: ast.expr = ir.call(name, *(one.node for one in items))
@@ -224,7 +224,7 @@ class Evaluator:
         return self._made(tree, node, arguments | called)
 
     def _computed(self, tree: ast.expr) -> Any:
-        """Return the value of an expression that the language does not support. Raises Failed if it is not known."""
+        """Evaluate an unsupported kind of expression in Python. Raises Failed if it is not constant."""
         own = {one.id for one in ast.walk(tree) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)}
         own |= {one.arg for one in ast.walk(tree) if isinstance(one, ast.arg)}
         items: dict[ast.expr, Any] = {}
@@ -240,7 +240,7 @@ class Evaluator:
 
 
 def _with_names(tree: Any, names: dict[ast.expr, str]) -> Any:
-    """Return a copy of a tree in which some nodes are names."""
+    """Copy a tree with some nodes replaced by variables."""
     if isinstance(tree, list):
         return [_with_names(one, names) for one in tree]
     if not isinstance(tree, ast.AST):
@@ -251,7 +251,7 @@ def _with_names(tree: Any, names: dict[ast.expr, str]) -> Any:
 
 
 def choice(test: ir.Symbol, then: ir.Symbol, other: ir.Symbol) -> ir.Symbol:
-    """Return one of two values, by a condition."""
+    """Return the symbol ``then if test else other``, simplified if possible."""
     node, is_same = _without_not(test.as_truth())
     if not is_same:
         then, other = other, then
@@ -264,7 +264,7 @@ def choice(test: ir.Symbol, then: ir.Symbol, other: ir.Symbol) -> ir.Symbol:
 
 
 def _without_not(node: ast.expr) -> tuple[ast.expr, bool]:
-    """Return a condition without ``not``, and whether it is the same then."""
+    """Strip ``not`` from a condition; the flag is False if that inverts it."""
     is_same = True
     while isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
         node, is_same = node.operand, not is_same
@@ -272,7 +272,7 @@ def _without_not(node: ast.expr) -> tuple[ast.expr, bool]:
 
 
 class Conditions:
-    """The conditions of one run; ``assumed`` are those of the branches that are evaluated, as text."""
+    """The conditions of one run; ``assumed`` has the values of the conditions around the current element."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
@@ -300,7 +300,7 @@ class Conditions:
             program.xacro.replace_node(node, by=None)
 
     def _branch(self, node: Any, test: ir.Symbol, holds: bool, macros: Any, symbols: Any) -> None:
-        """Evaluate a conditional branch, and make the properties that it sets depend on the condition, too."""
+        """Evaluate the content of a conditional element; properties set in it become conditional."""
         program, calls, xacro = self.program, self.program.macro_calls, self.program.xacro
         value = test.value is not ir.UNKNOWN and bool(xacro.get_boolean_value(test, ""))
         test = ir.Symbol(test.as_flag(), value, "boolean", False)
@@ -323,7 +323,7 @@ class Conditions:
             if is_endless or any(isinstance(one, ir.Failed) for one in chain):
                 raise (ir.Restart if program.blame([test.node], reason) else ir.Failed(reason)) from None
             program.refused |= dict.fromkeys(ir.variables_in([test.node]), reason)
-            for table, values, unevaluated in before:  # xacro refuses the other value as well
+            for table, values, unevaluated in before:  # undo the branch, because xacro fails with that value, too
                 dict.clear(table)
                 dict.update(table, values)
                 table.unevaluated = unevaluated
@@ -350,24 +350,24 @@ class Conditions:
                 dict.__setitem__(table, name, choice(test, then, other))
 
     def _tables(self, table: Any) -> Iterator[Any]:
-        """Yield a table and those above it."""
+        """Yield a scope and its enclosing scopes, without the root."""
         while isinstance(table, self.program.xacro.Table) and table is not table.root:
             yield table
             table = table.parent
 
 
 class NamedFiles:
-    """The packages and YAML files that a description names."""
+    """The packages and YAML files that a translated description refers to."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
-        self.copied: dict[str, str] = {}  # the texts of files that it cannot find in a package
-        self.folders: dict[str, str] = {}  # of its packages
-        self.unfound: dict[str, None] = {}  # packages that it can find only through an option
+        self.copied: dict[str, str] = {}  # texts of YAML files that are copied to the description
+        self.folders: dict[str, str] = {}  # package folders by name
+        self.unfound: dict[str, None] = {}  # packages that need the option --package
         self._found = Packages({}, os.environ, Path(program.request["folder"], Description.ROOT_FILE))
 
     def finds(self, package: str) -> bool:
-        """Return True if the description finds a package by its name. Raises Failed if it is missing."""
+        """Return True if the description can find a package by name. Raises Failed for a missing package."""
         folder, found = self.program.packages.find(package), self._found.find(package)
         if folder is None:
             raise ir.Failed(f'the package "{package}" is not found')
@@ -375,7 +375,7 @@ class NamedFiles:
         return found is not None and files.resolve(found) == files.resolve(folder)
 
     def load(self, name: ir.Symbol) -> ir.Symbol:
-        """Return the table of a YAML file."""
+        """Translate load_yaml: return the symbol ``load(name)`` with the content of the YAML file as example."""
         if name.value is ir.UNKNOWN:
             raise ir.Failed("the file that is loaded is not known", name.node)
         node: ast.expr = ir.plain_node(self._copy(str(name.value)))
@@ -389,7 +389,7 @@ class NamedFiles:
         return ir.Symbol(ir.call("load", node), value, ir.type_of(value), name.known)
 
     def name_of(self, pieces: ir.Pieces) -> ir.Pieces:
-        """Return the name by which the description finds a YAML file; for one in a package its address."""
+        """Return the name of a YAML file in the description: a ``package://`` URI for a file in a package."""
         first = pieces[0] if pieces else ""
         if not isinstance(first, ir.Symbol) or not first.package:
             return pieces
@@ -401,7 +401,7 @@ class NamedFiles:
         return name if not name.startswith("package://") or self.finds(package) else rest
 
     def _copy(self, name: str) -> str:
-        """Return the name of a YAML file in the description; copy the file unless the description finds its package."""
+        """Return the name of a YAML file in the description; copy the file if its package cannot be found there."""
         path = os.path.abspath(str(self.program.xacro.abs_filename_spec(name)))
         if "://" in name or name.startswith("/"):
             name = self._address(portable(path, self.program.packages, [*self.program.files, self.program.file]))
@@ -411,12 +411,12 @@ class NamedFiles:
         if not name.startswith("package://"):
             if Path(name).is_absolute() or ".." in Path(name).parts:
                 raise ir.Failed(f"{Path(name).name} is not a file of the xacro or its packages")
-            with suppress(OSError, ValueError):  # xacro cannot read it either
+            with suppress(OSError, ValueError):  # xacro reports an unreadable file itself
                 self.copied[name] = files.read_text(Path(path))
         return name
 
     def _candidates(self, name: ir.Symbol) -> list[str]:
-        """Return the files that arguments in a name choose from, and record the values that choose them."""
+        """Return the files that match a name with arguments, and record the argument values that select them."""
         pattern, form, variables = "", "", []
         for piece in ir.pieces_of(name):
             variable = piece.variable if isinstance(piece, ir.Symbol) else None
@@ -431,7 +431,7 @@ class NamedFiles:
         if not re.search(r"\w", pattern):
             return []
         folder = Path(os.path.abspath(self.program.xacro.filestack[-1])).parent
-        found = sorted(glob.glob(pattern, root_dir=folder))[:MAX_FILES]  # noqa: PTH207 - an absolute pattern, too
+        found = sorted(glob.glob(pattern, root_dir=folder))[:MAX_FILES]  # noqa: PTH207 - the pattern may be absolute
         for match in filter(None, (re.fullmatch(form, path) for path in found)):
             for variable, value in zip(variables, match.groups(), strict=True):
                 variable.candidates.append(value)

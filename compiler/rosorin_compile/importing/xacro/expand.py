@@ -1,7 +1,7 @@
 """Expand a xacro file in a child process, and read the result as URDF.
 
-Expansion can run arbitrary Python code in the file: xacro restricts its expressions, but not well enough (see docs).
-Therefore a warning is printed first, and a file without anything to expand is not expanded.
+Expansion can run arbitrary Python code from the file, because the sandbox of xacro is weak (see docs). Therefore a
+warning is printed first, and a file without xacro syntax is not expanded.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ from rosorin_compile.source.xml.markup import Document, Element, MarkupError, na
 from .child import Place
 from .macros import how_to_call, macro_call, macros_of
 
-MAX_SECONDS = 30  # of CPU; ROSORIN_COMPILE_XACRO_SECONDS, which ``--xacro-seconds`` sets, overrides it
-_PATIENCE, _START = 4, 60  # a child that waits may take so many times as long, and so many seconds more
+MAX_SECONDS = 30  # of CPU time; overridden by ROSORIN_COMPILE_XACRO_SECONDS, which ``--xacro-seconds`` sets
+_PATIENCE, _START = 4, 60  # wall-clock limit: _PATIENCE * CPU limit + _START, in seconds
 _MOST_RELATED = 12
 _TRUST = "ROSORIN_COMPILE_TRUST"  # 1: trust all files
-_TRUSTED_FILES = Path("rosorin-compile", "trusted")  # digests, in the configuration folder of the user
+_TRUSTED_FILES = Path("rosorin-compile", "trusted")  # SHA-256 digests, in the configuration folder of the user
 
 _CHILD = (
     "import sys\n"
@@ -49,29 +49,29 @@ _CHILD = (
     "main()\n"
 )
 _SYMBOLIC = _CHILD.replace(".child", ".program")
-# Elements of xacro that make nothing by themselves, and those that make something; other names are macros.
+# Xacro elements without output, and with output; other names are macro calls.
 _DEFINING = ("arg", "include", "macro", "property")
 _MAKING = ("attribute", "call", "element", "if", "insert_block", "unless")
 _COMMENT = re.compile("<!--.*?-->", re.DOTALL)
 _ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)["']|\$\(arg\s+([^\s)]+)""")
 _EXPRESSION = re.compile(r"when evaluating expression '(.*?)'(?: when|$)")
 _FORMS = ("${{{}}}", "$(arg {})", "$(env {})", "(find {})", "package://{}/", "<{}")
-_HELPS = {  # error messages of xacro about a name, and how to fix the cause
+_HELPS = {  # patterns of xacro error messages about a name, with the help
     r"substitution argument (\S+)": "give it a value: {0}:=VALUE, or in an include args: {{{0}: VALUE}}",
     r"environment variable '(.+?)' is": "set it: export {0}=VALUE; or write $(optenv {0} VALUE), which has a default",
 }
-# How ``xacro.print_location`` begins its lines.
+# The beginnings of lines that ``xacro.print_location`` prints.
 _LOCATION = re.compile("when instantiating macro|instantiated from|included from|in file|when processing file")
 
 
 class _Origins:
-    """Finds the origins of elements of an expanded document: files that xacro read, and macro calls."""
+    """Maps elements of an expanded document to the xacro files and macro calls that they come from."""
 
     def __init__(self, answer: Mapping[str, Any], document: Document, path: Path) -> None:
         self.calls: Sequence[Place] = answer.get("calls", ())
-        self.elements: dict[int, dict[int, Element]] = {}  # by their offsets, by the number of the file
+        self.elements: dict[int, dict[int, Element]] = {}  # by file number and offset
         for number, name in enumerate(answer.get("read", ())):
-            with suppress(MarkupError):  # a file that cannot be read any more
+            with suppress(MarkupError):  # the file was changed or removed since
                 is_entry = os.path.abspath(name) == os.path.abspath(path)
                 opened = document if is_entry else parse(read_source(Path(os.path.normpath(name))))
                 self.elements[number] = {element.start: element for element in opened.root.iter()}
@@ -80,7 +80,7 @@ class _Origins:
         return None if place is None else self.elements.get(place[0], {}).get(place[1])
 
     def via(self, place: Place) -> tuple[Related, ...]:
-        """Return the calls of macros that made an element, innermost first."""
+        """Return the macro calls that created an element, innermost first."""
         found: list[Related] = []
         call = place[2]
         while call >= 0 and len(found) < _MOST_RELATED:
@@ -91,7 +91,7 @@ class _Origins:
         return tuple(found)
 
     def connect(self, made: Document, places: Sequence[Place | None], otherwise: Span) -> None:
-        """Map the spans of an expanded document to the source, or to ``otherwise`` if the place is not known."""
+        """Map spans of the expanded document ``made`` to the xacro files, or to ``otherwise`` if unknown."""
         elements = list(made.root.iter())
         starts = [element.start for element in elements]
 
@@ -113,7 +113,7 @@ class _Origins:
 
 
 def _span_in_tag(element: Element, origin: Element, start: int, length: int) -> Span:
-    """Return the corresponding place in the start tag of the element that this element originates from."""
+    """Map a position in a start tag of the expanded document to the start tag of the original element."""
     for name, attribute in element.attributes.items():
         source = origin.attributes.get(name)
         if source is None or not attribute.name_start <= start <= attribute.start + len(attribute.raw):
@@ -125,20 +125,20 @@ def _span_in_tag(element: Element, origin: Element, start: int, length: int) -> 
 
 
 def is_xacro(document: Document, path: Path) -> bool:
-    """Return True if a document has elements or attributes of xacro, or, in a .xacro, ${} or $()."""
+    """Return True if a document has xacro elements or attributes, or ${} or $() if it declares xacro."""
     elements = document.root.iter() if "xacro:" in document.source.text else ()
     if any(name.startswith("xacro:") for element in elements for name in (element.tag, *element.attributes)):
         return True
     declared = path.suffix.lower() == ".xacro" or "xmlns:xacro" in document.root.attributes
-    # What xacro has made declares its prefix too, and often holds comments that it left alone.
+    # Expanded files also declare the prefix, and often contain unexpanded comments.
     return declared and re.search(r"\$[{(]", _COMMENT.sub("", document.source.text)) is not None
 
 
 def _only_left_over(document: Document, path: Path) -> bool:
-    """Return True if a .urdf file is a URDF except for leftover elements of xacro, which readers of URDF ignore.
+    """Return True if a .urdf file is expanded except for leftover xacro elements, which URDF parsers ignore.
 
-    It has links, and nothing outside of those elements has to be expanded. The call of a macro that nothing defines
-    makes nothing either; without a declaration of the prefix, xacro cannot read the file at all.
+    Such a file has links, and no expressions outside of the leftover elements. A leftover may also be the call of an
+    undefined macro; without a declaration of the prefix, xacro cannot read the file at all.
     """
     if path.suffix.lower() != ".urdf" or not any(child.tag == "link" for child in document.root.children):
         return False
@@ -158,7 +158,7 @@ def _only_left_over(document: Document, path: Path) -> bool:
 
 
 def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported:
-    """Return the robot of a xacro file, or of a URDF with elements of xacro that were left over."""
+    """Read the robot in a xacro file, or in a URDF with leftover xacro elements."""
     if options.call is None and _only_left_over(document, path):
         left_over = read_urdf(document, path, options)
         if left_over.tree is not None:
@@ -183,7 +183,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
     for name in answer.get("files", ()):
         found.setdefault(os.path.abspath(name), Path(os.path.normpath(name)))
     files = tuple(found.values())
-    if trusted and not options.trust and (others := untrusted_files(files)):  # the first file is listed, these are not
+    if trusted and not options.trust and (others := untrusted_files(files)):  # only the main file is trusted
         diagnostics.append(replace(warning, message=f"{message}: {label(others[0])} is not a trusted file"))
     origins = _Origins(answer, document, path)
     diagnostics += _remarks(answer, first)
@@ -196,13 +196,13 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         joints = [child for child in made.root.children if child.tag == "joint"]
         parents = [inner.get("link") for joint in joints for inner in joint.children if inner.tag == "parent"]
         mount = next((name for name in parents if call is not None and name not in links), "")
-        if mount:  # the link of another robot that the macro is attached to
+        if mount:  # the macro is attached to a link of the including robot
             text = f"{answer['text'].rstrip().removesuffix('</robot>')}<link name={attribute_value(mount)}/></robot>"
             made = parse(Source(document.source.path, text))
     except MarkupError as failure:
         message = f"xacro makes something of {path.name} that is not XML: {failure.diagnostic.message}"
         return Imported(None, [*diagnostics, replace(failure.diagnostic, message=message, span=first)], (), files)
-    origins.connect(made, [*answer["places"], None], first)  # the mount is from nowhere
+    origins.connect(made, [*answer["places"], None], first)  # the mount link has no place
     problem = None if links or mount else _no_links(document, path, options)
     if problem is None and made.root.tag != "robot":
         help = f"write it to a file first: xacro {path.name} > {path.name.split('.')[0]}.xml"
@@ -227,13 +227,13 @@ def _errors(
     options: ReadOptions,
     files: Sequence[Path],
 ) -> list[Diagnostic]:
-    """Return the errors that prevented the expansion of a file, or the error for an argument that it lacks."""
+    """Return the errors that prevented the expansion of a file, or the error for an undeclared argument."""
     first = document.root.span
     if "absent" in answer:
         message = "xacro, which expands .xacro files, is not installed"
         return [error("extra-missing", message, first, system.pip_install("import"))]
     missing = answer.get("package")
-    if "markup" not in answer and missing is None:  # these may declare arguments, too
+    if "markup" not in answer and missing is None:  # otherwise unread files may declare the argument
         known: set[str] = set()
         for file in files:
             with suppress(MarkupError):
@@ -250,9 +250,9 @@ def _errors(
             stack.append(Document(read_source(Path(os.path.normpath(name)))))
     element = origins.element(answer.get("at"))
     text = " ".join(re.sub(r"<class '[^']*'>:", "", answer.get("error", "")).split())
-    text = re.sub(r"^(.+) \1$", r"\1", text)  # xacro repeats some errors
+    text = re.sub(r"^(.+) \1$", r"\1", text)  # some xacro messages are repeated
     span = stack[-1].span(0) if element is None else element.span
-    if element is not None:  # what the error names in it
+    if element is not None:  # narrow the span to the word that the error mentions
         tag = element.document.source.text[element.start : element.opened]
         names = [*_EXPRESSION.findall(text), *re.findall(r"'([^']+)'", text), text.rpartition(" ")[2]]
         words = [form.format(name) for name in ([missing] if missing else names) for form in _FORMS]
@@ -277,7 +277,7 @@ def _errors(
 
 
 def _no_links(document: Document, path: Path, options: ReadOptions) -> Diagnostic | None:
-    """Return the error for a macro that makes no link, or for a file that only defines macros."""
+    """Return the error for a macro that creates no link, or for a file that only defines macros."""
     if options.call is not None:
         message, span = f'the macro "{options.call["macro"]}" makes no link', options.call.value_spans["macro"]
         return error("no-links", message, span, "call one that does")
@@ -287,7 +287,7 @@ def _no_links(document: Document, path: Path, options: ReadOptions) -> Diagnosti
 
 
 def _without_mount(tree: Map, mount: str) -> Map:
-    """Return the robot of a macro without the link of another robot that it is attached to."""
+    """Remove the link of the including robot that a macro is attached to."""
     made = tree.copy()
     made["links"] = made["links"].copy()
     del made["links"][mount]
@@ -300,7 +300,7 @@ def _without_mount(tree: Map, mount: str) -> Map:
 
 
 def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnostic]:
-    """Yield a warning if elements name files in some folders of this machine."""
+    """Yield a warning if elements contain absolute paths into ``folders``."""
     found: list[tuple[str, Span]] = []
     for element in made.root.iter() if any(folder in made.source.text for folder in folders) else ():
         values = [(attribute.value, attribute.span) for attribute in element.attributes.values()]
@@ -314,7 +314,7 @@ def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnos
 
 
 def _remarks(answer: Mapping[str, Any], span: Span) -> list[Diagnostic]:
-    """Return the output that xacro printed during the expansion, as notes."""
+    """Convert the output that was printed during the expansion to notes."""
     text = re.sub("\x1b\\[[0-9;]*m", "", answer["printed"]) if "text" in answer else ""
     lines = [line.strip() for line in text.splitlines() if line.strip() and not _LOCATION.match(line)]
     return [Diagnostic("xacro-says", report.NOTE, one[:200], span) for one in list(dict.fromkeys(lines))[:10]]
@@ -323,7 +323,7 @@ def _remarks(answer: Mapping[str, Any], span: Span) -> list[Diagnostic]:
 def _expand(
     path: Path, options: ReadOptions, plan: Mapping[str, Any] | None = None, text: str | None = None
 ) -> dict[str, Any]:
-    """Run xacro in a child process on a file, or on a ``text`` in its place; with a ``plan``, on symbols."""
+    """Run xacro in a child process on a file, or on ``text`` instead; symbolically if there is a ``plan``."""
     setting = os.environ.get("ROSORIN_COMPILE_XACRO_SECONDS", "")
     seconds = (int(setting) if re.fullmatch("[0-9]{1,8}", setting) else 0) or MAX_SECONDS
     request = {
@@ -338,7 +338,7 @@ def _expand(
     variables = {**os.environ, "PYTHONHASHSEED": "0", "PYTHONDONTWRITEBYTECODE": "1", "PYTHONIOENCODING": "utf-8"}
     answer: dict[str, Any]
     try:
-        child = subprocess.run(  # noqa: S603 - our own module; the warning about what it runs is given
+        child = subprocess.run(  # noqa: S603 - our own module; the user was warned
             [sys.executable, "-c", _CHILD if plan is None else _SYMBOLIC],
             input=json.dumps(request).encode(),
             capture_output=True,
@@ -347,7 +347,7 @@ def _expand(
             check=False,
         )
         output = child.stderr.decode("utf-8", "replace")
-        if child.returncode == -getattr(signal, "SIGXCPU", 0) < 0:  # in the midst of one number
+        if child.returncode == -getattr(signal, "SIGXCPU", 0) < 0:  # ended by the kernel during one long computation
             answer = {"is_late": True}
         else:
             answer = {**json.loads(child.stdout), "printed": output}
@@ -365,7 +365,7 @@ def _expand(
 
 
 def untrusted_files(files: Sequence[Path]) -> list[Path]:
-    """Return the files that are trusted neither by the environment variable nor by a digest in the user's list.
+    """Return the files that neither the environment variable nor the user's list of digests marks as trusted.
 
     Trust comes from the person who runs the command; a description cannot grant it. Each line of the list begins with
     the SHA-256 digest of a file, as ``sha256sum`` prints it. A file that cannot be read is not trusted.

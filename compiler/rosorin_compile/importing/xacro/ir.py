@@ -1,9 +1,9 @@
 """The intermediate representation of a xacro: values, and nodes such as macros, calls, conditions and elements.
 
-A value is a ``Symbol``: an expression of the language, with an example of what xacro computes. Expressions are syntax
-trees of Python; the node of a variable has the attribute ``variable``. A symbol has the type that its expression has in
-the language; xacro may have a text in its place. Properties, arguments and parameters are ``Variable``s, and blocks are
-parameters. ``nodes_of`` makes nodes of a document that was evaluated with symbols.
+A value is a ``Symbol``: an expression of the description language with an example of the value that xacro computes.
+Expressions are Python syntax trees; the node of a variable has the attribute ``variable``. The type of a symbol is the
+type of its expression; the value in xacro may be a string instead. Properties, arguments and parameters are
+``Variable``s; blocks become parameters. ``nodes_of`` converts a symbolically evaluated document to nodes.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from rosorin_compile.language.expression.functions import CONSTANTS, OF_DESCRIPT
 from ..description import free_name
 from .child import MARK, Place
 
-COMMENTS = "rosorin_comments"  # the attribute of an element that has the comments before it
-TOKEN = re.compile("\ua657(\\d+)\ua657")  # a letter that no file uses: a token is a symbol in a text
-UNKNOWN = object()  # an example that cannot be computed
+COMMENTS = "rosorin_comments"  # the attribute of an element with its preceding comments
+TOKEN = re.compile("\ua657(\\d+)\ua657")  # represents a symbol in a string; the letter is from an unused script
+UNKNOWN = object()  # the example of a symbol whose value cannot be computed
 _FLAGS = {"true": True, "True": True, "false": False, "False": False}
-_OUTSIDE = ("find", "load", "error")  # functions whose value depends on more than their arguments
+_OUTSIDE = ("find", "load", "error")  # functions that read files or raise errors and cannot be folded
 _NUMBERS = re.compile(r"\s*[-+]?[\d.][\d.eE+-]*(?:\s+[-+]?[\d.][\d.eE+-]*)+\s*")
 
-Pieces = list[Any]  # texts and symbols
+Pieces = list[Any]  # strings and symbols
 
 
 class Failed(Exception):
-    """A value that the language cannot express; ``nodes`` are the expressions that it depends on."""
+    """A value cannot be expressed in the language; ``nodes`` are the expressions that it depends on."""
 
     def __init__(self, reason: str, *nodes: ast.AST) -> None:
         super().__init__(reason)
@@ -42,7 +42,7 @@ class Failed(Exception):
 
 
 def literal(text: Any) -> Any:
-    """Convert a text of xacro to a number or a boolean if it is one."""
+    """Convert a string to the number or boolean that xacro takes it for, else return it unchanged."""
     if not isinstance(text, str) or "_" in text:
         return text
     for kind in (int, float):
@@ -54,7 +54,7 @@ def literal(text: Any) -> Any:
 
 
 def plain_node(value: Any) -> ast.expr:
-    """Return a Python value as an expression. Raises Failed."""
+    """Convert a Python value to an expression. Raises Failed."""
     if value is None or isinstance(value, bool):
         return ast.Name({None: "none", True: "true", False: "false"}[value], ast.Load())
     if isinstance(value, (list, tuple)):
@@ -71,7 +71,7 @@ def plain_node(value: Any) -> ast.expr:
 
 
 def number_in(text: str) -> int | float:
-    """Return the number that a text is. Raises Failed."""
+    """Parse a number. Raises Failed."""
     value = literal(text.strip())
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         raise Failed(f'"{text[:40]}" is not a number')
@@ -79,7 +79,7 @@ def number_in(text: str) -> int | float:
 
 
 def number_node(text: str) -> ast.expr:
-    """Return the number in a text as an expression. Raises Failed."""
+    """Convert a string with a number to an expression. Raises Failed."""
     value = number_in(text)
     if isinstance(value, float) and value.is_integer() and abs(value) < 1e6:
         value = int(value)
@@ -87,12 +87,12 @@ def number_node(text: str) -> ast.expr:
 
 
 def call(name: str, *arguments: ast.expr) -> ast.Call:
-    """Return the call of a function of the language."""
+    """Build the call of a function of the language."""
     return ast.Call(ast.Name(name, ast.Load()), list(arguments), [])
 
 
 def negate(node: ast.expr) -> ast.expr:
-    """Return the opposite of a condition."""
+    """Negate a condition."""
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
         return node.operand
     if isinstance(node, ast.Name) and node.id in ("true", "false"):
@@ -105,7 +105,7 @@ def negate(node: ast.expr) -> ast.expr:
 
 
 def all_of(*nodes: ast.expr | None) -> ast.expr | None:
-    """Join conditions by ``and``; return None without any."""
+    """Join conditions with ``and``; return None if there are none."""
     found: dict[str, ast.expr] = {}
     for node in nodes:
         decided = True if node is None else fold(node)
@@ -117,7 +117,7 @@ def all_of(*nodes: ast.expr | None) -> ast.expr | None:
 
 
 def fold(node: ast.expr) -> Any:
-    """Return the value of an expression of constants, or None."""
+    """Evaluate a constant expression, or return None if it is not constant."""
     names = {one.id for one in ast.walk(node) if isinstance(one, ast.Name)}
     is_open = any(name in _OUTSIDE or (name not in CONSTANTS and name not in functions()) for name in names)
     if not is_open and not any(variables_in([node])):
@@ -127,7 +127,7 @@ def fold(node: ast.expr) -> Any:
 
 
 def as_text(node: ast.expr) -> str:
-    """Return an expression as text of the language."""
+    """Format an expression in the syntax of the language."""
     for one in ast.walk(node):
         if isinstance(one, ast.Name) and hasattr(one, "variable"):
             one.id = one.variable.ours
@@ -135,19 +135,19 @@ def as_text(node: ast.expr) -> str:
 
 
 def variables_in(nodes: Iterable[ast.AST]) -> Iterator[Any]:
-    """Yield the variables that expressions read."""
+    """Yield the variables in expressions."""
     for node in nodes:
         yield from (one.variable for one in ast.walk(node) if hasattr(one, "variable"))
 
 
 def usable(name: str, taken: Iterable[str], shadows: bool = False) -> str:
-    """Return a name for an expression of the language that is not taken; ``shadows``: it may be that of a function."""
+    """Return a valid and free name for a variable of the language; ``shadows`` allows names of functions."""
     reserved = {*(() if shadows else functions()), *OF_DESCRIPTIONS, *CONSTANTS, "rad", "deg", *kwlist, *taken}
     return free_name(re.sub(r"\W", "_", name, flags=re.ASCII) or "value", reserved)
 
 
 class Restart(Exception):
-    """Something is given up, and the run begins again."""
+    """The run has to start again, because a macro or an argument cannot be kept."""
 
 
 @dataclass(eq=False)
@@ -156,20 +156,20 @@ class Variable:
 
     kind: str
     name: str
-    ours: str  # its name in the description
-    value: Any  # an example of it as xacro has it
+    ours: str  # name in the description
+    value: Any  # an example value in xacro
     type: str
     symbol: Symbol | None = None  # the value of a property, or the default of an argument
-    owner: str = ""  # the key of its macro
+    owner: str = ""  # key of its macro
     place: Any = None
     comments: list[str] = field(default_factory=list)
-    candidates: list[Any] = field(default_factory=list)  # that it is compared with
+    candidates: list[Any] = field(default_factory=list)  # values that it is compared with
     environment: bool = False
-    names_file: bool = False  # the name of a YAML file that is loaded
+    names_file: bool = False  # it occurs in the name of a loaded YAML file
     names_mesh: bool = False
-    printed: bool = False  # a text contains it
+    printed: bool = False  # it is inserted into a string
     used: bool = False
-    digits: str = ""  # of a number, as the source has them
+    digits: str = ""  # the number as written in the source
 
     @property
     def node(self) -> ast.expr:
@@ -180,12 +180,12 @@ class Variable:
 
 
 class Symbol:
-    """An expression of the language, an example of what xacro computes, and the type of the expression.
+    """An expression of the language with its type and an example of the value that xacro computes.
 
-    The example of a ``known`` symbol is its value. ``pieces`` are those of a text that is joined from several.
+    A ``known`` symbol is constant, and its example is the value. ``pieces`` are the pieces of a composed string.
     """
 
-    tokens: list[Symbol] = []  # of this process, by their numbers  # noqa: RUF012
+    tokens: list[Symbol] = []  # all symbols that occur in strings, by token number  # noqa: RUF012
 
     def __init__(self, node: ast.expr | None, value: Any, kind: str, known: bool, pieces: Pieces | None = None) -> None:
         self._node, self.value, self.type, self.known, self.pieces = node, value, kind, known, pieces or []
@@ -205,25 +205,25 @@ class Symbol:
 
     @property
     def variable(self) -> Variable | None:
-        """The variable, if the expression is its name alone."""
+        """The variable if the expression is just its name, else None."""
         return getattr(self._node, "variable", None)
 
     @property
     def constant(self) -> str | None:
-        """The text, if the symbol has only one value."""
+        """The string if the symbol is a string constant, else None."""
         node = self._node
         return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else None
 
     @property
     def package(self) -> str:
-        """The name of the package, if the symbol is its folder; else empty."""
+        """The name of the package if the symbol is ``find(NAME)``, else ""."""
         node: Any = self._node
         is_find = isinstance(node, ast.Call) and getattr(node.func, "id", "") == "find"
         return str(node.args[0].value) if is_find else ""
 
     @property
     def declared_type(self) -> str:
-        """The type of a variable that has this value: a text of several numbers is a list, "false" is a flag."""
+        """The type of a variable with this value: a string of numbers is a list, "false" is a boolean."""
         if self.constant in ("true", "false"):
             return "boolean"
         can_be_list = self.constant is not None or len(self.pieces) > 1 or self.type == "list"
@@ -231,7 +231,7 @@ class Symbol:
         return "list" if is_list else self.type
 
     def as_number(self) -> ast.expr:
-        """Return the expression as a number. Raises Failed if it is a text without one."""
+        """Return the expression as a number. Raises Failed for a string that is not a number."""
         if self.constant is not None:
             return number_node(self.constant)
         if self.pieces:
@@ -267,7 +267,7 @@ class Symbol:
         """Return the expression as the text that xacro prints."""
         if self.pieces or self.constant is not None:
             return self.node
-        if self.type == "boolean" and not isinstance(self.value, str):  # an argument is printed as it is given
+        if self.type == "boolean" and not isinstance(self.value, str):  # a string argument is printed as written
             decided = fold(self.node)
             if isinstance(decided, bool):
                 return ast.Constant(str(decided))
@@ -281,28 +281,28 @@ class Symbol:
 
 
 def symbol_of(value: Any) -> Symbol:
-    """Return a value as a symbol. Raises Failed if the language has no such value."""
+    """Convert a value to a symbol. Raises Failed if the language has no such value."""
     return value if isinstance(value, Symbol) else Symbol(plain_node(value), value, type_of(value), True)
 
 
 def example_of(value: Any) -> Any:
-    """Return the example of a value."""
+    """Return the example of a symbol, or any other value unchanged."""
     return value.value if isinstance(value, Symbol) else value
 
 
 def is_known(value: Any) -> bool:
-    """Return True if a value depends on no argument and no parameter."""
+    """Return True if a value does not depend on arguments or parameters."""
     return not isinstance(value, Symbol) or value.known
 
 
 def type_of(value: Any) -> str:
-    """Return the type that a Python value has in the language."""
+    """Return the type of a Python value in the language."""
     kinds = ((bool, "boolean"), ((int, float), "number"), (str, "text"), ((list, tuple), "list"), (dict, "table"))
     return next((kind for types, kind in kinds if isinstance(value, types)), "")
 
 
 def join_pieces(pieces: Pieces) -> Any:
-    """Join pieces into one text: a string if it is constant, otherwise a symbol."""
+    """Join pieces to a string if all are constant, otherwise to a symbol."""
     made: Pieces = []
     for piece in pieces:
         for one in piece.pieces or [piece] if isinstance(piece, Symbol) else [piece]:
@@ -321,19 +321,19 @@ def join_pieces(pieces: Pieces) -> Any:
 
 
 def pieces_of(value: Any) -> Pieces:
-    """Return the pieces of a text."""
+    """Split a string or symbol into its pieces."""
     text = value.constant if isinstance(value, Symbol) else value
     return ([text] if text else []) if text is not None else value.pieces or [value]
 
 
 def with_tokens(text: str) -> Any:
-    """Replace the tokens in a text by their symbols."""
+    """Replace the tokens in a string with their symbols."""
     parts = TOKEN.split(text)
     return join_pieces([Symbol.tokens[int(part)] if index % 2 else part for index, part in enumerate(parts)])
 
 
 def joined_node(pieces: Pieces) -> ast.expr:
-    """Return pieces as an expression for one text."""
+    """Return an expression that concatenates pieces."""
     made: ast.expr | None = None
     for piece in pieces:
         item = ast.Constant(piece) if isinstance(piece, str) else piece.as_text()
@@ -346,7 +346,7 @@ def joined_node(pieces: Pieces) -> ast.expr:
 
 
 def words_of(pieces: Pieces) -> list[Pieces]:
-    """Split pieces into words at blanks."""
+    """Split pieces into words at whitespace."""
     words: list[Pieces] = [[]]
     for piece in pieces:
         parts = re.split(r"\s+", piece) if isinstance(piece, str) else [piece]
@@ -369,7 +369,7 @@ def _number_of_word(word: Pieces) -> ast.expr:
 
 @dataclass(eq=False)
 class Element:
-    """An element with its attributes and its content."""
+    """An XML element with its attributes and content."""
 
     tag: str
     attributes: dict[str, Pieces]
@@ -380,7 +380,7 @@ class Element:
 
 @dataclass(eq=False)
 class Call:
-    """A call of a macro that is kept; ``given`` has the value of each parameter, and whether that is its default."""
+    """A call of a kept macro; ``given`` has the value of each parameter, and True if it is the default."""
 
     macro: Macro
     given: dict[str, tuple[Symbol, bool]]
@@ -390,7 +390,7 @@ class Call:
 
 @dataclass(eq=False)
 class If:
-    """Nodes that exist only if a condition holds."""
+    """Nodes that exist only if ``test`` equals ``holds``."""
 
     test: Symbol
     holds: bool
@@ -406,17 +406,17 @@ class Words:
 
 @dataclass(eq=False)
 class Comment:
-    """A comment."""
+    """An XML comment."""
 
     text: str
 
 
 @dataclass(eq=False)
 class Macro:
-    """A macro that is kept. ``level`` is the element in which it is called; ``robot`` makes it a part."""
+    """A kept macro. ``level`` is the tag in which it is called; at level ``robot`` it becomes a part."""
 
     name: str
-    key: str  # the place of the definition as text
+    key: str  # place of the definition, as text
     level: str
     place: Place | None
     comments: list[str]
@@ -430,7 +430,7 @@ class Macro:
 
 
 def nodes_of(parent: Any) -> list[Any]:
-    """Return the content of an element of an evaluated document."""
+    """Convert the content of an element in an evaluated document to nodes."""
     made: list[Any] = []
     for node in parent.childNodes:
         place, comments = getattr(node, MARK, None), getattr(node, COMMENTS, [])
@@ -454,14 +454,14 @@ def nodes_of(parent: Any) -> list[Any]:
 
 
 def walk(nodes: list[Any]) -> Iterator[Any]:
-    """Yield all nodes of a body, in their order."""
+    """Yield nodes and their descendants in document order."""
     for node in nodes:
         yield node
         yield from walk(getattr(node, "body", []))
 
 
 def expressions_in(nodes: list[Any]) -> Iterator[ast.AST]:
-    """Yield the expressions of nodes and of their bodies."""
+    """Yield the expressions in nodes and their descendants."""
     for node in walk(nodes):
         pieces: Pieces = []
         if isinstance(node, Element):

@@ -1,7 +1,7 @@
-"""Calls of macros while xacro runs with symbols.
+"""Handle macro calls during the symbolic execution of a xacro.
 
-The call of a macro that becomes a part or a named value stays in the document, and the body of the macro is evaluated
-once, with symbols for its parameters. Other calls are expanded as xacro does it. This module runs in the child process.
+The call of a macro that becomes a part or a named value stays in the document, and the macro body is evaluated once,
+with symbols for its parameters. Other calls are expanded as in xacro. This module runs in the child process.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ if TYPE_CHECKING:
 
 MAX_DEPTH = 40
 _TRANSPARENT = ("xacro-if", "xacro:if", "xacro:unless")
-# Elements of a description whose content may become a named value; that of others is text.
+# Elements whose content may become a named value; macros in other elements become XML text.
 _SHAPES = ("link/visual", "link/collision")
 _ENTRIES = ("link", "joint", "link/inertial", *_SHAPES, *(f"{one}/geometry" for one in _SHAPES))
 
-Names = dict[str, dict[str, str]]  # the parameters that a block is, by block and attribute
+Names = dict[str, dict[str, str]]  # parameters that replace a block, by block and attribute
 
 
 @dataclass(eq=False)
 class Invocation:
-    """A call: the macro, the element, what it gives, and the tables of macros and properties of the definition."""
+    """A macro call with its arguments; ``macros`` and ``symbols`` are the scopes of the macro definition."""
 
     definition: Any
     node: Any
@@ -39,22 +39,22 @@ class Invocation:
 
     @property
     def key(self) -> str:
-        """The place of the definition."""
+        """The place of the macro definition, as text."""
         return str(getattr(self.definition.body, MARK, None))
 
 
 class Calls:
-    """The calls of macros of one run."""
+    """The macro calls of one run."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
-        self.macros: dict[str, Macro] = {}  # that are kept
-        self.building: list[Macro] = []  # whose body is being evaluated
-        self.paths: list[str] = [""]  # the elements in which those are called
-        self.called: dict[str, bool] = {}  # by key of the macro, whether it produced any element
+        self.macros: dict[str, Macro] = {}  # kept macros
+        self.building: list[Macro] = []  # stack of macros whose bodies are being evaluated
+        self.paths: list[str] = [""]  # stack of element paths of their calls
+        self.called: dict[str, bool] = {}  # by macro key: did it produce an element?
 
     def call(self, node: Any, macros: Any, symbols: Any) -> bool:
-        """Handle the call of a macro; return False if the element is not a call."""
+        """Handle an element if it is a macro call; return False if it is not."""
         program, xacro = self.program, self.program.xacro
         if not node.tagName.startswith("xacro:"):
             return False
@@ -66,7 +66,7 @@ class Calls:
             own_macros, own_symbols, macro = xacro.resolve_macro(name, macros, symbols)
         except KeyError:
             raise xacro.XacroException(f"unknown macro name: {node.tagName}") from None
-        invocation = Invocation(copy(macro), node, own_macros, own_symbols)  # the name may be defined again
+        invocation = Invocation(copy(macro), node, own_macros, own_symbols)  # its definition may change
         self.called.setdefault(invocation.key, False)
         path = self._path(node)
         xacro.macrostack.append(invocation.definition)
@@ -81,7 +81,7 @@ class Calls:
         return True
 
     def _path(self, node: Any) -> str | None:
-        """Return the path of elements that contain a call, such as link/visual, or None inside another macro call."""
+        """Return the path of the elements around a call, such as link/visual, or None within another macro call."""
         names: list[str] = []
         node = node.parentNode
         while node.parentNode is not None and node.tagName != "xacro:macro":
@@ -93,11 +93,11 @@ class Calls:
         if node.nodeType == node.ELEMENT_NODE:
             names += [self.paths[-1]] if self.paths[-1] else []
         else:
-            names.pop()  # the robot
+            names.pop()  # leave out <robot>
         return "/".join(reversed(names))
 
     def _take_values(self, call: Invocation, macros: Any, symbols: Any) -> None:
-        """Evaluate the parameters and the blocks of a call."""
+        """Evaluate the arguments and blocks of a call."""
         program, xacro, macro, node = self.program, self.program.xacro, call.definition, call.node
         parameters = list(macro.params)
         for name, text in node.attributes.items():
@@ -131,7 +131,7 @@ class Calls:
             call.values[name] = program.literal(value)
 
     def _take_blocks(self, call: Invocation) -> Names:
-        """Convert blocks of a call that are origins to parameters; return the names by block and attribute."""
+        """Replace <origin> blocks of a call with parameters; return the parameter names by block and attribute."""
         names: Names = {}
         for block, element in call.blocks.items():
             if element.tagName != "origin" or element.childNodes or block.startswith("**"):
@@ -147,12 +147,12 @@ class Calls:
         return names
 
     def inline(self, key: str, reason: str) -> None:
-        """Run again, with a macro expanded where it is called."""
+        """Start the run again with the calls of a macro expanded."""
         self.program.inlined[key] = reason
         raise Restart
 
     def _keep(self, call: Invocation, path: str) -> None:
-        """Replace a call by an element that describes it; evaluate the body of the macro at its first call."""
+        """Replace a call with a placeholder element; evaluate the macro body at the first call."""
         program, key, node = self.program, call.key, call.node
         if any(one.key == key for one in self.building):
             self.inline(key, "it calls itself")
@@ -183,7 +183,7 @@ class Calls:
         program.xacro.replace_node(node, by=made)
 
     def _build(self, macro: Macro, call: Invocation, path: str, values: dict[str, Symbol], blocks: Names) -> None:
-        """Evaluate the body of a macro with symbols for its parameters, and for those that are its blocks."""
+        """Evaluate the body of a macro with symbols for its parameters and its <origin> blocks."""
         program = self.program
         table = program.xacro.Table(call.symbols)
         table.rosorin_macro = macro
@@ -206,7 +206,7 @@ class Calls:
         self.called[macro.key] = True
 
     def _evaluated(self, call: Invocation, table: Any, path: str) -> Any:
-        """Return the body of a macro, evaluated in a separate macro, so that calls in it can determine their path."""
+        """Evaluate a macro body within a new <xacro:macro> element, where ``_path`` stops."""
         body = call.definition.body.cloneNode(deep=True)
         for name in ("name", "params"):
             if body.hasAttribute(name):
@@ -220,7 +220,7 @@ class Calls:
         return body
 
     def _expand(self, call: Invocation, path: str) -> None:
-        """Expand a call in its place, as xacro does."""
+        """Expand a call in place, as xacro does."""
         xacro, node = self.program.xacro, call.node
         table = xacro.Table(call.symbols)
         table.rosorin_plain = True

@@ -1,6 +1,6 @@
-"""Macros of vendors that a description calls: their parameters, and the xacro text of a call.
+"""Call macros of vendors' xacro files from a description: parse their parameters, and write the xacro of a call.
 
-Parameters are read from the text of the files, without running xacro: they are checked before a call, and completed in
+Parameters are parsed from the files without running xacro, to validate calls before they run, and to complete names in
 editors.
 """
 
@@ -28,26 +28,26 @@ from rosorin_compile.source.xml.markup import Document, MarkupError, parse, read
 
 from .child import CALL
 
-# The default of each parameter; None if it is required. The names of blocks begin with one or two asterisks.
+# Defaults by parameter name, None if required. The names of blocks begin with one or two asterisks.
 Parameters = Mapping[str, "str | None"]
 Values = dict[str, tuple[Any, Span]]
 
-# The parameters that get ``parent``, ``xyz`` and ``rpy`` of the include.
+# Usual names of parameters that get ``parent``, ``xyz`` and ``rpy`` of the include.
 _PARENTS = ("parent", "parent_link", "parent_frame", "connected_to", "attach_to")
 _POSES = ("*origin", "*pose")
 _DIMENSIONS = {"xyz": LENGTH, "rpy": ANGLE}
 _ZERO = "0 0 0"
-# As ``xacro.parse_macro_arg``; "^" takes a property of the caller.
+# The syntax of ``xacro.parse_macro_arg``; "^" inherits a property of the caller.
 _PARAMETER = re.compile(
     r"""\s*([^\s:=]+)(?:\s*:?=\s*((?:\^\|?)?(?:\$\{.*?\}|\$\(.*?\)|(?:'.*?'|".*?"|[^\s'"]+)+|))(?=\s|$))?""", re.DOTALL
 )
 _PACKAGE = re.compile(r"package://([^/\s]+)")
 _FIND = re.compile(r"\$\(find\s+([^\s)]+)\s*\)")
-_EVALUATED = re.compile(r"\$+(?=[{(])")  # with one more dollar, xacro takes it as text
+_EVALUATED = re.compile(r"\$+(?=[{(])")  # an additional dollar escapes an expression
 
 
 class Call(NamedTuple):
-    """The xacro that calls a macro, empty with ``problems``, and the keys of the include whose values it passes."""
+    """The xacro text of a macro call ("" with ``problems``), and the keys of the include that are passed to it."""
 
     text: str = ""
     passed: frozenset[str] = frozenset()
@@ -55,7 +55,7 @@ class Call(NamedTuple):
 
 
 def macros_of(document: Document, path: Path, packages: Packages) -> dict[str, Parameters]:
-    """Return the macros of a xacro file, and of the files that it includes by names without expressions."""
+    """Return the macros of a xacro file and its includes by name; includes with expressions are skipped."""
     found: dict[str, Parameters] = {}
     waiting, visited = [(document, path)], {os.path.abspath(path)}
     for opened, file in waiting:
@@ -63,7 +63,7 @@ def macros_of(document: Document, path: Path, packages: Packages) -> dict[str, P
             if any(above.tag == "xacro:macro" for above in element.ancestors()):
                 continue
             name, parameters = element.get("name").removeprefix("xacro:"), _parameters(element.get("params"))
-            if element.tag == "xacro:macro" and name:  # of several definitions, no parameter is required
+            if element.tag == "xacro:macro" and name:  # with several definitions, any parameter may be optional
                 merged = {**found.get(name, {}), **parameters}
                 found[name] = {key: default or "" for key, default in merged.items()} if name in found else merged
             if element.tag != "xacro:include" or "ns" in element.attributes:
@@ -73,7 +73,7 @@ def macros_of(document: Document, path: Path, packages: Packages) -> dict[str, P
             target = None if "$" in included else packages.resolve(included, file.parent)
             if target and (place := os.path.abspath(target)) not in visited:
                 visited.add(place)
-                with suppress(MarkupError):  # which xacro reports
+                with suppress(MarkupError):  # xacro reports the error
                     waiting.append((parse(read_source(target)), target))
     return found
 
@@ -87,9 +87,9 @@ def _parameters(text: str) -> dict[str, str | None]:
 
 
 def how_to_call(path: Path, macros: Mapping[str, Parameters]) -> str:
-    """Return the help for a file that only defines macros: an include that calls one of them."""
+    """Return the help for a file that only defines macros: an example include that calls a macro."""
     name, parameters = next(iter(macros.items()))
-    passed = (*_POSES, *_DIMENSIONS)  # by an include without them, too
+    passed = (*_POSES, *_DIMENSIONS)  # an include always passes a pose
     needed = [key for key, default in parameters.items() if default is None and key not in passed]
     keys = _keys_for([*needed, *(key for key in _PARENTS if key in parameters)])
     entry = ", ".join([f"file: {path.name}", f"macro: {name}", *keys])
@@ -98,7 +98,7 @@ def how_to_call(path: Path, macros: Mapping[str, Parameters]) -> str:
 
 
 def _keys_for(parameters: Iterable[str]) -> list[str]:
-    """Return the keys of an include that pass values to some parameters."""
+    """Return the example keys of an include that set parameters."""
     names = list(parameters)
     values = ", ".join(f"{one.lstrip('*')}: VALUE" for one in names if one not in _PARENTS)
     keys = [f"with: {{{values}}}"] if values else []
@@ -106,7 +106,7 @@ def _keys_for(parameters: Iterable[str]) -> list[str]:
 
 
 def macro_call(entry: Map, document: Document, path: Path, options: ReadOptions) -> Call:
-    """Return the call by an evaluated include: by its keys ``macro``, ``with``, ``parent``, ``xyz`` and ``rpy``."""
+    """Build the macro call from the keys ``macro``, ``with``, ``parent``, ``xyz`` and ``rpy`` of an include."""
     packages = Packages(options.packages, options.environment or os.environ, path)
     macros, name = macros_of(document, path, packages), entry["macro"]
     if name not in macros:
@@ -151,7 +151,7 @@ def macro_call(entry: Map, document: Document, path: Path, options: ReadOptions)
 
 
 def _values(entry: Map, parameters: Parameters) -> tuple[Values, frozenset[str], list[Diagnostic]]:
-    """Return the values of parameters by name, the keys of the include that pass them, and diagnostics."""
+    """Return parameter values by name, the keys of the include that are used, and diagnostics."""
     written, passed, problems = entry.get("with") or Map(entry.span), set[str](), list[Diagnostic]()
     values = {key: (value, written.value_spans[key]) for key, value in written.items() if value is not None}
     name, keys = entry["macro"], [parameter.lstrip("*") for parameter in parameters]
@@ -192,15 +192,15 @@ def _values(entry: Map, parameters: Parameters) -> tuple[Values, frozenset[str],
 
 
 def _as_text(text: str) -> str:
-    """Escape a text so that xacro does not evaluate it: trust in a vendor's file must not run code of a description."""
+    """Escape xacro expressions: trusting a vendor's file must not run code from the description."""
     return _EVALUATED.sub(r"$\g<0>", text)
 
 
 def _literal(value: Any) -> str:
-    """Return an expression of xacro for a value; without braces and dollars, which begin and end expressions."""
+    """Format a value as a xacro expression without braces and dollars, which xacro would parse."""
     if isinstance(value, dict):
         pairs = (f"({_literal(key)}, {_literal(inner)})" for key, inner in value.items())
-        return f"xacro.dotify(dict([{', '.join(pairs)}]))"  # as a mapping of xacro.load_yaml
+        return f"xacro.dotify(dict([{', '.join(pairs)}]))"  # the type that xacro.load_yaml returns
     if isinstance(value, list):
         return f"[{', '.join(map(_literal, value))}]"
     if isinstance(value, str):
@@ -209,7 +209,7 @@ def _literal(value: Any) -> str:
 
 
 def _block(parameter: str, value: Any) -> str:
-    """Return the element of a block. Raises ValueError."""
+    """Return the XML of a block argument. Raises ValueError."""
     key = parameter.lstrip("*")
     if not isinstance(value, str):
         raise ValueError(f"is a block: the text of an element of XML, not {kind_of(value)}")
@@ -226,13 +226,13 @@ def _block(parameter: str, value: Any) -> str:
 
 
 def with_macros(schema: dict[str, Any], roots: Iterable[Path]) -> dict[str, Any]:
-    """Return the schema for editors with the macros, and their parameters, of the xacro files that robots include."""
+    """Add the macros and parameters of included xacro files to the schema for editors."""
     found: dict[str, dict[str, Parameters]] = {}
     for root in roots:
         reader = Reader(root, RobotReader())
         reader.whole()
         for item, _, by in reader.robots:
-            with suppress(IncludeError, MarkupError, TypeError, AttributeError):  # an include with a mistake
+            with suppress(IncludeError, MarkupError, TypeError, AttributeError):  # skip an invalid include
                 packages = reader.packages_of(item, by)
                 path = reader.target(item["file"], item.get("package"), by, packages)
                 found[item["file"]] = macros_of(parse(read_source(path)), path, Packages(packages, os.environ, path))

@@ -1,10 +1,10 @@
-"""Run xacro with symbols for its arguments and for the parameters of its macros.
+"""Execute a xacro symbolically, with symbols for arguments and macro parameters.
 
-The xacro library executes the file, so that scopes, lazy evaluation, includes and namespaces are exactly those of
-xacro. Three things are different. The value of an expression is a ``Symbol``: an expression of the language, with an
-example of its value. A condition that depends on an argument stays in the document, with the elements of its branch.
-The call of a macro that becomes a part stays in the document, and the body of the macro is evaluated once, with symbols
-for its parameters. What is given up is expanded as xacro does it. This module runs in the child process.
+The xacro library executes the file, so that scopes, lazy evaluation, includes and namespaces are exactly as in xacro.
+Three things are different. The value of an expression is a ``Symbol``: an expression of the description language with
+an example value. A condition on an argument stays in the document, with its content. The call of a macro that becomes
+a part stays in the document, and the macro body is evaluated once, with symbols for its parameters. Macros and
+arguments that cannot be translated are expanded as in xacro. This module runs in the child process.
 """
 
 from __future__ import annotations
@@ -26,24 +26,24 @@ MAX_RUNS = 60
 
 
 def main() -> None:
-    """Answer one request with the description of a file."""
+    """Read a request from stdin and write the translated description to stdout."""
     child.main(lambda request: Program(request).answer_with_description())
 
 
 class Program(Expansion):
-    """A run of a file with symbols."""
+    """The symbolic execution of a file."""
 
     def __init__(self, request: dict[str, Any]) -> None:
         super().__init__(request)
         self.request = request
-        self.inlined: dict[str, str] = dict(request["inlined"])  # places of macros, with the reason
-        self.fixed: dict[str, list[str]] = dict(request["fixed"])  # values of arguments, with the reason
-        # What earlier runs found: types of parameters, and properties of its callers that a macro has as parameters.
+        self.inlined: dict[str, str] = dict(request["inlined"])  # reasons by place of the macro
+        self.fixed: dict[str, list[str]] = dict(request["fixed"])  # value and reason by argument
+        # Results of earlier runs: types of parameters, and properties of callers that become parameters, by macro.
         self.kinds: dict[str, str] = {}
         self.implicit: dict[str, set[str]] = {}
 
     def answer_with_description(self) -> dict[str, Any]:
-        """Return the documents of the description, or the error."""
+        """Translate the file; return the documents of the description, or the error."""
         from .write_yaml import Writer
 
         self.xacro: Any = import_module("xacro")
@@ -68,8 +68,8 @@ class Program(Expansion):
         ir.Symbol.tokens.clear()
         self.variables: list[ir.Variable] = []
         self.arguments: dict[str, ir.Variable] = {}
-        self.constants: dict[str, Any] = {}  # the values of arguments that are not kept
-        self.refused: dict[ir.Variable, str] = {}  # variables with values that xacro refuses, with the reason
+        self.constants: dict[str, Any] = {}  # values of arguments that are not kept
+        self.refused: dict[ir.Variable, str] = {}  # variables with values that xacro rejects, and the error
         self.names: set[str] = set()
         self.defined: dict[str, tuple[str, Any]] = {}
         self.macro_calls, self.conditions, self.named = Calls(self), Conditions(self), NamedFiles(self)
@@ -79,7 +79,7 @@ class Program(Expansion):
                 self.declare(name, text, None)
 
     def blame(self, nodes: Iterable[ast.AST], reason: str) -> bool:
-        """Give up macros whose parameters occur in expressions, else the arguments; return True if there are any."""
+        """Stop keeping the macros, or else the arguments, that expressions depend on; return False for none."""
         variables: dict[ir.Variable, None] = {}
         waiting = list(ir.variables_in(nodes))
         while waiting:
@@ -97,7 +97,7 @@ class Program(Expansion):
     def variable(
         self, kind: str, name: str, value: Any, declared_type: str, macro: ir.Macro | None = None
     ) -> ir.Variable:
-        """Return a new variable, with a name that is free where it is read."""
+        """Create a variable with a name that is unique in its scope."""
         own, owner = (set(), "") if macro is None else (macro.names, macro.key)
         taken = {"argument": set(), "parameter": own, "let": own | self.names}[kind]
         made = ir.Variable(kind, name, ir.usable(name, taken, kind == "argument"), value, declared_type, owner=owner)
@@ -108,13 +108,13 @@ class Program(Expansion):
         return made
 
     def literal(self, value: Any) -> Any:
-        """Return the value of a text, as xacro takes it for that of a property."""
+        """Convert a string to a number, boolean or unquoted string, as xacro does for property values."""
         if not isinstance(value, ir.Symbol):
             return self.own_literal(value)
         made = self.own_literal(value.value) if isinstance(value.value, str) else value.value
         if made is value.value or (isinstance(made, str) and made == value.value):
             return value
-        if isinstance(made, str):  # without the quotes around it
+        if isinstance(made, str):  # remove the quotes
             first, *inner, last = value.pieces or ["", "", ""]
             return ir.join_pieces([first[1:], *inner, last[:-1]]) if value.pieces else value
         if isinstance(made, bool):
@@ -122,14 +122,14 @@ class Program(Expansion):
         return ir.Symbol(value.as_number(), made, "number", value.known)
 
     def note_comparison(self, items: list[ir.Symbol]) -> None:
-        """Record the values that an argument is compared with: they are used to verify the translation."""
+        """Record the values that an argument is compared with; the translation is verified with them."""
         texts = [text for one in items for text in (one.value if isinstance(one.value, (list, tuple)) else [one.value])]
         texts = [one for one in texts if isinstance(one, (str, int, float)) and not isinstance(one, bool)]
         for variable in filter(None, (one.variable for one in items)):
             variable.candidates += texts
 
     def declare(self, name: str, default: Any, node: Any, environment: bool = False) -> None:
-        """Declare an argument."""
+        """Declare a xacro argument, or an environment variable that becomes an argument."""
         if name not in self.arguments:
             text = str(ir.example_of(default))
             kind = ir.type_of(ir.literal(text))
@@ -141,7 +141,7 @@ class Program(Expansion):
         made.comments = made.comments or getattr(node, ir.COMMENTS, [])
 
     def argument(self, name: str) -> Any:
-        """Return the value of an argument."""
+        """Return the symbol of an argument."""
         if name in self.fixed:
             return self.constants.get(name, self.fixed[name][0])
         if name not in self.arguments:
@@ -150,7 +150,7 @@ class Program(Expansion):
         return ir.Symbol(made.node, made.value, made.type, False)
 
     def extension(self, text: str, symbols: Any) -> Any:
-        """Return the value of $(...)."""
+        """Evaluate a substitution $(...)."""
         kind, _, rest = text.strip().partition(" ")
         if kind == "eval":
             return Evaluator(self, symbols, arguments=True).eval(ast.parse(rest.strip(), mode="eval").body)
@@ -170,7 +170,7 @@ class Program(Expansion):
         return self.own_extension(f"$({kind} {rest})".replace(" )", ")"))
 
     def eval_text(self, text: str, symbols: Any, inner: bool = False) -> Any:
-        """Return the value of a text, as xacro does."""
+        """Evaluate the expressions and substitutions in a string, as xacro does."""
         results: list[Any] = []
         lexer = self.xacro.QuickLexer(self.xacro.LEXER)
         lexer.lex(text)
@@ -190,7 +190,7 @@ class Program(Expansion):
         return ir.with_tokens("".join(map(str, results)))
 
     def read(self, table: Any, name: str, own: bool = False) -> Any:
-        """Return the value of a name: a global name of xacro, a property or a parameter."""
+        """Look up a name in a scope: a global name of xacro, a property or a parameter."""
         xacro, holder = self.xacro, table
         while isinstance(holder, xacro.Table) and not dict.__contains__(holder, name):
             holder = holder.parent
@@ -212,7 +212,7 @@ class Program(Expansion):
         return value
 
     def reference(self, table: Any, name: str) -> Any:
-        """Return the value of a property as a reference to it."""
+        """Return the value of a property; create a ``let`` variable for it if it can be one."""
         value = table[name]
         macro: ir.Macro | None = vars(table).get("rosorin_macro")
         if isinstance(value, self.xacro.Table) or "rosorin_plain" in vars(table):
@@ -227,13 +227,13 @@ class Program(Expansion):
             return value
         first = next(iter(ir.pieces_of(symbol)), None)
         is_variable = symbol.variable is not None and symbol.variable.kind != "let"
-        is_inner = macro is not None and macro.level != "robot"  # a named value has no properties of its own
+        is_inner = macro is not None and macro.level != "robot"  # properties cannot be declared within a named value
         if is_variable or is_inner or (isinstance(first, ir.Symbol) and first.package):
             return symbol
         if isinstance(value, float) and value == math.pi:
             return ir.Symbol(ast.Name("pi", ast.Load()), value, "number", True)
         text = ir.as_text(symbol.node)
-        if before is not None and before[1] == text:  # it is set to the same value again
+        if before is not None and before[1] == text:  # set to the same value again
             read = before[2]
         else:
             made = self.variable("let", name, symbol.value, symbol.declared_type, macro)
@@ -245,7 +245,7 @@ class Program(Expansion):
         return read
 
     def patch(self, xacro: Any) -> None:
-        """Let xacro evaluate with symbols."""
+        """Replace the evaluation functions of xacro with symbolic ones."""
         self.own_literal, self.own_extension = xacro.Table._eval_literal, xacro.eval_extension
         self.own_include, own_boolean = xacro.process_include, xacro.get_boolean_value
         xacro.Table._eval_literal = staticmethod(self.literal)
@@ -255,7 +255,7 @@ class Program(Expansion):
         xacro.get_boolean_value = lambda value, condition: own_boolean(ir.example_of(value), condition)
 
     def take_comments(self, node: Any) -> None:
-        """Remove the comments before an element of xacro and remember them with it."""
+        """Move the comments before a xacro element from the document to the element."""
         found: list[str] = []
         before, after = node.previousSibling, node.nextSibling
         while before is not None and (_is_blank(before, 1) or before.nodeType == before.COMMENT_NODE):
@@ -271,7 +271,7 @@ class Program(Expansion):
         setattr(node, ir.COMMENTS, [*getattr(node, ir.COMMENTS, []), *found])
 
     def eval_all(self, node: Any, macros: Any, symbols: Any) -> None:
-        """Evaluate an element and what it contains."""
+        """Evaluate an element and its content."""
         for name, value in list(node.attributes.items()):
             if name.startswith("xacro:") or name == "xmlns:xacro":
                 node.removeAttribute(name)
@@ -293,14 +293,14 @@ class Program(Expansion):
             child = following
 
     def known_name(self, node: Any, attribute: str, symbols: Any) -> str:
-        """Return the name in an attribute. Raises Failed if it depends on an argument."""
+        """Evaluate an attribute that is a name. Raises Failed if it depends on an argument."""
         name = self.eval_text(node.getAttribute(attribute), symbols)
         if not ir.is_known(name):
             raise ir.Failed("the name of an element or attribute depends on it", name.node)
         return str(ir.example_of(name))
 
     def element(self, node: Any, macros: Any, symbols: Any) -> None:
-        """Evaluate an element of xacro, or one that stays."""
+        """Evaluate a xacro element or any other element."""
         xacro, tag = self.xacro, node.tagName
         if tag in ("xacro:if", "xacro:unless"):
             self.conditions.element(node, macros, symbols)
@@ -318,7 +318,7 @@ class Program(Expansion):
             if name not in self.fixed:
                 self.declare(name, default, node)
             elif ir.example_of(default) == self.fixed[name][0] and ir.is_known(default):
-                self.constants.setdefault(name, default)  # it may begin with the folder of a package
+                self.constants.setdefault(name, default)  # the default may begin with a package folder
             xacro.replace_node(node, by=None)
         elif tag == "xacro:insert_block":
             self.insert(node, macros, symbols)
@@ -330,7 +330,7 @@ class Program(Expansion):
             self.eval_all(node, macros, symbols)
 
     def property(self, node: Any, symbols: Any) -> None:
-        """Set a property."""
+        """Evaluate <xacro:property>."""
         scope, building = node.getAttribute("scope"), self.macro_calls.building
         if building and (scope == "global" or (scope == "parent" and symbols is building[-1].table)):
             self.macro_calls.inline(building[0 if scope == "global" else -1].key, "it sets a property of its caller")
@@ -341,7 +341,7 @@ class Program(Expansion):
         self.xacro.grab_property(node, symbols)
 
     def insert(self, node: Any, macros: Any, symbols: Any) -> None:
-        """Insert a block."""
+        """Evaluate <xacro:insert_block>."""
         name = node.getAttribute("name")
         key = f"**{name}" if f"**{name}" in symbols else f"*{name}"
         if key not in symbols:
@@ -356,7 +356,7 @@ class Program(Expansion):
         self.xacro.replace_node(node, by=block, content_only=key.startswith("**"))
 
     def include(self, node: Any, macros: Any, symbols: Any) -> None:
-        """Include a file."""
+        """Evaluate <xacro:include>."""
         name = self.eval_text(node.getAttribute("filename"), symbols)
         if not ir.is_known(name):
             raise ir.Failed("the file to include is named by it", name.node)
@@ -365,5 +365,5 @@ class Program(Expansion):
 
 
 def _is_blank(node: Any, lines: int) -> bool:
-    """Return True if a node is white space with at most some line ends."""
+    """Return True if a node is whitespace with at most ``lines`` line breaks."""
     return bool(node.nodeType == node.TEXT_NODE and node.data.isspace() and node.data.count("\n") <= lines)

@@ -1,8 +1,8 @@
-"""Translate a xacro to a description with its macros and arguments, verified against the output of xacro.
+"""Translate a xacro to a description that keeps its macros and arguments, and verify it against xacro.
 
-A child process writes the documents (``program``). What cannot be translated is given up there by name: a macro is
-expanded where it is called, an argument keeps its value. The result is compiled for combinations of the arguments and
-compared with the output of xacro; the differences determine what is given up next.
+A child process writes the documents (``program``). If a macro cannot be translated, its calls are expanded; an argument
+that cannot be translated is replaced with its value. The result is compiled for combinations of the arguments and
+compared with the output of xacro; a difference determines which macro or argument is not kept in the next attempt.
 """
 
 from __future__ import annotations
@@ -36,27 +36,27 @@ from .expand import _expand
 from .write_yaml import decode
 
 MAX_ATTEMPTS = 25
-MAX_SECONDS = 45.0  # of CPU, with its children
+MAX_SECONDS = 45.0  # of CPU time, with child processes
 MAX_COMBINATIONS = 16
-# What is made of the xacro begins and ends a file, in this order; other sections are between.
+# The order of sections at the beginning and at the end of a file.
 _HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let", "materials", "parts", "links", "joints", "use")
 _TAIL = ("urdf_elements", "accept", "outputs")
 
-Combination = tuple[tuple[str, str], ...]  # the arguments that are not the default, with their values
+Combination = tuple[tuple[str, str], ...]  # names and values of the arguments that differ from the default
 _Rows = Sequence[Combination]
 
 
 class Target(NamedTuple):
-    """The destination of a description, and its differences from the xacro."""
+    """The destination of a translated description, and its intended differences from the xacro."""
 
     folder: Path
-    schema: str = ""  # the address of the schema for editors
-    name: str | None = None  # another name of the robot
-    meshes: str | None = None  # the prefix of relative names of meshes
-    shares: bool = False  # files are included from other descriptions next to it that have the same
+    schema: str = ""  # path of the schema for editors
+    name: str | None = None  # new name of the robot
+    meshes: str | None = None  # prefix of relative mesh names
+    shares: bool = False  # include equal files of adjacent descriptions instead of copying
 
     def address(self, name: str, text: str) -> str:
-        """Return the name of a file as the description includes it: that of another description if it is the same."""
+        """Return the path for including a file: an equal file in an adjacent description if allowed, else ``name``."""
         if self.shares and not exists(self.folder / name):
             for path in sorted(self.folder.parent.glob(f"*/{name}")):
                 if read_text(path, errors="replace") == text:
@@ -65,7 +65,7 @@ class Target(NamedTuple):
 
 
 class InlinedMacro(NamedTuple):
-    """A macro that is expanded where it is called, with the reason."""
+    """A macro whose calls are expanded, with the reason and the place of its definition."""
 
     name: str
     reason: str
@@ -74,35 +74,35 @@ class InlinedMacro(NamedTuple):
 
 @dataclass(frozen=True)
 class Translation:
-    """The files of a description (text by name), and what became of the macros and arguments of the source."""
+    """The files of a description (text by file name), and the macros and arguments that were kept or replaced."""
 
     files: dict[str, str]
     kept: tuple[str, ...] = ()
     inlined: tuple[InlinedMacro, ...] = ()
     arguments: tuple[str, ...] = ()
-    fixed: tuple[tuple[str, str], ...] = ()  # arguments with the value that they keep
-    proven: tuple[Combination, ...] = ()  # that were compared
-    report: tuple[str, ...] = ()  # lines for the person who imports the robot
-    reason: str = ""  # why there are no files
+    fixed: tuple[tuple[str, str], ...] = ()  # names and values of replaced arguments
+    proven: tuple[Combination, ...] = ()  # combinations that were compared
+    report: tuple[str, ...] = ()  # lines of the import report
+    reason: str = ""  # why the translation failed
 
 
 class _Flat(Exception):
-    """The xacro cannot be translated at all."""
+    """The xacro cannot be translated; the message is the reason."""
 
 
 class _Fault(NamedTuple):
-    """What is wrong with a translation, and with which arguments."""
+    """A difference between a translation and xacro, with the arguments for which it occurs."""
 
     text: str
-    macros: list[list[str]]  # of each, the first macro that is kept may be at fault
+    macros: list[list[str]]  # for each difference, candidate macros, innermost first
     combination: Combination
 
 
 def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outputs, target: Target) -> Translation:
-    """Return the description of a xacro; without files, and with a reason, if it cannot be translated.
+    """Translate a xacro to a description; return no files but a reason if that fails.
 
-    ``imported`` is the robot that the xacro expands to with the arguments that are given, ``wanted`` the artifacts that
-    its description asks for.
+    ``imported`` is the robot that the xacro expands to with the arguments in ``options``, ``wanted`` are the outputs of
+    the description.
     """
     try:
         return _Search(path, options, imported, wanted, target).run()
@@ -112,18 +112,18 @@ def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outp
 
 
 class _Search:
-    """The search for what has to be given up."""
+    """Repeats the translation with fewer macros and arguments until it equals xacro."""
 
     def __init__(self, path: Path, options: ReadOptions, imported: Imported, wanted: Outputs, target: Target) -> None:
         self.path, self.options, self.imported, self.target = path, options, imported, target
         self.outputs = dict(wanted.entries)
-        if "urdf" in self.outputs:  # kept elements need no hardware or sensors of Gazebo
+        if "urdf" in self.outputs:  # Gazebo and ros2_control elements are kept, so the URDF must not add more
             urdf = self.outputs["urdf"]
             self.outputs["urdf"] = {key: one for key, one in urdf.items() if key not in ("control", "gazebo")}
-        self.robots: dict[Combination, Imported] = {(): imported}  # what xacro makes
-        self.inlined: dict[str, str] = {}  # places of macros, with the reason
-        self.fixed: dict[str, list[str]] = {}  # values of arguments, with the reason
-        self.began = sum(os.times()[:4])  # of CPU, with its children
+        self.robots: dict[Combination, Imported] = {(): imported}  # output of xacro
+        self.inlined: dict[str, str] = {}  # reasons by place of the macro
+        self.fixed: dict[str, list[str]] = {}  # value and reason by argument
+        self.began = sum(os.times()[:4])  # CPU time in seconds, with child processes
 
     def run(self) -> Translation:
         failing: Combination | None = None
@@ -138,7 +138,7 @@ class _Search:
             self.inlined, self.fixed = answer["inlined"], answer["fixed"]
             rows, total = _combinations({one["name"]: one["choices"] for one in answer["arguments"]})
             invented = [((one["name"], text),) for one in answer["arguments"] for text in one["invented"]]
-            every = sorted([*rows, *invented], key=lambda row: row != failing)  # what failed before fails first
+            every = sorted([*rows, *invented], key=lambda row: row != failing)  # repeat the last failure first
             variables = {one["name"]: one["value"] for one in answer["arguments"] if one["environment"]}
             refused = self.expand(every, variables)
             before = len(self.fixed)
@@ -171,10 +171,10 @@ class _Search:
         return sum(os.times()[:4]) - self.began > MAX_SECONDS
 
     def expand(self, rows: _Rows, variables: Mapping[str, str]) -> list[Combination]:
-        """Let xacro make the robots of combinations of arguments, each once; return those that it refuses.
+        """Expand the xacro for combinations of arguments, each once; return the combinations that fail.
 
-        ``variables`` are the arguments that are variables of the environment. The first two robots are always made, the
-        others unless it is late.
+        ``variables`` are the arguments that are environment variables in the xacro. The first two combinations are
+        always expanded, the others only within the time limit.
         """
         for number, row in enumerate(rows):
             if row not in self.robots and (number < 2 or not self.is_late()):
@@ -193,10 +193,10 @@ class _Search:
     def compare(
         self, files: Mapping[str, str], rows: _Rows, packages: Mapping[str, Path]
     ) -> list[Combination] | _Fault:
-        """Compare a translation with the robots of xacro; return the combinations, or the first one that differs."""
+        """Compare a translation with the output of xacro; return the compared combinations, or the first difference."""
         compared: list[Combination] = []
         with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
-            stage = Path(name, Description.FOLDER, "robot")  # other descriptions are next to it
+            stage = Path(name, Description.FOLDER, "robot")  # includes may refer to adjacent descriptions
             for file, text in files.items():
                 (stage / file).parent.mkdir(parents=True, exist_ok=True)
                 (stage / file).write_text(text, "utf-8")
@@ -215,7 +215,7 @@ class _Search:
         return compared
 
     def give_up(self, answer: Mapping[str, Any], fault: _Fault) -> None:
-        """Give up the macros that a difference names, else the arguments that were changed, else all of both."""
+        """Stop keeping the macros in a fault, else the changed arguments, else all macros and arguments."""
         kept = {name: key for name, ours, key in answer["macros"] for name in (name, ours)}
         macros = {kept[found[0]] for names in fault.macros if (found := [name for name in names if name in kept])}
         fixed = [name for name, _ in fault.combination if name not in self.fixed]
@@ -244,7 +244,7 @@ class _Search:
             return layout({key: content[key] for key in keys if content.get(key)}, lines)
 
         made = {name: text(name, one) for name, one in documents.items() if name != root and any(one.values())}
-        if not answer["copied"]:  # tables are named from the file
+        if not answer["copied"]:  # YAML files are relative to the including file, so it cannot be shared
             made = {self.target.address(name, one): one for name, one in made.items()}
         head: dict[str, Any] = {"rosorin_compile": Verbatim("1"), "robot": self.target.name or decode(answer["name"])}
         head |= {"source": dict(tree["source"])} if "source" in tree else {}
@@ -256,7 +256,7 @@ class _Search:
         return {root: text(root, {**head, **tail, **documents.get(root, {})}, first), **made, **answer["copied"]}
 
     def acceptances(self) -> list[Any]:
-        """Return the ``accept`` entries that the robots of all combinations need, merged by rule and reason."""
+        """Return the ``accept`` entries for the robots of all combinations, merged by rule and reason."""
         made: dict[tuple[str, str], dict[str, Any]] = {}
         for imported in self.robots.values():
             for entry in (imported.tree.get("accept") if imported.tree is not None else None) or ():
@@ -268,7 +268,7 @@ class _Search:
     def report(
         self, answer: Mapping[str, Any], made: Translation, rows: _Rows, refused: _Rows, total: int
     ) -> Iterator[str]:
-        """Yield the lines about macros, arguments and packages, and about the combinations that were compared."""
+        """Yield the lines of the import report about macros, arguments, packages and compared combinations."""
         lost, used, compared = made.inlined, made.arguments, made.proven
         if made.kept or lost:
             line = f"{len(made.kept)} of {count_of(len(made.kept) + len(lost), 'macro')} kept"
@@ -302,7 +302,7 @@ class _Search:
 
 
 def _combinations(choices: Mapping[str, Sequence[str]]) -> tuple[list[Combination], int]:
-    """Return the combinations that are compared, that of the defaults first, and how many there would be."""
+    """Return the combinations to compare, defaults first, and the number of all combinations."""
     several = {name: values for name, values in choices.items() if len(values) > 1}
     total = math.prod(map(len, several.values()))
     if total <= MAX_COMBINATIONS:
@@ -314,7 +314,7 @@ def _combinations(choices: Mapping[str, Sequence[str]]) -> tuple[list[Combinatio
 
 
 def _error(diagnostics: Sequence[Diagnostic], stage: Path, row: Combination) -> _Fault:
-    """Return the compiler's errors as a fault of the translation, with the parts and named values that they are in."""
+    """Convert compiler errors to a fault, with the parts and named values in which they occur."""
     errors = [one for one in diagnostics if has_errors([one])]
     macros: list[list[str]] = []
     for one in errors:
@@ -328,7 +328,7 @@ def _error(diagnostics: Sequence[Diagnostic], stage: Path, row: Combination) -> 
 
 
 def _calls(texts: Sequence[str], made: Imported) -> list[list[str]]:
-    """Return the calls of macros, innermost first, that made each link, joint and element that sentences name."""
+    """Return the macro calls, innermost first, that created each link, joint and element named in the texts."""
     names, tree = set(re.findall(r"[\w./-]+", " ".join(texts))), made.whole
     spans = []
     for section in ("links", "joints"):
@@ -342,7 +342,7 @@ def _calls(texts: Sequence[str], made: Imported) -> list[list[str]]:
 
 
 def _settled(value: Any) -> Any:
-    """Return a robot with its XML elements and mesh names in normalized form."""
+    """Normalize the XML elements and mesh names of a robot for comparison."""
     if not is_dataclass(value) or isinstance(value, type):
         return value
     changes: dict[str, Any] = {}

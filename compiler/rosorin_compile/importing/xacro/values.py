@@ -1,4 +1,4 @@
-"""Write symbols and texts of a xacro as values of a description: numbers, lists, texts, names and files."""
+"""Convert symbols and strings of a xacro to values of a description: numbers, lists, strings and file names."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _FULL_TURN, _LONG = 6.2832, 20
 
 
 class Values:
-    """Writes the values of a program."""
+    """Converts the values of a program to values of a description."""
 
     def __init__(self, program: Program, meshes: str | None) -> None:
         self.program, self.meshes = program, meshes
 
     def expression_text(self, node: ast.expr) -> str:
-        """Return an expression as text, and record what it uses."""
+        """Format an expression, and record the variables and packages that it uses."""
         for one in ast.walk(node):
             if isinstance(one, ast.Call) and getattr(one.func, "id", "") == "find":
                 name = one.args[0].value  # type: ignore[attr-defined]
@@ -40,16 +40,16 @@ class Values:
         return ir.as_text(node)
 
     def expression(self, node: ast.expr) -> Expression:
-        """Return an expression of the language as a value."""
+        """Wrap an expression in ``${...}``."""
         return Expression(f"${{{self.expression_text(node)}}}")
 
     def number(self, pieces: ir.Pieces, unit: str = "") -> Any:
-        """Return a number. Raises Failed if a text is not a number."""
+        """Convert pieces to a number in ``unit``. Raises Failed for a string that is not a number."""
         symbol = ir.symbol_of(ir.join_pieces(pieces))
         return self._plain(symbol.as_number(), unit) if symbol.constant is None else number(symbol.constant, unit)
 
     def list_of(self, pieces: ir.Pieces, count: int, unit: str = "") -> Any:
-        """Return a list of numbers. Raises Failed if there are more or fewer."""
+        """Convert pieces to a list of ``count`` numbers. Raises Failed for another count."""
         words = ir.words_of(pieces)
         if len(words) == count:
             return [self.number(word, unit) for word in words]
@@ -58,11 +58,11 @@ class Values:
         return self._list(ir.symbol_of(ir.join_pieces(words[0])), unit)
 
     def file(self, pieces: ir.Pieces) -> Any:
-        """Return the name of a mesh or a texture."""
+        """Convert pieces to the file name of a mesh or texture."""
         return self.text(self._file_name(pieces))
 
     def _file_name(self, pieces: ir.Pieces) -> ir.Pieces:
-        """Return the name of a file: of a package by its address."""
+        """Return a file name, as a ``package://`` URI for files in packages."""
         first = pieces[0] if pieces else ""
         if first == "file://":
             return self._file_name(pieces[1:])
@@ -77,7 +77,7 @@ class Values:
         return [first, *pieces[1:]]
 
     def text(self, pieces: ir.Pieces, escape: Callable[[str], str] = lambda text: text) -> Any:
-        """Return a text with the expressions in it."""
+        """Convert pieces to a string, or to an Expression if it contains expressions."""
         made, is_plain = "", True
         for piece in pieces:
             if isinstance(piece, str):
@@ -95,7 +95,7 @@ class Values:
         return made.replace("$${", "${") if is_plain else Expression(made)
 
     def value(self, symbol: ir.Symbol, variable: ir.Variable, unit: str = "") -> Any:
-        """Return the value that a variable is given."""
+        """Convert a symbol to the value for a variable of a certain type."""
         node = symbol.node
         if isinstance(node, ast.Name) and node.id == "none":
             return None
@@ -117,7 +117,7 @@ class Values:
         return self._plain(node)
 
     def argument(self, symbol: ir.Symbol, variable: ir.Variable) -> ast.expr:
-        """Return a value as an argument of a named value."""
+        """Convert a symbol to an argument in the call of a named value."""
         if variable.names_mesh:
             return ir.joined_node(self._file_name(ir.pieces_of(symbol)))
         if variable.type == "list":
@@ -133,7 +133,7 @@ class Values:
         return self._plain(made, unit) if isinstance(made, ast.List) else self.expression(made)
 
     def _plain(self, node: ast.expr, unit: str = "") -> Any:
-        """Return an expression of the language as a value."""
+        """Convert an expression to a literal value if it is constant, else to an Expression."""
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
             return node.value
         if isinstance(node, ast.Dict):
@@ -151,7 +151,7 @@ class Values:
                 return number(ir.as_text(node).replace(" ", ""), unit) if is_literal else Verbatim(degrees or "0")
         inner = node.args[0] if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "float" else None
         if unit == ANGLES and isinstance(inner, ast.Call) and getattr(inner.func, "id", "") in _ANGULAR:
-            node = inner  # an angle is not a plain number
+            node = inner  # keep the angle, without its conversion to a float
         return self.expression(node)
 
 

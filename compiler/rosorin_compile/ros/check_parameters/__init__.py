@@ -1,1 +1,1 @@
-"""Check ROS parameter files against a robot: their ``nodes``, their ``transforms``, and the ``check`` itself."""
+"""Check ROS parameter files against a robot: keys of ``nodes``, published ``transforms``, controllers and topics."""

@@ -1,4 +1,4 @@
-"""Check parameter files, with the remaps of the command line and of launch files, against one robot."""
+"""Check parameter files, with remaps from the command line and launch files, against a robot."""
 
 from __future__ import annotations
 
@@ -40,20 +40,20 @@ from ..ports import Role, controller_ports, full_topic, full_type, ports, short_
 from .nodes import Node, check_node, nodes_in_files
 from .transforms import check_edges, check_frames, claims, remapped_topics
 
-# Keys of the configuration files of MoveIt, which are not parameter files.
+# Keys of MoveIt configuration files, which are not ROS parameter files.
 _MOVEIT = re.compile(
     r"\b(cartesian_limits|joint_limits|kinematics_solver|moveit_controller_manager|moveit_simple_controller_manager"
     r"|octomap_frame|planner_configs|planning_plugins?|sensor_plugin|trajectory_execution)\s*:"
 )
-_ODOM = "odom"  # the usual topic
-_OF_CONTROLLER = re.compile(r"_controller/odom(etry)?\Z")  # as controllers of a drive are called
-# Nodes that run others in their process: their remaps apply to all of them.
+_ODOM = "odom"  # the usual odometry topic
+_OF_CONTROLLER = re.compile(r"_controller/odom(etry)?\Z")  # odometry topic of a drive controller
+# Nodes that run other nodes in their process, to which their remaps apply, too.
 _HOSTS = ("controller_manager", "ros2_control_node")
 
 
 @dataclass(frozen=True)
 class CheckedParameters:
-    """The number of checked edges, publishers without a file, and unknown nodes; ``robot`` is empty after an error."""
+    """The number of checked edges, publishers without a file, and unknown nodes; ``robot`` is "" after an error."""
 
     robot: str = ""
     judged: int = 0
@@ -126,7 +126,7 @@ def check_parameters(
 
 
 def _read(paths: Iterable[Path], diagnostics: list[Diagnostic]) -> list[list[Section]]:
-    """Return the sections of each file. What is wrong is added to ``diagnostics``; files of MoveIt are a note."""
+    """Parse each file into sections; add errors, and a note for each MoveIt file, to ``diagnostics``."""
     read: list[list[Section]] = []
     for path in paths:
         try:
@@ -144,11 +144,11 @@ def _read(paths: Iterable[Path], diagnostics: list[Diagnostic]) -> list[list[Sec
 
 
 def _check_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
-    """Validate the parameters of a node; those of a controller are also compared with the robot."""
+    """Validate the parameters of a node; compare the parameters of a controller with the robot."""
     wrong = of_type(node.shown, node.type, distribution) if node.type else None
     yield from (one.place(node.type_span) for one in [wrong] if one)
     if wrong is not None and wrong.severity == "error":
-        return  # every key would be reported as wrong
+        return  # otherwise every key would be an error
     diagnostics = list(check_node(node))
     yield from diagnostics
     if not node.type:
@@ -163,8 +163,8 @@ def _check_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnosti
     moving = any(not joint.is_fixed for joint in case.robot.joints)
     for one in against_robot(node.shown, kind, values, known, case.robot, "error"):
         if one.rule == "controller-name" and not moving:
-            continue  # a description of where things are mounted
-        if wrong is not None:  # the package is unknown, so its keys may have another meaning
+            continue  # the description only has fixed frames
+        if wrong is not None:  # a type of an unknown package may use keys in another way
             one = one._replace(severity=WARNING)
         drive = [case.related("the drive of the robot", ("drive",), key=True)]
         yield one.place(node.setting(one.key).span, drive if one.rule == "controller-differs" else [])
@@ -182,7 +182,7 @@ def _parse_remap(word: str) -> Remap:
 
 
 def _launch_remaps(path: Path, diagnostics: list[Diagnostic]) -> list[Remap]:
-    """Return the remaps of a launch file; those that are only known at runtime are added to ``diagnostics``."""
+    """Return the remaps in a launch file; add a note to ``diagnostics`` for remaps only known at runtime."""
     try:
         nodes = list(nodes_of(read_utf8(path, str(path))))
     except LoadError as problem:
@@ -207,7 +207,7 @@ def _launch_remaps(path: Path, diagnostics: list[Diagnostic]) -> list[Remap]:
 def _of_arguments(words: Sequence[str], node: str) -> Iterator[Remap]:
     for flag, word in pairwise(words):
         if flag in ("-r", "--remap"):
-            with suppress(RequestError):  # which the node refuses, too
+            with suppress(RequestError):  # the node rejects an invalid remap, too
                 remap = _parse_remap(word)
                 yield remap._replace(node=remap.node or node)
         elif flag == "--controller-ros-args":
@@ -219,9 +219,9 @@ def _of_arguments(words: Sequence[str], node: str) -> Iterator[Remap]:
 
 
 def _check_topics(robot: Robot, nodes: Sequence[Node], remaps: Sequence[Remap], distro: str) -> Iterator[Diagnostic]:
-    """Yield topics without a publisher, with mismatched types or QoS, and obstacle sources that do not work."""
+    """Report topics without a publisher or with mismatched types or QoS, and invalid observation sources."""
     graph, by_name = Graph(), {node.full: node for node in nodes}
-    for node in nodes:  # topics that a launch file names are unknown
+    for node in nodes:  # leave out topics that a launch file sets
         values, of_kind = node.values, ports(distro, node=node.kind.name) if node.kind else ()
         known = controller_ports(full_type(node.type), distro) if node.type else of_kind
         those = [one for one in known if not one.each and node.setting(one.parameter).value != ""]
@@ -243,7 +243,7 @@ def _check_topics(robot: Robot, nodes: Sequence[Node], remaps: Sequence[Remap], 
 
 
 def _unheard(node: Node, end: End, graph: Graph, by_name: Mapping[str, Node], is_decided: bool) -> Iterator[Diagnostic]:
-    """Report a topic that no node publishes, if a controller publishes a similar topic or another message type."""
+    """Report a subscribed topic without a publisher if a controller has a similar topic or another message type."""
     there, role, heard = graph.publishers(end), end.port.role, end.topic
     fitting = [one for one in there if one.type == end.type]
     if mismatch := mismatched_qos(end, fitting):
@@ -302,7 +302,7 @@ def _source(node: Node, layer: str, name: str, place: Span, sensors: Mapping[str
 
 
 def _unseen(node: Node, topic: str, message: str, sensors: Mapping[str, str], place: Span) -> Iterator[Diagnostic]:
-    """Report a topic that no sensor publishes, if the description declares topics for sensors of that type."""
+    """Report a sensor topic without a publisher if the description has sensor topics with the same message type."""
     known = sorted(other for other, kind in sensors.items() if kind == message)
     if known and topic not in known:
         text = f"{node.shown} reads {short_type(message)} on {topic}, and the sensors of the robot publish "
@@ -310,7 +310,7 @@ def _unseen(node: Node, topic: str, message: str, sensors: Mapping[str, str], pl
 
 
 def summary(result: CheckedParameters) -> str:
-    """Return what was judged, in a line."""
+    """Summarize a check in one line."""
     severities = [one.severity for one in result.diagnostics]
     counts = phrase(count_of(severities.count(s), s) for s in ("error", "warning", "note") if s in severities)
     line = f"{count_of(result.judged, 'edge')} of nodes compared with the files: {counts or 'as described'}"

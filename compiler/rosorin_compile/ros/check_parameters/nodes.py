@@ -1,4 +1,4 @@
-"""The nodes that parameter files configure: the kind of each node, and checks of its keys and values."""
+"""The nodes in parameter files: identify the kind of each node, and check its keys and values."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _INPUT = re.compile(r"(odom|pose|twist|imu)(\d+)(_.*)?")
 
 
 class Setting(NamedTuple):
-    """The value of a node's key (None if unknown), its position, and whether it is set in a file."""
+    """The value of a node's parameter (None if unknown), its position, and True if a file sets it."""
 
     value: Any
     span: Span
@@ -31,16 +31,16 @@ class Setting(NamedTuple):
 
     @property
     def how(self) -> str:
-        """The end of a sentence about the setting: empty if a file sets it, else " by default"."""
+        """The suffix for messages: "" if a file sets the value, else " by default"."""
         return "" if self.given else " by default"
 
 
 @dataclass(frozen=True, eq=False)
 class Node:
-    """A node of the files: its full name, the place that names it, its kind if it is known, and its parameters.
+    """A node in parameter files: its full name with its position, its kind or None, and its parameters.
 
-    ``type`` is the type of a controller, or empty for other nodes, and ``type_span`` is its position. ``shared`` are
-    the keys under a wildcard, which other nodes read as well.
+    ``type`` is the type of a controller, "" for other nodes, and ``type_span`` its position. ``shared`` are the keys
+    under a wildcard, which apply to other nodes as well.
     """
 
     full: str
@@ -58,7 +58,7 @@ class Node:
 
     @property
     def namespace(self) -> str:
-        """The namespace; / for none."""
+        """The namespace, or / if there is none."""
         return self.full.rsplit("/", 1)[0] or "/"
 
     @property
@@ -68,7 +68,7 @@ class Node:
 
     @property
     def values(self) -> dict[str, Any]:
-        """The values of its parameters, without those that a launch file substitutes."""
+        """The parameter values, without values that contain substitutions."""
         return {key: one.value for key, one in self.parameters.items() if "$(" not in key and not one.substituted}
 
     def topic(self, name: str) -> str:
@@ -76,11 +76,11 @@ class Node:
         return full_topic(name, self.namespace, self.name)
 
     def is_of(self, publisher: Publisher, publishers: Iterable[Publisher]) -> bool:
-        """Return True if this node is the publisher that the description names."""
+        """Return True if this node is a publisher of the description, by name or package."""
         return is_of(self.name, self.kind, publisher, publishers)
 
     def setting(self, key: str, default: Any = None) -> Setting:
-        """Return the value of a key: that of a file, else the default of the tables, else ``default``."""
+        """Return the value in a file, else the default in the tables of ROS nodes, else ``default``."""
         given = self.parameters.get(key)
         if given is not None:
             return Setting(None if given.substituted else given.value, given.span, True)
@@ -93,8 +93,8 @@ def nodes_in_files(
 ) -> tuple[list[Node], list[Diagnostic]]:
     """Return the nodes that files configure, without duplicates, and diagnostics about their names.
 
-    Each file is a list of sections. Its wildcards apply to the nodes that it names; a file that names none is taken to
-    be for one node, which is inferred from its keys. ``controllers`` are those of the description.
+    Each file is a list of sections. Its wildcards apply to the nodes that it names; if it names none, one node is
+    inferred from its keys. ``controllers`` are the controllers of the description.
     """
     named: dict[str, list[Section]] = defaultdict(list)
     diagnostics: list[Diagnostic] = []
@@ -113,7 +113,7 @@ def nodes_in_files(
         if kind is not None:
             named[f"{namespace.rstrip('/')}/{[*kind.names, kind.name][0]}"] += sections
     types = _types(named, controllers)
-    # Parameters of nodes that do not exist are assigned to the controllers that have none.
+    # Parameters for unknown names belong to controllers without parameters and with a similar name.
     bare = {full.rpartition("/")[2]: full for full in types if all(one.of_any for one in named[full])}
     for full in [one for one in named if one not in types]:
         name = full.rpartition("/")[2]
@@ -144,7 +144,7 @@ def _merged(sections: Sequence[Section]) -> dict[str, Parameter]:
 
 
 def _types(named: Mapping[str, list[Section]], controllers: Sequence[Controller]) -> Mapping[str, tuple[str, Span]]:
-    """Return the types of controllers with their places: of the manager, of the node itself, or of the description."""
+    """Return types of controllers and their positions, from the manager, the node itself, or the description."""
     described = {one.name: full_type(one.type) for one in controllers}
     found: dict[str, tuple[str, Span]] = {}
     for full, sections in named.items():
@@ -177,7 +177,7 @@ def _node(full: str, sections: list[Section], of_type: tuple[str, Span] | None, 
 
 
 def check_node(node: Node) -> Iterator[Diagnostic]:
-    """Validate the keys and values of a node; for an unknown node, only report plugins without a type."""
+    """Validate the keys and values of a node; for a node of unknown kind, only report plugins without a type."""
     for key, by_default in facts("ros2_nodes")["plugin_lists"].get(node.name, {}).items():
         setting = node.setting(key)
         names = setting.value if setting.given and isinstance(setting.value, list) else ()
@@ -193,7 +193,7 @@ def check_node(node: Node) -> Iterator[Diagnostic]:
         parameter = node.parameters[found.key]
         is_unknown = found.rule == "parameters-unknown-key" and node.kind.key(found.key) is None
         if is_unknown and isinstance(found.help, Suggestion) and found.help() == REMOVE:
-            found = found._replace(severity=WARNING)  # not a misspelt key: vendors' files have such keys
+            found = found._replace(severity=WARNING)  # no similar key exists, as for leftover keys in vendors' files
         yield found.place(parameter.key if found.at_key else parameter.span)
     footprint = node.setting("footprint")
     if "footprint" in node.kind and isinstance(footprint.value, str) and not _POLYGON.fullmatch(footprint.value):
@@ -209,7 +209,7 @@ def check_node(node: Node) -> Iterator[Diagnostic]:
 
 
 def _filter(node: Node) -> Iterator[Diagnostic]:
-    """Yield inputs of a filter that are never read or used, and frames with which it does not work."""
+    """Report unused inputs and invalid frames of a robot_localization filter."""
     found = {name: match for name in node.parameters if (match := _INPUT.fullmatch(name))}
     for name, match in found.items():
         kind, number, is_about, parameter = match[1], int(match[2]), match[3], node.parameters[name]

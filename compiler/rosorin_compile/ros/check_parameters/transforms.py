@@ -1,4 +1,4 @@
-"""The transforms in parameter files: which node publishes which edge, and the frames that parameters name."""
+"""Check the transforms in parameter files: the publisher of each edge, and the names of frames."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ BASE, ODOM, MAP, SENSOR = "base", "odom", "map", "sensor"
 
 
 def remapped_topics(node: Node, remaps: Iterable[Remap]) -> dict[str, str]:
-    """Map the full names of a node's remapped topics to their new names; the first remap of a topic wins."""
+    """Map full names of topics of a node to their remapped names; the first remap of a topic wins."""
     mine = [one for one in remaps if one.node in ("", node.name)]
     return {node.topic(one.name): node.topic(one.to) for one in reversed(mine)}
 
 
 class Claim(NamedTuple):
-    """A transform that a node publishes or could publish; ``silent`` is why it does not reach tf, or empty if it does.
+    """A transform that a node publishes or could publish; ``silent`` is why it does not reach /tf, else "".
 
-    ``switch`` is the value of the parameter ``key``, which decides that; ``fix`` is how the node would publish it.
+    ``switch`` is the value of the parameter ``key`` that enables publishing; ``fix`` is the setting that enables it.
     """
 
     node: Node
@@ -40,22 +40,22 @@ class Claim(NamedTuple):
 
     @property
     def edge(self) -> str:
-        """The edge in words."""
+        """The transform as text: ``odom -> base_link``."""
         return f"{self.parent.value} -> {self.child.value}"
 
     @property
     def because(self) -> str:
-        """The value of the switch in words."""
+        """The value of the switch for messages: ``"publish_tf" is false by default``."""
         return f'"{self.key}" is {as_yaml(self.switch.value)}{self.switch.how}'
 
     @property
     def off(self) -> str:
-        """The setting that stops the node from publishing the transform."""
+        """The setting that disables the transform."""
         return f"{self.key}: {'0.0' if isinstance(self.switch.value, float) else 'false'}"
 
 
 def claims(nodes: Iterable[Node], remaps: Sequence[Remap]) -> list[Claim]:
-    """Return the transforms that the nodes publish or could publish."""
+    """Return the transforms that nodes publish or could publish."""
     found = []
     for node in nodes:
         kind = node.kind
@@ -74,7 +74,7 @@ def claims(nodes: Iterable[Node], remaps: Sequence[Remap]) -> list[Claim]:
 
 
 def _of_keys(node: Node, names: Mapping[str, str]) -> Claim | None:
-    """Return the transform of a node whose parameters name its ends and its switch."""
+    """Return the transform of a node with parameters for its parent, child and switch."""
     if not names:
         return None
     parent, child, switch = _frame(node, names["parent"]), _frame(node, names["child"]), node.setting(names["switch"])
@@ -85,20 +85,20 @@ def _of_keys(node: Node, names: Mapping[str, str]) -> Claim | None:
 
 
 def _of_filter(node: Node) -> Claim | None:
-    """Return the transform of a robot_localization filter; ``world_frame`` decides which one it is."""
+    """Return the transform of a robot_localization filter, which depends on ``world_frame``."""
     keys = ("odom_frame", "map_frame", "base_link_frame", "base_link_frame_output")
     odom, map_, base, output = (_frame(node, key) for key in keys)
     base = output if output.given or output.value is not None else base
     world, tf = node.setting("world_frame", odom.value).value, node.setting("publish_tf")
     if None in (odom.value, map_.value, base.value, tf.value) or world not in (odom.value, map_.value):
-        return None  # a launch file sets it, or it is wrong
+        return None  # invalid, or set by a launch file
     ends = (map_, odom) if world == map_.value != odom.value else (odom, base)
     switch = tf if tf.given else tf._replace(span=node.setting("world_frame").span)
     return Claim(node, *ends, "publish_tf", switch, fix="publish_tf: true")
 
 
 def _frame(node: Node, key: str) -> Setting:
-    """Return the name of a frame as a node writes it to tf: with its prefix, without a leading slash."""
+    """Return the name of a frame as the node publishes it: with its prefix, without a leading slash."""
     setting = node.setting(key)
     if not isinstance(setting.value, str):
         return setting._replace(value=None)
@@ -114,7 +114,7 @@ def _prefix(node: Node) -> str:
 
 
 def check_edges(case: Case, found: Sequence[Claim]) -> Iterator[Diagnostic]:
-    """Report differences between the transforms that nodes publish and those of the description."""
+    """Report published transforms that contradict the edges of the description, and edges that nobody publishes."""
     declared = [step for step in all_steps(case, legal=False) if step.publisher.publishes]
     publishers = case.robot.publishers
     speaking = [claim for claim in found if not claim.silent]
@@ -147,7 +147,7 @@ def check_edges(case: Case, found: Sequence[Claim]) -> Iterator[Diagnostic]:
                 yield _both(claim, rival)
     for one in declared:
         owned = [claim for claim in found if claim.node.is_of(one.publisher, publishers)]
-        # A node that owns other edges, too, is not expected to publish all of them.
+        # The node may publish one of its edges, but not all of them.
         could = any(claim.child.value == one.child or claim.parent.value == one.parent for claim in owned)
         does = any(not claim.silent and claim.child.value == one.child for claim in owned)
         if could and not does and not any(claim.node.full in explained for claim in owned):
@@ -167,7 +167,7 @@ def _both(claim: Claim, rival: Claim) -> Diagnostic:
 
 
 def _other_edge(case: Case, claim: Claim, near: Step | None, end: Setting) -> Diagnostic:
-    """Report that a node publishes a different edge from ``near``, or one that is not in the description."""
+    """Report a published edge that differs from the described edge ``near``, or is not in the description."""
     help, prefix = "", _prefix(claim.node)
     if prefix:
         help = f'the controller writes "{prefix}" before its frames, unless tf_frame_prefix_enable is false'
@@ -184,7 +184,7 @@ def _other_edge(case: Case, claim: Claim, near: Step | None, end: Setting) -> Di
 
 
 def check_frames(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> Iterator[Diagnostic]:
-    """Validate the frames that nodes name. The ends of the transforms that they publish are checked with the edge."""
+    """Validate frame names in parameters, except the ends of published transforms, which ``check_edges`` validates."""
     speaking = [claim for claim in found if not claim.silent]
     published = [(str(claim.parent.value), str(claim.child.value)) for claim in speaking]
     known = {*case.robot.frames, *(name for edge in case.robot.edges for name in (edge.parent, edge.child))}
@@ -212,7 +212,7 @@ def check_frames(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> I
 
 
 def _named(node: Node) -> Iterator[tuple[Key, str, Setting]]:
-    """Yield the keys of a node that name frames, with their full names and their values, set or default."""
+    """Yield the frame parameters of a node with their full names and values, including defaults."""
     kind, unset = node.kind, [key for key in node.kind.keys.values() if key.default] if node.kind else []
     keys = {name: kind.key(name) for name in node.parameters} if kind else {}
     for name, key in ({key.name: key for key in unset} | keys).items():
@@ -226,7 +226,7 @@ def _named(node: Node) -> Iterator[tuple[Key, str, Setting]]:
 def _check_base(
     case: Case, node: Node, key: Key, name: str, value: str, setting: Setting, parts: Sequence[Collection[str]]
 ) -> Iterator[Diagnostic]:
-    """Yield an error if no odometry moves the base frame: that of the node's odom frame if it names one, else any."""
+    """Report a base frame that no odometry moves; if the node names an odom frame, only its odometry counts."""
     links, edges = case.robot.link, case.robot.edges
     steps = [step for step in steps_in_modes(case)[0] if step.edge is not None and edges[step.edge].moving]
     leading = [step for step in steps if step.child in links and step.parent not in links]

@@ -1,4 +1,4 @@
-"""controllers.yaml: check parameters of ros2_control, from a description or a file, against the robot."""
+"""controllers.yaml: check ros2_control parameters in a description or a parameter file against the robot."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from ..sections.control.hardware import JOINT_WORDS, POSITION, VELOCITY
 from .write import ControllerParameters, RobotParameters, edges_of, fill, is_whole, manager_parameters, view, write
 
 _ENDS = (("odom_frame_id", "odom"), ("base_frame_id", "base_link"))
-_TOLERANCE = 0.005  # relative: people round sizes, and measure wheels that are compressed
-_LEAST = 0.0005  # m
+_TOLERANCE = 0.005  # relative: sizes are rounded, and tyres are compressed
+_LEAST = 0.0005  # m, minimum tolerance
 _JOINTS = re.compile(r"(?!extra_joints)(?:\w+_)?(?:joints?|joint_name|(?:wheels?|joints|dof|state)_names)")
 _FRAMES = ("base_frame_id", "frame_id", "odom_frame_id")
 _WORLD = ("map", "odom", "world", "earth")
@@ -28,7 +28,7 @@ _SIZES = ("radius", "separation", "wheelbase", "track", "width", "axis")
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Validate the controllers of a description for the distribution of an output.
+    """Validate the controllers of a description for the ROS distribution of an output.
 
     Problems that do not depend on the distribution are reported for the first output only.
     """
@@ -48,7 +48,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         message += f'"{name}" are for {option.capitalize()}'
         yield case.problem("controllers-distribution", message, case.value(entry, "distribution"), within=True)
     if not robot.is_tree or not is_whole(robot):
-        return  # other rules report it
+        return  # reported by other rules
     owners: dict[tuple[str, str], str] = {}
     for one in fill(robot, distribution):
         findings = list(_findings(case, one, distribution))
@@ -62,7 +62,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
 
 
 def _claims(robot: Robot, one: ControllerParameters, owners: dict[tuple[str, str], str]) -> list[Finding]:
-    """Add the commands of an active controller to those with an owner, and report the first that another one has."""
+    """Register the command interfaces of an active controller; report the first one that another controller claims."""
     name, taken = one.controller.name, dict[tuple[str, str, str], list[str]]()
     for key, joints, words in _commands(one.type, one.values):
         for joint, word in ((joint, word) for joint in joints for word in words if "/" not in joint):
@@ -78,7 +78,7 @@ def _claims(robot: Robot, one: ControllerParameters, owners: dict[tuple[str, str
 
 
 def _joint_states(case: Case) -> Iterator[Diagnostic]:
-    """Report that no controller publishes the states of the hardware, or moving joints without a state."""
+    """Report a missing joint_state_broadcaster, or moving joints without a published position."""
     rule, types = "controllers-joint-states", [full_type(one.type) for one in case.robot.controllers]
     states = [(block, joint) for block in case.robot.control for joint in block.joints if joint.state]
     if types and states and not any(one.endswith("/JointStateBroadcaster") for one in types):
@@ -105,7 +105,7 @@ def _findings(case: Case, one: ControllerParameters, distribution: str) -> Itera
     named = list(against_robot(name, one.type, right, one.known, robot, WARNING))
     joints = (joint.name for block in robot.control for joint in block.joints)
     are_right = wrong is None and not any(found.unknown for found in named) and all(map(robot.joint.get, joints))
-    if needed := missing(one.kind, one.values) if are_right else []:  # else it may follow from the wrong name
+    if needed := missing(one.kind, one.values) if are_right else []:  # otherwise a wrong name is the cause
         blocks = [block.name for block in robot.control if any(joint.command for joint in block.joints)]
         if one.known.why_not:
             help = f"{one.known.why_not}; give it in params"
@@ -128,7 +128,7 @@ def _findings(case: Case, one: ControllerParameters, distribution: str) -> Itera
 
 
 def _odometry(robot: Robot, one: ControllerParameters) -> Iterator[Finding]:
-    """Report a controller that does not publish the edge that the description assigns to it, or publishes another."""
+    """Report a controller that does not publish its edge in the description, or publishes a different edge."""
     params, name = one.controller.params, f'controller "{one.controller.name}"'
     key = next((key for key in ("enable_odom_tf", "odom_frame_id", "base_frame_id") if key in params), "")
     mine = [f"{edge.parent} -> {edge.child}" for edge in edges_of(robot, one.controller)]
@@ -157,7 +157,7 @@ def _odometry(robot: Robot, one: ControllerParameters) -> Iterator[Finding]:
 def _placed(case: Case, found: Finding, entry: Path, within: str) -> Diagnostic:
     path: Path = (*entry, within)
     rest, here = found.key, value_at(case.tree, path)
-    # Keys are nested, or have dots.
+    # Keys may be nested or contain dots.
     while isinstance(here, Mapping) and (names := [one for one in here if f"{rest}.".startswith(f"{one}.")]):
         name = max(names, key=len)
         path, rest, here = (*path, name), rest[len(name) + 1 :], here[name]
@@ -172,7 +172,7 @@ def _placed(case: Case, found: Finding, entry: Path, within: str) -> Diagnostic:
 
 
 def of_type(name: str, kind: str, distribution: str) -> Finding | None:
-    """Validate the type of a controller for a distribution, or for all of them if ``distribution`` is empty."""
+    """Validate the type of a controller for a ROS distribution, or for any distribution if it is ""."""
     known, every, plugin = plugins(distribution), plugins(""), full_type(kind)
     if plugin in known:
         return None
@@ -187,24 +187,24 @@ def of_type(name: str, kind: str, distribution: str) -> Finding | None:
     help = Suggestion(kind, words, instead=f"short words: {', '.join(short)}; any other is PACKAGE/CLASS")
     if "/" not in kind or package in packages:
         return Finding("controller-type", f"{message}, which does not exist", "type", help)
-    meant = nearest(package, packages)  # vendors name their packages after well-known ones
+    meant = nearest(package, packages)  # vendors' packages may have similar names
     is_near = meant and abs(len(meant) - len(package)) < 2 and nearest(kind, words)
     message += ", of a package that is not known: its parameters are not checked"
     return Finding("controller-type", message, "type", help if is_near else "", WARNING if is_near else NOTE)
 
 
 def missing(kind: Kind | None, given: Iterable[str]) -> list[str]:
-    """Return the parameters that a controller needs and does not have."""
+    """Return the required parameters that a controller lacks."""
     if kind is None:
         return []
-    meant = {nearest(key, kind.like(key)) for key in given if kind.key(key) is None}  # misspelt, and reported
+    meant = {nearest(key, kind.like(key)) for key in given if kind.key(key) is None}  # misspelt, already reported
     return [key.name for key in kind.own_keys() if key.needed and key.name not in given and key.name not in meant]
 
 
 def against_robot(
     name: str, kind: str, values: Mapping[str, Any], known: RobotParameters, robot: Robot, severity: str
 ) -> Iterator[Finding]:
-    """Report parameters of a controller that disagree with a robot; ``severity`` is for numbers that differ."""
+    """Report parameters of a controller that contradict the robot; ``severity`` is for differing numbers."""
     moving = {joint.name for joint in robot.joints if not joint.is_fixed}
     controllers = {controller.name for controller in robot.controllers}
     for key, value in values.items():
@@ -212,7 +212,7 @@ def against_robot(
         for one in _texts(value) if _JOINTS.fullmatch(key) else ():
             before, slash, joint = one.rpartition("/")
             if slash and joint in moving and (before in controllers or not controllers):
-                continue  # a controller of the chain claims it
+                continue  # a reference interface of a chained controller
             if one not in moving:
                 what = "a fixed joint" if one in robot.joint else "which is not a joint of the robot"
                 message, help = f'"{key}" of {name} names "{one}", {what}', Suggestion(one, moving)
@@ -261,7 +261,7 @@ def _commands(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, list[
 
 
 def _interfaces(name: str, kind: str, values: Mapping[str, Any], robot: Robot) -> Iterator[Finding]:
-    """Yield the commands, the states and the sensor of a controller that no hardware block has."""
+    """Report command interfaces, state interfaces and sensors of a controller that no hardware block has."""
     joints = [one for block in robot.control for one in block.joints]
     there = {(one.name, word) for one in joints for word in one.commands}
     about, reads = interfaces_of(kind), list[tuple[str, str, str]]()

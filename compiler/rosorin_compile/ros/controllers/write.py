@@ -1,4 +1,4 @@
-"""The controllers of a description with their parameters, set or derived from the robot, and controllers.yaml."""
+"""Derive parameters of ros2_control controllers from the robot, and write controllers.yaml."""
 
 from __future__ import annotations
 
@@ -23,27 +23,27 @@ from ..sections.control.hardware import EFFORT, JOINT_WORDS, POSITION, VELOCITY
 from ..sections.controllers import flat
 
 UPDATE_RATE = 100  # Hz
-CONTROLLERS = "controllers"  # the backend
+CONTROLLERS = "controllers"  # name of the format
 TF = "/tf"
-COMMAND = "/cmd_vel"  # where Nav2 and most others send velocities
-# Steering controllers of Jazzy name wheels by function, but still have the keys of Humble, by position.
+COMMAND = "/cmd_vel"  # the topic on which Nav2 and most other nodes publish velocities
+# Steering controllers of Jazzy have keys by function (traction), and the deprecated keys of Humble by position (rear).
 _LATER, _EARLIER = "traction_joints_names", ("front_wheel", "rear_wheel", "wheel_track")
-_EVEN = 1e-6  # m and rad: within this the controller takes wheels to be equal, or evenly spaced
+_EVEN = 1e-6  # m and rad, tolerance for equal and evenly spaced wheels
 _ZERO = 1e-9
-# By default a mecanum controller stops one cycle after each velocity, and Nav2 sends 20 a second. Seconds: what
-# diff_drive has by default (cmd_vel_timeout).
+# Seconds, the default of cmd_vel_timeout in diff_drive_controller. The default of the mecanum controller is one control
+# cycle, which is too short for Nav2 with 20 messages per second.
 _TIMEOUT = 0.5
 
 
 class RobotParameters(NamedTuple):
-    """The parameters that can be derived from the robot, by key, and the reason why others cannot."""
+    """Controller parameters derived from the robot, by key, and why other parameters cannot be derived."""
 
     values: Mapping[str, Any]
     why_not: str = ""
 
 
 def derive(robot: Robot, controller: Controller, plugin: str) -> RobotParameters:
-    """Return the parameters of a controller that follow from the robot, for all distributions."""
+    """Derive the parameters of a controller from the robot, for all ROS distributions."""
     about = interfaces_of(plugin)
     if "drive" in about:
         return _of_drive(robot, controller, about["drive"])
@@ -68,9 +68,9 @@ def _of_drive(robot: Robot, controller: Controller, kind: str) -> RobotParameter
         return RobotParameters({}, str(problem))
     base = _base(robot, driving.frame)
     edges, navigates = [edge for edge in robot.edges if edge.child == base], _navigates(robot)
-    # Without the switch, the controller prefixes the frames with its namespace.
+    # By default, the controller prefixes its frames with its namespace.
     values: dict[str, Any] = {"base_frame_id": base, "tf_frame_prefix_enable": False}
-    # Nav2 of Humble sends no header; a key of Humble alone.
+    # Nav2 on Humble sends Twist without a header; only Humble has this key.
     values |= {"use_stamped_vel": False} if navigates else {}
     values["enable_odom_tf"] = any(edge in edges for edge in edges_of(robot, controller))
     values |= {"odom_frame_id": edges[0].parent} if edges else {}
@@ -86,9 +86,9 @@ def _of_drive(robot: Robot, controller: Controller, kind: str) -> RobotParameter
 
 
 def edges_of(robot: Robot, controller: Controller) -> list[Edge]:
-    """Return the edges of the description that a controller of a drive publishes.
+    """Return the edges of the description that a drive controller publishes.
 
-    An edge whose publisher has another name is recognized by its package if this is the only drive controller.
+    If it is the only drive controller, edges of a publisher with the same package count, too.
     """
     driving = [one for one in robot.controllers if "drive" in interfaces_of(full_type(one.type))]
     kind = node_kinds.controller(full_type(controller.type), "") if driving == [controller] else None
@@ -100,7 +100,7 @@ def _navigates(robot: Robot) -> bool:
 
 
 def _base(robot: Robot, frame: str) -> str:
-    """Return the frame above or below a frame of the drive that an edge moves, or the frame itself."""
+    """Return the frame directly above or below the drive frame that odometry moves, or the drive frame."""
     base = frame
     while not any(edge.child == base for edge in robot.edges):
         joint = robot.joint_to.get(base)
@@ -112,7 +112,7 @@ def _base(robot: Robot, frame: str) -> str:
 
 
 def _quantities(robot: Robot, driving: Driving, joints: Mapping[str, Sequence[str]]) -> dict[str, Any]:
-    """Return the quantities of the drive (m, rad), by their names in ``derived`` of ``ros2_controllers.json``."""
+    """Compute quantities of the drive (m, rad), with the names in ``derived`` of ``ros2_controllers.json``."""
     radii = [wheel.radius for wheel in driving.wheels]
     radius = radii[0] if _spread(radii) < _EVEN else sum(radii) / len(radii)
     found: dict[str, Any] = {"radius": radius, "wheelbase": driving.wheelbase, "track": driving.track}
@@ -120,13 +120,13 @@ def _quantities(robot: Robot, driving: Driving, joints: Mapping[str, Sequence[st
         around = (driving.wheelbase + driving.track) / 2
         found |= {role: names[0] for role, names in joints.items()} | {"half_sum": around}
         found |= {"timeout": _TIMEOUT} if _navigates(robot) else {}
-        # The base seen from the centre of the wheels: the controller has vx + y * wz (mecanum_drive_controller.cpp).
+        # The position of the base relative to the centre of the wheels (vx + y * wz in mecanum_drive_controller.cpp).
         found |= {f"offset_{axis}": -at for axis, at in zip("xy", driving.centre, strict=True) if abs(at) > _ZERO}
         return found | _speeds(robot, driving, around)
     if driving.kind == DIFFERENTIAL:
         found |= {"left": list(joints["left"]), "right": list(joints["right"]), "per_side": len(joints["left"])}
         return found | _speeds(robot, driving, driving.track / 2)
-    if driving.kind == OMNI:  # the wheels in their order around the robot, if they are even
+    if driving.kind == OMNI:  # wheels counter-clockwise, if they are evenly spaced
         wheels = sorted(driving.wheels, key=lambda one: math.atan2(one.y, one.x) % math.tau)
         angles = [math.atan2(one.y, one.x) % math.tau for one in wheels]
         away = [math.hypot(one.x, one.y) for one in wheels]
@@ -151,7 +151,7 @@ def _spread(numbers: list[float]) -> float:
 
 
 def _speeds(robot: Robot, driving: Driving, around: float) -> dict[str, Any]:
-    """Return the velocity limits of the base if all wheels have one; a turn by 1 rad rolls wheels by ``around`` (m)."""
+    """Derive base velocity limits (m/s, rad/s) from wheel limits; a turn by 1 rad rolls wheels by ``around`` (m)."""
     rims = [(robot.joint[one.joint].limits_of(VELOCITY)[1] or 0.0) * one.radius for one in driving.wheels]
     least = min(rims, default=0.0)
     if not least or not around:
@@ -171,7 +171,7 @@ def _of_joints(robot: Robot, controller: Controller, about: Mapping[str, Any]) -
         return {"joint": joint.name if joint else None, **limits}
     values: dict[str, Any] = {"joints": names or None, "joint": names[0] if len(names) == 1 else None}
     if "states" in about and "action" in about:
-        # The first command that all joints have, for several are ways of which one is used at a time, and the states.
+        # The first command interface that all joints have, because only one is used at a time, and all common states.
         given = controller.params.get("joints")
         names = list(map(str, given)) if given and isinstance(given, (list, tuple)) else names
         found = [one for block in robot.control for one in block.joints if one.name in names]
@@ -183,7 +183,7 @@ def _of_joints(robot: Robot, controller: Controller, about: Mapping[str, Any]) -
 
 
 class ControllerParameters(NamedTuple):
-    """A controller: its full type, all its parameters as written, and those that are derived from the robot."""
+    """A controller with its full type, all parameters that are written, and the derived parameters (``known``)."""
 
     controller: Controller
     type: str
@@ -193,13 +193,13 @@ class ControllerParameters(NamedTuple):
 
     @property
     def remaps(self) -> list[tuple[str, str]]:
-        """The remaps, from and to, without which it would not publish the transform that it owns."""
+        """The remaps (from, to) that the controller needs to publish its transform on /tf."""
         topic = self.kind.odometry if self.kind is not None and self.values.get("enable_odom_tf") else ""
         return [(topic, TF)] if topic.startswith("~") else []
 
 
 def fill(robot: Robot, distribution: str) -> list[ControllerParameters]:
-    """Return the controllers of a robot with all that is known of their parameters, for humble or jazzy."""
+    """Return the controllers of a robot with explicit and derived parameters, for humble or jazzy."""
     made = []
     for one in robot.controllers:
         plugin = full_type(one.type)
@@ -213,7 +213,7 @@ def fill(robot: Robot, distribution: str) -> list[ControllerParameters]:
 
 
 def manager_parameters(output: Output, distribution: str) -> dict[str, Any]:
-    """Return the parameters of the controller_manager itself."""
+    """Return the parameters of the controller_manager node, without types of controllers."""
     values = {"update_rate": output.options.get("update_rate", UPDATE_RATE)} | flat(output.options.get("manager") or {})
     return {key: _typed(kinds(distribution)[MANAGER], key, value) for key, value in values.items()}
 
@@ -226,7 +226,7 @@ def _typed(kind: Kind | None, key: str, value: Any) -> Any:
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the controllers.yaml of a robot, for the distribution of the output."""
+    """Return the text of controllers.yaml for the ROS distribution of the output, and notes."""
     name, notes, controllers = distro_of(output).capitalize(), [], fill(robot, distro_of(output))
     made = text(robot, output, templates, [f"Controllers of ros2_control, for {name}."], _nodes(output, controllers))
     if distro_of(output) not in (HUMBLE, JAZZY):
@@ -241,12 +241,12 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
 
 def view(robot: Robot, output: Output) -> Parameters:
-    """Return the expected contents of the controllers.yaml of a robot."""
+    """Return the contents of controllers.yaml, for comparison with an existing file."""
     return parameters_of(output, _nodes(output, fill(robot, distro_of(output))))
 
 
 def namespace_of(output: Output) -> str:
-    """Return the namespace of the controllers of an output, without slashes around it."""
+    """Return the namespace of the controllers in an output, without leading and trailing slashes."""
     return str(output.options.get("namespace", "")).strip("/")
 
 
@@ -259,9 +259,9 @@ def _nodes(output: Output, controllers: Sequence[ControllerParameters]) -> list[
 
 
 class Driver(NamedTuple):
-    """A drive controller as other nodes reach it; in topics, a leading ~ is replaced by its name.
+    """A drive controller with its topics, in which a leading ~ stands for the controller name.
 
-    ``space`` is its namespace, or empty; ``stamped`` means that it takes TwistStamped, else Twist.
+    ``space`` is the namespace or ""; ``stamped`` is True for TwistStamped commands and False for Twist.
     """
 
     one: ControllerParameters
@@ -276,12 +276,12 @@ class Driver(NamedTuple):
         return self.one.controller.name
 
     def topic(self, own: str) -> str:
-        """Return the full name of one of its topics, for nodes outside its namespace."""
+        """Return the name of a topic of the controller for nodes in the root namespace."""
         return f"{f'/{self.space}/' if self.space else ''}{self.name}{own.removeprefix('~')}"
 
 
 def drivers(robot: Robot) -> list[Driver]:
-    """Return the controllers of a drive, those that are started active first; none without an output for them."""
+    """Return the drive controllers, active ones first, or [] if the robot has no ``controllers`` output."""
     output = next((one for one in robot.outputs if one.backend == CONTROLLERS), None)
     if output is None or not is_whole(robot):
         return []
@@ -295,7 +295,7 @@ def drivers(robot: Robot) -> list[Driver]:
 
 
 def is_whole(robot: Robot) -> bool:
-    """Return True if the joints and the frame of the drive exist."""
+    """Return True if all joints and the frame of the drive exist."""
     drive = robot.drive
     if drive is None:
         return True

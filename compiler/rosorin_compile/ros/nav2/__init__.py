@@ -1,7 +1,7 @@
-"""The parameters of Nav2, AMCL and slam_toolbox that a description knows.
+"""Derive parameters of Nav2, AMCL and slam_toolbox from a robot, and write nav2.yaml.
 
-Heights of obstacles are those of the costmap's global frame, in which the frame that the odometry moves is at z = 0.
-Which frame each node names is in ``schemas/ros2_nodes.json`` (navigation), and which topic in the table of ports.
+Obstacle heights are in the global frame of the costmap, in which the frame moved by odometry is at z = 0. The frame
+parameters of each node are in ``schemas/ros2_nodes.json`` (navigation), the topic parameters in ``ros2_ports.json``.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ from ..parameter_files import Node, Parameters, distro_of, parameter_file, param
 from ..ports import IN, Role, distribution_of_ports, facts, message_of_sensor, ports, short_type
 from .footprint import CORNERS, footprint, holds, pad, solids_of
 
-_LAYERS = {"local_costmap": "voxel_layer", "global_costmap": "obstacle_layer"}  # nav2_bringup/params/nav2_params.yaml
+_LAYERS = {"local_costmap": "voxel_layer", "global_costmap": "obstacle_layer"}  # as in nav2_params.yaml
 _HEADROOM = 0.1  # m
-_PADDING = 0.01  # m, Nav2's own
-_CORNERS_OF_CIRCLE = 16  # of the polygon that Nav2 inscribes in a circle
+_PADDING = 0.01  # m, the default of Nav2
+_CORNERS_OF_CIRCLE = 16  # corners of the polygon that Nav2 inscribes in a circle
 _PLANAR = "lidar_2d"
-_SEEING = (_PLANAR, "lidar_3d", "depth_camera")  # the types of sensors that see obstacles
-_SOURCE = "scan"  # the observation source of nav2_bringup/params/nav2_params.yaml
-_MONITORED = {"LaserScan": "scan", "PointCloud2": "pointcloud"}  # types of sources of the collision_monitor
-_CLEARANCE = 0.05  # m, the default for depth points, which include the floor
+_SEEING = (_PLANAR, "lidar_3d", "depth_camera")  # sensor types that detect obstacles
+_SOURCE = "scan"  # name of the observation source in nav2_bringup/params/nav2_params.yaml
+_MONITORED = {"LaserScan": "scan", "PointCloud2": "pointcloud"}  # source types of the collision_monitor
+_CLEARANCE = 0.05  # m, the default for depth cameras, whose points include the floor
 _MOTION = {True: "nav2_amcl::OmniMotionModel", False: "nav2_amcl::DifferentialMotionModel"}
 
 
 class _Source(NamedTuple):
-    """An observation source: its sensor, topic ("" if unknown) and type, and what it ignores above the floor (m)."""
+    """An observation source; ``topic`` is "" if unknown, points below ``clearance`` (m) above the floor are ignored."""
 
     name: str
     sensor: Sensor
@@ -48,7 +48,7 @@ class _Source(NamedTuple):
 
 
 class _Basics(NamedTuple):
-    """What a description knows for Nav2: frames, the base frame of Nav2, positions of the joints, and sources."""
+    """Navigation frames, base frame of Nav2, joint positions (rad or m), and observation sources."""
 
     frames: Frames
     base: str
@@ -57,20 +57,20 @@ class _Basics(NamedTuple):
 
 
 class _Size(NamedTuple):
-    """The parameters of a costmap about the footprint, the heights (m) of obstacles, and a comment on the footprint."""
+    """The footprint parameters of a costmap, the range of obstacle heights (m), and a comment on the footprint."""
 
     parameters: Mapping[str, Any]
     heights: tuple[float, float]
     remark: str = ""
 
     def band(self, place: str, clearance: float = 0.0) -> dict[str, float]:
-        """Return the heights as parameters of a layer or of a source."""
+        """Return the obstacle height parameters of a layer or source."""
         low, high = self.heights
         return {f"{place}.min_obstacle_height": _round(low + clearance), f"{place}.max_obstacle_height": high}
 
 
 def _basics(robot: Robot, output: Output) -> tuple[_Basics | None, list[Problem]]:
-    """Return what an output needs of a robot apart from its dimensions, and all problems."""
+    """Return the data for an output except dimensions (None without navigation frames), and all problems."""
     frames, wrong = frames_of(robot, output)
 
     def add(rule: str, message: str, path: Path = (), help: Help = "", **more: Any) -> None:
@@ -118,7 +118,7 @@ def _basics(robot: Robot, output: Output) -> tuple[_Basics | None, list[Problem]
 
 
 def _sources(robot: Robot, output: Output) -> list[_Source]:
-    """Return the observation sources: those of the output, else all sensors with a topic that see obstacles."""
+    """Return the observation sources of the output; by default all obstacle sensors with a topic."""
     seeing = {one.name: one for one in robot.sensors if one.type in _SEEING}
     given: Mapping[str, Mapping[str, Any]] = output.options.get("sources") or {}
     if not given:
@@ -135,7 +135,7 @@ def _sources(robot: Robot, output: Output) -> list[_Source]:
 
 
 def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None, list[Diagnostic]]:
-    """Return the dimensions of the robot, and diagnostics; None if they are unknown."""
+    """Compute footprint and heights of the robot, or None if they are unknown; return also diagnostics."""
     rule, left, options = "nav2-footprint", "footprint and heights are left out", output.options
     solids, unknown = solids_of(robot, made.base, made.positions, clouds_of(robot))
     if unknown:
@@ -160,7 +160,7 @@ def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None,
     def above(frame: str) -> float:
         return robot.transform(made.frames.moved, frame, made.positions).xyz[2]
 
-    # Obstacles are above the floor, and as high as the robot reaches, or as a lidar of one plane is.
+    # Obstacles are between the floor and the highest point of the robot or the plane of a 2D lidar.
     up, planes = above(made.base), [above(sensor.frame) for sensor in robot.sensors if sensor.type == _PLANAR]
     low = min(0.0, outline.lowest + up) + float(options.get("clearance", 0.0))
     high = max([outline.highest + up, *planes]) + float(options.get("headroom", _HEADROOM))
@@ -188,10 +188,10 @@ def _round(height: float) -> float:
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the parameters of a robot for Nav2. The options are in the record."""
+    """Return the text of nav2.yaml, and diagnostics."""
     made, found = _basics(robot, output)
     if made is None or any(one.severity == ERROR for one in found):
-        return "", []  # the rules report it
+        return "", []  # reported by rules
     size, diagnostics = _measure(robot, output, made)
     head = [f"Nav2 of {distro_of(output).capitalize()}: frames, footprint and heights of the robot."]
     head += ["No tuning is in it: load it after your own."]
@@ -205,7 +205,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
 
 def view(robot: Robot, output: Output) -> Parameters:
-    """Return the expected contents of the Nav2 parameter file of a robot."""
+    """Return the contents of nav2.yaml, for comparison with an existing file."""
     made, _ = _basics(robot, output)
     return parameters_of(output, () if made is None else _nodes(robot, output, made, _measure(robot, output, made)[0]))
 
@@ -223,7 +223,7 @@ def _nodes(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> I
     for name in _LAYERS.keys() & found.keys():
         found[name] |= _costmap(output, name, made.sources, size)
     found["collision_monitor"] |= _monitored(robot, output, made, size)
-    # The odometry is that of the node that publishes odom -> base, if this is known to be one topic.
+    # Use the odometry topic of the node that publishes odom -> base, if it is unique.
     driving = drivers(robot)
     of_drive: dict[str, str] = {}
     for driver in reversed(driving):
@@ -237,14 +237,14 @@ def _nodes(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> I
     stamping = [one for one in ports(distribution, role=Role.VELOCITY, group="nav2") if one.stamp_parameter]
     for port in stamping if driving else ():
         found.setdefault(port.node, {})[port.stamp_parameter] = driving[0].stamped
-    if robot.drive is not None and robot.drive.slides:  # Nav2's own limits keep every base from going sideways
+    if robot.drive is not None and robot.drive.slides:  # the default limits of Nav2 do not allow sideways motion
         for name, limits in facts_of["sideways"][distribution].items():
             found[name] |= limits
     for name, values in found.items():
         yield Node(f"{name}/{name}", "costmap", values) if name in _LAYERS else Node(name, name, values)
     if not frames.map:
         return
-    # AMCL, which nav2_bringup starts with `tf_broadcast: true` by default, and slam_toolbox if it is described.
+    # AMCL, which nav2_bringup starts with `tf_broadcast: true` by default, and slam_toolbox if it is a publisher.
     located = {kind: [one for one in robot.publishers if kind_of(one) == kind] for kind in (AMCL, SLAM)}
     owns = {kind: any(frames.transforms_of(one) for one in nodes) for kind, nodes in located.items()}
     amcl: dict[str, Any] = {"global_frame_id": frames.map, "odom_frame_id": frames.odom}
@@ -258,7 +258,7 @@ def _nodes(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> I
 
 
 def _costmap(output: Output, name: str, sources: list[_Source], size: _Size | None) -> dict[str, Any]:
-    """Return the footprint, the heights and the sources of obstacles of a costmap."""
+    """Return footprint, obstacle heights and observation sources of a costmap."""
     layer = (output.options.get("layers") or {}).get(name, _LAYERS[name])
     values = {**size.parameters, **size.band(layer)} if size is not None else {}
     if sources:
@@ -273,7 +273,7 @@ def _costmap(output: Output, name: str, sources: list[_Source], size: _Size | No
 
 
 def _monitored(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> dict[str, Any]:
-    """Return the sources of the collision_monitor, with heights in the base frame."""
+    """Return the sources of the collision_monitor, with heights (m) in the base frame."""
     up = robot.transform(made.frames.moved, made.base, made.positions).xyz[2]
     values: dict[str, Any] = {}
     for port in ports(distro_of(output), node="collision_monitor", role=Role.OBSTACLES) if made.sources else ():
@@ -288,7 +288,7 @@ def _monitored(robot: Robot, output: Output, made: _Basics, size: _Size | None) 
 
 
 def _scan(robot: Robot, output: Output, node: str) -> dict[str, Any]:
-    """Return the parameter of a node with the topic of the only lidar of one plane; empty if the topic is unknown."""
+    """Return the scan topic parameter of a node if the robot has a single 2D lidar with a known topic, else {}."""
     topics = {source.topic for source in _sources(robot, output) if source.sensor.type == _PLANAR}
     if not topics:
         topics = {stated_topic(robot, one.name) for one in robot.sensors if one.type == _PLANAR}
@@ -297,7 +297,7 @@ def _scan(robot: Robot, output: Output, node: str) -> dict[str, Any]:
 
 
 def slam_parameters(robot: Robot, output: Output, frames: Frames) -> dict[str, Any]:
-    """Return the frames and the topic of the scan for slam_toolbox."""
+    """Return the frame and scan topic parameters of slam_toolbox."""
     values = {"map_frame": frames.map, "odom_frame": frames.odom, "base_frame": frames.moved}
     return values | _scan(robot, output, SLAM)
 

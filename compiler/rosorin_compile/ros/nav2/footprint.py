@@ -1,8 +1,8 @@
-"""The footprint of a robot: a polygon in its base frame that contains every collision shape, seen from above.
+"""Compute the footprint of a robot: a polygon in its base frame that contains the projection of all collision shapes.
 
-Each side touches the robot. Their directions are those of the convex hull around all boxes and meshes, and sixteen more
-if something is round. The side that adds the least area is removed first, until there are as few as requested. The
-corners are rounded at the end, and the sides are moved outwards until the rounded polygon contains every shape.
+Each side touches the robot. The directions of sides are those of the convex hull of all boxes and meshes, and sixteen
+more for round shapes. Sides whose removal adds the least area are removed until the requested number of corners is
+left. At the end the corners are rounded, and the sides are moved outwards until the polygon contains every shape.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ Side = tuple[Point, float]  # the normal of a side, and its distance from the or
 LEAST_CORNERS, CORNERS = 4, 12
 LARGEST = 1e6  # m
 DIGITS = 4  # decimals of a corner (m)
-_ROUND = 16  # directions in which something round is touched
-_NOTHING = 5e-4  # of the area: a side that adds less is removed, too
-_SIDES = 48  # the longest sides of a hull that are used
-_SLACK = 1e-7  # m; the numbers of a costmap have 32 bits
+_ROUND = 16  # number of sides around round shapes
+_NOTHING = 5e-4  # fraction of the area; a side whose removal adds less is removed
+_SIDES = 48  # maximum number of hull sides that are used, longest first
+_SLACK = 1e-7  # m, tolerance for the 32-bit floats of a costmap
 _STRAIGHT = 1e-9
-_WIDEST = math.radians(150)  # between the normals of two adjacent sides: corners are not sharper
-_FARTHEST_CORNER = 1.05 / math.cos(_WIDEST / 2)  # of how far its sides move; rounded corners are sharper
+_WIDEST = math.radians(150)  # largest angle between normals of adjacent sides, which limits how sharp corners are
+_FARTHEST_CORNER = 1.05 / math.cos(_WIDEST / 2)  # shift of a corner per shift of its sides; 5 % for rounding
 
 
 class Solid(NamedTuple):
-    """A collision shape in the base frame: how far it reaches along a unit vector (m), and its corners (m).
+    """A collision shape in the base frame: its support function (extent along a unit vector, m) and its corners (m).
 
-    The corners are those of boxes, or the outermost vertices of a mesh; a round shape has none.
+    Boxes and meshes (with the vertices of their hull) have corners, round shapes have none.
     """
 
     reach: Callable[[Vector], float]
@@ -44,7 +44,7 @@ class Solid(NamedTuple):
 
 
 class Footprint(NamedTuple):
-    """Counter-clockwise corners, the radii of the circles inside and outside, and the heights along z (all in m)."""
+    """Counter-clockwise corners, inscribed and circumscribed radius, lowest and highest z of the shapes (all in m)."""
 
     corners: tuple[Point, ...]
     inscribed: float
@@ -54,7 +54,7 @@ class Footprint(NamedTuple):
 
 
 def solids_of(robot: Robot, base: str, positions: Mapping[str, float], clouds: Clouds) -> tuple[list[Solid], list[str]]:
-    """Return the collision shapes in a base frame at joint positions (rad or m), and the links with unknown meshes."""
+    """Return collision shapes in a base frame at joint positions (rad or m), and links with missing mesh files."""
     places = robot.poses_in_root(dict(positions))
     from_base = places[base].inverse()
     found: list[Solid] = []
@@ -84,9 +84,9 @@ def _mesh(points: Sequence[Vector]) -> Solid:
 
 
 def footprint(solids: Sequence[Solid], most: int = CORNERS, margin: float = 0.0) -> Footprint:
-    """Return the footprint of shapes in the plane of their frame, with at most so many corners, four or more.
+    """Compute the footprint of shapes in the xy plane, with at most ``most`` corners (four or more).
 
-    ``margin`` (m) is left free around the shapes. Raises ValueError for a robot larger than ``LARGEST``.
+    ``margin`` (m) is the clearance around the shapes. Raises ValueError for a robot larger than ``LARGEST``.
     """
     ways = ((0, 0, -1), (0, 0, 1), (-1, 0, 0), (1, 0, 0), (0, -1, 0), (0, 1, 0))
     down, up, *_ = sizes = [_reach(solids, way) for way in ways]
@@ -101,7 +101,7 @@ def footprint(solids: Sequence[Solid], most: int = CORNERS, margin: float = 0.0)
         if holds(solids, points, margin):
             break
     inscribed = min(at for _, at in _sides(points))
-    # Rounding leaves out at most the slack. All sides moved out by so much move no corner farther than this.
+    # Add the largest shift of a corner if all sides move out by the excess that rounding left (at most the slack).
     beyond = max(_reach(solids, (*normal, 0.0)) + margin - at for normal, at in _sides(points))
     circumscribed = max(math.hypot(*point) for point in points) + max(0.0, beyond) * _FARTHEST_CORNER
     return Footprint(tuple(points), inscribed, circumscribed, -down, up)
@@ -112,13 +112,13 @@ def _reach(solids: Sequence[Solid], direction: Vector) -> float:
 
 
 def holds(solids: Sequence[Solid], points: Sequence[Point], margin: float = 0.0) -> bool:
-    """Return True if shapes with a margin (m) are inside the hull of points (m)."""
+    """Return True if the convex hull of points (m) contains the shapes with a margin (m)."""
     ring = _hull(points)
     return len(ring) > 2 and all(_reach(solids, (*normal, 0.0)) + margin <= at + _SLACK for normal, at in _sides(ring))
 
 
 def pad(points: Sequence[Point], padding: float) -> list[Point]:
-    """Return a footprint padded as a costmap does it: each corner moves by the sign of each coordinate (0 on an axis).
+    """Pad a footprint as a costmap does: shift each nonzero coordinate of a corner by ``padding`` (m) away from zero.
 
     ros-navigation/navigation2:nav2_costmap_2d/src/footprint.cpp, padFootprint.
     """
@@ -130,7 +130,7 @@ def pad(points: Sequence[Point], padding: float) -> list[Point]:
 
 
 def _normals(solids: Sequence[Solid], most: int) -> list[Point]:
-    """Return the normals of the sides that a footprint may have, by their angles."""
+    """Return the normals of candidate sides of a footprint, sorted by angle."""
     cornered, round_ones = [one for one in solids if one.corners], [one for one in solids if not one.corners]
     ring = _hull([corner[:2] for solid in cornered for corner in solid.corners])
     edges = list(zip(ring, [*ring[1:], *ring[:1]], strict=True)) if len(ring) > 2 else []
@@ -151,11 +151,11 @@ def _straight(value: float) -> float:
 
 
 def _fewer(sides: Sequence[Side], most: int) -> list[Side]:
-    """Return the sides without those that add nearly no area, and without others until there are as few as ``most``."""
+    """Remove sides whose removal adds almost no area, then further sides until at most ``most`` are left."""
     left = list(sides)
 
     def added(index: int) -> float:
-        """Return the area that removing a side adds (m^2); infinite if its neighbours would not meet."""
+        """Return the area that removing a side adds (m^2), or infinity if the adjacent sides would not intersect."""
         before, side, after = (left[(index + step) % len(left)] for step in (-1, 0, 1))
         angle = math.atan2(_cross(before[0], after[0]), before[0][0] * after[0][0] + before[0][1] * after[0][1])
         if not 0 < angle < _WIDEST:

@@ -1,4 +1,4 @@
-"""The launch files of a package that start controllers, MoveIt and navigation, and the files that MoveIt needs."""
+"""Generate the launch files for controllers, MoveIt and navigation, and the configuration files of MoveIt."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ if TYPE_CHECKING:
     from rosorin_compile.formats.format import Artifact
 
 _URDF, _CONTROLLERS, _SRDF, _EKF = "urdf", "controllers", "srdf", "robot_localization"
-_ONE_AXIS = ("revolute", "continuous", "prismatic")  # MoveIt limits each axis of other joints by a name of its own
+_ONE_AXIS = ("revolute", "continuous", "prismatic")  # MoveIt has separate limits for each axis of other joints
 _STAND_IN = 1.0  # rad/s^2 or m/s^2: the default of MoveIt's time parameterization until Iron (moveit2#1794)
 _FIRST = "joint_state_broadcaster/JointStateBroadcaster"
 _OF_GAZEBO = ("gz_ros2_control", "ign_ros2_control", "gazebo_ros2_control")
 _MOVEIT_PACKAGES = ("configs_utils", "kinematics", "planners_ompl", "ros_move_group", "simple_controller_manager")
 
 
-# Each launch file with what it starts, and how a description gets the outputs for it.
+# Launch files with a description for README.md, and the help if their outputs are missing.
 _FILES = {
     CONTROL: ("control.launch.py", "the controller_manager with its controllers"),
     MOVEIT: ("moveit.launch.py", "MoveIt's move_group"),
@@ -55,10 +55,10 @@ _FOR_MOVEIT = (
 
 @dataclass(frozen=True)
 class Bringup:
-    """What a package starts besides the publishers.
+    """The nodes that a package starts besides the publishers of frames.
 
-    ``starts`` are names of ``STARTS``; ``places`` and ``outputs`` are those of artifacts by their format; ``ekf`` is
-    the node of the filter.
+    ``starts`` are items of ``STARTS``; ``places`` and ``outputs`` are the paths and outputs of artifacts by format;
+    ``ekf`` is the name of the filter node.
     """
 
     robot: Robot
@@ -78,7 +78,7 @@ class Bringup:
         return fill(self.robot, self._distribution)
 
     def packages(self) -> Iterator[str]:
-        """Yield the packages of the nodes and plug-ins that are started."""
+        """Yield the packages of the started nodes and plug-ins."""
         if CONTROL in self.starts:
             known, hardware = plugins(self._distribution), (one.plugin.partition("/")[0] for one in self.robot.control)
             yield "controller_manager"
@@ -91,14 +91,14 @@ class Bringup:
             yield from (name for name, backend in needed if backend in self.places)
 
     def files(self) -> Iterator[PackageFile]:
-        """Yield the files that are made."""
+        """Yield the files to generate."""
         launches = [_FILES[word] for word in self.starts]
         launches += [("bringup.launch.py", "all of it")] if self.starts else []
         yield from (PackageFile(f"launch/{file}", file, about) for file, about in launches)
         yield from _FOR_MOVEIT if MOVEIT in self.starts else ()
 
     def values(self, main: str) -> dict[str, Any]:
-        """Return the values of the templates; ``main`` is the place of what robot_state_publisher reads."""
+        """Return the template variables; ``main`` is the path of the URDF for robot_state_publisher."""
         graph = graph_of(self.robot, self.starts)
         outside = {}
         for end in graph.published:
@@ -129,7 +129,7 @@ class Bringup:
         return values
 
     def check(self) -> Iterator[Diagnostic]:
-        """Report what prevents the started nodes from working, and yield notes on the generated files."""
+        """Report missing connections of the started nodes, and yield notes on the generated files."""
         if self.starts:
             yield from open_ends(self.robot, graph_of(self.robot, self.starts))
         for block in self.robot.control if CONTROL in self.starts else ():
@@ -168,7 +168,7 @@ class Bringup:
         }
 
     def _localisation(self) -> dict[str, Any]:
-        """Return whether slam_toolbox publishes map -> odom by default, and its parameters if no artifact has them."""
+        """Return the template variables for localisation: the default of ``slam``, and parameters of slam_toolbox."""
         output = self.outputs[NAV2]
         frames, _ = frames_of(self.robot, output)
         if frames is None or not frames.map:
@@ -180,7 +180,7 @@ class Bringup:
 
     def _moveit(self) -> dict[str, Any]:
         planning, moved, solved = planning_of(self.robot), list[tuple[Any, ...]](), list[str]()
-        if planning is None:  # then there is no SRDF either
+        if planning is None:  # there is no SRDF either
             return {"solved": [], "limited": [], "moved": []}
         for one in self._controllers if _CONTROLLERS in self.outputs else ():
             joints = one.values.get("joints") or [one.values.get("joint", "")]
@@ -207,7 +207,7 @@ class Bringup:
 
 
 def bringup(robot: Robot, placed: Mapping[str, Artifact], starts: Sequence[str]) -> tuple[Bringup, Diagnostic | None]:
-    """Return what a package starts, and an error where no output is for it; ``placed`` are artifacts by place."""
+    """Return what a package starts, and an error if outputs for it are missing; ``placed`` are artifacts by path."""
     places: dict[str, str] = {}
     outputs: dict[str, Output] = {}
     named = {output.name: output for output in robot.outputs}

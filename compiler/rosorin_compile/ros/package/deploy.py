@@ -1,4 +1,4 @@
-"""Deploy the artifacts of a robot into an existing ROS 2 package, and check the copies in a folder."""
+"""Deploy the artifacts of a robot into an existing ROS 2 package, and check deployed copies."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ from .options import NOWHERE, STAMP, Options, stored_options
 from .package import folder_of, make
 
 _NOT_AS_WRITTEN = "not as rosorin-compile package writes it"
-# Files that make a folder a package, or are stored there by the tool: no artifact replaces them.
+# Package files and records of the tool, which artifacts must not replace.
 _OF_PACKAGES = ("package.xml", "CMakeLists.txt", "setup.py", "setup.cfg", MANIFEST)
 
 
 @dataclass(frozen=True)
 class DeployedCopy:
-    """An artifact in a folder."""
+    """A copy of an artifact in a folder."""
 
     file: Annotated[str, "as seen from the folder"]
     output: Annotated[str, "its name under `outputs`"]
@@ -54,7 +54,7 @@ class DeployedCopy:
 
 @dataclass(frozen=True)
 class Deployed:
-    """The artifacts of a robot in a folder; ``robot`` is empty if an error kept it from being deployed."""
+    """The artifacts of a robot in a folder; ``robot`` is "" if an error prevented the deployment."""
 
     robot: str
     folder: str
@@ -76,9 +76,9 @@ def deploy(
     full: bool = False,
     trust: bool = False,
 ) -> Deployed:
-    """Write the artifacts of a robot into a ROS 2 package or another folder that exists.
+    """Write the artifacts of a robot into an existing ROS 2 package or another existing folder.
 
-    The result has the copies with their paths, and the changes as text; with an error its ``robot`` is empty.
+    The result has the copies with their paths, and the changes as text; after an error its ``robot`` is "".
 
     Args:
         places: The paths of outputs in the folder, or ``"none"``.
@@ -88,7 +88,7 @@ def deploy(
     request, folder = Request.of(robot, arguments, packages, trust=trust), Path(folder)
     if not folder.is_dir():
         raise RequestError(f'there is no folder "{folder}"; rosorin-compile package makes a new package')
-    if is_file(stored := folder / ".rosorin-compile-deploy.yaml"):  # of versions before 0.4
+    if is_file(stored := folder / ".rosorin-compile-deploy.yaml"):  # written by versions before 0.4
         raise RequestError(f"{stored} is not read any more: pass its places with --map, and remove it")
     compiled = request.compile()
     made, diagnostics = compiled.robot, [*compiled.diagnostics]
@@ -138,7 +138,7 @@ def deploy(
 def _plan(
     robot: Robot, artifacts: Sequence[Artifact], folder: Path, files: Sequence[str], places: Mapping[str, str]
 ) -> tuple[list[Artifact], list[Diagnostic]]:
-    """Return each artifact for its place: by ``places``, else where a copy is, else by its kind; none on an error."""
+    """Compile each artifact for its path: from ``places``, an existing copy, or its kind; return none on errors."""
     chosen, diagnostics = dict[str, str](), list[Diagnostic]()
     for artifact in artifacts:
         format, help = FORMATS[artifact.backend], f"say --map {artifact.output}=PLACE ({NOWHERE} for nowhere)"
@@ -183,7 +183,7 @@ def _plan(
 
 
 def _check_use(planned: Sequence[Artifact], folder: Path) -> Iterator[Diagnostic]:
-    """Yield what keeps the files from being used: not installed, or not declared."""
+    """Report deployed files that are not installed, and dependencies that are not declared."""
     root, name = package_of(folder) or (None, "")
     if root is None:
         yield report("deploy-no-package", f"{folder} is in no ROS package: nothing here installs the files")
@@ -209,7 +209,7 @@ def _last(artifact: Artifact) -> str:
 
 @dataclass(frozen=True)
 class CheckedCopies:
-    """The copies of artifacts in a folder; ``robot`` is empty if an error kept them from being compared."""
+    """The copies of artifacts in a folder; ``robot`` is "" if an error prevented the comparison."""
 
     robot: str = ""
     same: tuple[str, ...] = ()
@@ -220,7 +220,7 @@ class CheckedCopies:
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
     def describe(self) -> tuple[Comparison, list[tuple[str, str]]]:
-        """Return the differences of the copies, with equal changes merged, and the copies that are other files."""
+        """Return the differences with equal changes merged, and the copies that cannot be compared in detail."""
         changes: dict[tuple[str, ...], Change] = {}
         found = [(place, one) for place, one in self.unlike if one is not None]
         for place, one in found:
@@ -301,7 +301,7 @@ def _compare(
 def _written_by_package(
     compiled: Compiled, robot: Robot, request: Request, folder: Path, files: Sequence[str]
 ) -> dict[str, bytes]:
-    """Return the expected launch files of packages that this tool wrote, and the descriptions that they compile."""
+    """Return the expected launch files and carried descriptions of packages that this tool wrote, by path."""
     found: dict[str, bytes] = {}
     made: dict[Path, dict[str, bytes]] = {}
     for name in files:
@@ -321,7 +321,7 @@ def _written_by_package(
 
 
 def unfinished_runs(folder: Path, files: Sequence[str]) -> Iterator[Diagnostic]:
-    """Yield an error for each manifest of an unfinished run that has written some of its files, and not all."""
+    """Report each manifest of an interrupted run that wrote only some of its files."""
     for name in (name for name in files if name.rpartition("/")[2] == MANIFEST):
         package = (folder / name).parent
         states: dict[str, list[str]] = {"new": [], "old": [], "changed since": []}

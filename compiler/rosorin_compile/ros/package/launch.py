@@ -1,7 +1,7 @@
-"""The launch files of a package that publish the frames, and the description that they compile at launch.
+"""Generate the launch files that publish the frames, and copy the description that they compile at launch.
 
-A carried description is stored below ``descriptions`` with the same relative places as in the project, so that its
-files find each other from the install space.
+A carried description is stored in ``descriptions/`` with the same relative paths as in the project, so that its files
+find each other in the install space.
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ if TYPE_CHECKING:
 
 PREFIX = "$(var frame_prefix)"
 LAUNCH = "description.launch"
-# What the XML and the YAML form include; all forms include the second if the description is compiled at launch.
+# Included by the XML and YAML launch files; all launch files include STATICS if the description is compiled at launch.
 PUBLISHER, STATICS = "robot_state_publisher.launch.py", "static_frames.launch.py"
-# The launch configuration with the path of the description and its arguments, as words of a command line.
+# The launch configuration with the command line words for the description: its path and its arguments.
 WORDS = "rosorin_compile_words"
 _RULE = "package-not-carried"
 
 
 class LaunchArgument(NamedTuple):
-    """A launch argument; ``default`` is None if it is required, ``choices`` are empty for any value.
+    """A launch argument; ``default`` is None if it is required, ``choices`` is empty if any value is allowed.
 
-    ``passed_as`` is the argument of the description that gets its value, unless that is ``own``, the default there.
+    ``passed_as`` is the argument of the description that gets the value, unless it equals ``own``, its default there.
     """
 
     name: str
@@ -54,7 +54,7 @@ class LaunchArgument(NamedTuple):
 
 
 class PackageFile(NamedTuple):
-    """A file that a package has besides artifacts: its place, its template, and what README.md says about it."""
+    """A generated file that is not an artifact: its path, its template, and its description in README.md."""
 
     place: str
     template: str
@@ -71,13 +71,13 @@ ARGUMENTS = (
 
 
 def mode_arguments(robot: Robot) -> dict[str, str]:
-    """Return the launch arguments of the modes that static transforms depend on, by mode."""
+    """Return the launch arguments for modes that static transforms depend on, by mode."""
     modes = modes_in(robot, [one.when for one in static_tf.static_transforms(robot)[1]])
     return static_tf.free_names(modes, [argument.name for argument in ARGUMENTS], "mode_")
 
 
 def launch_values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
-    """Return the values of the templates of launch files; ``carried`` is compiled at launch."""
+    """Return the template variables of launch files; ``carried`` is compiled at launch."""
     always, in_modes, _ = static_tf.static_transforms(robot, FORMATS.feeding(robot, STATIC_TRANSFORM_PUBLISHER))
     modes = mode_arguments(robot)
     conditions = {one.when: static_tf.condition(robot, one.when) for one in in_modes}
@@ -90,15 +90,15 @@ def launch_values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
     joints = robot.published_by(ROBOT_STATE_PUBLISHER)
 
     def plain(text: str) -> str:
-        """Escape a text for XML and YAML, so that no part of it is a substitution."""
+        """Escape launch substitutions in a text for XML and YAML."""
         return text.replace("\\", "\\\\").replace("$", "\\$")
 
     def in_args(text: str) -> str:
-        """Escape a word of a command line for XML and YAML."""
+        """Escape a command line word for XML and YAML."""
         return plain(shlex.quote(text))
 
     def args(transform: static_tf.StaticTransform) -> str:
-        """Return the arguments of a static_transform_publisher for XML and YAML."""
+        """Format the arguments of a static_transform_publisher for XML and YAML."""
         words = (f"{flag} {PREFIX if is_frame else ''}{in_args(value)}" for flag, value, is_frame in transform.words())
         return " ".join(words)
 
@@ -138,9 +138,9 @@ def launch_files(carried: Carried | None) -> Iterator[PackageFile]:
 
 
 class Carried(NamedTuple):
-    """A description in a package: its main file, all its files by place, and its arguments.
+    """A description in a package: its main file, all its files by path, and its arguments.
 
-    ``urdf`` and ``statics`` are the outputs that are printed at launch; ``packages`` are the ROS packages it reads.
+    ``urdf`` and ``statics`` are the outputs that are compiled at launch; ``packages`` are the ROS packages it reads.
     """
 
     description: str
@@ -152,12 +152,12 @@ class Carried(NamedTuple):
 
     @property
     def required(self) -> bool:
-        """Return True if a launch must set an argument."""
+        """Return True if a launch argument is required."""
         return any(one.default is None for one in self.passed)
 
 
 def carry(compiled: Compiled, request: Request, options: Options) -> tuple[Carried | None, list[Diagnostic]]:
-    """Return the description that a package with these options carries, if any, or the errors about its files.
+    """Return the description that a package with these options carries, or None, and errors about its files.
 
     The arguments of the request become the defaults at launch. Raises LoadError.
     """
@@ -170,7 +170,7 @@ def carry(compiled: Compiled, request: Request, options: Options) -> tuple[Carri
     elsewhere = [tool_folders()["parts_library"], *compiled.python_packages, *map(_absolute, packages.values())]
     inputs = [_absolute(one) for one in compiled.files_read]
     own = [one for one in inputs if not any(map(one.is_relative_to, elsewhere))]
-    # Copy the project's folder descriptions if it has all files, else the project, or the folder of a lone file.
+    # Copy the folder descriptions if it contains all files, else the project, or without a project the file's folder.
     top, prefix = _absolute(path).parent, f"{Description.FOLDER}/"
     folder = next((one for one in (top, *top.parents) if one.name == Description.FOLDER), None)
     if folder is None:
@@ -200,7 +200,7 @@ def _absolute(path: Path) -> Path:
 
 
 def _problems(top: Path, files: Sequence[Path], main: Artifact, package: str) -> Iterator[Diagnostic]:
-    """Yield the files that the description, and the meshes that its URDF, would not find from the package."""
+    """Report files of the description and meshes of its URDF that cannot be found from the package."""
     for one in [one for one in files if not one.is_relative_to(top)]:
         message = f"{one} is read, and is outside the project {top}: no package can carry it"
         yield report(_RULE, message, _mention(one.name, files))
@@ -215,7 +215,7 @@ def _problems(top: Path, files: Sequence[Path], main: Artifact, package: str) ->
 
 
 def _mention(name: str, files: Iterable[Path]) -> Span | None:
-    """Return the first place of a name in the descriptions among some files."""
+    """Return the first position of a name in description files, or None."""
     for file in (one for one in files if one.suffix in Description.ENDINGS):
         source = Source(str(file), read_bytes(file).decode("utf-8", "replace"))
         if name in source.text:
@@ -237,11 +237,11 @@ def _passed(one: Argument, launch_name: str, values: Mapping[str, Any]) -> Launc
 
 
 def _unquoted(written: str) -> str:
-    """Return a text of a description without its quotes; other values as they are written."""
+    """Remove the quotes of a YAML string; return other values as written."""
     if written[:1] not in ("'", '"'):
         return written
     try:
         value = yaml_of(written)
-    except ValueError:  # it is shortened
+    except ValueError:  # shortened text
         return written
     return value if isinstance(value, str) else written

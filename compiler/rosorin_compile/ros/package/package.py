@@ -1,4 +1,4 @@
-"""Package: the files of a ROS 2 package that carries the artifacts of a robot, starts its nodes and shows it."""
+"""Write a ROS 2 package with the artifacts of a robot, launch files and an RViz configuration."""
 
 from __future__ import annotations
 
@@ -35,21 +35,21 @@ if TYPE_CHECKING:
 
 
 _BUILT_BY = {"ament_cmake": ("CMakeLists.txt",), "ament_python": ("setup.py", "setup.cfg")}
-_FOLDERS = ("config", "doc", "launch", "meshes", "rviz")  # besides those of formats
+_FOLDERS = ("config", "doc", "launch", "meshes", "rviz")  # besides the folders of formats
 _NODES = ("robot_state_publisher", "tf2_ros")
 _LAUNCH = ("ament_index_python", "launch", "launch_ros", "launch_xml", "launch_yaml", "ros2launch")
-# The folder of a file, by file extension, if its format does not define one.
+# Folders by file extension, for formats without a folder.
 _BY_ENDING = {".rviz": "rviz", ".launch.py": "launch"}
 _BY_ENDING |= dict.fromkeys((".dot", ".html", ".md", ".mmd", ".svg"), "doc")
-# Files that are not replaced once a user has changed them.
+# Files that are not replaced after a user has edited them.
 LICENSE, CHANGELOG, TEST = "LICENSE", "CHANGELOG.rst", "test/test_urdf.py"
-LICENSES = ("Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "MIT")  # by SPDX; their texts are templates
-_SMALLEST = 0.2  # m, of what RViz shows
+LICENSES = ("Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "MIT")  # SPDX identifiers; the license texts are templates
+_SMALLEST = 0.2  # m, minimum size of the RViz view
 
 
 @dataclass(frozen=True)
 class WrittenPackage:
-    """A ROS 2 package."""
+    """A ROS 2 package that was written."""
 
     package: str
     folder: str
@@ -79,8 +79,8 @@ def package(
 ) -> WrittenPackage:
     """Write a ROS 2 package with the artifacts of a robot, unless an error is found.
 
-    A package that this function wrote before keeps the options that are None. With an error ``package`` of the result
-    is empty.
+    Options that are None keep their values in a package that this function wrote before. After an error, ``package`` of
+    the result is "".
 
     Args:
         folder: The folder of the package.
@@ -119,7 +119,7 @@ def package(
                 diagnostics.append(error("package-exists", message, None, help))
             if files and not has_errors(diagnostics):
                 digests, ours = target.digests(), dict(files)
-                for name in (CHANGELOG, LICENSE):  # which a user may edit
+                for name in (CHANGELOG, LICENSE):  # keep edited files
                     if is_file(folder / name) and digest(read_bytes(folder / name)) not in digests.get(name, ()):
                         ours.pop(name, None)
                 copies, remarks = protect(folder, ours, digests, own_package=True)
@@ -140,10 +140,10 @@ def make(
     compiled: Compiled | None = None,
     carried: Carried | None = None,
 ) -> tuple[dict[str, bytes], list[Diagnostic]]:
-    """Return the files of the package of a robot that was ``compiled``, and diagnostics.
+    """Return the files of the package of a robot by path, and diagnostics.
 
-    ``carried`` is a description that is compiled at launch. Files that the description names are searched for in the
-    folders ``sources`` and in ``target``, the folder of the package.
+    ``carried`` is a description that is compiled at launch. Meshes are the files that ``compiled`` found, or else are
+    looked up in the folders ``sources`` and in ``target``, the folder of the package.
     """
     main = next((one for one in artifacts if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), None)
     published = FORMATS.published_format()
@@ -153,7 +153,7 @@ def make(
     placed: dict[str, Artifact] = {}
     for artifact in artifacts:
         if FORMATS[artifact.backend].located:
-            continue  # the package has launch files of its own
+            continue  # replaced by the launch files of the package
         last = artifact.file.rpartition("/")[2]
         last = file_name(last, published.file.format("robot")) if artifact is main else last
         place = f"{folder_of(artifact)}/{last}"
@@ -210,7 +210,7 @@ def make(
 
 
 def folder_of(artifact: Artifact) -> str:
-    """Return the folder of an artifact: that of its format, or else that of its file extension."""
+    """Return the package folder of an artifact by its format, or else by its file extension."""
     file = artifact.file
     formats = (one.folder for one in FORMATS.values() if one.load and one.folder and file.endswith(one.endings))
     others = (folder for ending, folder in _BY_ENDING.items() if file.endswith(ending))
@@ -227,7 +227,7 @@ def _rendered(
     carried: Carried | None,
     started: Bringup,
 ) -> dict[str, bytes]:
-    """Return the files that are made from templates."""
+    """Render the files that have templates."""
     rviz = file_name(f"{robot.name}.rviz", "robot.rviz")
     listed = [
         PackageFile(f"rviz/{rviz}", "rviz", "a view for RViz"),
@@ -270,10 +270,10 @@ def _rendered(
 
 
 def _view(robot: Robot) -> dict[str, Any]:
-    """Return the values of the configuration of RViz: the root of the URDF, displays of sensors, sizes in metres.
+    """Return the template variables of the RViz configuration: fixed frame, sensor displays, sizes in metres.
 
-    A sensor without a topic in the description has a display that is switched off. Sizes have one digit, so that small
-    changes of a robot do not change its view.
+    The display of a sensor without a topic in the description is disabled. Sizes have one significant digit, so that
+    small changes of a robot do not change the file.
     """
     joints = robot.in_urdf()
     children = dict.fromkeys(joint.child for joint in joints)

@@ -1,4 +1,4 @@
-"""The sections of the language that nodes of ROS 2 read: hardware, controllers, planning; a folder for each."""
+"""The sections of a description for ROS 2: ``control`` (hardware), ``controllers`` and ``moveit`` (planning)."""
 
 from . import control, controllers, moveit
 

@@ -1,6 +1,6 @@
-"""The SRDF of a robot: its expected contents, its text, and a reader for that text.
+"""The SRDF format: write the SRDF of a robot, read a written SRDF, and return the contents for comparison.
 
-Rules of the readers: ``ros-planning/srdfdom``, ``moveit/moveit2@{humble,jazzy}:moveit_core/robot_model``.
+Sources: ``ros-planning/srdfdom``, ``moveit/moveit2@{humble,jazzy}:moveit_core/robot_model``.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ if TYPE_CHECKING:
     from rosorin_compile.source.xml.markup import Document
 
 Entries = Mapping[str, Mapping[str, Any]]
-_NOTHING = Ball((0.0, 0.0, 0.0), 0.0)  # of a link that touches nothing
+_NOTHING = Ball((0.0, 0.0, 0.0), 0.0)  # approximates a link without collisions
 
 
 @dataclass(frozen=True)
 class Srdf:
-    """What an SRDF contains: things by name, and pairs of links as texts ("arm - base")."""
+    """The contents of an SRDF: elements by name, and pairs of links as text ("arm - base")."""
 
     group: Entries = field(default_factory=dict)
     state: Entries = field(default_factory=dict)
@@ -49,7 +49,7 @@ class Srdf:
 
 
 def view(robot: Robot, output: Output) -> Srdf:  # noqa: ARG001
-    """Return what the SRDF of a robot is meant to contain."""
+    """Return the contents of the SRDF of a robot, for comparison with an existing file."""
     planning = planning_of(robot)
     if planning is None:
         return Srdf()
@@ -80,9 +80,9 @@ def view(robot: Robot, output: Output) -> Srdf:  # noqa: ARG001
 
 
 def _positions(planning: Planning, group: Group, pose: JointPose) -> Iterator[tuple[str, float | tuple[float, ...]]]:
-    """Yield where a state puts the joints of a group, and the base if the virtual joint is in the group.
+    """Yield the joint positions of a state of a group, and the base pose if the group has the virtual joint.
 
-    MoveIt counts the numbers of a virtual joint as x y theta, or as x y z and a quaternion x y z w.
+    The position of a virtual joint in MoveIt is x y theta, or x y z and a quaternion x y z w (m, rad).
     """
     virtual, base = planning.virtual, pose.base
     for joint in planning.joints_in(group):
@@ -94,7 +94,7 @@ def _positions(planning: Planning, group: Group, pose: JointPose) -> Iterator[tu
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the SRDF of a robot. Option: ``number_format`` (short, exact or six)."""
+    """Return the text of the SRDF of a robot, and diagnostics. Option: ``number_format`` (short, exact or six)."""
     planning, number = planning_of(robot), number_format(output.options)
     if planning is None:
         message = f"{output.file} belongs to a URDF, and the robot has none among its outputs"
@@ -108,7 +108,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     def value(at: float | tuple[float, ...]) -> str:
         if isinstance(at, float | int):
             return number(at)
-        split = 2 if len(at) == 3 else 3  # lengths, then a rotation
+        split = 2 if len(at) == 3 else 3  # position, then orientation
         return f"{vector(at[:split], number)} {vector(at[split:], number)}"
 
     values = {"name": robot.name, "planning": planning, "said": said, "attributes": attributes, "comment": comment}
@@ -123,7 +123,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     }
     text, notes = templates.own("ros/robot.srdf.jinja", values), []
     stale, meshes = planning.stale_pairs()
-    if meshes and stale:  # ``checks`` has the rule about all other changes
+    if meshes and stale:  # other changes are reported by ``checks``
         message = f"{first_of(meshes, 3)} changed since the collision matrix was computed: {stale_text(stale)}"
         notes.append(report("collisions-stale", message))
     simulated = {joint.child for joint in robot.joints if joint.publisher.simulated}
@@ -141,7 +141,7 @@ def _distance(pair: DisabledCollision) -> str:
 
 
 def read(text: str) -> Srdf:
-    """Return what an SRDF that ``write`` made contains. Raises ValueError if it is damaged."""
+    """Parse an SRDF that ``write`` made. Raises ValueError if it is damaged."""
     root = tree_of(text)
     if root.tag != "robot":
         raise ValueError(f"the root element is {root.tag}, not robot")

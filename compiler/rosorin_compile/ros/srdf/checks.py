@@ -1,4 +1,4 @@
-"""Mistakes in the section ``moveit``, for the URDF that its SRDF belongs to; MoveIt prints them and goes on."""
+"""Validate the section ``moveit`` against the URDF of its SRDF; MoveIt only logs these mistakes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _TOP = "moveit"
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Find mistakes in the section ``moveit``; the first of several SRDFs reports them."""
+    """Validate the section ``moveit``; with several SRDFs, problems are only reported for the first one."""
     robot = case.robot
     first = next(one for one in robot.outputs if one.backend == output.backend)
     if output != first or not robot.links or not robot.is_tree:
@@ -56,7 +56,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
 
 
 def _named(case: Case) -> Iterator[tuple[str, str, Path]]:
-    """Yield the links, then the joints that the section names, each after its kind, with its path."""
+    """Yield kind, name and path of each link and joint in the section, links first."""
     for kind in ("link", "joint"):
         yield from ((kind, one.name, one.path) for one in case.mentions(kind) if one.path[0] == _TOP)
 
@@ -70,18 +70,18 @@ def _own_joints(planning: Planning, group: Group) -> list[str]:
 
 
 def _groups(case: Case, planning: Planning) -> Iterator[Diagnostic]:
-    """Yield groups that contain themselves, or nothing, or a chain that goes the wrong way."""
+    """Report groups that are empty, contain themselves, or have a chain from tip to base."""
     for group in planning.said.groups:
         path: Path = (_TOP, "groups", group.name)
         circle, links = _circle(planning, group), (*(group.chain or ()), *group.links)
         base, tip = group.chain or ("", "")
         way = case.robot.chain(base) if base in case.robot.link else []
         parents = [joint.parent for joint in way]
-        # All that it names exists, so that its joints are known.
+        # All names exist, so the joints are known.
         is_sound = planning.links.issuperset(links) and planning.groups.keys() >= {*group.groups}
         is_sound = is_sound and planning.joints.keys() >= {*_own_joints(planning, group)}
         if circle:
-            if group.name == next(name for name in planning.groups if name in circle):  # reported once
+            if group.name == next(name for name in planning.groups if name in circle):  # report each cycle once
                 message = f"planning groups are in each other: {' -> '.join([*circle, group.name])}"
                 yield case.problem("moveit-group", message, (*path, "groups"), "take one out")
         elif group.chain is not None and base == tip:
@@ -98,9 +98,9 @@ def _groups(case: Case, planning: Planning) -> Iterator[Diagnostic]:
 
 
 def _circle(planning: Planning, group: Group) -> list[str]:
-    """Return the groups that lead from one back to itself; none if they do not."""
+    """Return the cycle of groups through a group, or []."""
     ways = [[group.name]]
-    for way in ways:  # grows, each group once
+    for way in ways:  # grows, but visits each group once
         inner = planning.groups[way[-1]].groups
         if group.name in inner:
             return way
@@ -110,7 +110,7 @@ def _circle(planning: Planning, group: Group) -> list[str]:
 
 
 def _states(case: Case, planning: Planning) -> Iterator[Diagnostic]:
-    """Yield states that place nothing, and poses that name more than half of the joints of a group, and not all."""
+    """Report states without positions, and poses that set more than half but not all joints of a group."""
     poses = {pose.name: pose for pose in case.robot.poses}
     used = {pose.name for group in planning.said.groups for pose in planning.states(group).values()}
     for group in planning.said.groups:
@@ -143,7 +143,7 @@ def _end_effector(case: Case, planning: Planning, one: EndEffector) -> Iterator[
         yield case.problem(rule, message, (*path, "parent_group"), "name the group that moves it")
     elif one.parent_group and one.parent not in planning.links_in(planning.groups[one.parent_group]):
         of_group = ((kind, name) for kind, name, at in _named(case) if at[1:3] == ("groups", one.parent_group))
-        if all(name in _all(case, kind) for kind, name in of_group):  # else that is reported
+        if all(name in _all(case, kind) for kind, name in of_group):  # unknown names are reported elsewhere
             message = f'planning group "{one.parent_group}" does not have link "{one.parent}", which carries '
             help = "let the chain of that group end at this link"
             yield case.problem(rule, f'{message}"{one.name}"', (*path, "parent_group"), help)
@@ -173,7 +173,7 @@ def _matrix(case: Case, planning: Planning, output: Output) -> Iterator[Diagnost
         message = "shapes, joints, limits or numbers changed since the collision matrix was computed: "
         message += stale_text(pairs) if pairs else "links were added or removed"
         yield case.problem("collisions-stale", message, (_TOP, "collision_matrix", "of"))
-    else:  # somebody has changed what was computed; a link that was removed makes the matrix stale
+    else:  # edited by hand, because a removed link makes the matrix stale
         within: Path = (_TOP, "collision_matrix", "pairs")
         for index, pair in enumerate(value_at(case.tree, within) or ()):
             for side, name in enumerate(pair["links"]):

@@ -1,10 +1,10 @@
-"""The links and joints of the URDF of an SRDF, the joints of each group there, and the root in the world.
+"""A robot as MoveIt reads it from URDF and SRDF: joints of groups, the virtual joint, and collision pairs.
 
-As MoveIt reads it (``moveit/moveit2@{humble,jazzy}:moveit_core/robot_model``): a chain goes from its tip up to its
-base, or over the link where the ways of both meet; a link stands for the joint that leads to it.
+As in ``moveit/moveit2@{humble,jazzy}:moveit_core/robot_model``, a chain goes from its tip up to its base, or through
+their closest common ancestor; a link in a group stands for its parent joint.
 
-Digests say whether the collision matrix was computed of this robot. Numbers go into them to nine decimals, so that the
-last digit of a sine, which differs between machines, does not make a matrix stale. Joints without shapes do not count.
+Digests show if the collision matrix was computed for the current robot. Numbers are rounded to nine decimals, so that
+rounding errors that differ between machines do not make a matrix stale. Joints that move no shapes are ignored.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from rosorin_compile.source.files import read_bytes
 
 URDF = "urdf"
 _DECIMALS = 9
-_FORM = 1  # of the search: another one makes every matrix stale
+_FORM = 1  # version of the search; a new version makes every matrix stale
 
 
 class Parts(NamedTuple):
-    """Digests of what a pair depends on: the search, the shapes of each link with its meshes, and each joint."""
+    """Digests of the search settings, of the shapes of each link with meshes, and of each joint."""
 
     how: str
     shapes: Mapping[str, str]
@@ -42,7 +42,7 @@ class Parts(NamedTuple):
 
 @of_robot
 def planning_of(robot: Robot) -> Planning | None:
-    """Return a robot as its SRDF has it, or None if it has no URDF that the SRDF could belong to."""
+    """Return the planning view of a robot, or None if it has no URDF output for the SRDF."""
     urdfs = [output for output in robot.outputs if output.backend == URDF]
     name = robot.moveit.urdf if robot.moveit is not None else ""
     published = [output for output in urdfs if output.options.get("frames", "published") == "published"]
@@ -51,7 +51,7 @@ def planning_of(robot: Robot) -> Planning | None:
 
 
 class Planning:
-    """A robot as MoveIt has it of one URDF; names in ``moveit`` may still be wrong."""
+    """A robot as MoveIt reads it from one URDF; names in the section ``moveit`` may be invalid."""
 
     def __init__(self, robot: Robot, urdf: Output) -> None:
         self.robot = robot
@@ -64,19 +64,19 @@ class Planning:
 
     @cached_property
     def digest(self) -> str:
-        """A digest of the shapes, joints and limits of the URDF, and of the options of the search."""
+        """A digest of the shapes, joints and limits of the URDF, and of the search settings."""
         links = {name: [_solid(one) for one in solids] for name, solids in self.solids.items()}
         joints = [self._joint(name) for name in self._carrying()]
         return _hash({"form": _FORM, "links": links, "joints": joints, "search": vars(self.said.search)}, 32)
 
     @property
     def meshes(self) -> list[str]:
-        """The names of the mesh files that collide, each once, sorted."""
+        """The sorted unique names of collision mesh files."""
         shapes = (shape.geometry for solids in self.solids.values() for shape in solids)
         return sorted({geometry.file for geometry in shapes if isinstance(geometry, Mesh)})
 
     def digests(self, files: Mapping[str, Path]) -> dict[str, str]:
-        """Return the digests of those of its mesh files that were found and can be read, by name."""
+        """Return the digests of collision mesh files by name; unreadable files are left out."""
         found = {}
         for name in self.meshes:
             with suppress(KeyError, OSError):
@@ -84,7 +84,7 @@ class Planning:
         return found
 
     def parts(self, meshes: Mapping[str, str]) -> Parts:
-        """Return the digests of what a pair depends on; ``meshes`` are those of mesh files, by name."""
+        """Return the digests that pairs depend on; ``meshes`` are the digests of mesh files by name."""
         shapes = {}
         for name, those in sorted(self.solids.items()):
             files = [meshes.get(one.geometry.file, "") for one in those if isinstance(one.geometry, Mesh)]
@@ -93,7 +93,7 @@ class Planning:
         return Parts(_hash([_FORM, vars(self.said.search)]), shapes, joints)
 
     def same_pairs(self, now: Parts) -> dict[Pair, DisabledCollision | None]:
-        """Return the pairs that are unchanged since the matrix was computed; None for a pair to be checked."""
+        """Return the pairs that are unchanged since the matrix was computed, with their entry, or None if checked."""
         matrix = self.said.matrix
         if matrix is None or matrix.how != now.how:
             return {}
@@ -108,9 +108,9 @@ class Planning:
         return found
 
     def stale_pairs(self) -> tuple[list[Pair], list[str]]:
-        """Return the pairs of the matrix whose shapes, joints or meshes changed since, and the meshes that changed.
+        """Return the pairs of the matrix with changed shapes, joints or meshes, and the names of changed meshes.
 
-        A pair that is adjacent stays so, whatever its shapes. Mesh files that were not found count as unchanged.
+        Pairs that are still adjacent are not stale. Mesh files that cannot be found count as unchanged.
         """
         computed = self.said.matrix
         if computed is None:
@@ -126,7 +126,7 @@ class Planning:
         return [pair for pair in existing if pair not in same and pair not in adjacent], changed
 
     def _with_leaders(self, names: Iterable[str]) -> set[str]:
-        """Return joints and those that they follow, directly or not."""
+        """Return joints with all leaders that they mimic, directly or indirectly."""
         found: set[str] = set()
         waiting = list(names)
         while waiting:
@@ -137,7 +137,7 @@ class Planning:
         return found
 
     def _carrying(self) -> list[str]:
-        """Return the joints that move shapes, sorted."""
+        """Return the sorted names of joints that move shapes."""
         return sorted(self._with_leaders(joint.name for link in self.solids for joint in self.chain(link)))
 
     def _joint(self, name: str) -> list[Any]:
@@ -161,13 +161,13 @@ class Planning:
         return found
 
     def joints_between(self, base: str, tip: str) -> list[Joint]:
-        """Return the joints of the URDF between two links, over the link where their ways meet."""
+        """Return the joints of the URDF on the path between two links."""
         up, other = self.chain(tip), self.chain(base)
         shared = [joint for joint in up if joint in other]
         return [*(j for j in other if j not in shared), *(j for j in reversed(up) if j not in shared)]
 
     def joints_in(self, group: Group) -> list[str]:
-        """Return the joints that a group has, fixed ones too, each once, in the order of the URDF."""
+        """Return the unique joints of a group, including fixed joints, in URDF order."""
         joints: set[str] = set()
         groups = [group]
         for one in groups:
@@ -181,17 +181,17 @@ class Planning:
         return [name for name in order if name in joints]
 
     def links_in(self, group: Group) -> set[str]:
-        """Return the links that the joints of a group move, as MoveIt counts them."""
+        """Return the child links of the joints of a group, as in MoveIt."""
         return {self.joints[name].child for name in self.joints_in(group) if name in self.joints}
 
     def active(self, group: Group) -> list[str]:
-        """Return the joints of a group that have one position, follow no other, and are not passive."""
+        """Return the joints of a group with one degree of freedom that are neither mimic nor passive."""
         names = [name for name in self.joints_in(group) if name not in self.said.passive_joints]
         joints = [self.joints[name] for name in names if name in self.joints]
         return [joint.name for joint in joints if joint.moves and joint.mimic is None]
 
     def states(self, group: Group) -> dict[str, JointPose]:
-        """Return the poses that are states of a group, by the name of the state."""
+        """Return the states of a group: poses by state name."""
         poses = {pose.name: pose for pose in self.robot.poses}
         if group.states is not None:
             return {state: poses[name] for state, name in group.states.items() if name in poses}
@@ -200,7 +200,7 @@ class Planning:
 
     @cached_property
     def virtual(self) -> VirtualJoint | None:
-        """The joint between the world and the root; by default it follows from the base."""
+        """The joint between the world and the root; unset fields follow from the base."""
         said = self.said.virtual_joint
         if said is None:
             return None
@@ -212,7 +212,7 @@ class Planning:
         return VirtualJoint(said.type or base, said.parent or parent, said.name)
 
     def joint_properties(self) -> dict[str, dict[str, str]]:
-        """Return the properties of joints for planners; a planar base that cannot go sideways gets a motion model."""
+        """Return joint properties for planners; a planar base that cannot move sideways gets ``diff_drive``."""
         found = {joint: dict(said) for joint, said in self.said.joint_properties.items()}
         virtual, drive = self.virtual, self.robot.drive
         if virtual is not None and virtual.type == PLANAR and drive is not None and drive.kind not in SLIDING:
@@ -221,7 +221,7 @@ class Planning:
 
     @cached_property
     def solids(self) -> Mapping[str, list[Shape]]:
-        """The collision shapes of each link of the URDF, as it has them; links without any are left out."""
+        """The collision shapes in the URDF by link; links without shapes are left out."""
         if "collision" not in self.urdf.options.get("elements", ("collision",)):
             return {}
         shapes = {name: solids(self.robot, name, self.urdf, self.links) for name in sorted(self.links)}
@@ -229,19 +229,19 @@ class Planning:
 
     @cached_property
     def adjacent(self) -> list[Pair]:
-        """The links with shapes that one joint joins, or joints and links without shapes between them; sorted."""
+        """The sorted pairs of links with shapes that are connected by a joint, or through links without shapes."""
         neighbours: dict[str, set[str]] = {name: set() for name in self.links}
         for joint in self.joints.values():
             neighbours[joint.parent].add(joint.child)
             neighbours[joint.child].add(joint.parent)
-        for bare in sorted(self.links - self.solids.keys()):  # its neighbours become neighbours of each other
+        for bare in sorted(self.links - self.solids.keys()):  # connect the neighbours of a link without shapes
             around = neighbours.pop(bare)
             for name in around:
                 neighbours[name] = (neighbours[name] | around) - {name, bare}
         return sorted({sort_pair((link, near)) for link, several in neighbours.items() for near in several})
 
     def disabled_pairs(self) -> list[DisabledCollision]:
-        """Return the pairs that are not checked: of the matrix, then those of the description; sorted."""
+        """Return the sorted pairs that are not checked, from the matrix (which has priority) and the description."""
         checked = {sort_pair(pair) for pair in self.said.checked}
         found: dict[Pair, DisabledCollision] = {}
         matrix = self.said.matrix.pairs if self.said.matrix is not None else ()
@@ -254,13 +254,13 @@ class Planning:
 
 
 def sort_pair(pair: Pair) -> Pair:
-    """Return two names in their order."""
+    """Sort the two names of a pair."""
     one, other = sorted(pair)
     return (one, other)
 
 
 def stale_text(pairs: list[Pair]) -> str:
-    """Return the pairs whose result may be wrong, in a sentence."""
+    """Format the pairs with outdated results as a sentence."""
     names = first_of([f"{one} and {other}" for one, other in pairs], 20)
     return f"{count_of(len(pairs), 'pair')} may collide now, though the SRDF still disables the check of {names}"
 

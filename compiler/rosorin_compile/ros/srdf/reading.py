@@ -1,7 +1,7 @@
-"""Read an SRDF together with its robot, and convert it to the section ``moveit`` and to poses.
+"""Import an SRDF: convert it to the section ``moveit`` and to poses.
 
-MoveIt passes over what it does not know (``moveit/srdfdom@ros2:src/model.cpp``, ``moveit_core/robot_model``). This is
-left out here, too, and listed. Joints of a second chain of a group are named one by one.
+Elements that MoveIt ignores (``moveit/srdfdom@ros2:src/model.cpp``, ``moveit_core/robot_model``) are left out and
+reported. A second chain of a group is converted to a list of joints.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from .planning import URDF, Planning, sort_pair
 
 Entry = dict[str, Any]
 
-# The attributes of each element, and what they name. MoveIt requires all but those of _OPTIONAL. Virtual joints and
-# groups are read before the elements that name them.
+# Attributes of each element with the kind of name that they contain. MoveIt requires all attributes except _OPTIONAL.
+# Virtual joints and groups are read before the elements that refer to them.
 _KNOWN: Mapping[str, Mapping[str, str]] = {
     "virtual_joint": {"name": "", "type": "", "parent_frame": "", "child_link": ""},
     "group": {"name": ""},
@@ -40,7 +40,7 @@ _KNOWN: Mapping[str, Mapping[str, str]] = {
     "joint_property": {"joint_name": "joint", "property_name": "", "value": ""},
 }
 _OPTIONAL = ("parent_group", "reason")
-_MEMBERS = ("joints", "links", "groups")  # of a group
+_MEMBERS = ("joints", "links", "groups")  # keys of a group
 _INSIDE: Mapping[str, Mapping[str, Mapping[str, str]]] = {
     "group": {
         "chain": {"base_link": "link", "tip_link": "link"},
@@ -55,7 +55,7 @@ _INSIDE: Mapping[str, Mapping[str, Mapping[str, str]]] = {
 
 @dataclass
 class _State:
-    """A state of a group: its positions of joints, and the pose of the base if it has one."""
+    """A state of a group: its joint positions, and the pose of the base or None."""
 
     span: Span
     positions: dict[str, Placed] = field(default_factory=dict)
@@ -63,10 +63,10 @@ class _State:
 
 
 def join(opened: Opened, tree: Map) -> tuple[dict[str, Any], list[Diagnostic]]:
-    """Return the sections that a file adds to a robot, and the diagnostics about it."""
+    """Return the sections that an SRDF adds to the description of a robot, and diagnostics."""
     robot, root = lower(tree).robot, opened.xml.root
     if robot is None:
-        raise ValueError("the robot cannot be made")  # it has been read without an error
+        raise ValueError("the robot cannot be made")  # impossible, it was read without an error
     of_urdf = ("link", "joint", "material", "transmission")
     if other := next((child for child in root.children if child.tag in of_urdf), None):
         what = f"this is a URDF, not an SRDF: it has {name_of(other)}"
@@ -81,7 +81,7 @@ def join(opened: Opened, tree: Map) -> tuple[dict[str, Any], list[Diagnostic]]:
 
 
 class _Joining:
-    """One reading of an SRDF: the entries of the description that its elements become, each value with its place."""
+    """Converts one SRDF to entries of a description, with the position of each value."""
 
     def __init__(self, opened: Opened, robot: Robot) -> None:
         self.robot = robot
@@ -95,7 +95,7 @@ class _Joining:
         self.pairs: dict[str, dict[Pair, Placed]] = {"disable_collisions": {}, "enable_collisions": {}}
 
     def read(self, root: Element) -> None:
-        """Read the file."""
+        """Convert all elements of the file."""
         self.reading.check(root, tuple(_KNOWN), ("name", "version"), None)
         name = root.attributes.get("name")
         if name is not None and name.value.strip() != self.robot.name:
@@ -109,7 +109,7 @@ class _Joining:
                 self._remove_unusable_groups()
 
     def _words(self, element: Element, names: Mapping[str, str], tags: Collection[str] = ()) -> list[Placed] | None:
-        """Return the attributes that MoveIt requires, or None if one is missing or names nothing, which is reported."""
+        """Return the required attributes of an element; report a missing attribute or unknown name and return None."""
         before = len(self.reading.diagnostics)
         self.reading.check(element, tags, names, None)
         needed = [name for name in names if name not in _OPTIONAL]
@@ -124,13 +124,13 @@ class _Joining:
         return list(words.values()) if all(exist) else None
 
     def _children(self, element: Element) -> list[tuple[Element, list[Placed]]]:
-        """Return the children of an element that MoveIt reads, with their attributes."""
+        """Return the children of an element that MoveIt reads, with their required attributes."""
         known = _INSIDE[element.tag]
         found = [(child, self._words(child, known[child.tag])) for child in element.children if child.tag in known]
         return [(child, words) for child, words in found if words is not None]
 
     def _exists(self, name: Placed, kind: str, element: Element) -> bool:
-        """Return True if there is a link, joint or group of this name; report it if not."""
+        """Return True if a link, joint or group of this name exists; report an unknown name."""
         virtual = [self.virtual.name] if self.virtual is not None else []
         joints = [*self.planning.joints, *virtual]
         known: Collection[str] = {"group": [*self.groups], "link": [*self.planning.links], "joint": joints}[kind]
@@ -175,7 +175,7 @@ class _Joining:
         self.groups[name.value] = Placed(entry, name.span)
 
     def _remove_unusable_groups(self) -> None:
-        """Remove the groups that MoveIt does not make: without a joint, or with a group that it does not make."""
+        """Remove the groups that MoveIt ignores: groups without joints, or with an ignored or unknown subgroup."""
         model = {}
         for name, (entry, _) in self.groups.items():
             chain = entry["chain"].value if "chain" in entry else None
@@ -286,7 +286,7 @@ class _Joining:
         of_joint[name.value] = Placed(Text(value.value), value.span)
 
     def poses(self, taken: Mapping[str, Any]) -> Entry:
-        """Return the states as poses, one for states of one name that agree; groups get their ``states``."""
+        """Convert states to poses; compatible states with the same name share a pose. Sets ``states`` of groups."""
         made: Entry = {}
         names: dict[tuple[str, str], str] = {}
         of_groups = [(group, self.states.get(group, {})) for group in self.groups]
@@ -307,7 +307,7 @@ class _Joining:
         return made
 
     def _merged(self, parts: Mapping[str, _State]) -> _State | None:
-        """Return one state for those of some groups, or None if it would put a group elsewhere."""
+        """Merge states of several groups, or return None if that would change the state of a group."""
         merged = _State(next(iter(parts.values())).span)
         for state in parts.values():
             merged.positions |= state.positions
@@ -321,7 +321,7 @@ class _Joining:
         return merged
 
     def moveit(self) -> Entry:
-        """Return the section."""
+        """Return the section ``moveit``."""
         off, on = self.pairs["disable_collisions"], self.pairs["enable_collisions"]
         for pair in [pair for pair in on if pair in off]:
             what = "<enable_collisions> of links that are disabled as well has no effect"

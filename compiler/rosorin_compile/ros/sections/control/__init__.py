@@ -17,7 +17,7 @@ from .hardware import SYSTEM, Block, Component, Interface, blocks, check_control
 
 
 def control_of(tree: Mapping[str, Any], _: Problem) -> tuple[Block, ...]:
-    """Return the hardware blocks of a description; a sensor without interfaces has those of its type."""
+    """Parse the section ``control``; a sensor without interfaces gets the interfaces of its type."""
     types = {name: entry.get("type", "") for name, entry in (tree.get("sensors") or {}).items()}
 
     def complete(sensor: Component, entry: Mapping[str, Any] | None) -> Component:
@@ -34,7 +34,7 @@ def control_of(tree: Mapping[str, Any], _: Problem) -> tuple[Block, ...]:
 
 @rule("control-unused", "A note: no output has the hardware blocks.", "`control: jazzy` in the URDF.", Heading.CONTROL)
 def control_unused(case: Case) -> Iterator[Diagnostic]:
-    """Find hardware blocks that go nowhere: an output asks for them by an option that is called as the section."""
+    """Report hardware blocks that no output requests with its option ``control``."""
     blocks = case.robot.control
     if blocks and not any(output.options.get("control") for output in case.robot.outputs):
         message = f"no output asks for the hardware blocks ({first_of([one.name for one in blocks], 3)})"
@@ -49,7 +49,7 @@ def control_unused(case: Case) -> Iterator[Diagnostic]:
     Heading.CONTROL,
 )
 def control_names(case: Case) -> Iterator[Diagnostic]:
-    """Find poses, and joints of transmissions, that a hardware block names and that are not there."""
+    """Report unknown poses and unknown joints of transmissions in hardware blocks."""
     poses = [pose.name for pose in case.robot.poses]
     for block in case.robot.control:
         called, own = f'hardware block "{block.name}"', [one.name for one in block.joints]

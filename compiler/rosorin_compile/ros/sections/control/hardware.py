@@ -1,6 +1,6 @@
-"""Hardware blocks of ros2_control, and ``<ros2_control>`` in a URDF as its parser reads it on Humble or Jazzy.
+"""Hardware blocks of ros2_control: compile them to ``<ros2_control>`` for Humble or Jazzy, and validate them.
 
-Rules and words of both: ``ros-controls/ros2_control@{humble,jazzy}:hardware_interface/src/component_parser.cpp``,
+Sources: ``ros-controls/ros2_control@{humble,jazzy}:hardware_interface/src/component_parser.cpp``,
 ``resource_manager.cpp`` and ``mock_components/generic_system.cpp``.
 """
 
@@ -29,7 +29,7 @@ from ...ports import facts
 SYSTEM, ACTUATOR, SENSOR = "system", "actuator", "sensor"
 
 POSITION, VELOCITY, EFFORT, ACCELERATION = "position", "velocity", "effort", "acceleration"
-# hardware_interface/types/hardware_interface_type_values.hpp of ros-controls/ros2_control@jazzy.
+# From hardware_interface/types/hardware_interface_type_values.hpp in ros-controls/ros2_control@jazzy.
 JOINT_WORDS = (POSITION, VELOCITY, ACCELERATION, EFFORT)
 
 Words = Mapping[str, str | float | bool]
@@ -42,13 +42,13 @@ _LATER = {"group": "group", "rate": "rate", "is_async": "async", "thread_priorit
 
 
 def sensor_words(kind: str) -> tuple[str, ...]:
-    """Return the state interfaces of a type of sensors; empty for an unknown one."""
+    """Return the state interfaces of a sensor type, or () for an unknown type."""
     return tuple(facts("ros2_ports")["sensor_interfaces"].get(kind, ()))
 
 
 @dataclass(frozen=True)
 class Interface:
-    """An interface of a joint, a sensor or gpio; ``min``, ``max``, ``initial`` are None if they are not set."""
+    """An interface of a joint, sensor or GPIO; ``min``, ``max`` and ``initial`` are None if they are not set."""
 
     name: str
     min: float | None = None
@@ -61,10 +61,10 @@ class Interface:
 
 @dataclass(frozen=True)
 class Component:
-    """A joint, a sensor or gpio of a block: its commands and states.
+    """A joint, sensor or GPIO of a block, with its command and state interfaces.
 
-    ``limits``: True writes the limits of the joint with its commands, False none; "urdf" leaves them to the URDF.
-    ``mimic``: whether it follows its leader; None means as the joint does.
+    ``limits``: True writes the joint limits to the command interfaces, False disables limits, "urdf" leaves them to the
+    URDF. ``mimic``: True if the hardware makes the joint follow its leader; None takes it from the joint.
     """
 
     name: str
@@ -76,12 +76,12 @@ class Component:
 
     @property
     def commands(self) -> tuple[str, ...]:
-        """The names of its commands."""
+        """The names of the command interfaces."""
         return tuple(one.name for one in self.command)
 
     @property
     def states(self) -> tuple[str, ...]:
-        """The names of its states."""
+        """The names of the state interfaces."""
         return tuple(one.name for one in self.state)
 
 
@@ -97,7 +97,7 @@ class End:
 
 @dataclass(frozen=True)
 class Transmission:
-    """How actuators move joints."""
+    """A transmission between actuators and joints."""
 
     name: str
     plugin: str
@@ -107,9 +107,9 @@ class Transmission:
 
 @dataclass(frozen=True)
 class Block:
-    """A hardware block: ``pose`` is the name of the one that its joints start in, ``rate`` (Hz) how often it is read.
+    """A hardware block; ``pose`` is the name of the initial pose of its joints, ``rate`` (Hz) its update rate.
 
-    ``group``, ``rate``, ``is_async`` and ``thread_priority`` are words that Humble does not know.
+    Humble does not support ``group``, ``rate``, ``is_async`` and ``thread_priority``.
     """
 
     name: str
@@ -128,19 +128,19 @@ class Block:
     source: Source = NO_SOURCE
 
     def components(self) -> Iterator[tuple[str, Component]]:
-        """Yield the joints, sensors and gpio, each with its section."""
+        """Yield the joints, sensors and GPIOs, each with its key in the block."""
         for section, found in (("joints", self.joints), ("sensors", self.sensors), ("gpio", self.gpio)):
             yield from ((section, one) for one in found)
 
 
 def hardware_distro(output: Output) -> str:
-    """Return the distribution that an output has hardware blocks for, humble or jazzy; empty for none."""
+    """Return the distribution of the hardware blocks in an output (humble or jazzy), or "" if it has none."""
     option = output.options.get(OPTION)
     return described_by(str(option)) if option else ""
 
 
 def blocks(robot: Robot, output: Output, number: NumberFormat) -> list[str]:
-    """Return the hardware blocks of an output as elements of a URDF."""
+    """Compile the hardware blocks to ``<ros2_control>`` elements for an output."""
     distribution = hardware_distro(output)
     humble = distribution == HUMBLE
 
@@ -171,7 +171,7 @@ def blocks(robot: Robot, output: Output, number: NumberFormat) -> list[str]:
 
 
 def _joint(robot: Robot, block: Block, one: Component) -> Component:
-    """Return a joint with the limits of its commands and with the positions of the pose of its block."""
+    """Fill in command limits of a joint, and initial positions from the pose of its block."""
     joint = robot.joint[one.name]
 
     def command(it: Interface) -> Interface:
@@ -186,12 +186,12 @@ def _joint(robot: Robot, block: Block, one: Component) -> Component:
 
 
 def follows(joint: Joint | None, component: Component) -> bool:
-    """Return True if a joint of a block follows its leader in the hardware."""
+    """Return True if the hardware makes a joint of a block follow its leader."""
     return joint is not None and joint.mimic is not None and component.mimic is not False
 
 
 def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Find what is wrong with the hardware blocks of an output; what holds for all outputs is reported once."""
+    """Validate the hardware blocks for an output; problems in all outputs are only reported for the first one."""
     if not case.robot.control:
         message = f'output "{output.name}" asks for hardware blocks, and the description has none'
         help = "describe one: control: {NAME: {plugin: PLUGIN, joints: {JOINT: {command: position}}}}"
@@ -202,12 +202,12 @@ def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
         owners: dict[tuple[str, str, str], Block] = {}
         for block in case.robot.control:
             yield from _block(case, block, owners)
-    if not case.robot.is_tree:  # the cause of the rest, and no output knows its links
+    if not case.robot.is_tree:  # reported elsewhere, and the links of outputs are unknown
         return
     carried = {joint.name for joint in joints_of(case.robot, output)}
     for block in case.robot.control:
         for one in block.joints:
-            if one.name in case.robot.joint:  # else there is a rule of its own
+            if one.name in case.robot.joint:  # unknown joints are reported by another rule
                 yield from _check_joint(case, block, one, output, one.name in carried)
         if hardware_distro(output) != HUMBLE:
             continue
@@ -226,13 +226,13 @@ def _problem(case: Case, block: Block, rule: str, message: str, path: Path, help
 
 
 def _interfaces(one: Component) -> Iterator[tuple[str, int, Interface]]:
-    """Yield the interfaces of a component with the key and the place in the list."""
+    """Yield the interfaces of a component with their key (command or state) and index."""
     yield from (("command", *numbered) for numbered in enumerate(one.command))
     yield from (("state", *numbered) for numbered in enumerate(one.state))
 
 
 def _block(case: Case, block: Block, owners: dict[tuple[str, str, str], Block]) -> Iterator[Diagnostic]:
-    """Yield what is wrong with a block, whatever output has it; ``owners`` are the first blocks with an interface."""
+    """Validate a block independently of outputs; ``owners`` maps each interface to the first block that has it."""
     problem = partial(_problem, case, block)
     if block.type == ACTUATOR and len(block.joints) != 1:
         message = f"an actuator has one joint, not {count_of(len(block.joints), 'joint')}"
@@ -249,7 +249,7 @@ def _block(case: Case, block: Block, owners: dict[tuple[str, str, str], Block]) 
             yield problem("control-param", message, (*path, "params", name), key=True)
         yield from _words(case, block, section, one, of)
         if section == "joints" and one.name not in case.robot.joint:
-            continue  # which has a rule of its own
+            continue  # unknown joints are reported by another rule
         for key, _, interface in _interfaces(one) if section == "joints" else ():
             is_sliding, name = case.robot.joint[one.name].type == "prismatic", f'{interface.name} of joint "{one.name}"'
             wanted = _UNITS.get(interface.name, ("", ""))[is_sliding]
@@ -280,7 +280,7 @@ def _params(case: Case, block: Block, params: Words, of: str, path: Path) -> Ite
 
 
 def _words(case: Case, block: Block, section: str, one: Component, of: str) -> Iterator[Diagnostic]:
-    """Yield a component without interfaces, and interfaces that are nearly words of ros2_control."""
+    """Report a component without interfaces, and interfaces that look like misspelt ros2_control names."""
     problem, path = partial(_problem, case, block, "control-interface"), (section, one.name)
     types = {sensor.name: sensor.type for sensor in case.robot.sensors}
     if not one.command and not one.state:
@@ -291,12 +291,12 @@ def _words(case: Case, block: Block, section: str, one: Component, of: str) -> I
     known = {"joints": JOINT_WORDS, "sensors": sensor_words(types.get(one.name, ""))}.get(section, ())
     for key, index, interface in _interfaces(one):
         entry, word = value_at(case.tree, ("control", block.name, *path, key)), interface.name
-        steps = {Map: (word,), Seq: (index,)}.get(type(entry), ())  # or it is one word
+        steps = {Map: (word,), Seq: (index,)}.get(type(entry), ())  # or a single name
         place: Path = (*path, key, *steps)
         near = _WORDS.get(word.casefold(), "")
         if near not in known:
             near = next(iter(difflib.get_close_matches(word.casefold(), known, n=1, cutoff=_SIMILAR)), "")
-        if near and word not in known:  # hardware may have words of its own, but not with two letters swapped
+        if near and word not in known:  # custom names are allowed, but swapped letters are an error
             severity = ERROR if near in swaps(word) else WARNING
             message = f'{of} has the {key} "{word}", which no controller asks for'
             yield problem(message, place, suggest(near), severity=severity, key=place[-1] == word)
@@ -304,7 +304,7 @@ def _words(case: Case, block: Block, section: str, one: Component, of: str) -> I
 
 
 def _check_joint(case: Case, block: Block, one: Component, output: Output, is_carried: bool) -> Iterator[Diagnostic]:
-    """Yield what is wrong with a joint of a block in one URDF; ``is_carried`` says if the URDF has the joint."""
+    """Validate a joint of a block for one URDF; ``is_carried`` is True if the URDF contains the joint."""
     humble, joint, path = hardware_distro(output) == HUMBLE, case.robot.joint[one.name], ("joints", one.name)
     problem = partial(_problem, case, block, related=[case.related("the joint", case.joint(joint), key=True)], key=True)
     name = f'joint "{one.name}"'

@@ -1,4 +1,4 @@
-"""The section ``controllers``: the controllers of ros2_control, which drive its hardware."""
+"""The section ``controllers``: ros2_control controllers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from rosorin_compile.source.tree import Path
 
 
 def controllers_of(tree: Mapping[str, Any], _: Problem) -> tuple[Controller, ...]:
-    """Return the controllers of a description."""
+    """Parse the section ``controllers``."""
     made = []
     for name, entry in entries_of(tree, "controllers"):
         params = {key: plain(value) for key, value in flat(entry.get("params") or {}).items()}
@@ -25,7 +25,7 @@ def controllers_of(tree: Mapping[str, Any], _: Problem) -> tuple[Controller, ...
 
 
 def flat(params: Mapping[str, Any], above: str = "") -> dict[str, Any]:
-    """Return nested parameters by their full keys.
+    """Flatten nested parameters to full keys.
 
     >>> flat({"a": {"b": 1, "c.d": 2}})
     {'a.b': 1, 'a.c.d': 2}
@@ -41,7 +41,7 @@ def flat(params: Mapping[str, Any], above: str = "") -> dict[str, Any]:
 
 @Check
 def controller_names(case: Case) -> Iterator[Diagnostic]:
-    """Find hardware blocks and sensors that a controller names and that are not there (controller-name)."""
+    """Report unknown hardware blocks and sensors in controllers (controller-name)."""
     blocks = [name for section in named_as("hardware block") for name in case.tree.get(section) or ()]
     sensors = [sensor.name for sensor in case.robot.sensors]
     for one in case.robot.controllers:

@@ -1,4 +1,4 @@
-"""The section ``moveit``: what MoveIt needs to know about a robot in addition to its URDF."""
+"""The section ``moveit``: the data that MoveIt needs in addition to the URDF."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ Pair = tuple[str, str]
 
 @dataclass(frozen=True)
 class Group:
-    """A planning group: all joints of a chain (base, tip), of the joints, of the links and of other groups.
+    """A planning group with the joints of a chain (base, tip), named joints, parent joints of links, and subgroups.
 
-    ``states`` has the poses that are states of it, by the name of the state; None: those that name all of its joints.
+    ``states`` maps states to names of poses; None takes all poses that set every joint of the group.
     """
 
     name: str
@@ -39,7 +39,7 @@ class Group:
 
 @dataclass(frozen=True)
 class EndEffector:
-    """A hand or a tool: the group that it consists of, the link that carries it, and the group that moves that link."""
+    """An end effector: its own group, the parent link that it is mounted on, and the group that moves this link."""
 
     name: str
     group: str
@@ -50,7 +50,7 @@ class EndEffector:
 
 @dataclass(frozen=True)
 class VirtualJoint:
-    """The joint between the world and the root of a URDF; what is empty is as the base says."""
+    """The joint between the world and the root of a URDF; empty fields follow from the base of the robot."""
 
     type: str = ""
     parent: str = ""
@@ -59,7 +59,7 @@ class VirtualJoint:
 
 @dataclass(frozen=True)
 class Ball:
-    """One of the spheres that stand for a link: its middle in the link's frame, and its radius (m)."""
+    """A sphere that approximates a part of a link: its centre in the link frame (m), and its radius (m)."""
 
     xyz: Vector
     radius: float
@@ -67,7 +67,7 @@ class Ball:
 
 @dataclass(frozen=True)
 class CollisionSearch:
-    """How a matrix is computed: states, seed, the share that counts as always, and the least distance (m) for never."""
+    """The settings for a collision matrix: random states, seed, share for "always", distance (m) for "never"."""
 
     trials: int = 10_000
     seed: int = 1
@@ -77,11 +77,11 @@ class CollisionSearch:
 
 @dataclass(frozen=True)
 class CollisionMatrix:
-    """Pairs of links that need no check, as they were computed.
+    """A computed list of link pairs that need no collision check.
 
-    ``of`` is a digest of everything it was computed from, ``states`` how many random states were tried, ``meshes`` the
-    digests of mesh files by name. ``how``, ``shapes`` and ``joints`` are digests of the search, of the shapes of each
-    link, and of each joint: they show which pairs have not changed since.
+    ``of`` is a digest of all inputs, ``states`` the number of random states, ``meshes`` digests of mesh files by name.
+    ``how``, ``shapes`` and ``joints`` are digests of the settings, of the shapes of each link, and of each joint, which
+    show the pairs that are unchanged since the computation.
     """
 
     of: str
@@ -95,11 +95,11 @@ class CollisionMatrix:
 
 @dataclass(frozen=True)
 class Moveit:
-    """What the section ``moveit`` of a description says.
+    """The contents of the section ``moveit``.
 
-    ``urdf`` is the name of an output; empty: the one that robot_state_publisher reads. ``virtual_joint`` is None where
-    there is to be none. ``unchecked_links`` touch nothing but what is named in ``checked``. ``spheres`` stand for a
-    link, by its name; ``joint_properties`` has words that planners read, by joint and by name.
+    ``urdf`` is the name of an output; "" is the URDF for robot_state_publisher. ``virtual_joint`` is None if disabled.
+    ``unchecked_links`` are only checked in pairs in ``checked``. ``spheres`` approximate links, by link name;
+    ``joint_properties`` are properties for planners, by joint and property name.
     """
 
     urdf: str = ""
@@ -117,12 +117,12 @@ class Moveit:
 
     @property
     def own_names(self) -> Mapping[str, Collection[str]]:
-        """The names, by kind, that the section may use although the robot does not have them: the virtual joint."""
+        """Names by kind that the section defines in addition to the robot: the virtual joint."""
         return {"joint": (self.virtual_joint.name,)} if self.virtual_joint is not None else {}
 
 
 def moveit_of(tree: Mapping[str, Any], _: Problem) -> Moveit | None:
-    """Return the section ``moveit`` of a description; rules report the problems in it."""
+    """Parse the section ``moveit``, or return None if it is empty; rules report its problems."""
     entry = tree["moveit"]
     if not entry:
         return None
@@ -156,7 +156,7 @@ def moveit_of(tree: Mapping[str, Any], _: Problem) -> Moveit | None:
 @rule("moveit-unknown-group", "A name is that of no planning group.", "Correct the name.", Heading.OUTPUTS)
 @rule("moveit-unknown-pose", "A state of a group is a pose that there is not.", "Correct the name.", Heading.OUTPUTS)
 def planning(case: Case) -> Iterator[Diagnostic]:
-    """Find planning groups and poses that a section for planners names and that are not there."""
+    """Report unknown planning groups and poses."""
     said = case.robot.moveit
     if said is None:
         return
@@ -171,7 +171,7 @@ def planning(case: Case) -> Iterator[Diagnostic]:
 
 
 def state_path(case: Case, group: Group, state: str) -> Path:
-    """Return the path of a state of a planning group: its key, or its place in a list."""
+    """Return the path of a state of a planning group, which is a key or a list item."""
     path: Path = ("moveit", "groups", group.name, "states")
     return (*path, state) if exists(case.tree, (*path, state)) else (*path, list(group.states or ()).index(state))
 

@@ -213,7 +213,9 @@ def check_frames(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> I
 
 def _named(node: Node) -> Iterator[tuple[Key, str, Setting]]:
     """Yield the keys of a node that name frames, with their full names and their values, set or default."""
-    kind, unset = node.kind, [key for key in node.kind.keys.values() if key.default] if node.kind else []
+    # The frame of a sensor by default is only in the header of messages: joint_state_broadcaster's base_link.
+    keys_of = node.kind.keys.values() if node.kind else ()
+    kind, unset = node.kind, [key for key in keys_of if key.default and key.frame != SENSOR]
     keys = {name: kind.key(name) for name in node.parameters} if kind else {}
     for name, key in ({key.name: key for key in unset} | keys).items():
         unused = MAP if kind and kind.name == "ekf" else ""

@@ -500,5 +500,5 @@ def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
                 missing = {} if len(absent) == 2 ** len(modes) else absent[0]  # {} is always
                 message = f'{owner} stamps its messages with the frame "{frame}", which tf2 does not know'
                 message += in_words(missing)
-                help = "name a publisher of the frame for that mode" if missing else "name a publisher of the frame"
-                yield case.problem("unknown-frame-id", message, path, help, severity=WARNING)
+                way = "name a publisher of the frame for that mode" if missing else "name a publisher of the frame"
+                yield case.problem("unknown-frame-id", message, path, way, severity=WARNING)

@@ -111,7 +111,7 @@ def check_parameters(
         span = [*spans, Span(Source(str(managers[0]), ""), 1, 1)][0]
         found.append(report("controllers-none", "no controller has a type here", span, help))
     for node in known:
-        found += _check_node(case, node, distribution)
+        found += _check_node(case, node, distribution, [one.name for one in known])
     owned = claims(known, moved)
     found += check_edges(case, owned)
     found += check_frames(case, known, owned)
@@ -143,8 +143,11 @@ def _read(paths: Iterable[Path], diagnostics: list[Diagnostic]) -> list[list[Sec
     return read
 
 
-def _check_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
-    """Validate the parameters of a node; compare the parameters of a controller with the robot."""
+def _check_node(case: Case, node: Node, distribution: str, names: Sequence[str]) -> Iterator[Diagnostic]:
+    """Validate the parameters of a node; those of a controller are also compared with the robot.
+
+    ``names`` are those of all nodes of the files.
+    """
     wrong = of_type(node.shown, node.type, distribution) if node.type else None
     yield from (one.place(node.type_span) for one in [wrong] if one)
     if wrong is not None and wrong.severity == "error":
@@ -161,7 +164,7 @@ def _check_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnosti
     kind = full_type(node.type)
     known = derive(case.robot, Controller(node.name, kind, values), kind)
     moving = any(not joint.is_fixed for joint in case.robot.joints)
-    for one in against_robot(node.shown, kind, values, known, case.robot, "error"):
+    for one in against_robot(node.shown, kind, values, known, case.robot, "error", names):
         if one.rule == "controller-name" and not moving:
             continue  # the description only has fixed frames
         if wrong is not None:  # a type of an unknown package may use keys in another way

@@ -101,14 +101,18 @@ def nodes_in_files(
     space = list(filter(None, namespace.strip("/").split("/")))
     for sections in files:
         nodes = [section for section in sections if not section.of_any]
+        exact = [section.name for section in nodes if "*" not in section.name]
         for section in nodes:
             words = section.name.strip("/").split("/")
             plain = [word for word in words if word not in ("*", "**")]
+            if plain != words and any(map(section.matches, exact)):
+                continue  # it is for those
             is_relative = plain != words or (len(words) == 1 and space)
             full = "/" + "/".join([*space, *plain]) if is_relative else section.name
             if not section.matches(full):
                 diagnostics.append(_reaches_nobody(section, full))
-            named[full] += [one for one in sections if one is section or (one.of_any and one.matches(full))]
+            wild = [one for one in sections if one.of_any or (plain == words and "*" in one.name)]
+            named[full] += [one for one in sections if one is section or (one in wild and one.matches(full))]
         kind = by_signs(_merged(sections), distribution) if not nodes else None
         if kind is not None:
             named[f"{namespace.rstrip('/')}/{[*kind.names, kind.name][0]}"] += sections

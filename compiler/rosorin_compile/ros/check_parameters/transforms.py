@@ -212,8 +212,10 @@ def check_frames(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> I
 
 
 def _named(node: Node) -> Iterator[tuple[Key, str, Setting]]:
-    """Yield the frame parameters of a node with their full names and values, including defaults."""
-    kind, unset = node.kind, [key for key in node.kind.keys.values() if key.default] if node.kind else []
+    """Yield the keys of a node that name frames, with their full names and their values, set or default."""
+    # A default frame of a sensor is only used in message headers, such as base_link in joint_state_broadcaster.
+    keys_of = node.kind.keys.values() if node.kind else ()
+    kind, unset = node.kind, [key for key in keys_of if key.default and key.frame != SENSOR]
     keys = {name: kind.key(name) for name in node.parameters} if kind else {}
     for name, key in ({key.name: key for key in unset} | keys).items():
         unused = MAP if kind and kind.name == "ekf" else ""

@@ -202,17 +202,26 @@ def missing(kind: Kind | None, given: Iterable[str]) -> list[str]:
 
 
 def against_robot(
-    name: str, kind: str, values: Mapping[str, Any], known: RobotParameters, robot: Robot, severity: str
+    name: str,
+    kind: str,
+    values: Mapping[str, Any],
+    known: RobotParameters,
+    robot: Robot,
+    severity: str,
+    others: Iterable[str] = (),
 ) -> Iterator[Finding]:
-    """Report parameters of a controller that contradict the robot; ``severity`` is for differing numbers."""
+    """Report parameters of a controller that disagree with a robot; ``severity`` is for numbers that differ.
+
+    ``others`` are controllers besides those of the description, which may claim joints for this one.
+    """
     moving = {joint.name for joint in robot.joints if not joint.is_fixed}
-    controllers = {controller.name for controller in robot.controllers}
+    controllers = {*(controller.name for controller in robot.controllers), *others}
     for key, value in values.items():
         wrong = []
         for one in _texts(value) if _JOINTS.fullmatch(key) else ():
-            before, slash, joint = one.rpartition("/")
-            if slash and joint in moving and (before in controllers or not controllers):
-                continue  # a reference interface of a chained controller
+            _, slash, joint = one.rpartition("/")
+            if slash and joint in moving and (one.partition("/")[0] in controllers or not robot.controllers):
+                continue  # a controller of the chain claims it
             if one not in moving:
                 what = "a fixed joint" if one in robot.joint else "which is not a joint of the robot"
                 message, help = f'"{key}" of {name} names "{one}", {what}', Suggestion(one, moving)
@@ -231,7 +240,8 @@ def _texts(value: Any) -> list[str]:
 def _differing(name: str, key: str, value: Any, expected: Any, severity: str) -> Iterator[Finding]:
     is_size = "multiplier" not in key and key.rpartition(".")[2].rpartition("_")[2].lower() in _SIZES
     if _JOINTS.fullmatch(key):
-        if sorted(_texts(value)) != sorted(_texts(expected)) and key not in ("joints", "joint"):
+        claimed = sorted(one.rpartition("/")[2] for one in _texts(value))  # a controller of a chain claims some
+        if claimed != sorted(_texts(expected)) and key not in ("joints", "joint"):
             both = [quote(map(str, one)) if isinstance(one, (list, tuple)) else f'"{one}"' for one in (value, expected)]
             message = f'"{key}" of {name} is {both[0]}, and the drive says {both[1]}'
             yield Finding("controller-differs", message, key, "correct one of the two", severity)

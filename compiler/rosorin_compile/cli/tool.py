@@ -1,4 +1,4 @@
-"""rosorin-compile rule, schema, completion, help, cmake-dir and bazel-dir: what the tool tells about itself."""
+"""rosorin-compile rule, schema, completion, help, cmake-dir and bazel-dir: print information about the tool."""
 
 import json
 import re
@@ -48,7 +48,7 @@ def entry(rule: Rule) -> list[str]:
 
 
 def _wrapped(text: str) -> list[str]:
-    """Wrap a text, with the targets of links as seen from the folder of the project."""
+    """Wrap a text, and make the targets of its links relative to the folder of the project."""
     text = _LINK.sub(lambda link: f"{link[1]} ({'' if '://' in link[2] else 'docs/'}{link[2]})", text)
     return textwrap.wrap(text, _WIDTH, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False)
 
@@ -74,7 +74,7 @@ def _list(rules: Sequence[Rule]) -> str:
 @flag("--list", help="list the schemas")
 @flag("--macros", help="add the macros of the xacro files that robots of this project include, and their parameters")
 def run_schema(run: Run) -> int:
-    """Print a schema as it is, or list them."""
+    """Print a schema, or list all schemas."""
     if run.list:
         names = schema_names()
         rows = [{"name": name, "what": what} for name, what in names.items()]

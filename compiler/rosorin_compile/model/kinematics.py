@@ -126,7 +126,7 @@ class Graph:
         raise NoWay(source, target, tuple(missing) if frame == source else ())
 
     def tree(self, base: str, every: bool = False) -> dict[str, Move]:
-        """Return the last move to each frame in reach, nearest first; ``every``: also unknown poses. Raises KeyError."""
+        """Return the last move to each frame in reach, nearest first; ``every`` needs no poses. Raises KeyError."""
         reached: dict[str, Move] = {}
         waiting = deque([base])
         while waiting:

@@ -1,4 +1,4 @@
-"""The drive: its wheels turn, have level axles and known radii, and are where their names say."""
+"""Rules about the drive: joints, axes, positions and radii of its wheels."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from .case import Case, number
 from .joints import lies_across
 from .shapes import holds
 
-PARALLEL = math.cos(math.radians(30))  # an axis this close to its expected direction is intended to have it
-RADIUS_APART = 0.05  # relative to the specified radius: a larger deviation is another quantity, such as the diameter
+PARALLEL = math.cos(math.radians(30))  # an axis within 30 degrees of a direction is meant to be along it
+RADIUS_APART = 0.05  # relative to the specified radius: a larger deviation is a mistake, such as a diameter
 UNEVEN = 0.001  # m
-LEAST = 1e-4  # m between wheels that are apart
-# Which wheels must be farther along x or y than which others, according to their names.
+LEAST = 1e-4  # m: the smallest distance between wheels in different positions
+# Pairs of wheels of which the first must be farther along x or y, according to their names.
 _FRONT, _LEFT = (0, "in front of"), (1, "to the left of")
 _PAIRS = {
     MECANUM: (
@@ -33,7 +33,7 @@ _PAIRS = {
 
 
 def _named(case: Case, drive: Drive | None) -> Iterator[tuple[str, Joint, Path]]:
-    """Yield the joints that a drive names: the role, the joint, and the path of the name."""
+    """Yield the role, the joint and the path of its name for each joint of the drive."""
     for role, names in drive.joints.items() if drive else ():
         kind = drive.kind if drive else ""
         is_single = kind == MECANUM or (kind == TRICYCLE and role == "steering")
@@ -63,7 +63,7 @@ def joints(case: Case) -> Iterator[Diagnostic]:
 
 
 def _sound(case: Case) -> Drive | None:
-    """Return the drive if its joints exist and turn, on a tree with one root, so that positions are known."""
+    """Return the drive if its joints exist and rotate, and positions can be computed (one tree), else None."""
     drive, robot = case.robot.drive, case.robot
     if drive is None or not (robot.is_tree and robot.mimics_resolve and (drive.frame or robot.root) in robot.link):
         return None

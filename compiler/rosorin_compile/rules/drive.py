@@ -44,7 +44,7 @@ def _named(case: Case, drive: Drive | None) -> Iterator[tuple[str, Joint, Path]]
 
 @rule("drive-joint", help="Name the joint of a wheel: continuous, moved by itself.", topic=JOINTS)
 def joints(case: Case) -> Iterator[Diagnostic]:
-    """A joint of the drive does not turn, follows another or is named twice; a warning where a wheel has limits."""
+    """A joint of the drive does not rotate, mimics another or is named twice; a warning if a wheel has limits."""
     seen: set[str] = set()
     for role, joint, path in _named(case, case.robot.drive):
         what = severity = ""
@@ -75,7 +75,7 @@ def _sound(case: Case) -> Drive | None:
 
 @rule("drive-axis", help="Correct the axis, the pose of the joint, or `frame`.", topic=JOINTS)
 def axes(case: Case) -> Iterator[Diagnostic]:
-    """The axle of a wheel is not level, or a steering axis not upright; a warning where a wheel turns backward."""
+    """The axle of a wheel is not level, or a steering axis is not vertical; a warning if a wheel turns backward."""
     drive = _sound(case)
     for role, joint, path in _named(case, drive):
         x, y, z = axis = model.axis_in_base(case.robot, drive, joint.name) if drive else joint.axis
@@ -102,7 +102,7 @@ def axes(case: Case) -> Iterator[Diagnostic]:
 
 @rule("drive-places", help="Correct the names, or the poses of the joints.", topic=JOINTS)
 def places(case: Case) -> Iterator[Diagnostic]:
-    """Wheels are not where their names say, or cannot move the base; a warning if they are not on one floor."""
+    """Wheels are on another side than their names say, or cannot move the base; a warning if not on one floor."""
     drive = _sound(case)
     if drive is None:
         return
@@ -144,7 +144,7 @@ def places(case: Case) -> Iterator[Diagnostic]:
 
 @rule("drive-radius", help="Write `radius`, or give the wheel a cylinder to collide with.", topic=JOINTS)
 def radii(case: Case) -> Iterator[Diagnostic]:
-    """The radius of a wheel is unknown or not positive; a warning if `radius` is not that of the shapes."""
+    """The radius of a wheel is unknown or not positive; a warning if `radius` is not the radius of its shapes."""
     drive = _sound(case)
     radius, place = drive.radius if drive else None, ("drive", "radius")
     if radius is not None and radius <= 0:

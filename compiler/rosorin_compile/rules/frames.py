@@ -29,7 +29,7 @@ CALIBRATION = 0.2  # rad; image frames of one device differ by the manufacturer'
 
 @rule("owns-world-frame", help="Begin the robot at `base_link`.", topic=FRAMES, accept="link", imported="always")
 def world_frames(case: Case) -> Iterator[Diagnostic]:
-    """The description owns `map`, `odom` or `earth`, which localisation places (REP 105); `edges` may name them."""
+    """`map`, `odom` or `earth` is a link, but localisation publishes it (REP 105); `edges` may name it."""
     robot = case.robot
     for frame in WORLD_FRAMES:
         ends = [case.end(one, end) for one in robot.joints for end in ("parent", "child") if getattr(one, end) == frame]
@@ -44,7 +44,7 @@ def world_frames(case: Case) -> Iterator[Diagnostic]:
 
 @rule("optical-frame", help="Write `rpy: [-90 deg, 0, -90 deg]`.", topic=FRAMES, accept="link", imported="always")
 def optical_frames(case: Case) -> Iterator[Diagnostic]:
-    """An image frame is not turned as REP 103 says: z out of the lens, x right, y down."""
+    """The rotation of an image frame is not that of REP 103: z out of the lens, x right, y down."""
     declared = {sensor.optical_frame for sensor in case.robot.sensors if sensor.optical_frame}
     steps = [(one.parent, one.child, one.origin, case.joint(one)) for one in case.robot.joints]
     for index, edge in enumerate(case.robot.edges):
@@ -92,10 +92,10 @@ class _Solid(NamedTuple):
 
 @rule("sensor-sees-itself", help="Move it.", topic=NUMBERS, accept="link or joint", imported="always")
 def sight(case: Case) -> Iterator[Diagnostic]:
-    """A warning: nearly all rays of a lidar, or nearly all of an image, end on the robot itself at once.
+    """A warning: the robot itself, close to the sensor, blocks nearly all rays of a lidar or nearly all of an image.
 
-    The sensor is inside a shape of another link that never moves against it, or close in front of one. Its housing,
-    which is its own link and links that carry nothing else, does not count; meshes are not examined.
+    The sensor is inside or close to a shape of another link that is fixed relative to it. Its housing, which is its own
+    link and links that carry nothing else, does not count; meshes are not examined.
     """
     robot = case.robot
     for sensor in robot.sensors if robot.is_tree else ():

@@ -129,7 +129,7 @@ def _children(robot: Robot) -> dict[str, list[Joint]]:
 
 @rule("joint-cycle", help="Let one of these joints begin at another link.", topic=JOINTS)
 def no_cycle(case: Case) -> Iterator[Diagnostic]:
-    """Joints lead back to where they began; if a link of the circle has two parents, that is the cause."""
+    """Joints form a cycle; if a link in it has two parents, that is the cause."""
     above = {child: joints[0] for child, joints in _children(case.robot).items() if len(joints) == 1}
     order = {name: index for index, name in enumerate(case.robot.joint)}
     for names in circles({child: joint.parent for child, joint in above.items()}) if not case.robot.is_tree else ():
@@ -180,7 +180,7 @@ def one_root(case: Case) -> Iterator[Diagnostic]:
 @rule("axis-zero", "An axis is zero: no direction.", "Name one, such as `[0, 0, 1]`.", JOINTS)
 @rule("axis-not-unit", "An axis is not of unit length.", "Scale it to length 1.", JOINTS, "joint", "always")
 def axes(case: Case) -> Iterator[Diagnostic]:
-    """Validate axes; readers differ in whether they normalise."""
+    """Validate axes, which not all readers normalise."""
     for joint in case.robot.joints:
         length, path = norm(joint.axis), case.joint(joint, "axis")
         if joint.is_fixed or joint.is_axleless or abs(length - 1) <= AXIS_TOLERANCE:
@@ -201,7 +201,7 @@ def axes(case: Case) -> Iterator[Diagnostic]:
 @rule("limit-zero", "`effort` or `velocity` is zero.", "Give the real value.", JOINTS, "joint", "always")
 @rule("limit-on-continuous", "A continuous joint has limits.", "Make it revolute.", JOINTS, "joint", "always")
 def limits(case: Case) -> Iterator[Diagnostic]:
-    """Validate limits: readers of URDF require some, and no joint can have others."""
+    """Validate limits: some are required by URDF readers, others are impossible."""
     for joint in case.robot.joints:
         path, limit, unit, called = case.joint(joint, "limit"), joint.limit, joint.unit, f'joint "{joint.name}"'
         is_bounded = joint.type in ("revolute", "prismatic")
@@ -233,7 +233,7 @@ def limits(case: Case) -> Iterator[Diagnostic]:
 
 @Check
 def units(case: Case) -> Iterator[Diagnostic]:
-    """Quantities with the unit of another type of joint: a slide in radians, a hinge in metres."""
+    """Report quantities with the unit of another type of joint: prismatic in radians, revolute in metres."""
     paths: list[tuple[Joint, Path]] = []
     for joint in (joint for joint in case.robot.joints if joint.moves):
         for part in ("limit", "dynamics", "actuator", "mimic", "calibration", "safety_controller"):
@@ -273,7 +273,7 @@ def without_effect(case: Case) -> Iterator[Diagnostic]:
 
 @rule("dynamics-negative", "Damping, friction or a gain is below zero.", "Drop the sign.", JOINTS, "joint", "always")
 def negative(case: Case) -> Iterator[Diagnostic]:
-    """Validate the signs of what simulations and servos read."""
+    """Report negative values that simulations and servos require to be positive."""
     for joint in case.robot.joints:
         if joint.limit is not None and min(joint.limit.effort or 0, joint.limit.velocity or 0) < 0:
             continue  # the part computes the other values from this one
@@ -321,7 +321,7 @@ def lies_across(case: Case, joint: Joint) -> bool:
 
 @rule("joint-word", help="Leave one of them out.", topic=SIMULATED)
 def contradictions(case: Case) -> Iterator[Diagnostic]:
-    """The `mjcf` of a joint contradicts its other keys: formats would differ in what they take."""
+    """The `mjcf` of a joint contradicts its other keys, so artifacts would have different values."""
     for joint in case.robot.joints:
         path = case.joint(joint)
         for word, other in _contradictions(joint) if joint.mjcf and not joint.is_fixed else ():

@@ -87,7 +87,7 @@ def letters(case: Case) -> Iterator[Diagnostic]:
 
 @rule("letters-swapped", help="Correct it.", topic=ARGUMENTS, accept="link or joint", imported="always")
 def swapped_letters(case: Case) -> Iterator[Diagnostic]:
-    """A warning: a word that occurs once in names, or a file ending, is another one with two letters swapped."""
+    """A warning: a word that occurs once in names, or a file ending, is a usual word with two letters swapped."""
     named = [*_names(case), *(Name(name, kind, path, key) for kind, name, path, key in case.symbols.spelt())]
     for output in case.robot.outputs:  # names of files and topics are used only once
         path: Path = ("outputs", output.name)

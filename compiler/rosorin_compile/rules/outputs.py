@@ -80,7 +80,7 @@ def _endings(format: Format) -> tuple[str, ...]:
 
 @rule("file-ending", help="Call it as its readers expect, or write the format of that name.", topic=OUTPUTS)
 def file_endings(case: Case) -> Iterator[Diagnostic]:
-    """A warning: the name of an artifact ends as those of another format do."""
+    """A warning: the file ending of an artifact is that of another format."""
     for output in (output for output in case.robot.outputs if output.backend in case.formats):
         format = case.formats[output.backend]
         own, (stem, ending) = _endings(format), posixpath.splitext(output.file)

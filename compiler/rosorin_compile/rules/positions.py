@@ -120,7 +120,7 @@ def _has(ends: tuple[float, float] | None, value: float) -> bool:
 
 @rule("zero-beyond-limit", help="Add a pose that places it.", topic=POSES)
 def zeros(case: Case) -> Iterator[Diagnostic]:
-    """A note: zero, where simulations begin, is not within the limits of a joint, and no pose places it."""
+    """A note: zero, where simulations begin, is outside the limits of a joint, and no pose sets the joint."""
     placed = {name for pose in case.robot.poses for name in pose.positions}
     joints = [joint for joint in case.robot.joints if joint.mimic is None and joint.name not in placed]
     away = [joint for joint in joints if not _has(range_of(joint), 0.0)]
@@ -179,7 +179,7 @@ def groups(case: Case) -> Iterator[Diagnostic]:
 
 @rule("servo-range", help="`rad_per_pulse` is the angle of one pulse, in radians: `${240*deg / 1000}`.", topic=POSES)
 def scales(case: Case) -> Iterator[Diagnostic]:
-    """A warning: a pulse turns a servo by many degrees, or all pulses reach much more or less than the joint."""
+    """A warning: a pulse turns a servo by many degrees, or the ranges of servo and joint differ widely."""
     for group in case.robot.servos:
         joints = [case.robot.joint[name] for name in group.joints if name in case.robot.joint]
         path: Path = ("servos", group.name, "rad_per_pulse")

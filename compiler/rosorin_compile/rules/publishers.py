@@ -278,7 +278,7 @@ def started(case: Case) -> Iterator[Diagnostic]:
 
 @rule("planar-taken-as-fixed", help="Make it `type: floating`, with `publisher: NODE` or `{none: WHY}`.", topic=JOINTS)
 def planar(case: Case) -> Iterator[Diagnostic]:
-    """A warning: a planar joint is in the URDF, and robot_state_publisher takes it for a fixed one.
+    """A warning: a planar joint is in the URDF, and robot_state_publisher treats it as fixed.
 
     ros/kdl_parser treats unknown types as fixed, and robot_state_publisher sends them as static; floating is skipped.
     """
@@ -350,7 +350,7 @@ def _misspelt_world(case: Case) -> Iterator[Diagnostic]:
 
 @rule("edge-cycle", help="Correct the parent or the child of an edge: frames are a tree.", topic=FRAMES)
 def no_cycle(case: Case) -> Iterator[Diagnostic]:
-    """Edges lead, with the joints between, back to where they began, in some combination of modes."""
+    """Edges and joints form a cycle in some combination of modes."""
     steps = _on_circles(steps_in_modes(case)[0]) if case.robot.is_tree and case.robot.edges else []
     modes = modes_in(case.robot, [step.when for step in steps])
     for combination in combinations(modes) if len(modes) <= MAX_MODES else ():
@@ -404,7 +404,7 @@ def _urdf_roots(case: Case) -> list[str]:
 
 @rule("split-tf", help="Publish the joint, or nothing below it.", topic=FRAMES)
 def one_tree(case: Case) -> Iterator[Diagnostic]:
-    """A warning: frames are published, but a joint above them is on no topic, always or in some mode."""
+    """A warning: frames are published, but no node publishes a joint above them, always or in some mode."""
     if not case.robot.is_tree or not case.robot.published_by(UNPUBLISHED):
         return
     # Include edges with an invalid condition, so that consequences of that mistake are not reported.
@@ -466,7 +466,7 @@ def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
 
 @rule("unknown-frame-id", help="Correct the name under `stamps`, or name the publisher of the frame.", topic=FRAMES)
 def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
-    """Messages are stamped with a frame that does not exist. As a warning: tf2 does not know it in some mode."""
+    """Messages are stamped with a frame that does not exist; a warning if it is missing only in some mode."""
     robot, stamps = case.robot, list[tuple[str, str, Path]]()  # the frame, its user, and the path
     for sensor in case.robot.sensors:
         place: Path = ("sensors", sensor.name)

@@ -168,7 +168,7 @@ def longest(shape: Shape) -> tuple[Path, float, float]:
 
 @rule("two-in-one-place", help="Correct `xyz` of one, or remove it.", topic=NUMBERS, accept="joint", imported="always")
 def duplicates(case: Case) -> Iterator[Diagnostic]:
-    """A warning: two joints put links of the same shape into the same place, as a wheel that was copied."""
+    """A warning: two joints put links of the same shape into the same place, such as a copied wheel."""
     first: dict[Any, Joint] = {}
     for joint in case.robot.joints:
         link = case.robot.link.get(joint.child)
@@ -288,7 +288,7 @@ def definitions(case: Case) -> Iterator[Diagnostic]:
 
 @rule("colour-range", help="Divide values of 0 to 255 by 255.", topic=NUMBERS, accept="link", imported="always")
 def colour_range(case: Case) -> Iterator[Diagnostic]:
-    """A warning: a part of a colour is below 0 or above 1."""
+    """A warning: a component of a colour is below 0 or above 1."""
     for what, path, _, material in _materials(case):
         parts = material.rgba or (0.5,) * 4
         index = max(range(4), key=lambda part: abs(parts[part] - 0.5))
@@ -299,7 +299,7 @@ def colour_range(case: Case) -> Iterator[Diagnostic]:
 
 @rule("unknown-material", help="Correct the name, or add it to `materials`.", topic=NUMBERS)
 def unknown_materials(case: Case) -> Iterator[Diagnostic]:
-    """A note: no material is defined under the name in a visual; a warning if the name is nearly a defined one."""
+    """A note: a visual names a material that is not defined; a warning if the name is similar to a defined one."""
     unknown: dict[str, list[Path]] = {}
     for _, _, path, material in _materials(case):
         if material.name and material.name not in case.robot.material:

@@ -166,7 +166,7 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
 
 @rule("name-twice", help="Give one of them another name; in a part, names get its prefix.", topic=SIMULATED)
 def unique_names(case: Case) -> Iterator[Diagnostic]:
-    """Two things of one kind have one name in the MJCF: sites, cameras, sensors, tendons, elements."""
+    """Two entries of one kind have the same name in the MJCF: sites, cameras, sensors, tendons, elements."""
     names = list(_named(case))
     taken: dict[tuple[str, str], Path] = {}
     if any(named.kind == GEOM for named in names):
@@ -204,7 +204,7 @@ _IN_BODIES = ("geom", "site", "camera", "light", "frame", "replicate", "flexcomp
 @rule("mjcf-element", "MuJoCo, or another artifact, cannot take an element here.", "See the message.", SIMULATED)
 @rule("unknown-in-mjcf", "`mjcf` names something that does not exist.", "Correct the name.", SIMULATED)
 def mjcf_elements(case: Case) -> Iterator[Diagnostic]:
-    """Elements of `mjcf` that are out of place, and names in the others that nothing defines."""
+    """Report misplaced elements of `mjcf`, and unknown names in its other elements."""
     texts = [(path, found_in(text), top) for path, text, top in mjcf_texts(case)]
     if not texts:
         return
@@ -313,7 +313,7 @@ def _mark_problems(tag: str, values: Mapping[str, Any]) -> Iterator[tuple[str, s
 
 @rule("body-value", help="Move it to the root link, or leave it out.", topic=SIMULATED)
 def bodies(case: Case) -> Iterator[Diagnostic]:
-    """A link has an attribute of a body that MuJoCo accepts of the root alone: `mocap`, `sleep`."""
+    """A link has an attribute that MuJoCo accepts only for the root: `mocap`, `sleep`."""
     world, root = case.robot.root_in_world.world, case.robot.root_in_world.values
     others = ", ".join(sorted(set(root) - {"align", "group"}))
     if "align" in root and others:

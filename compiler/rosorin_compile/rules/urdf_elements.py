@@ -55,7 +55,7 @@ def mjcf_texts(case: Case) -> Iterator[tuple[Path, str, bool]]:
 
 @rule("bad-xml", help="Write whole elements, such as `<gazebo>...</gazebo>`.", topic=NUMBERS)
 def well_formed(case: Case) -> Iterator[Diagnostic]:
-    """A text of `urdf_elements`, `mjcf` or `mjcf_elements` is not whole elements of XML."""
+    """A text of `urdf_elements`, `mjcf` or `mjcf_elements` is not made of complete XML elements."""
     from rosorin_compile.source.xml.markup import MarkupError, parse
 
     for path, text in (*urdf_texts(case), *((path, text) for path, text, _ in mjcf_texts(case))):
@@ -96,7 +96,7 @@ def at_name(made: Diagnostic, name: str, number: int) -> Diagnostic:
 
 @rule("unknown-reference", help="Correct the name.", topic=NUMBERS)
 def unknown_names(case: Case) -> Iterator[Diagnostic]:
-    """A warning: `urdf_elements` name a link, joint or material that does not exist, or not in the URDF."""
+    """A warning: `urdf_elements` name a link, joint or material that does not exist or is not in the URDF."""
     mentions: dict[tuple[str, str], list[tuple[Reference, Path, int]]] = {}
     own: set[str] = set()
     materials = {*case.robot.material, *(shape.material for link in case.robot.links for shape in link.visual)}
@@ -151,7 +151,7 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
 
 @rule("duplicate-xml", help="Give each a name of its own; in a part, write `${prefix}` before it.", topic=NUMBERS)
 def duplicates(case: Case) -> Iterator[Diagnostic]:
-    """A warning: two elements of `urdf_elements` have one name where their reader takes one."""
+    """A warning: two elements of `urdf_elements` have the same name, but their reader uses only one."""
     first: dict[tuple[str, ...], Path] = {}
     for section in named_as("hardware block"):
         first |= {("<ros2_control>", name): (section, name) for name in case.section(section)}
@@ -213,7 +213,7 @@ def sdf_elements() -> Mapping[str, list[str]]:
 
 @rule("misplaced-element", help="Move it where the message says, or correct its name.", topic=NUMBERS)
 def misplaced(case: Case) -> Iterator[Diagnostic]:
-    """A warning: an element of `urdf_elements` is where its reader does not look for it, or no element of SDF."""
+    """A warning: an element of `urdf_elements` is in a place where its reader ignores it, or is not part of SDF."""
     for path, text in urdf_texts(case):
         purposes = [str(step) for step in path if step in ("visual", "collision")]
         holder = purposes[0] if purposes else {"links": "link", "joints": "joint"}.get(str(path[0]), "robot")

@@ -269,9 +269,7 @@ def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bo
             how = [f"{joint.type} on {joint.parent}", joint.name] if joint is not None else ["the root"]
             values = (head, None) if word == REMOVED else (None, head)
             yield Item(NAME, head, "existence", existence(word, what, head, how, names[1:]), *values)
-    for mine, theirs in map(
-        pairing.pair_of_joints, pairing.bodies
-    ):  # a body may have lost or gained its joint
+    for mine, theirs in map(pairing.pair_of_joints, pairing.bodies):  # a body may have lost or gained its joint
         joint, word = (mine, REMOVED) if mine is not None else (theirs, NEW)
         if joint is not None and (mine is None or theirs is None):
             text = f"{word}: joint {joint.name} ({joint.type}, {joint.parent} to {joint.child})"

@@ -141,7 +141,7 @@ def check_robot(run: Run, description: Description, page: Pictures | None = None
 
 
 def _check_every(run: Run, description: Description) -> int:
-    """Compile one robot with every combination of arguments; report each problem once, with its arguments."""
+    """Compile one robot with every combination of arguments; report each problem once, with its cause."""
     request = run.request(description)
     declared = api.arguments(request)
     if has_errors(declared.diagnostics):

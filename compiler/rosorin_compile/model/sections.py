@@ -46,7 +46,7 @@ class Section(Generic[T]):
     schema: Schema = field(default_factory=dict)  # of draft 7 with the annotations of docs/extend.md; by default a file
     form: str = ENTRIES
     adds: Adds | None = None  # returns the robot with additions from the value
-    checks: tuple[Check | str, ...] = ()  # functions with ``@rule``, and modules that contain some
+    checks: tuple[Check | str, ...] = ()  # functions with ``@rule``, or names of their modules
     lower: Lower | None = None  # converts trees that fields cannot, with ``problem(rule, message, path, help)``
     # Built-in only: elements for a URDF whose output has an option named after the section, and their check.
     urdf: Callable[[Robot, Output, NumberFormat], list[str]] | None = None

@@ -18,7 +18,7 @@ from .shapes import diagonal, longest
 
 DENSEST = 22_590.0  # kg/m^3: osmium at 20 degrees (CRC Handbook of Chemistry and Physics)
 LIGHTEST = 1.0  # kg/m^3: air has 1.2, aerogels that can be held more than 3
-LIGHTEST_INERTIA = 0.05  # kg/m^3 of the lightest body with that inertia: the SDF default (1 kg, 1 kg*m^2) has 0.06
+LIGHTEST_INERTIA = 0.05  # kg/m^3: the SDF default (1 kg, moments of 1 kg*m^2) has 0.06
 FOAM = 25.0  # kg/m^3: a density in g/cm^3 is below this; cork has 240, foam 20 to 200
 ROUGHLY = 1.5  # tolerance for rounded sizes, and boxes that omit a flange
 ROUGH_INERTIA = 2.0  # tolerance for moments with one digit; their error counts to the third power

@@ -29,7 +29,7 @@ CALIBRATION = 0.2  # rad; image frames of one device differ by the manufacturer'
 
 @rule("owns-world-frame", help="Begin the robot at `base_link`.", topic=FRAMES, accept="link", imported="always")
 def world_frames(case: Case) -> Iterator[Diagnostic]:
-    """`map`, `odom` or `earth` is a link, but localisation publishes it (REP 105); `edges` may name it."""
+    """The description defines `map`, `odom` or `earth`, which localisation publishes (REP 105); use `edges` instead."""
     robot = case.robot
     for frame in WORLD_FRAMES:
         ends = [case.end(one, end) for one in robot.joints for end in ("parent", "child") if getattr(one, end) == frame]

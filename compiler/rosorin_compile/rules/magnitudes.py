@@ -158,7 +158,7 @@ def radians_in_degrees(case: Case) -> Iterator[Diagnostic]:
 
 @rule("velocity-looks-like-degrees", help="Write `300 deg/s`.", topic=JOINTS, accept="joint", imported="always")
 def speeds(case: Case) -> Iterator[Diagnostic]:
-    """A warning: a velocity limit without a unit is many turns per second, and a round number of degrees."""
+    """A warning: a revolute joint's velocity limit without a unit is too fast, and a round number of degrees."""
     for joint in case.robot.joints:  # continuous joints may be fast
         velocity = joint.limit.known_value("velocity") if joint.limit is not None else None
         path = case.joint(joint, "limit", "velocity")

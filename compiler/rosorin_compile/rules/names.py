@@ -87,7 +87,7 @@ def letters(case: Case) -> Iterator[Diagnostic]:
 
 @rule("letters-swapped", help="Correct it.", topic=ARGUMENTS, accept="link or joint", imported="always")
 def swapped_letters(case: Case) -> Iterator[Diagnostic]:
-    """A warning: a word that occurs once in names, or a file ending, is a usual word with two letters swapped."""
+    """A warning: a word that occurs once in names, or a file ending, is another word with two letters swapped."""
     named = [*_names(case), *(Name(name, kind, path, key) for kind, name, path, key in case.symbols.spelt())]
     for output in case.robot.outputs:  # names of files and topics are used only once
         path: Path = ("outputs", output.name)
@@ -100,7 +100,7 @@ def swapped_letters(case: Case) -> Iterator[Diagnostic]:
     usual = _USUAL.union(word for word, number in counts.items() if number > 1)
     slips: dict[str, str] = {}
     for word, number in counts.items():
-        if word not in _USUAL:  # a word that occurs several times is intended
+        if word not in _USUAL:  # usual words are correct
             known = _ENDINGS if len(word) < 4 else usual if number == 1 else _USUAL
             right = next((one for one in swaps(word) if one in known), None)
             slips |= {word: right} if right else {}

@@ -284,7 +284,7 @@ def _scalar(value: Any) -> float | str | None:
 
 
 def _add_elements(old: Leaves, new: Leaves, robots: tuple[Robot, Robot]) -> None:
-    """Add the leaves of URDF elements of both robots, without elements that outputs generate from other keys."""
+    """Add the URDF elements that only one robot has, except elements that outputs generate from other keys."""
     a, b = robots
     followers = followers_of(a, a.asks_for_humble or b.asks_for_humble)
     made: list[list[frozenset[Key]]] = []

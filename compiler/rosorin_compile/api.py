@@ -97,7 +97,7 @@ class Explained:
     diagnostics: tuple[Diagnostic, ...] = ()
 
     def __str__(self) -> str:
-        """Return the text that ``rosorin-compile explain`` prints."""
+        """Return the lines that ``rosorin-compile explain`` prints."""
         from rosorin_compile.language.explain import lines
 
         return "\n".join(line for answer in self.answers for line in lines(answer))

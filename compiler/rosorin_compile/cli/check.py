@@ -55,7 +55,7 @@ def run_check(run: Run) -> int:
     here = Path.cwd()
     vars(run).update({name: str(here / file) for name, file in vars(run).items() if name in _WRITTEN and file})
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-staged-") as temporary:
-        os.chdir(_check_out_index(here, Path(os.path.realpath(temporary))))  # so that messages have the usual paths
+        os.chdir(_check_out_index(here, Path(os.path.realpath(temporary))))  # keeps paths in messages relative
         try:
             return _check(run)
         finally:

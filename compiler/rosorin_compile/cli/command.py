@@ -234,7 +234,7 @@ def command(name: str, within: str = "", **settings: Any) -> Callable[[Work], Co
         settings |= {"group": entry.group, "help": entry.help, "hidden": entry.hidden}
 
     def decorate(run: Work) -> Command:
-        # click keeps the parameters of decorators in reverse order
+        # click stores the parameters of decorators in reverse order
         decorated = [*output_options(lambda: None).__click_params__, *getattr(run, "__click_params__", [])]
         return Command(name, run, decorated[::-1], within=within, **settings)
 

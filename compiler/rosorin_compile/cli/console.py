@@ -116,10 +116,10 @@ class Console:
         self.command = ""
         self.plugin: Plugin | None = None
         self.sections: list[Section] = []
-        self.diagnostics: list[Diagnostic] = []  # for the document
+        self.diagnostics: list[Diagnostic] = []  # for the document at the end
         self.severities: Counter[str] = Counter()
         self.unlisted: Counter[str] = Counter()  # notes that were not printed, stand-ins and others
-        self.robots: list[dict[str, object]] = []  # the result of a command that handles several robots
+        self.robots: list[dict[str, object]] = []  # the results of a command for several robots
         self.result: object = None
 
     @property
@@ -195,7 +195,7 @@ class Console:
             self.show([diagnostic])
 
     def say(self, line: str, needed: bool = False) -> None:
-        """Print a line about the run as a whole; a quiet run prints it only if it is ``needed``."""
+        """Print a line about the run; a quiet run prints it only if it is ``needed``."""
         if self.quiet and not needed:
             return
         print(self._inert(line), file=sys.stdout if self.for_people else sys.stderr)

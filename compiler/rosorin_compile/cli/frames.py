@@ -127,7 +127,7 @@ def run_explain(run: Run) -> int:
 @cli.command("args", exits="0 listed, 1 an invalid argument")
 @cli.robots_argument()
 def run_args(run: Run) -> int:
-    """List the arguments of each robot; those that are set are shown, and checked."""
+    """List the arguments of each robot with their values, and validate the values."""
     results = [api.arguments(run.request(description)) for description in find_robots(run, run.words)]
     for result in results:
         run.show(result)
@@ -236,7 +236,7 @@ def tf2_echo_lines(found: FrameTransform, digits: int, distro: str) -> list[str]
 @cli.strict_option
 @cli.robot_options
 def run_pulses(run: Run) -> int:
-    """Print pulses and the positions that they set."""
+    """Print servo pulses and the resulting joint positions."""
     names = [word for word in run.words if "=" not in word]
     if len(names) > 1:
         raise RequestError(f'one robot at a time, and JOINT=VALUE: "{names[1]}" is neither')

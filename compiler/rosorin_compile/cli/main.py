@@ -145,7 +145,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             sys.stderr.write(top.get_help(click.Context(top, info_name=PROGRAM)) + "\n")
             return USAGE
         try:
-            formats = re.findall(r"(?<=^--format[=\n])\w+$", "\n".join(words), re.MULTILINE)  # if parsing fails
+            formats = re.findall(r"(?<=^--format[=\n])\w+$", "\n".join(words), re.MULTILINE)  # used if parsing fails
             console = Console("json" if formats[-1:] == ["json"] else "text")
             code = _run(words, console)
             console.print_end()
@@ -198,7 +198,7 @@ def _run(words: list[str], console: Console) -> int:
 
 
 def _reason(problem: BaseException) -> str:
-    """Return the reason of an error that no command expects, but a user can cause. Raises any other error."""
+    """Return the message for an unexpected error that a user can cause. Raises any other error."""
     from rosorin_compile.model.servos import NoPulse
 
     if isinstance(problem, NoPulse):

@@ -141,7 +141,7 @@ class Section:
             self.changes.append((code(change.words(), _MAX_TEXT), ", ".join(map(code, names)) + and_more(left)))
         diffs = [one for one in texts if one.kind == CHANGED and one.shown and one.lines]
         self.diffs += diffs
-        # Where the changes explain it, a file whose text is not shown needs no remark.
+        # A file without a diff needs no remark if the listed changes explain its difference.
         unexplained = "" if any(change.artifacts for change in changes) else "different text"
         remarks = [*((one.file, one.remark or unexplained) for one in texts if one not in diffs), *others]
         self.files += [(code(name), code(remark, _MAX_TEXT)) for name, remark in remarks if remark]

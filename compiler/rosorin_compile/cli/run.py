@@ -102,7 +102,7 @@ class Run(SimpleNamespace):
         return Request(description, self.arguments, self.argument_files, self.packages, self.trust, warn)
 
     def read_options(self) -> dict[str, Any]:
-        """Return the arguments for functions of the API that read a file in another format. Raises RequestError."""
+        """Return keyword arguments for API functions that read other formats. Raises RequestError."""
         try:
             texts = self.request(Description("", Path(), Path())).read_options().arguments
         except LoadError as problem:
@@ -248,7 +248,7 @@ def take_stdin(names: Sequence[str]) -> None:
         print("reading a robot from this terminal; Ctrl-D ends it", file=sys.stderr, flush=True)
     project.give_stdin(sys.stdin.buffer.read(_MAX_STDIN))
     _stdin_read[:] = [sys.stdin]
-    Progress.begin()  # the time of typing does not count
+    Progress.begin()  # exclude the time of typing
 
 
 def refuse_stdin(words: Sequence[str], help: str = "name a file") -> None:

@@ -89,7 +89,7 @@ def run_schema(run: Run) -> int:
 @command("completion", exits="0 printed, 1 the shell is too old")
 @argument("shell", type=click.Choice(("bash", "zsh", "fish")), metavar="SHELL", help="bash, zsh or fish")
 def run_completion(run: Run) -> int:
-    """Print the script that makes a shell complete commands, options, robots and frames."""
+    """Print the completion script of a shell, for commands, options, robots and frames."""
     from .main import COMPLETE, PROGRAM, program
 
     shell = get_completion_class(run.shell)
@@ -107,17 +107,17 @@ def run_help(run: Run) -> int:
     """Print the help of a command, or the list of commands."""
     from .main import PROGRAM, program
 
-    with program().make_context(PROGRAM, [*run.names, "--help"]) as context:  # which exits after printing it
+    with program().make_context(PROGRAM, [*run.names, "--help"]) as context:  # --help prints and exits
         return int(context.command.invoke(context))
 
 
 @command("cmake-dir", exits="0 printed", epilog="Pass it to find_package(rosorin_compile) as rosorin_compile_DIR.")
 def run_cmake_dir(run: Run) -> int:
-    """Print the folder that has rosorin_compileConfig.cmake."""
+    """Print the folder that contains rosorin_compileConfig.cmake."""
     return run.give(str(data_folder("cmake")), lambda: str(data_folder("cmake")))
 
 
 @command("bazel-dir", exits="0 printed", epilog="rosorin_robot.bzl defines the rule; see docs/builds.md.")
 def run_bazel_dir(run: Run) -> int:
-    """Print the folder that has rosorin_robot.bzl."""
+    """Print the folder that contains rosorin_robot.bzl."""
     return run.give(str(data_folder("bazel")), lambda: str(data_folder("bazel")))

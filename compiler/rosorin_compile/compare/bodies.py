@@ -275,7 +275,7 @@ def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bo
             text = f"{word}: joint {joint.name} ({joint.type}, {joint.parent} to {joint.child})"
             values = (joint.name, None) if word == REMOVED else (None, joint.name)
             yield Item(JOINT, joint.name, "existence", text, *values)
-    # The keys are the names in B without its prefix.
+    # The keys are names in B without the prefix.
     new_names = {old: new for new, old in pairing.links.items()}
     for old in (name for name in pairing.a.top if name in new_names):
         yield Item(NAME, old, "name", f"link {old} renamed to {new_names[old]}", old, new_names[old])

@@ -55,7 +55,7 @@ class Change(NamedTuple):
 
 
 def find_changes(robot: Robot, pairs: Sequence[Pair]) -> list[Change]:
-    """Return the changes of all pairs, sorted: by link from the root on, then servos, poses and the rest."""
+    """Return the changes of all pairs, sorted by link from the root down, then servos, poses and the rest."""
     changes: list[Change] = []
     for pair in pairs:
         for kind, names in pair.renamed.items():

@@ -42,7 +42,7 @@ class Describer(NamedTuple):
 
     robot: Robot
     sides: tuple[Leaves, Leaves]  # all leaves of both versions
-    precisions: tuple[Precision, Precision] = (exact, exact)  # of their numbers
+    precisions: tuple[Precision, Precision] = (exact, exact)  # of the numbers on both sides
     tolerance: float = NOISE
 
     def describe(self, differences: Sequence[Difference]) -> Iterator[tuple[Difference, str]]:
@@ -54,7 +54,7 @@ class Describer(NamedTuple):
             if quantity in ("mimic multiplier", "mimic offset") and leader in quantities:
                 continue
             if quantity in ("centre of mass", "inertia") and None in (one.old, one.new):
-                continue  # reported with the mass
+                continue  # the sentence of the mass includes it
             if isinstance(one.old, Shapes) or isinstance(one.new, Shapes):
                 counts, *left = solids_left(one, self.precisions)
                 for change in shapes_change(name, quantity, counts, *left):
@@ -63,7 +63,7 @@ class Describer(NamedTuple):
                 yield one, self.sentence(one)
 
     def sentence(self, one: Difference) -> str:
-        """Return a difference in words."""
+        """Describe a difference."""
         (kind, name, quantity), old, new = one
         if isinstance(old, frozenset) or isinstance(new, frozenset):
             return sentences.set_change(f"{kind} {quantity}".strip(), old or (), new or ())

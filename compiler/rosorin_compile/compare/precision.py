@@ -20,7 +20,7 @@ NOISE = 1e-12
 POSE_NOISE = 1e-9
 # Factors if all three coordinates have an error, and if all three angles rotate about the same line.
 ROOT_THREE, TURNS = 3**0.5, 3.0
-# A number with fewer digits than these counts as exact, not as rounded: 0.1 is 0.1.
+# A number with fewer digits counts as exact, not as rounded: 0.1 is 0.1.
 _FEWEST = 6
 # How much larger the error of a number is that was calculated from printed numbers.
 _CALCULATED = 4.0

@@ -61,7 +61,7 @@ _QUANTITIES = {
     "material": (("rgba", "texture"), "", "simulation"),
     "height map": (("", "heights", "cell", "origin"), "collision", ONE_BOX),
 }
-# Topics that a writer leaves out entirely, by an option or by design.
+# Topics that a writer may leave out entirely, by an option or by design.
 _WHOLE = ("mass", "collision", "visual", "effort", "velocity", "dynamics", "armature", "actuator", "pose", "servo")
 _OF_DESCRIPTIONS = ("", "planning", "mode")  # topics that are only compared between robots of the same format
 _ELSEWHERE = ("mass", "collision", "visual", "urdf_elements")  # topics that other functions compare
@@ -103,7 +103,7 @@ def compare_sections(
 
 
 def _leaves(robot: Robot, lacking: frozenset[str], sides: tuple[Side, Side]) -> Leaves:
-    """Return the leaves of a robot in a form that does not depend on the formats of the two sides."""
+    """Return the leaves of a robot in a form that both sides share, whatever their formats."""
     if "simulation" in lacking and "actuator" not in lacking:  # an MJCF has one damping for joint and actuator
         joints = []
         for joint in robot.joints:
@@ -173,7 +173,7 @@ def _lacking(format: Format) -> frozenset[str]:
 def _not_compared(
     sides: tuple[Side, Side], robots: tuple[Robot, Robot], both: tuple[Leaves, Leaves], report: Report
 ) -> frozenset[str]:
-    """Return the topics that are not compared between two robots of these formats, and report them."""
+    """Report and return the topics that are not compared between robots in these formats."""
     has: list[set[str]] = []
     for found, robot in zip(both, robots, strict=True):
         things = ((thing, quantity) for thing, entry in found.items() for quantity in entry or ("",))

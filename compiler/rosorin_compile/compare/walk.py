@@ -72,7 +72,7 @@ _ABSOLUTE = frozenset(
 def compare_leaves(
     old: Leaves, new: Leaves, precisions: tuple[Precision, Precision] = (exact, exact), tolerance: float = NOISE
 ) -> list[Difference]:
-    """Return every leaf that differs between two values of one dataclass type (see ``leaves``).
+    """Return every leaf that differs between two sets of leaves (see ``leaves``).
 
     ``precisions`` are the precisions of the numbers on both sides. Differences up to ``tolerance`` are also ignored:
     relative to the larger number, and to 1 m or 1 rad for lengths and angles.

@@ -62,7 +62,7 @@ def bounds_of(shapes: Iterable[Shape]) -> Bounds | None:
 
 
 class Ball(NamedTuple):
-    """A ball around a shape: its middle in the link (m), its radius (m), and the volume of its box (m^3)."""
+    """A ball around a shape: its centre in the link (m), its radius (m), and the volume of the shape's box (m^3)."""
 
     middle: Vector
     radius: float
@@ -136,7 +136,7 @@ def radius_about(placed: Iterable[tuple[Shape, Transform]], axis: Vector) -> flo
     farthest = 0.0
     for shape, place in placed:
         geometry, there = shape.geometry, place.then(shape.pose.transform())
-        if isinstance(geometry, (Sphere, Capsule)):  # the ends are balls
+        if isinstance(geometry, (Sphere, Capsule)):  # round ends
             half = geometry.length / 2 if isinstance(geometry, Capsule) else 0.0
             ends = [there.apply((0.0, 0.0, end)) for end in (-half, half)]
             farthest = max(farthest, *(math.hypot(dot(end, u), dot(end, v)) + geometry.radius for end in ends))

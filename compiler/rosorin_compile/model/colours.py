@@ -16,7 +16,7 @@ from .shape import Material, Rgba
 if TYPE_CHECKING:
     from .robot import Robot
 
-# Degrees to the next hue that is tried: 360 times the golden ratio, so that no two are close.
+# Degrees to the next hue to try: by the golden ratio, so that no two hues are close.
 _GOLDEN_ANGLE = 137.50776
 _NEAR = 25.0  # the smallest difference in degrees between the hues of a link and its parent
 _LIGHTNESSES, _SATURATIONS = (0.60, 0.52), (0.42, 0.10)
@@ -30,7 +30,7 @@ def own_colours(robot: Robot) -> Mapping[str, Rgba]:
     colours: dict[str, Rgba] = {}
     for link in robot.walk():
         above = robot.joint_to.get(link.name)
-        # equal on every machine, and very different for similar names
+        # a hash that is the same on every machine, and very different for similar names
         number = (zlib.crc32(link.name.encode("utf-8", "surrogatepass")) * 2_654_435_761 >> 8) & 0xFFFFFF
         hue = number % 3600 / 10
         while above is not None and abs((hue - hues[above.parent] + 180) % 360 - 180) < _NEAR:

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 MECANUM, DIFFERENTIAL, OMNI, TRICYCLE, ACKERMANN = "mecanum", "differential", "omni", "tricycle", "ackermann"
 
-# The roles of the joints of each kind, in the order in which they are printed.
+# The roles of joints for each kind of drive, in the order in which they are printed.
 ROLES: Mapping[str, tuple[str, ...]] = {
     MECANUM: ("front_left", "rear_left", "front_right", "rear_right"),
     DIFFERENTIAL: ("left", "right"),
@@ -45,8 +45,8 @@ ROLES: Mapping[str, tuple[str, ...]] = {
 STEERED = (TRICYCLE, ACKERMANN)
 SLIDING = (MECANUM, OMNI)  # drives that can move sideways
 
-# The grip of a mecanum wheel along x and y, of any length, in the X layout: from above, the axes of the upper rollers
-# point at the middle, so those on the ground are across.
+# The grip direction (x, y) of mecanum wheels in the X layout, not normalized. Seen from above, the axes of the upper
+# rollers point at the centre, so the axes of the rollers on the ground are perpendicular to that.
 _GRIPS = {"front_left": (1.0, -1.0), "rear_left": (1.0, 1.0), "front_right": (1.0, 1.0), "rear_right": (1.0, -1.0)}
 _SINGULAR = 1e-9
 

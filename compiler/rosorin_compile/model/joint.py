@@ -85,7 +85,7 @@ class Mimic:
     joint: str
     multiplier: float = 1.0
     offset: float = 0.0
-    solref: tuple[float, ...] = field(default=(), compare=False)  # parameters of the solver of MuJoCo
+    solref: tuple[float, ...] = field(default=(), compare=False)  # MuJoCo solver parameters
     solimp: tuple[float, ...] = field(default=(), compare=False)  # as ``solref``; empty: the default
     name: str = field(default="", compare=False)  # of the MuJoCo equality; empty: the name of the joint
 
@@ -128,7 +128,7 @@ class Publisher:
     name: str = ""  # of the node
     package: str = ""
     about: str = ""  # a remark; for UNPUBLISHED the reason
-    stamps: tuple[str, ...] = ()  # frames that the node writes into the headers of messages
+    stamps: tuple[str, ...] = ()  # frames in the headers of the node's messages
     simulated: bool = False  # the edge and all frames below it exist only in simulations
 
     @property
@@ -144,8 +144,8 @@ class Joint:
     type: str
     parent: str
     child: str
-    origin: Pose = IDENTITY  # the child in the parent at position zero
-    axis: Vector = (1.0, 0.0, 0.0)  # of a planar joint the normal of its plane
+    origin: Pose = IDENTITY  # the pose of the child in the parent at position zero
+    axis: Vector = (1.0, 0.0, 0.0)  # for a planar joint, the normal of its plane
     limit: Limit | None = None
     mimic: Mimic | None = None
     dynamics: Dynamics | None = None

@@ -34,7 +34,7 @@ def limited_fields(kind: type) -> Mapping[str, Mapping[str, str]]:
 
 @dataclass(frozen=True)
 class Source:
-    """Where a value comes from: ``status`` is factory, measured, calculated, chosen, imported or stand_in."""
+    """The origin of a value: ``status`` is factory, measured, calculated, chosen, imported or stand_in."""
 
     status: str = ""
     note: str = ""
@@ -129,7 +129,7 @@ class DisabledCollision:
 
     links: tuple[str, str]
     reason: str = "User"  # other values than ``REASONS`` are read as User
-    nearest: float | None = None  # the smallest measured distance (m, below zero inside each other)
+    nearest: float | None = None  # the smallest measured distance (m, negative if they overlap)
     beyond: float | None = None  # the links were always farther apart than this (m)
 
 

@@ -293,14 +293,14 @@ class Robot:
 
     @cached_property
     def _rigid_tops(self) -> Mapping[str, str]:
-        tops: dict[str, str] = {}  # the highest link that each link is fixed to
+        tops: dict[str, str] = {}  # the topmost link that each link is fixed to
         for link in self._down:
             joint = self.joint_to.get(link.name)
             tops[link.name] = tops[joint.parent] if joint is not None and joint.is_fixed else link.name
         return tops
 
     def fixed_neighbours(self, link: str) -> Iterator[tuple[str, Transform]]:
-        """Yield the links joined to a link by one fixed joint, and their poses in it; children before the parent."""
+        """Yield the links attached to a link by one fixed joint, with their poses in it; children before the parent."""
         for joint in self.joints_from.get(link, ()):
             if joint.is_fixed:
                 yield joint.child, joint.origin.transform()

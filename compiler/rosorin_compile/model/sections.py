@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 Entry = TypeVar("Entry")
 Schema = Mapping[str, Any]
-Given = Schema | None  # None: schema.json in the folder of the dataclass
+Given = Schema | None  # None: read schema.json next to the module of the dataclass
 Adds = Callable[["Robot", Any], "Robot"]
 Lower = Callable[[Mapping[str, Any], Any], Any]  # takes the tree and a function that reports problems
 
@@ -43,7 +43,7 @@ class Section(Generic[T]):
 
     name: str
     entry: type[Any] = object  # fields are named after keys, in SI units; a ``Pose`` has the keys ``xyz``, ``rpy``
-    schema: Schema = field(default_factory=dict)  # of draft 7 with the annotations of docs/extend.md; by default a file
+    schema: Schema = field(default_factory=dict)  # JSON Schema draft 7 with annotations (docs/extend.md)
     form: str = ENTRIES
     adds: Adds | None = None  # returns the robot with additions from the value
     checks: tuple[Check | str, ...] = ()  # functions with ``@rule``, or names of their modules

@@ -102,7 +102,7 @@ class HeightMap:
         if form not in self._boxes:
             layers = [[self._layer(i, j, form) for j in range(len(row))] for i, row in enumerate(self.heights)]
             boxes = _rectangles(layers, grow=form == MERGED)
-            if form == MERGED:  # grown along y instead, if these are fewer
+            if form == MERGED:  # or grow along y, if that gives fewer boxes
                 turned = _rectangles(list(zip(*layers, strict=True)), grow=True)
                 if len(turned) < len(boxes):
                     boxes = [(left, top, right, under, layer) for top, left, under, right, layer in turned]
@@ -132,7 +132,7 @@ class HeightMap:
 
 
 _Layer = tuple[float, float]
-_Rectangle = tuple[int, int, int, int, _Layer]  # from row to before row, from column to before column
+_Rectangle = tuple[int, int, int, int, _Layer]  # first row, row after the last; the same for columns
 
 
 def _rectangles(cells: Sequence[Sequence[_Layer | None]], grow: bool) -> list[_Rectangle]:
@@ -187,7 +187,7 @@ class Shape:
     geometry: Geometry
     pose: Pose = IDENTITY
     name: str = ""
-    rgba: Rgba | None = None  # of visuals only, as ``texture`` and ``material``
+    rgba: Rgba | None = None  # for visuals only, like ``texture`` and ``material``
     material: str = ""
     stand_in: str = field(default="", compare=False)
     texture: str = ""

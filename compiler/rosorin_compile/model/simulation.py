@@ -95,7 +95,7 @@ class Replicas:
 class Simulated:
     """An MJCF element for a sensor."""
 
-    kind: str  # in the list of sensors, in the body of ``link``, or a template: *_ELEMENT
+    kind: str  # one of *_ELEMENT: in the list of sensors, in the body of ``link``, or a template file
     element: str  # the file of a TEMPLATE_ELEMENT
     name: str
     link: str
@@ -143,7 +143,7 @@ class GazeboSensor:
 
     # The element that sets the frame of its messages, by Gazebo version; in Gazebo classic a plug-in sets it.
     FRAME_ELEMENTS: ClassVar = {"harmonic": "gz_frame_id", "fortress": "ignition_frame_id", CLASSIC: ""}
-    # The types that have another name in Gazebo classic (gazebo11:gazebo/sensors).
+    # The types with a different name in Gazebo classic (gazebo11:gazebo/sensors).
     CLASSIC_NAMES: ClassVar = {"gpu_lidar": "ray", "rgbd_camera": "depth", "depth_camera": "depth", "navsat": "gps"}
 
     def in_classic(self) -> GazeboSensor:

@@ -17,7 +17,7 @@ from .joints import pieces
 from .shapes import diagonal, longest
 
 DENSEST = 22_590.0  # kg/m^3: osmium at 20 degrees (CRC Handbook of Chemistry and Physics)
-LIGHTEST = 1.0  # kg/m^3: air has 1.2, aerogels that can be held more than 3
+LIGHTEST = 1.0  # kg/m^3: air has 1.2, usable aerogels more than 3
 LIGHTEST_INERTIA = 0.05  # kg/m^3: the SDF default (1 kg, moments of 1 kg*m^2) has 0.06
 FOAM = 25.0  # kg/m^3: a density in g/cm^3 is below this; cork has 240, foam 20 to 200
 ROUGHLY = 1.5  # tolerance for rounded sizes, and boxes that omit a flange
@@ -29,7 +29,7 @@ BEYOND = 2.0  # tolerance for rough shapes: a radius of gyration is at most the 
 OUTSIDE = 0.7  # of the diagonal of the shapes: even a counterweight without a shape is nearer than that
 FLATTEST = 0.01  # a flatter body may have an inertia that was printed with too few digits
 ROUNDING = 1e-9  # relative to the largest moment: of numbers in the description, and of eigenvalues
-# If a larger share of the moving parts lacks mass or collision, the robot was designed without it on purpose.
+# If a larger share of the moving links lacks mass or collision, that is intended.
 FEW_WITHOUT_MASS, FEW_WITHOUT_COLLISION = 0.5, 0.25
 
 
@@ -37,7 +37,7 @@ FEW_WITHOUT_MASS, FEW_WITHOUT_COLLISION = 0.5, 0.25
 @rule("inertia-not-positive-definite", "A principal moment is not above 0.", "Check signs.", NUMBERS, "link", "always")
 @rule("inertia-triangle", "A principal moment exceeds the others.", "Check units.", NUMBERS, "link", "always")
 def physical(case: Case) -> Iterator[Diagnostic]:
-    """Masses that are not positive, and inertias that no body has."""
+    """Report masses that are not positive, and physically impossible inertias."""
     for link, inertial in [(link, link.inertial) for link in case.robot.links if link.inertial]:
         path = case.link(link.name, "inertial")
         if not inertial.mass > 0:
@@ -99,7 +99,7 @@ def _mass(case: Case, link: Link, mass: float, bounds: Bounds, complete: bool) -
 
 def _inertia(case: Case, link: Link, inertial: Inertial, bounds: Bounds | None) -> Iterator[Diagnostic]:
     low, middle, high = inertial.principal_moments
-    if not (low > 0 and high <= (low + middle) * (1 + 1e-6)):  # reported by other rules
+    if not (low > 0 and high <= (low + middle) * (1 + 1e-6)):  # other rules report these
         return
     path = case.link(link.name, "inertial")
     place: Path = (*path, "inertia", max(("ixx", "iyy", "izz"), key=lambda key: float(getattr(inertial, key))))

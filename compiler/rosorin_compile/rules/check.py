@@ -212,5 +212,5 @@ def _collect_uses(node: Any, via: Any, path: TreePath, uses: dict[str, list[tupl
         if isinstance(value, (Map, Seq)):
             _collect_uses(value, via, (*path, key), uses)
         elif isinstance(value, str):
-            for name in uses.keys() & (re.findall(r"\w+", value) if key == "when" else (value,)):  # conditions
+            for name in uses.keys() & (re.findall(r"\w+", value) if key == "when" else (value,)):  # expressions
                 uses[name].append(((*path, key), Place(node.value_spans[key], via)))

@@ -22,7 +22,7 @@ from .case import Case, number
 AXIS_TOLERANCE = 1e-3  # the length of an axis that is printed to five digits differs from 1 by about 1e-5
 ZERO_AXIS = 1e-9
 DEFAULT_AXIS = (1.0, 0.0, 0.0)
-ALONG = 0.9  # cosine: an axle within 25 degrees of an axis is parallel to it
+ALONG = 0.9  # cosine: an axle within 25 degrees of a joint axis counts as parallel
 SHOWN = 8
 ROUNDING = 1e-6  # relative difference of two numbers in an imported file that mean the same
 _SEVERAL = ("axis", "limit", "actuator", "calibration", "safety_controller")

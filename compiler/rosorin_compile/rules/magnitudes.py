@@ -116,7 +116,7 @@ def _suspect(case: Case, path: Path, value: float) -> str:
             return ""
         drive = joint.actuator
         if path[2] == "actuator" and not (drive and drive.type in _OF_POSITIONS and drive.gear in ((), (1.0,))):
-            return ""  # a torque, a speed or the like
+            return ""  # neither a length nor an angle
         unit = unit[1 if joint.type == "prismatic" else 0]
     # Edges may have the pose of the robot in a large world.
     is_far = unit == "m" and path[0] != "edges" and abs(value) > FAR

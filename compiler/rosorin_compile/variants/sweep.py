@@ -39,7 +39,7 @@ from .variants import NAME, Variants, wrong_name
 if TYPE_CHECKING:
     from distributed import Client
 
-MAX_FAILED = 20  # variants whose errors are reported
+MAX_FAILED = 20  # the number of variants whose errors are reported
 _OF_VARIANT = ("output-not-ours", "output-in-the-way", "output-folder", "output-foreign", "output-name")
 
 
@@ -52,7 +52,7 @@ def sweep(
     *,
     trust: bool = False,
 ) -> Iterator[Compiled]:
-    """Compile a description with the arguments of each variant; nothing is written.
+    """Compile a description with the arguments of each variant, without writing files.
 
     Args:
         variants: A CSV or YAML file or a folder as in ``sweep --over``, arguments by name, or an iterable of pairs of a

@@ -22,7 +22,7 @@ from rosorin_compile.source.tree import Map, Seq, Text
 
 NAME = "name"
 TABLES, TREES = (".csv", ".tsv"), (*Description.ENDINGS, ".json")
-_MAX_NODES = 20_000_000  # values of a list of variants
+_MAX_NODES = 20_000_000  # the maximum number of values in a list
 _SEPARATOR = re.compile(r"sep=(.)\r?\n?\Z", re.IGNORECASE)  # the first line in CSV files of some spreadsheets
 
 

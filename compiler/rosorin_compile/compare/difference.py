@@ -25,7 +25,7 @@ DEFAULT_TOLERANCE = POSE_NOISE
 
 
 class Side(NamedTuple):
-    """One of two compared robots: its name on the command line, its format, and the precision of its numbers."""
+    """One of two compared robots: its name in the request, its format, and the precision of its numbers."""
 
     label: str
     format: Format

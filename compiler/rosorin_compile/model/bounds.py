@@ -159,7 +159,7 @@ class Way(NamedTuple):
 def through(geometry: Geometry, at: Vector, along: Vector) -> Way | None:
     """Return the part of a line inside a solid, or None if the line misses the solid.
 
-    ``at`` is a point of the line (m), ``along`` a unit vector, in the axes of the solid. Lines miss meshes and maps.
+    ``at`` is a point (m) of the line, ``along`` a unit vector, in the axes of the solid. None for meshes, height maps.
     """
     parts: list[tuple[float, float]] = []
     if isinstance(geometry, Box):

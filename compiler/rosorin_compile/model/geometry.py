@@ -93,7 +93,7 @@ def rotation_about(axis: Vector, angle: float) -> Rows:
 def plane_axes(normal: Vector) -> tuple[Vector, Vector]:
     """Return unit vectors along the x and y axes of a planar joint's plane, in the frame of the joint.
 
-    The shortest rotation from z to the normal gives them, as in MuJoCo. Raises ValueError for a zero normal.
+    They follow from the shortest rotation of z to the normal, as in MuJoCo. Raises ValueError for a zero normal.
     """
     x, y, z = unit(normal)
     across = math.hypot(x, y)

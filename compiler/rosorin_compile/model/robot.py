@@ -100,7 +100,7 @@ class Controller:
     """A controller of ros2_control."""
 
     name: str
-    type: str  # as in the description: full or short
+    type: str  # as in the description: full, or a short name
     params: Mapping[str, Any] = field(default_factory=dict)  # by their full keys (``a.b.c``)
     hardware: str = ""  # the hardware block whose joints it moves, or empty
     sensor: str = ""  # the sensor that it broadcasts, or empty

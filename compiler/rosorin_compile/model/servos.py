@@ -54,7 +54,7 @@ class ServoGroup:
 
 
 class Nearest(NamedTuple):
-    """The pulse nearest to a requested position, its position (rad or m), and the difference of the two."""
+    """The pulse nearest to a requested position, its position (rad or m), and that minus the requested one."""
 
     pulse: int
     position: float

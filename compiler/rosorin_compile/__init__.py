@@ -1,13 +1,12 @@
 """rosorin-compile: compile one YAML description of a robot to the files that other programs read.
 
-The names in ``__all__`` are the Python API (docs/python.md). ``rosorin_compile.model`` and ``rosorin_compile.extend``,
-which has the records of plug-ins (docs/extend.md), are public, too. Names are imported on first use, so that importing
-the package is fast.
+The names in ``__all__`` are the Python API (docs/python.md). ``rosorin_compile.model`` and ``rosorin_compile.extend``
+(for plug-ins, docs/extend.md) are public, too. Names are imported on first use, so that importing the package is fast.
 """
 
 from rosorin_compile.source.version import __version__
 
-TYPE_CHECKING = False  # typing takes milliseconds to import, in which a Ctrl-C would end in a traceback
+TYPE_CHECKING = False  # importing typing takes milliseconds, and a Ctrl-C meanwhile prints a traceback
 
 # fmt: off
 # isort: off

@@ -1,7 +1,7 @@
 """The Python API: functions that return a frozen dataclass and never print.
 
-Functions of larger features are defined in their modules and have the same form; the package lists all of them.
-Errors in the files of a robot are among the ``diagnostics`` of the result. An invalid argument, a missing package or a
+Larger features define such functions in their own modules; the package exports all of them.
+Errors in the files of a robot are in the ``diagnostics`` of the result. An invalid argument, a missing package or a
 file that must not be replaced raises ``RequestError``, an unknown name ``UnknownName``. Many functions have these
 arguments:
 
@@ -91,13 +91,13 @@ class Written:
 
 @dataclass(frozen=True)
 class Explained:
-    """The poses of frames, links, etc., and the YAML position of each of their numbers; empty if there are errors."""
+    """The poses of frames, links, joints, etc., and the YAML line of each number; empty if there are errors."""
 
     answers: tuple[Explanation | Answer | NamedValue, ...] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
 
     def __str__(self) -> str:
-        """Return the text that ``rosorin-compile explain`` prints."""
+        """Return the lines that ``rosorin-compile explain`` prints."""
         from rosorin_compile.language.explain import lines
 
         return "\n".join(line for answer in self.answers for line in lines(answer))
@@ -105,7 +105,7 @@ class Explained:
 
 @dataclass(frozen=True)
 class Arguments:
-    """The arguments that a description declares, and the values that they are set to."""
+    """The arguments that a description declares, with their current values."""
 
     robot: str
     arguments: tuple[Argument, ...] = ()
@@ -123,7 +123,7 @@ class Outputs:
 
 @dataclass(frozen=True)
 class Rules:
-    """The meaning of rule ids, and the errors of plug-ins that declare rules."""
+    """The explanations of rules, and the errors of plug-ins that declare rules."""
 
     rules: tuple[Rule, ...]
     diagnostics: tuple[Diagnostic, ...] = ()
@@ -138,13 +138,13 @@ def compile(  # noqa: A001 - re.compile has this name, too
     meshes: bool = False,
     trust: bool = False,
 ) -> Compiled:
-    """Compile a description to its artifacts; nothing is written.
+    """Compile a description to its artifacts, without writing them.
 
     If the result has no ``robot``, its ``diagnostics`` have errors.
 
     Args:
-        outputs: The names of the only outputs to generate.
-        meshes: Search the mesh files, and read the artifacts back, as ``rosorin-compile all`` does.
+        outputs: Names of the outputs to generate; by default all.
+        meshes: Find the mesh files, and verify the artifacts by reading them back, as ``rosorin-compile all`` does.
 
     Example:
         >>> import rosorin_compile
@@ -187,7 +187,7 @@ def check(
     """Compile a description and compare the result with its committed artifacts.
 
     Args:
-        outputs: The folder that contains a folder for each robot; by default that of the project.
+        outputs: The folder with one subfolder for each robot; by default that of the project.
 
     Example:
         >>> import rosorin_compile
@@ -224,7 +224,7 @@ def write(
     Args:
         outputs: As in ``check``.
         prune: Delete files in the robot's folder that are not artifacts.
-        only: The names of the only outputs to write.
+        only: Names of the outputs to write; by default all.
 
     Example:
         >>> import rosorin_compile, tempfile
@@ -271,7 +271,7 @@ def diff(
 ) -> Difference:
     """Compare two robots by meaning: descriptions, files in any supported format, or ``Robot`` objects.
 
-    A ``Robot`` counts as a description, which can express every value: pass the path of a file in another format.
+    A ``Robot`` is compared as a description, which can express every value; for another format pass the path of a file.
     If the result has no ``a`` and ``b``, its ``diagnostics`` have errors. ``str(result)`` is the text that
     ``rosorin-compile diff`` prints.
 
@@ -279,8 +279,8 @@ def diff(
         tolerance: The largest difference to ignore, in metres, radians or relative to the number.
         prefix: The prefix of all names in ``b``; by default it is detected.
         arguments: Arguments of both robots.
-        a_arguments: Arguments of ``a`` only, as ``b_arguments`` are of ``b``.
-        brief: Shorten the lists of what is not compared.
+        a_arguments: Arguments of ``a`` only; ``b_arguments`` are those of ``b`` only.
+        brief: Shorten the lists of values that are not compared.
 
     Example:
         >>> import rosorin_compile
@@ -318,7 +318,7 @@ def diff(
 def _load_side(
     robot: FilePath | Robot | Request, shared: Values, own: Values, packages: Packages, trust: bool
 ) -> tuple[Side | None, Imported | None, list[Diagnostic]]:
-    """Return one side of a comparison, or None if it has errors; its file if not a description; and diagnostics."""
+    """Load one side of a comparison: the side, or None after errors; the imported file, if it is one; diagnostics."""
     if isinstance(robot, Robot):
         return Side(robot.name, YAML, robot), None, []
     requests = [Request.of(robot, values, packages, trust=trust) for values in (shared, own)]
@@ -347,7 +347,7 @@ def explain(
 
     Args:
         names: Names of frames, links, etc.; names of numbers, such as ``z`` or ``mass``, select the numbers to explain.
-        pose: The named pose in which frames are shown, too.
+        pose: A named pose, in which frames are shown as well.
 
     Example:
         >>> import rosorin_compile
@@ -400,7 +400,7 @@ def outputs(robot: FilePath | Request, arguments: Values = None, packages: Packa
 
 
 def explain_rules(ids: Sequence[str] = ()) -> Rules:
-    """Return the meaning of rule ids, including those of plug-ins; without ``ids``, of all rules, sorted by id.
+    """Return the rules with these ids, including rules of plug-ins; without ``ids``, all rules, sorted by id.
 
     Example:
         >>> import rosorin_compile
@@ -416,7 +416,7 @@ def explain_rules(ids: Sequence[str] = ()) -> Rules:
 
 
 def schema(name: str = "authoring", macros: bool = False) -> dict[str, Any]:
-    """Return a JSON Schema by its name in ``rosorin-compile schema --list``; by default that for editors.
+    """Return a JSON Schema by its name in ``rosorin-compile schema --list``; by default the schema for editors.
 
     Args:
         macros: Add the names and parameters of the macros in xacro files that robots of this project include.

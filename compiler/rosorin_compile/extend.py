@@ -1,4 +1,4 @@
-"""The names that plug-ins are built from (docs/extend.md), besides those of ``rosorin_compile`` and its model."""
+"""The API for plug-ins (docs/extend.md), in addition to ``rosorin_compile`` and ``rosorin_compile.model``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Requested positions of joints: numbers with units, pulses of servos, named poses and sweeps."""
+"""Convert requested joint positions: numbers with units, servo pulses, named poses and sweeps."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.units import ANGLE, LENGTH, NUMBER, Dimension, Quantity, describe, dimension_of
 
 MAX_STATES = 100_000
-_ROUNDING = 1e-6  # a position that comes from a pulse may exceed a printed limit by this much
+_ROUNDING = 1e-6  # rad or m: a position that comes from a pulse may exceed a printed limit by this much
 _WHOLE = re.compile(r"[+-]?[0-9]{1,9}")
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _COORDINATES: Mapping[str, tuple[tuple[str, ...], ...]] = {
@@ -34,7 +34,7 @@ _COORDINATES: Mapping[str, tuple[tuple[str, ...], ...]] = {
 def positions(
     robot: Robot, pose: str = "", joints: Values = None, pulses: Mapping[str, object] | None = None
 ) -> dict[str, Position]:
-    """Return the positions of a named pose ("" for none), overridden by those of pulses, then by those of joints.
+    """Return the positions of a named pose ("" for none), overridden by ``pulses``, then by ``joints``.
 
     Positions are numbers in rad or m, or texts such as "30deg". Raises RequestError, and NoPulse for a pulse that does
     not exist.
@@ -49,7 +49,7 @@ def positions(
 
 
 def position(robot: Robot, name: str, text: str) -> Position:
-    """Return the position of a joint from its text: several numbers for a planar one. Raises RequestError."""
+    """Parse the position of a joint; a planar joint takes several numbers. Raises RequestError."""
     joint = robot.joint.get(name)
     if joint is None or joint.type not in _COORDINATES:
         return _single(_movable_joint(robot, name), text)
@@ -68,7 +68,7 @@ def position(robot: Robot, name: str, text: str) -> Position:
 
 
 def sweep_of(robot: Robot, name: str, text: str) -> tuple[float, ...]:
-    """Return the positions of FROM:TO:COUNT for a joint, both ends included. Raises RequestError."""
+    """Parse a sweep FROM:TO:COUNT of a joint to positions, both ends included. Raises RequestError."""
     joint, parts = _movable_joint(robot, name), [part.strip() for part in text.split(":")]
     if len(parts) != 3 or not _WHOLE.fullmatch(parts[2]):
         raise RequestError(f'"{name}={text}" is not JOINT=FROM:TO:COUNT')
@@ -80,7 +80,7 @@ def sweep_of(robot: Robot, name: str, text: str) -> tuple[float, ...]:
 
 
 def combine_sweeps(start: Positions, sweeps: Mapping[str, Sequence[float]]) -> list[dict[str, Position]]:
-    """Return all combinations of sweeps, the last one fastest. Raises RequestError for too many."""
+    """Return all combinations of swept positions; the last joint varies fastest. Raises RequestError for too many."""
     count = math.prod(map(len, sweeps.values()))
     if count > MAX_STATES:
         raise RequestError(f"the sweeps have {count:,} states together; {MAX_STATES:,} are the most")
@@ -104,7 +104,7 @@ def _single(joint: Joint, text: str) -> float:
 
 
 def _number(joint: Joint, text: str, expected: Dimension) -> float:
-    """Return a number in SI units from a number, a quantity or an expression. Raises RequestError."""
+    """Convert a number, a quantity or an expression to SI units. Raises RequestError."""
     subject = f'the position of joint "{joint.name}"'
     if (unit := units.unknown_unit(text)) is not None:
         raise RequestError(f'{subject} has an unknown unit: "{unit}"')
@@ -128,7 +128,7 @@ def _whole(text: str) -> int:
 
 
 def beyond_limits(case: Case, states: Iterable[Positions], strict: bool = False) -> list[Diagnostic]:
-    """Return a warning (an error if ``strict``) for each joint limit that a state exceeds, also by a follower."""
+    """Return a warning (an error if ``strict``) for each joint limit that a state exceeds, mimic joints included."""
     found: dict[tuple[str, str], Diagnostic] = {}
     help, severity = "the joint does not get there; with --strict this is an error", ERROR if strict else WARNING
     for state, joint in product(states, case.robot.joints):
@@ -150,9 +150,9 @@ def beyond_limits(case: Case, states: Iterable[Positions], strict: bool = False)
 
 @dataclass(frozen=True)
 class JointPulse:
-    """A pulse of a joint, and the position that it sets, in ``unit``.
+    """A servo pulse of a joint, and the resulting position in ``unit``.
 
-    ``difference`` is that of ``position`` from the ``requested`` one; both are None if a pulse was requested.
+    ``difference`` is ``position`` minus ``requested``; both are None if a pulse was requested.
     ``degrees`` is None for a sliding joint.
     """
 
@@ -169,10 +169,10 @@ class JointPulse:
 
 @dataclass(frozen=True)
 class Pulses:
-    """The calibration of the servos of a robot, and the requested pulses with the positions that they set.
+    """The requested servo pulses with the resulting joint positions, and the calibration of the servos.
 
     ``servos`` are groups with the same calibration: position = (pulse - zero_pulse) * rad_per_pulse, negated if
-    ``flipped``; ``rad_per_pulse`` is metres for a sliding joint. ``without_servo`` are joints of the requested pose
+    ``flipped``; ``rad_per_pulse`` is in metres for a sliding joint. ``without_servo`` are joints of the requested pose
     that have no servo.
     """
 
@@ -238,7 +238,7 @@ def pulses(
 
 
 def _joint_pulse(robot: Robot, name: str, pulse: int | None, requested: float) -> JointPulse:
-    """Return the row of a pulse or, without one, of the pulse nearest to a position."""
+    """Convert a pulse or, if it is None, the pulse nearest to the requested position."""
     joint, group = robot.joint[name], servo_of(robot, name)
     compared: tuple[float | None, float | None] = (None, None)
     if pulse is None:

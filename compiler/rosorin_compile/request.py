@@ -1,4 +1,4 @@
-"""A request: one robot, with the arguments, packages and trust to load or compile it with."""
+"""A request: a robot, and the arguments, packages and trust with which it is loaded or compiled."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ FilePath = str | os.PathLike[str]
 Values = Mapping[str, Any] | None  # arguments by name
 Packages = Mapping[str, FilePath] | None  # folders of ROS packages by name
 Warn = Callable[[Diagnostic], None] | None  # receives a warning before code is executed
-EXECUTED = "xacro-runs-code"  # the rule of that warning
+EXECUTED = "xacro-runs-code"  # the rule of a warning before a xacro runs code
 
 
 @dataclass(frozen=True)
 class Request:
-    """One robot, with the arguments to compile it with.
+    """A robot, and the arguments with which it is compiled.
 
     ``arguments`` are texts, as in ``-a NAME=TEXT``, or values of Python; they override those in ``argument_files``.
     ``packages`` maps names of ROS packages to folders. ``trust`` permits a xacro to run Python code without a warning.
@@ -62,7 +62,7 @@ class Request:
         trust: bool = False,
         warn: Warn = None,
     ) -> Request:
-        """Return the request for a robot; ``outputs`` is the folder that contains a folder for each robot."""
+        """Return the request for a robot; ``outputs`` is the folder with one subfolder per robot."""
         if isinstance(robot, Request):
             return robot
         found = of_api(robot, arguments, packages)
@@ -72,26 +72,26 @@ class Request:
             try:
                 description = Description.find([found.name], None if outputs is None else os.fsdecode(outputs))[0]
             except (NoDescription, OSError) as problem:
-                if description.path.suffix.lower() in ("", *ENDINGS):  # otherwise its reader reports the reason
+                if description.path.suffix.lower() in ("", *ENDINGS):  # readers of other formats report it
                     problems = [error("file-unreadable", str(problem), None)]
         return cls(description, found.arguments, (), found.packages, trust, warn, tuple(problems))
 
     @property
     def is_foreign(self) -> bool:
-        """Whether the robot is not a description but in another format: URDF, xacro, SDF, MJCF or a driver's JSON."""
+        """Whether the robot is in another format than a description: URDF, xacro, SDF, MJCF or a driver's JSON."""
         return is_foreign(self.description.path)
 
     @property
     def tell(self) -> Warn:
-        """The function to call with warnings before code is executed; it does nothing if the code is trusted."""
+        """The callback for warnings before code is executed; it does nothing if the code is trusted."""
         return (lambda _warning: None) if self.trust else self.warn
 
     def values(self) -> dict[str, Any]:
-        """Return all arguments by name. Raises LoadError for a file of arguments that is invalid."""
+        """Return all arguments by name. Raises LoadError for an invalid argument file."""
         return read_argument_files(self.argument_files, self.arguments) if self.argument_files else {**self.arguments}
 
     def read_options(self, lenient: bool = True) -> ReadOptions:
-        """Return how a robot in another format is read. Raises LoadError for an argument that is not text or number."""
+        """Return the options for a reader of another format. Raises LoadError unless arguments are texts or numbers."""
         texts, wrong = as_texts(self.values())
         if wrong:
             raise LoadError(wrong[0])
@@ -102,9 +102,9 @@ class Request:
     ) -> Compiled:
         """Compile the robot and read its artifacts back; nothing is written.
 
-        ``outputs`` are the names of the only outputs to generate. Without ``meshes``, mesh files are not searched and
-        nothing is read back. With ``foreign``, a robot in another format is accepted: its outputs are those of the
-        description that ``import`` would write, and ``lenient`` accepts one that violates its specification.
+        ``outputs`` are the names of the outputs to generate, by default all. Without ``meshes``, mesh files are not
+        searched, and nothing is read back. With ``foreign``, a robot in another format is accepted: its outputs are
+        those of the description that ``import`` would write. ``lenient`` accepts violations of its specification.
         """
         if self.problems:
             return Compiled(None, (), [*self.problems], ())
@@ -155,7 +155,7 @@ class Request:
         return Reading(robot, diagnostics, found.expanded.files, imported.tree)
 
     def search_meshes(self, tree: Map, outputs: Sequence[Output]) -> Searched:
-        """Search the meshes of a robot, and read those that belong to its artifacts."""
+        """Find the mesh files of a robot, and read the ones that its artifacts open."""
         from rosorin_compile.formats.mesh_files import Places, read_files, search
 
         folder = self.description.outputs
@@ -163,7 +163,7 @@ class Request:
         return read_files(search(tree, outputs, places), outputs, folder)
 
     def inputs(self, compiled: Compiled) -> list[Path]:
-        """Return the files that a compilation has read, files of arguments included."""
+        """Return the files that a compilation has read, including argument files."""
         return [path for path in dict.fromkeys([*compiled.files_read, *self.argument_files]) if stdin_of(path) is None]
 
 
@@ -177,7 +177,7 @@ def read_options(
 
 
 def prove(compiled: Compiled) -> Compiled:
-    """Read the artifacts back; if one contradicts the robot, return the result without them and with the reason."""
+    """Read the artifacts back; if one contradicts the robot, replace all artifacts in the result with errors."""
     from rosorin_compile.compare.artifacts import agreement
 
     wrong = agreement(compiled.robot, compiled.artifacts) if compiled.robot is not None else []
@@ -185,7 +185,7 @@ def prove(compiled: Compiled) -> Compiled:
 
 
 def is_foreign(path: Path) -> bool:
-    """Return True if a robot is not a description, judged by its file name, or by its text on standard input."""
+    """Return True if a robot is in another format than a description, by its file name or its text on stdin."""
     text = stdin_of(path)
     if text is not None:
         return text[:1_000].removeprefix(codecs.BOM_UTF8).lstrip().startswith(b"<")

@@ -1,4 +1,4 @@
-"""The pose of one frame in another."""
+"""Compute the pose of one frame relative to another."""
 
 from __future__ import annotations
 
@@ -39,10 +39,10 @@ class FrameTransform:
 
 @dataclass(frozen=True)
 class Transforms:
-    """The pose of a frame in another, for each state of the joints.
+    """The pose of one frame relative to another, for each state of the joints.
 
-    ``swept`` has the unit of each joint with a sweep. ``transforms`` is empty if ``diagnostics`` has errors;
-    ``robot`` is None if these are in its files.
+    ``swept`` maps each joint with a sweep to its unit. ``transforms`` is empty if ``diagnostics`` has errors;
+    ``robot`` is None if the errors are in its files.
     """
 
     transforms: tuple[FrameTransform, ...] = ()
@@ -70,7 +70,7 @@ def transform(
     strict: bool = False,
     trust: bool = False,
 ) -> Transforms:
-    """Return the pose of a frame in another, with the numbers that ``tf2_echo`` prints.
+    """Return the pose of one frame relative to another, with the numbers that ``tf2_echo`` prints.
 
     Args:
         source: The frame in which the pose is expressed.
@@ -98,7 +98,7 @@ def transform(
     if has_errors(diagnostics):
         return Transforms(diagnostics=diagnostics, robot=case.robot)
     every = graph = Graph(case.robot)
-    if requested := check_modes(case.robot, modes or {}):  # the others are off
+    if requested := check_modes(case.robot, modes or {}):  # all modes that are not requested are off
         combination = {**dict.fromkeys(case.robot.modes, False), **requested}
         edges = tuple(edge for edge in case.robot.edges if holds(edge.when, combination))
         graph = Graph(replace(case.robot, edges=edges))
@@ -128,7 +128,7 @@ def lookup(graph: Graph, source: str, target: str, positions: Positions) -> Fram
     for step, up in way:
         there = step.transform(graph.robot, positions)
         pose = pose.then(there.inverse() if up else there)
-    # The angles are those of the quaternion, as for tf2, with the same rounding.
+    # Compute the angles from the quaternion, to get the same rounding as tf2.
     x, y, z, w = quaternion = quaternion_of(pose.rows)
     turn = Transform.of_quaternion((0.0, 0.0, 0.0), (w, x, y, z))
     roll, pitch, yaw = turn.rpy()
@@ -139,7 +139,7 @@ def lookup(graph: Graph, source: str, target: str, positions: Positions) -> Fram
 
 
 def _no_way(case: Case, problem: NoWay) -> Diagnostic:
-    """Return why the description has no transform: which edges are missing, who publishes them, and when."""
+    """Explain why the description has no transform: which edges lack numbers, who publishes them, and when."""
     source, target = problem.source, problem.target
     if not problem.missing:
         help = "declare the transform that joins them under edges, with who publishes it"
@@ -163,7 +163,7 @@ def _no_way(case: Case, problem: NoWay) -> Diagnostic:
 
 
 def _remarks(case: Case, steps: Iterable[Step]) -> Iterator[Diagnostic]:
-    """Yield notes on transforms of the chain that the running robot has only sometimes, or not at all."""
+    """Yield notes on transforms of the chain that are published only in some modes, or never."""
     for step in steps:
         path = case.joint(step.joint) if step.joint else ("edges", case.robot.edges.index(step.edges[0]))
         if not step.publishers:

@@ -40,7 +40,7 @@ def _write(run: Run, description: Description) -> int:
     compiled = result.compiled
     inputs = request.inputs(compiled)
     console.print_read(inputs)
-    for is_kept in (False, True):  # check fails for files that are not artifacts
+    for is_kept in (False, True):  # ``check`` fails for files that are not artifacts
         console.show([d for d in result.diagnostics if (d.rule == "not-an-artifact") == is_kept], listed=is_kept)
     if not compiled.artifacts:
         unknown = any(one.rule == UNKNOWN for one in compiled.diagnostics)
@@ -57,7 +57,7 @@ def _write(run: Run, description: Description) -> int:
     done = "; ".join(f"{word}: {', '.join(names)}" for word, names in changes.items() if names) or "unchanged"
     console.say(f"{description.name}: {count(files, meshes)} in {result.folder}, {done}")
     if run.depfile is not None:
-        # A mesh that was read in the folder of the artifacts is an input, too, and keeps its time.
+        # A mesh in the folder of the artifacts is also an input if it was read: do not touch it.
         read = {os.path.realpath(file) for file in inputs}
         made = [description.outputs / file for file in (*files, *meshes)]
         newer = [file for file in made if os.path.realpath(file) not in read]

@@ -30,7 +30,7 @@ from .run import Run, count, for_each, take_stdin, write_depfile
 
 MAX_COMBINATIONS = 256
 _WRITTEN = ("html", "summary", "depfile")  # options that name a file to write
-_SUBMODULE = "160000"  # the mode of an entry in the index of Git
+_SUBMODULE = "160000"  # the file mode of a submodule in the Git index
 
 
 @cli.command(
@@ -55,7 +55,7 @@ def run_check(run: Run) -> int:
     here = Path.cwd()
     vars(run).update({name: str(here / file) for name, file in vars(run).items() if name in _WRITTEN and file})
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-staged-") as temporary:
-        os.chdir(_check_out_index(here, Path(os.path.realpath(temporary))))  # so that messages have the usual paths
+        os.chdir(_check_out_index(here, Path(os.path.realpath(temporary))))  # keeps paths in messages relative
         try:
             return _check(run)
         finally:
@@ -63,10 +63,10 @@ def run_check(run: Run) -> int:
 
 
 def _check_out_index(here: Path, copy: Path) -> Path:
-    """Check out the index of the repository that a folder is in to the folder ``copy``; return the folder in it.
+    """Check out the Git index of the repository around ``here`` to ``copy``; return the path of ``here`` in the copy.
 
-    The copy has links to the submodules. In a hook Git names the index of the commit at hand, which this uses. Raises
-    RequestError without Git or a repository, and for an index with conflicts.
+    The copy has links to the submodules. In a hook, Git sets the index of the commit in progress. Raises RequestError
+    without Git or a repository, and for an index with conflicts.
     """
 
     def git(folder: Path, *arguments: str) -> str:
@@ -105,7 +105,7 @@ def _check(run: Run) -> int:
 
 
 def check_robot(run: Run, description: Description, page: Pictures | None = None) -> int:
-    """Compile one robot and compare it with its outputs folder; ``page`` gets the changes."""
+    """Compile one robot and compare it with its outputs folder; the changes are added to ``page``."""
     console, name, request = run.console, description.name, run.request(description)
     on_stdin = description.path == Description.ON_STDIN
     checked = api.Checked(request.compile(), description.outputs) if on_stdin else api.check(request)
@@ -141,7 +141,7 @@ def check_robot(run: Run, description: Description, page: Pictures | None = None
 
 
 def _check_every(run: Run, description: Description) -> int:
-    """Compile one robot with every combination; each problem is reported once, with the arguments that cause it."""
+    """Compile one robot with every combination of arguments; report each problem once, with its cause."""
     request = run.request(description)
     declared = api.arguments(request)
     if has_errors(declared.diagnostics):
@@ -171,7 +171,7 @@ def _check_every(run: Run, description: Description) -> int:
 
 
 def _causes(varied: Sequence[Choice], tried: Sequence[Combination], where: Sequence[Combination]) -> str:
-    """Return the arguments that cause a problem, as the end of a sentence; empty if all do."""
+    """Return the arguments that cause a problem, as the end of a sentence; empty if all combinations do."""
     if len(where) == len(tried):
         return ""
     columns = [*zip(*where, strict=True)]
@@ -232,7 +232,7 @@ def run_diff(run: Run) -> int:
 
 
 def as_json(difference: Difference) -> dict[str, Any]:
-    """Return a comparison as a value of JSON, as the schema robot_diff describes."""
+    """Return a comparison as JSON data; its schema is ``robot_diff``."""
     found: dict[str, Any] = {}
     for letter, side in zip("ab", difference.sides, strict=True):
         counts = {"links": len(side.robot.links), "joints": len(side.robot.joints)}

@@ -1,4 +1,4 @@
-"""The table of commands, their options, how a command is run, and completion, which runs no code of a robot."""
+"""Define and run commands, and complete their words in a shell, without running code of a robot."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from .run import Run
 
 
-CHECK = "check"  # the command that has checks
-# Groups in the order of the help, each with its commands; those of plug-ins follow.
+CHECK = "check"  # the command whose subcommands are checks
+# Groups in the order of the help, each with its commands; commands of plug-ins follow.
 COMMANDS = {
     "describe and compile": {
         "init": "create a new robot description",
@@ -118,7 +118,7 @@ Decorator = Callable[[Any], Any]
 
 
 class Option(click.Option):
-    """An option with the names of options that it excludes or needs."""
+    """An option that can exclude or require other options."""
 
     def __init__(self, *words: Any, excludes: str = "", needs: str = "", **settings: Any) -> None:
         self.excludes, self.needs = excludes.split(), needs
@@ -179,13 +179,13 @@ class Command(click.Command):
     def make_context(
         self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: Any
     ) -> click.Context:
-        if parent is not None and isinstance(parent.obj, Console):  # from now on errors are of this command
+        if parent is not None and isinstance(parent.obj, Console):  # errors from here on name this command
             parent.obj.command, parent.obj.plugin = self.called, self.plugin
         return super().make_context(info_name, args, parent, **extra)
 
     def start(self, ctx: click.Context) -> Run:
-        """Return the run with the parsed options of a context. Raises RequestError for invalid ones."""
-        from .run import Run  # which imports what reads robots
+        """Create the run from the parsed options of a context. Raises RequestError for invalid options."""
+        from .run import Run  # slow to import: it imports the readers of robots
 
         values = {name: list(value) if isinstance(value, tuple) else value for name, value in ctx.params.items()}
         return Run(self.called, ctx.obj or Console(), **values)
@@ -197,7 +197,7 @@ class Command(click.Command):
         run = self.start(ctx)
         console.counts_notes = not getattr(run, "notes", True) and not run.verbose
         console.keeps_sections = run.format == "markdown" or getattr(run, "summary", None) is not None
-        if getattr(run, "xacro_seconds", None) is not None:  # for all processes of the run
+        if getattr(run, "xacro_seconds", None) is not None:  # child processes read it, too
             os.environ["ROSORIN_COMPILE_XACRO_SECONDS"] = str(run.xacro_seconds)
         if run.format in ("text", "github", "markdown") and not run.quiet:
             show_progress()
@@ -215,7 +215,7 @@ class Command(click.Command):
         return max(code, PROBLEMS) if fails else code
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the arguments, the options and the further sections."""
+        """Write the sections of the help: arguments, options and additional lists."""
         params = [(isinstance(param, Argument), param.get_help_record(ctx)) for param in self.get_params(ctx)]
         arguments, options = ([row for is_one, row in params if row and is_one == kind] for kind in (True, False))
         for head, rows in {"Arguments": arguments, "Options": options, **self.sections()}.items():
@@ -224,17 +224,17 @@ class Command(click.Command):
                     formatter.write_dl(list(rows))
 
     def format_arguments(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write nothing: ``format_options`` writes the arguments, also with versions of click that have no help."""
+        """Write nothing: ``format_options`` writes the arguments, with help that not all versions of click support."""
 
 
 def command(name: str, within: str = "", **settings: Any) -> Callable[[Work], Command]:
-    """Return a decorator that makes a function that takes a ``Run`` a command; built-in ones are in the table."""
+    """Return a decorator that turns a function of a ``Run`` into a command; the help of built-in ones is in a table."""
     if "help" not in settings:
         entry = BUILT_IN["checks" if within == CHECK else "commands"][name]
         settings |= {"group": entry.group, "help": entry.help, "hidden": entry.hidden}
 
     def decorate(run: Work) -> Command:
-        # click keeps the parameters of decorators in reverse order
+        # click stores the parameters of decorators in reverse order
         decorated = [*output_options(lambda: None).__click_params__, *getattr(run, "__click_params__", [])]
         return Command(name, run, decorated[::-1], within=within, **settings)
 
@@ -261,7 +261,7 @@ def _pairs(_: click.Context, param: click.Parameter, values: Sequence[str]) -> d
 
 
 def _modes(_: click.Context, __: click.Parameter, values: Sequence[str]) -> dict[str, bool]:
-    """Return the modes that are on or off: slam, "not slam", slam=on or slam=off."""
+    """Parse modes to True (on) or False (off): slam, "not slam", slam=on or slam=off."""
     modes: dict[str, bool] = {}
     for value in values:
         match = re.fullmatch(r"\s*(not\s+)?([^\s=]+)\s*(?:=(on|off))?", value)
@@ -274,13 +274,13 @@ def _modes(_: click.Context, __: click.Parameter, values: Sequence[str]) -> dict
     return modes
 
 
-# The kinds of names that depend on a robot, each with the kinds of symbols.
+# The kinds of completed names that depend on a robot, each with its kinds of symbols.
 _OF_ROBOT: dict[str, tuple[str, ...]] = {kind: (kind,) for kind in ("argument", "joint", "pose", "mode", "output")}
 _OF_ROBOT |= {"frame": ("link",), "thing": ("link", "joint", "sensor")}
 
 
 def complete(*kinds: str) -> Callable[[click.Context, click.Parameter, str], list[CompletionItem]]:
-    """Return a completion with the names of these kinds; "joint=" offers joints, each with an equals sign."""
+    """Return a shell completion for names of these kinds; "joint=" completes joints, each with an equals sign."""
 
     def offered(ctx: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
         found: dict[str, str] = {}
@@ -296,7 +296,7 @@ def complete(*kinds: str) -> Callable[[click.Context, click.Parameter, str], lis
 
 
 def _names(kind: str, ctx: click.Context) -> dict[str, str]:
-    """Return the names of a kind, with their help if there is any."""
+    """Return the names of a kind, each with its help in the list of completions."""
     from rosorin_compile.formats import FORMATS, schema_names
     from rosorin_compile.source.project import Description, all_here, nearest_descriptions
     from rosorin_compile.source.rule_registry import find
@@ -321,7 +321,7 @@ def _names(kind: str, ctx: click.Context) -> dict[str, str]:
 
 
 def _names_of_robot(kind: str, description: Description, ctx: click.Context) -> Iterable[str]:
-    """Return the names of one kind of a robot, which is read without running anything."""
+    """Return the names of a kind in a robot, which is read without running its code."""
     from rosorin_compile.language.arguments import declared_arguments
     from rosorin_compile.language.symbols import SymbolTable
     from rosorin_compile.request import Request
@@ -341,9 +341,8 @@ def _names_of_robot(kind: str, description: Description, ctx: click.Context) -> 
 def option(*names: str, offers: str = "", **settings: Any) -> Decorator:
     """Return a decorator that adds an ``Option``; it can be used several times, also with click 8.0.
 
-    A name may be followed by its metavar, as in ``--name NAME``: a FILE or FOLDER is the name of one, ``a|b`` are the
-    choices, and NAME=VALUE is a pair. ``offers`` is the kind of names that a shell completes; the other settings are
-    those of click.
+    A name may be followed by its metavar, as in ``--name NAME``. FILE and FOLDER are paths, ``a|b`` are choices, and
+    NAME=VALUE is a pair. ``offers`` is the kind of names that a shell completes; the other settings are those of click.
     """
     metavar = "".join(name.partition(" ")[2] for name in names)
     if "|" in metavar:
@@ -375,12 +374,12 @@ def argument(*names: str, offers: Sequence[str] = (), **settings: Any) -> Decora
 def words_argument(
     metavar: str, help: str = "", required: bool = False, offers: Sequence[str] = ("robot", "argument")
 ) -> Decorator:
-    """Return the arguments of a command as ``words``."""
+    """Return a decorator that adds all arguments of a command as ``words``."""
     return argument("words", nargs=-1, required=required, metavar=metavar, help=help, offers=offers)
 
 
 def combine(*decorators: Decorator) -> Decorator:
-    """Return one decorator that adds the parameters of several, in their order."""
+    """Return one decorator that adds the parameters of several decorators in order."""
     return lambda function: reduce(lambda decorated, add: add(decorated), reversed(decorators), function)
 
 
@@ -410,12 +409,12 @@ fail_on_option = option("--fail-on error|warning|never", default="error", help=_
 
 
 def robots_argument(metavar: str = "[ROBOT ...]", help: str = ROBOTS_HELP, **settings: Any) -> Decorator:
-    """Return the robots of a command that handles several, with the options that every robot takes."""
+    """Return the arguments of a command that handles several robots, with the options for each of them."""
     return combine(words_argument(metavar, help, **settings), robot_options)
 
 
 def check_options(metavar: str = "[ROBOT ...]", help: str = ROBOTS_HELP, **settings: Any) -> Decorator:
-    """Return what every check takes: robots, the folder of the artifacts, a summary and the severity that fails."""
+    """Return the parameters of every check: robots, the folder of the artifacts, a summary and the failing severity."""
     summary_option = option("--summary FILE", help="also append the messages to a file, as Markdown")
     return combine(robots_argument(metavar, help, **settings), output_folder_option, summary_option, fail_on_option)
 
@@ -453,7 +452,7 @@ def mode_option(unnamed: str) -> Decorator:
 
 
 def position_options(*more: Decorator, overrides: str = "--pose") -> Decorator:
-    """Return the options that set the positions of joints, zero by default, and further ones."""
+    """Return the options that set the positions of joints, by default zero, and the options ``more``."""
     position = f"position, such as 30deg, 5cm or 1,2,30deg; overrides {overrides}"
     return combine(
         option("--pose POSE", default="", help="named pose of the description", offers="pose"),

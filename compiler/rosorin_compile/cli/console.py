@@ -1,4 +1,4 @@
-"""The output of one run: diagnostics and a result, as text at once or as one document for a program at the end."""
+"""Print the diagnostics and the result of a run: immediately as text, or at the end as one document, such as JSON."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ if TYPE_CHECKING:
 
 
 FINE, PROBLEMS, USAGE = 0, 1, 2  # exit codes
-PROGRESS = "ROSORIN_COMPILE_PROGRESS"  # the variable; off: no progress is shown
+PROGRESS = "ROSORIN_COMPILE_PROGRESS"  # environment variable; "off" hides the progress
 
 _STAND_IN = "stand-in"
-_LISTED = ("not-in-format", "engine-missing", "drives-assumed")  # notes that are printed where others are counted
-_MAX_SHOWN = 200  # diagnostics: more than a person reads; a program gets all
+_LISTED = ("not-in-format", "engine-missing", "drives-assumed")  # notes that are always printed in full
+_MAX_SHOWN = 200  # diagnostics in text; the other formats have all of them
 _LAYOUT = "\n\t"
-_COLOUR = "(\x1b\\[[0-9]{1,2}m)"  # the only sequences that we write within a text
+_COLOUR = "(\x1b\\[[0-9]{1,2}m)"  # the only escape sequences that this tool prints
 
 
 class _Guard:
@@ -58,7 +58,7 @@ class _Guard:
 
 @contextmanager
 def guard() -> Iterator[None]:
-    """Make control characters visible in whatever is printed in the block, but by ``paint`` and ``give``."""
+    """Make control characters visible in all output of the block, except that of ``paint`` and ``give``."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # the caller has closed it
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - as long as we run
@@ -72,14 +72,14 @@ def _unguarded(stream: TextIO) -> TextIO:
 
 
 def show_progress() -> None:
-    """Show progress on the last line of standard error if it is the terminal of a person."""
+    """Show progress on the last line of standard error if it is a terminal."""
     is_off = os.environ.get(PROGRESS) == "off" or os.environ.get("TERM") == "dumb" or "CI" in os.environ
     if not is_off and sys.stderr.isatty():
         Progress.show(_unguarded(sys.stderr))
 
 
 def paint(text: str, stream: TextIO) -> None:
-    """Print a text that contains our own colours."""
+    """Print a text that this tool has coloured."""
     pieces = re.split(_COLOUR, text)
     pieces[::2] = [printable(piece, _LAYOUT) for piece in pieces[::2]]
     Progress.wipe()
@@ -87,7 +87,7 @@ def paint(text: str, stream: TextIO) -> None:
 
 
 def give(text: str) -> None:
-    """Print an artifact: to the byte, in UTF-8 whatever the locale is, except on a terminal. Raises OSError."""
+    """Print an artifact, byte by byte and in UTF-8 for any locale, except on a terminal. Raises OSError."""
     if getattr(sys.stdout, "name", "") == os.devnull:
         raise OSError(errno.EBADF, "it is closed")
     Progress.wipe()
@@ -98,15 +98,15 @@ def give(text: str) -> None:
         return
     stream.flush()
     rest = memoryview(text.encode())
-    while rest:  # with PYTHONUNBUFFERED a write may end early
+    while rest:  # with PYTHONUNBUFFERED a write may be partial
         rest = rest[raw.write(rest) or 0 :]
 
 
 class Console:
     """Prints the output of a run, in the format ``form``.
 
-    ``quiet``: only errors; ``verbose``: also which files were read. ``counts_notes``: notes are counted for people, and
-    not listed. ``keeps_sections``: sections of Markdown are collected. ``command`` and ``plugin`` are those that run.
+    ``quiet``: only errors; ``verbose``: also which files were read. ``counts_notes``: text output counts notes and
+    does not list them. ``keeps_sections``: sections of Markdown are collected. ``command`` and ``plugin`` are running.
     """
 
     def __init__(self, form: str = "text", quiet: bool = False) -> None:
@@ -116,10 +116,10 @@ class Console:
         self.command = ""
         self.plugin: Plugin | None = None
         self.sections: list[Section] = []
-        self.diagnostics: list[Diagnostic] = []  # for the document
+        self.diagnostics: list[Diagnostic] = []  # for the document at the end
         self.severities: Counter[str] = Counter()
-        self.unlisted: Counter[str] = Counter()  # the notes that were counted, and not printed; stand-ins apart
-        self.robots: list[dict[str, object]] = []  # the result of a command that handles several robots
+        self.unlisted: Counter[str] = Counter()  # notes that were not printed, stand-ins and others
+        self.robots: list[dict[str, object]] = []  # the results of a command for several robots
         self.result: object = None
 
     @property
@@ -152,7 +152,7 @@ class Console:
         comparison: Comparison,
         others: Iterable[tuple[str, str]],
     ) -> None:
-        """Report a difference: as lines, for a program as a diagnostic, in Markdown under ``what``."""
+        """Report a difference: as lines of text, as a diagnostic in JSON and SARIF, in Markdown under ``what``."""
         self.severities[diagnostic.severity] += 1
         self.robots[-1]["differences"] = lines
         if self.for_people:
@@ -165,7 +165,7 @@ class Console:
             self.section.lines += [diagnostic.help] if diagnostic.help else []
 
     def show(self, diagnostics: Sequence[Diagnostic], listed: bool = False) -> None:
-        """Print diagnostics, or collect them; for people notes may only be counted, unless ``listed``."""
+        """Print or collect diagnostics; in text output, notes may only be counted unless ``listed``."""
         self.severities.update(one.severity for one in diagnostics)
         if self.quiet:
             diagnostics = [one for one in diagnostics if one.severity == ERROR or one.rule == _STAND_IN]
@@ -181,7 +181,7 @@ class Console:
             self.unlisted.update(_STAND_IN if one.rule == _STAND_IN else NOTE for one in notes)
             diagnostics = [one for one in diagnostics if one.severity != NOTE or one.rule in _LISTED]
         diagnostics = gather(diagnostics, [WARNING, NOTE])
-        # NO_COLOR and FORCE_COLOR come before a terminal.
+        # NO_COLOR and FORCE_COLOR take precedence over the kind of stream.
         is_coloured = "NO_COLOR" not in os.environ and ("FORCE_COLOR" in os.environ or sys.stderr.isatty())
         text = report_text(add_suggestions(diagnostics[:_MAX_SHOWN]), is_coloured)
         if len(diagnostics) > _MAX_SHOWN:
@@ -190,12 +190,12 @@ class Console:
             paint(text, sys.stderr)
 
     def warn_ahead(self, diagnostic: Diagnostic) -> None:
-        """Print a warning before the code that it is about is run, unless that code is trusted."""
+        """Print a warning about code before the code is executed, unless it is trusted."""
         if diagnostic.numbers != TRUSTED:
             self.show([diagnostic])
 
     def say(self, line: str, needed: bool = False) -> None:
-        """Print a line about the run as a whole; a quiet run prints it only if it is ``needed``."""
+        """Print a line about the run; a quiet run prints it only if it is ``needed``."""
         if self.quiet and not needed:
             return
         print(self._inert(line), file=sys.stdout if self.for_people else sys.stderr)
@@ -207,7 +207,7 @@ class Console:
         sys.stderr.write(f"{self._inert(line)}\n")
 
     def _inert(self, line: str) -> str:
-        """Return a line in which a job on GitHub finds no command, whatever a robot is called."""
+        """Escape GitHub workflow commands in a line, which may contain any name of a robot."""
         return line.replace("::", ": :").replace("##[", "## [") if self.form == "github" else line
 
     def print_read(self, files: Iterable[object]) -> None:
@@ -223,7 +223,7 @@ class Console:
         return code
 
     def print_end(self) -> None:
-        """Print how many notes were not listed, and the document of a program."""
+        """Print the number of notes that were not listed, or the document of a format other than text."""
         if self.for_people and self.unlisted.total():
             stand_ins, notes = self.unlisted[_STAND_IN], self.unlisted[NOTE]
             counts = [f"{count_of(stand_ins, _STAND_IN)}: values that are not measured"] if stand_ins else []

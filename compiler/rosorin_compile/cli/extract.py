@@ -19,9 +19,9 @@ from .run import Run, refuse_stdin
 
 
 class _Numbers(click.ParamType):  # type: ignore[type-arg] # not generic before click 8.4
-    """Numbers with or without units, separated by commas, in SI; a single one is not a tuple.
+    """Numbers separated by commas, with or without units, converted to SI; a single number is not made a tuple.
 
-    With ``repeats``, for factors of a mesh, one number is for all axes, and none is zero.
+    With ``repeats``, for scale factors of a mesh, one number applies to all axes, and zero is invalid.
     """
 
     name = "numbers"
@@ -143,7 +143,7 @@ run = click.Group("extract", commands={"boxes": boxes, "heightmap": heightmap, "
 
 
 def _print(run: Run, result: Any, value: object) -> int:
-    """Print a text that was not written to a file, and the report; return the exit code."""
+    """Print the text, unless it was written to a file, and the report; return the exit code."""
     if run.show(result):
         return PROBLEMS
     if run.format == "json":

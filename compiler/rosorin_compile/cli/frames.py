@@ -61,13 +61,13 @@ def _text(robot: Robot, found: Frames, run: Run) -> str:
     if run.publisher is not None:
         edges = dict.fromkeys(row for one in found.trees for row in one.edges if row.publisher == run.publisher)
         return "\n".join(table([*edges], style)) if edges else f"{run.publisher} publishes nothing here"
-    labels: dict[str, list[str]] = {}  # of situations, by their tree
+    labels: dict[str, list[str]] = {}  # of the combinations of modes that share a tree
     for situation in found.trees:
         shown = lines(situation.edges, robot.frames)
         shown = shown if run.frame is None else way(shown, run.frame)
         drawn = "\n".join(tree(shown, style)) if shown else f"{run.frame} is not there"
         labels.setdefault(drawn, []).append(situation.label)
-    if len(labels) == 1 < len(found.trees):  # a tree that is the same in all situations needs no heading
+    if len(labels) == 1 < len(found.trees):  # the same tree in all modes needs no heading
         return next(iter(labels))
     headed = ((style.paint(", or ".join(names), BOLD), drawn) for drawn, names in labels.items())
     return "\n\n".join(f"{head}\n{drawn}" if head else drawn for head, drawn in headed)
@@ -103,7 +103,7 @@ def run_graph(run: Run) -> int:
 @cli.option("--pose POSE", default="", help="also print the frames in a named pose", offers="pose")
 @cli.robot_options
 def run_explain(run: Run) -> int:
-    """Explain frames of one robot; of several words the first is the robot if it can be."""
+    """Explain frames of one robot; the first of several words is the robot if there is one of that name."""
     take_stdin(run.words)
     description, names = None, run.words
     if len(names) > 1:
@@ -127,7 +127,7 @@ def run_explain(run: Run) -> int:
 @cli.command("args", exits="0 listed, 1 an invalid argument")
 @cli.robots_argument()
 def run_args(run: Run) -> int:
-    """List the arguments of each robot; those that are set are shown, and checked."""
+    """List the arguments of each robot with their values, and validate the values."""
     results = [api.arguments(run.request(description)) for description in find_robots(run, run.words)]
     for result in results:
         run.show(result)
@@ -176,7 +176,7 @@ _SWEEP = "use COUNT positions in turn; repeatable: all combinations"
 @cli.option("--digits N", default=3, help="decimals")  # std::cout.precision(3) in tf2_echo
 @cli.robot_options
 def run_tf(run: Run) -> int:
-    """Print the pose of a frame in another."""
+    """Print the pose of one frame relative to another."""
     picked = run.pick("pose joints pulses sweeps modes strict")
     if not 0 <= run.digits <= _MAX_DIGITS:
         raise RequestError(f"--digits takes 0 to {_MAX_DIGITS}")
@@ -194,7 +194,7 @@ def run_tf(run: Run) -> int:
 
 
 def _transforms(found: Transforms, run: Run) -> str:
-    """Return blocks as of tf2_echo, or CSV with the positions of the joints that are varied, then the pose."""
+    """Format transforms as tf2_echo does, or as CSV: the positions of swept joints, then the pose."""
     if run.csv:
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
@@ -212,7 +212,7 @@ def _transforms(found: Transforms, run: Run) -> str:
 
 
 def tf2_echo_lines(found: FrameTransform, digits: int, distro: str) -> list[str]:
-    """Return the lines of tf2_echo (``tf2_ros/src/tf2_echo.cpp``) for a transform, with the time of static ones."""
+    """Return the lines of tf2_echo (``tf2_ros/src/tf2_echo.cpp``) for a transform, at time 0."""
     forms = {
         "Translation:": found.translation,
         f"Rotation: in Quaternion{' (xyzw)' * (distro != 'humble')}": found.quaternion,
@@ -236,7 +236,7 @@ def tf2_echo_lines(found: FrameTransform, digits: int, distro: str) -> list[str]
 @cli.strict_option
 @cli.robot_options
 def run_pulses(run: Run) -> int:
-    """Print pulses and the positions that they set."""
+    """Print servo pulses and the resulting joint positions."""
     names = [word for word in run.words if "=" not in word]
     if len(names) > 1:
         raise RequestError(f'one robot at a time, and JOINT=VALUE: "{names[1]}" is neither')

@@ -1,4 +1,4 @@
-"""rosorin-compile import and init: make a description of a robot that exists, or a new one from a template."""
+"""rosorin-compile import and init: convert an existing robot to a description, or create one from a template."""
 
 from collections.abc import Iterator
 from pathlib import Path

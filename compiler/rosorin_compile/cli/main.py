@@ -27,10 +27,10 @@ from .command import ALIASES, BUILT_IN, CHECK, COMMANDS, MODULES, Command, Entry
 from .console import FINE, PROBLEMS, USAGE, Console, guard
 
 PROGRAM = "rosorin-compile"
-COMPLETE = "_ROSORIN_COMPILE_COMPLETE"  # the variable with which the scripts of shells call the program
+COMPLETE = "_ROSORIN_COMPILE_COMPLETE"  # the environment variable that completion scripts set
 INTERRUPTED = 130
 
-_REQUIRED = {"jinja2": "jinja2", "jsonschema": "jsonschema", "yaml": "pyyaml"}  # modules, and their packages
+_REQUIRED = {"jinja2": "jinja2", "jsonschema": "jsonschema", "yaml": "pyyaml"}  # packages by module
 _STREAM_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF)
 
 
@@ -46,7 +46,7 @@ def commands(group: str = "commands") -> dict[str, Entry]:
 
 
 def find_command(name: str, group: str = "commands") -> click.Command | None:
-    """Return the command or check of a name, or None; built-in ones come first. Raises PluginFailed."""
+    """Find a command or check by name, built-in ones first; return None if it is unknown. Raises PluginFailed."""
     plugins = [plugin for plugin in installed_plugins() if (plugin.group, plugin.name) == (group, name)]
     entry = ALIASES.get(name, name)
     if entry in BUILT_IN[group]:
@@ -63,7 +63,7 @@ def find_command(name: str, group: str = "commands") -> click.Command | None:
 
 
 def _load_plugins(group: str, taken: set[str], called: str | None = None) -> tuple[list[Command], list[Diagnostic]]:
-    """Load the commands of plug-ins, of one name or all; return them, and diagnostics about invalid ones."""
+    """Load the plug-in command ``called``, or all; return commands, and diagnostics about invalid plug-ins."""
     found, diagnostics = load(group, Command, lambda one: (one.name or "",), taken.__contains__, called)
     for plugin, one in found:
         one.plugin = plugin
@@ -73,7 +73,7 @@ def _load_plugins(group: str, taken: set[str], called: str | None = None) -> tup
 
 
 def _warn(diagnostics: Iterable[Diagnostic]) -> None:
-    """Report what is wrong with plug-ins that this run does not need."""
+    """Print errors of plug-ins as warnings, because this run does not need the plug-ins."""
     Console().show([replace(one, severity=WARNING) for one in diagnostics])
 
 
@@ -83,7 +83,7 @@ class Program(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return the called command or check and its arguments; a check comes before a robot of its name."""
+        """Return the called command or check and its arguments; a check takes precedence over a robot of that name."""
         name, *rest = args
         found = find_command(name)
         if found is None:
@@ -134,9 +134,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run a command line, by default that of the process; return the exit code."""
     words = sys.argv[1:] if argv is None else list(argv)
     if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")  # as standard error: no character stops a run
+        sys.stdout.reconfigure(errors="backslashreplace")  # like standard error: every character can be printed
     with guard():
-        if COMPLETE in os.environ:  # a shell asks, and gets nothing else, whatever happens
+        if COMPLETE in os.environ:  # for a completion script: print nothing else, not even errors
             with suppress(Exception, SystemExit, KeyboardInterrupt), redirect_stderr(io.StringIO()):
                 shell_complete(program(), {}, PROGRAM, COMPLETE, os.environ[COMPLETE])
             return FINE
@@ -145,7 +145,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             sys.stderr.write(top.get_help(click.Context(top, info_name=PROGRAM)) + "\n")
             return USAGE
         try:
-            formats = re.findall(r"(?<=^--format[=\n])\w+$", "\n".join(words), re.MULTILINE)  # if parsing fails
+            formats = re.findall(r"(?<=^--format[=\n])\w+$", "\n".join(words), re.MULTILINE)  # used if parsing fails
             console = Console("json" if formats[-1:] == ["json"] else "text")
             code = _run(words, console)
             console.print_end()
@@ -154,11 +154,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         except (KeyboardInterrupt, click.Abort):
             return INTERRUPTED
         except OSError as problem:
-            # Standard output cannot be written; it is silent if its reader has left.
+            # Standard output cannot be written; that is no error if its reader has exited, as in "| head".
             is_closed = isinstance(problem, BrokenPipeError)
             if not is_closed and (problem.filename is not None or problem.errno not in _STREAM_ERRORS):
                 raise
-            # Let standard output lead nowhere, so that Python does not try to write the rest at the end.
+            # Redirect standard output to the null device, because Python flushes the rest of it at exit.
             with Path(os.devnull).open("wb") as nowhere:
                 os.dup2(nowhere.fileno(), sys.stdout.fileno())
             if not is_closed:
@@ -186,7 +186,7 @@ def _run(words: list[str], console: Console) -> int:
     except (BrokenPipeError, KeyboardInterrupt, click.Abort):
         raise
     except (Exception, SystemExit) as problem:
-        if isinstance(problem.__cause__, KeyboardInterrupt):  # Python 3.11 wraps what comes while a class is made
+        if isinstance(problem.__cause__, KeyboardInterrupt):  # Python 3.11 wraps exceptions while a class is created
             raise KeyboardInterrupt from None
         if console.plugin is not None:
             console.show([failed_plugin(console.plugin, problem)])
@@ -198,7 +198,7 @@ def _run(words: list[str], console: Console) -> int:
 
 
 def _reason(problem: BaseException) -> str:
-    """Return the reason of an error that no command expects, but a user can cause. Raises any other error."""
+    """Return the message for an unexpected error that a user can cause. Raises any other error."""
     from rosorin_compile.model.servos import NoPulse
 
     if isinstance(problem, NoPulse):
@@ -215,7 +215,7 @@ def _reason(problem: BaseException) -> str:
 
 
 def _usage_message(problem: click.UsageError) -> str:
-    """Return what is wrong with a command line, with a suggestion or the command that shows the help."""
+    """Return the message for an invalid command line, with a suggestion or the command that shows the help."""
     where = problem.ctx.command_path if problem.ctx is not None else PROGRAM
     called = where.removeprefix(PROGRAM).strip()
     if isinstance(problem, click.NoSuchOption) and problem.ctx is not None:

@@ -74,7 +74,7 @@ def run_deploy(run: Run) -> int:
 @cli.check_options("[ROBOT] FOLDER", "the robot, required if there are several, and a package, install space or folder")
 @cli.full_option
 def run_check_deployed(run: Run) -> int:
-    """Compare the copies in a folder with what robots are compiled to."""
+    """Compare the deployed copies in a folder with the compiled artifacts."""
     if not run.words:
         raise RequestError("there is no folder to look into: rosorin-compile check deployed ROBOT FOLDER")
     *robots, folder = run.words
@@ -99,7 +99,7 @@ def run_check_deployed(run: Run) -> int:
 
 _USAGE = "ROBOT FILE ..."
 _DESCRIPTION = re.compile(r"""^["']?robot["']?[ \t]*:[ \t]*[^\s#{]""", re.MULTILINE)
-_MAX_BYTES = 1_000_000  # of a file that are searched
+_MAX_BYTES = 1_000_000  # the part of a file that is searched
 
 
 @cli.check("parameters", exits="0 no errors, 1 errors")

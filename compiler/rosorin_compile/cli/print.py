@@ -59,7 +59,7 @@ def run_print(run: Run) -> int:
     (artifact,) = compiled.artifacts
     data = encode(artifact.file, artifact.text)
     if run.output is not None:
-        # A file without the mark of this tool is replaced if this tool wrote it before.
+        # Replace a file without the mark of this tool only if this tool wrote it.
         path, robot_of = Path(run.output), FORMATS[artifact.backend].robot_of
         known = is_remembered(path)
         write_file(path, data, inputs, lambda old: known or may_replace(old) or bool(robot_of and robot_of(old)))

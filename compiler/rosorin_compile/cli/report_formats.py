@@ -1,7 +1,7 @@
 """Write diagnostics for programs and for pull requests: GitHub annotations, SARIF and GitHub Flavored Markdown.
 
-Text of a description may come from anybody who opens a pull request: in Markdown it is written as code alone. The
-document is bounded: a comment holds 65,536 characters.
+Anybody who opens a pull request can change a description, so Markdown has its text only as code. The document has a
+maximum size, because a comment holds 65,536 characters.
 """
 
 import json
@@ -23,26 +23,26 @@ from rosorin_compile.source.version import HOME, __version__
 from rosorin_compile.source.wording import and_more, count_of, phrase, plural, printable
 
 HEAD = "## Robots: "  # the beginning of each Markdown document
-MAX_BYTES = 60_000  # of UTF-8; leaves room for words around the document
-_MAX_NAME, _MAX_TEXT = 200, 1000  # letters
+MAX_BYTES = 60_000  # of UTF-8; leaves room for text around the document
+_MAX_NAME, _MAX_TEXT = 200, 1000  # characters
 _MAX_NAMES = 12  # in one cell
 _MAX_NOTES = 50
-# How many rows of a table, diffs of a robot and lines of a diff are shown: the first that fits is used.
+# The largest numbers of rows in a table, diffs of a robot and lines of a diff: the first setting that fits is used.
 _DETAILS = ((200, 20, MAX_LINES), (5, 0, 0))
 
 
 def from_workspace(path: str) -> str:
-    """Return a path relative to the top of the checkout, where a job on GitHub works in a folder below it."""
+    """Return a path relative to the top of the checkout, if a GitHub job runs in a subfolder."""
     top = os.environ.get("GITHUB_WORKSPACE", "")
     try:
         relative = os.path.relpath(files.resolve(path), files.resolve(top)) if top else os.pardir
-    except (OSError, ValueError):  # the current folder is gone, or a name that no file can have
+    except (OSError, ValueError):  # the current folder was removed, or the path is invalid
         return path
     return path if relative == os.pardir or relative.startswith(f"{os.pardir}{os.sep}") else relative
 
 
 def _in_workspace(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
-    """Return diagnostics with their suggestions, and with paths from the top of the checkout."""
+    """Return diagnostics with their suggestions, and with paths relative to the top of the checkout."""
 
     def moved(span: Span | None) -> Span | None:
         return span and span._replace(source=span.source._replace(path=from_workspace(span.source.path)))
@@ -56,7 +56,7 @@ def _in_workspace(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
 def github(diagnostics: Sequence[Diagnostic]) -> str:
     """Return diagnostics as GitHub workflow commands, which mark the lines of a pull request.
 
-    An annotation has one place, so the includes and parts that led there are below its message.
+    An annotation has one position, so the includes and parts that led there are listed below its message.
     https://docs.github.com/actions/reference/workflow-commands-for-github-actions
     """
 
@@ -110,7 +110,7 @@ def sarif(diagnostics: Sequence[Diagnostic]) -> str:
 
 
 def _location(span: Span) -> dict[str, object]:
-    """Return a place; its file is a URI reference, relative where the file was named so (SARIF 2.1.0, 3.4.3)."""
+    """Return a SARIF location; its file is a URI reference, relative for a relative path (SARIF 2.1.0, 3.4.3)."""
     uri = quote(os.fsencode(span.source.path))
     uri = f"file://{uri}" if Path(span.source.path).is_absolute() else uri
     region = {"startLine": span.line, "startColumn": span.column, "endColumn": span.column + span.length}
@@ -141,7 +141,7 @@ class Section:
             self.changes.append((code(change.words(), _MAX_TEXT), ", ".join(map(code, names)) + and_more(left)))
         diffs = [one for one in texts if one.kind == CHANGED and one.shown and one.lines]
         self.diffs += diffs
-        # Where the changes explain it, a file whose text is not shown needs no remark.
+        # A file without a diff needs no remark if the listed changes explain its difference.
         unexplained = "" if any(change.artifacts for change in changes) else "different text"
         remarks = [*((one.file, one.remark or unexplained) for one in texts if one not in diffs), *others]
         self.files += [(code(name), code(remark, _MAX_TEXT)) for name, remark in remarks if remark]
@@ -161,7 +161,7 @@ class Section:
 
 
 def markdown(sections: Sequence[Section]) -> str:
-    """Return the Markdown of several robots: those with something to review first, the others a line each."""
+    """Return a Markdown report: first the robots with something to review, then one line for each other robot."""
     failed = sum(section.failed for section in sections)
     head = f"{HEAD}{failed:,} of {len(sections):,} with problems" if failed else f"{HEAD}no problems"
     quiet = "\n".join(_line(section) for section in sections if section.quiet)
@@ -210,7 +210,7 @@ def _section(section: Section, rows: int, max_diffs: int, max_lines: int) -> lis
 
 
 def _others(left: int, noun: str, *before: str) -> list[str]:
-    """Return the lines at the end of a list that was cut: the number of those that are left out."""
+    """Return the last lines of a shortened list: the number of entries that are left out."""
     return [*before, f"and {left:,} more {plural(noun, left)}"] if left > 0 else []
 
 
@@ -226,7 +226,7 @@ def _fenced(kind: str, lines: Iterable[str]) -> str:
 
 
 def _folded(title: str, content: str) -> str:
-    """Return content that opens on a click; ``title`` is HTML."""
+    """Return a collapsed ``<details>`` block; ``title`` is HTML."""
     return f"<details><summary>{title}</summary>\n\n{content}\n\n</details>"
 
 
@@ -239,7 +239,7 @@ def _cut(value: str, limit: int) -> str:
 
 
 def code(value: str, limit: int = _MAX_NAME) -> str:
-    r"""Return a text as code in a line or in a cell of a table, where a bar would end the cell.
+    r"""Return a text as inline code, also for a cell of a table, which a bar would end.
 
     >>> code("base_link"), code("a|b"), code("a`b")
     ('`base_link`', '<code>a&#124;b</code>', '<code>a&#96;b</code>')
@@ -248,4 +248,4 @@ def code(value: str, limit: int = _MAX_NAME) -> str:
     if not re.search(r"[`|]|\\$|^\s|\s$|^$", shown):
         return f"`{shown}`"
     escaped = "".join(c if c.isalnum() or c == " " else f"&#{ord(c)};" for c in shown)
-    return f"<code>{escaped.replace('&#64;', '&#64;<!-- -->')}</code>"  # else an address becomes a link
+    return f"<code>{escaped.replace('&#64;', '&#64;<!-- -->')}</code>"  # else GitHub makes a link of an e-mail address

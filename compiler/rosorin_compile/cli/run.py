@@ -32,16 +32,16 @@ if TYPE_CHECKING:
 
 
 _MARK = ":="  # between name and value of an argument, as in xacro
-_MAX_STDIN = 100_000_001  # bytes; more than any reader takes
+_MAX_STDIN = 100_000_001  # bytes; above the limit of every reader
 _DEPFILE = re.compile(rb"\S[^\n]*:(?: \\\n  \S[^\n]*)*\n")
-_stdin_read: list[Any] = []  # standard input, once it was read
+_stdin_read: list[Any] = []  # the contents of standard input, after it was read
 
 
 class Run(SimpleNamespace):
-    """One run of a command: its options by name, and what they request.
+    """One run of a command: its options by name, and methods that find and load the requested robots.
 
-    Repeatable options are lists, pairs a dict. ``words`` are the words of the command line that set no argument, and
-    ``changed`` those of --hook, which are files. ``request`` makes the request for a robot with the arguments and the
+    Repeatable options are lists, options NAME=VALUE a dict. ``words`` are the words of the command line that set no
+    argument, and ``changed`` the files of --hook. ``request`` makes the request for a robot with the arguments and the
     packages of the command line.
     """
 
@@ -67,11 +67,11 @@ class Run(SimpleNamespace):
                 raise RequestError(f'there is no folder "{path}" for the package {name}')
 
     def pick(self, names: str) -> dict[str, Any]:
-        """Return the values of some options by name, as arguments of the API."""
+        """Return some options, whose names are separated by spaces, as keyword arguments of the API."""
         return {name: getattr(self, name) for name in names.split()}
 
     def only_robot(self, stdin: bool = True) -> Description:
-        """Return the robot of a command about one, not on standard input without ``stdin``. Raises RequestError."""
+        """Return the robot of a command that takes one; ``stdin`` allows standard input. Raises RequestError."""
         if not stdin:
             refuse_stdin(self.words)
         if len(self.words) > 1:
@@ -81,7 +81,7 @@ class Run(SimpleNamespace):
         return found
 
     def find_robot(self, name: str = "", usage: str = "ROBOT") -> Description:
-        """Return the robot of a name, or the only one here. Raises RequestError with ``usage``, or NoDescription."""
+        """Find a robot by name, or the only one here. Raises RequestError, which shows ``usage``, or NoDescription."""
         take_stdin([name])
         found = Description.find([name]) if name else project.nearest_descriptions()
         if len(found) > 1:
@@ -91,7 +91,7 @@ class Run(SimpleNamespace):
         return found[0]
 
     def robot_before(self, count: int, usage: str) -> tuple[Description, list[str]]:
-        """Return the robot, the first of more than ``count`` words or the only one here, and the other words."""
+        """Return the robot and the last ``count`` words; a word before them names it, else it is the only one here."""
         if not count <= len(self.words) <= count + 1:
             raise RequestError(f"write rosorin-compile {self.called} {usage}")
         return self.find_robot("".join(self.words[:-count]), usage), self.words[-count:]
@@ -102,7 +102,7 @@ class Run(SimpleNamespace):
         return Request(description, self.arguments, self.argument_files, self.packages, self.trust, warn)
 
     def read_options(self) -> dict[str, Any]:
-        """Return the arguments for functions of the API that read a file in another format. Raises RequestError."""
+        """Return keyword arguments for API functions that read other formats. Raises RequestError."""
         try:
             texts = self.request(Description("", Path(), Path())).read_options().arguments
         except LoadError as problem:
@@ -110,7 +110,7 @@ class Run(SimpleNamespace):
         return {"arguments": texts, "packages": self.packages, "trust": self.trust, "warn": self.console.warn_ahead}
 
     def understood(self, description: Description) -> Case | None:
-        """Return a robot in any format with its positions in files, for plug-ins; print its errors if it has any."""
+        """Load a robot in any format with its positions in files, for plug-ins; if it has errors, print them."""
         case, diagnostics = self.request(description).load_case()
         if case is None:
             self.console.show(diagnostics)
@@ -118,12 +118,12 @@ class Run(SimpleNamespace):
         return case
 
     def no_robot(self, description: Description) -> int:
-        """Print that a robot has errors, after its errors; return the exit code."""
+        """Print a last line after the errors of a robot; return the exit code."""
         self.console.warn(f"{description.name}: a description with errors has no frames and joints to ask about")
         return PROBLEMS
 
     def nothing_written(self, description: Description, diagnostics: Sequence[Diagnostic]) -> int:
-        """Print how many errors keep a robot from being compiled; return the exit code."""
+        """Print why nothing was written: the number of errors, or no outputs; return the exit code."""
         if errors := sum(diagnostic.severity == ERROR for diagnostic in diagnostics):
             self.console.warn(f"{description.name}: {count_of(errors, 'error')}, nothing written")
             return PROBLEMS
@@ -137,7 +137,7 @@ class Run(SimpleNamespace):
         return has_errors(result.diagnostics)
 
     def give(self, result: object, text: Callable[[], str] = str, show: Callable[[str], object] = print) -> int:
-        """Set the result of the command, and print it as ``text`` unless a program reads it; return ``FINE``."""
+        """Set the result of the command; in text and GitHub formats, print it as ``text``. Return ``FINE``."""
         self.console.result = result
         if self.console.form in ("text", "github") and (shown := text()):
             show(shown)
@@ -158,9 +158,9 @@ class Run(SimpleNamespace):
 
 
 def pair(text: str, form: str) -> tuple[str, str]:
-    """Return the name and the value of a text such as NAME=VALUE or NAME:=VALUE. Raises RequestError.
+    """Split a text such as NAME=VALUE or NAME:=VALUE into name and value. Raises RequestError.
 
-    ``form`` is what the error shows; only the value of an argument, NAME=VALUE, may be empty.
+    ``form`` is the syntax that the error shows; only the value of an argument, NAME=VALUE, may be empty.
     """
     name, equals, value = text.partition("=")
     name = name.strip().removesuffix(":")
@@ -174,7 +174,7 @@ def for_each(
 ) -> int:
     """Call a function with each requested robot, those of the command line or ``robots``; return the worst exit code.
 
-    Without a name all robots are requested, or, if ``usage`` shows how to name one, the only one. Raises RequestError.
+    Without names these are all robots or, with ``usage`` (how to name one), the only robot. Raises RequestError.
     """
     if (summary := getattr(run, "summary", None)) is not None:
         from .report_formats import HEAD, markdown
@@ -204,7 +204,7 @@ def for_each(
         console.begin(description.name)
         Progress.set_topic(f"{description.name}:" if len(found) > 1 else "")
         console.robots.append({"robot": description.name, "file": str(description.path), "fine": False})
-        # A program reads one document on standard output, without what a plug-in prints.
+        # In JSON and the like, standard output has one document, so the output of a plug-in is diverted.
         with nullcontext() if console.plugin is None or console.for_people else divert_stdout():
             code = work(run, description)
         console.robots[-1]["fine"] = code == FINE
@@ -222,9 +222,9 @@ def for_each(
 
 
 def find_robots(run: Run, names: list[str]) -> list[Description]:
-    """Return the robots of these names, by default all of the project. Raises RequestError, NoDescription.
+    """Find robots by name, by default all of the project. Raises RequestError, NoDescription.
 
-    With -o, one robot gets that folder for its artifacts; several, or those of --hook, get a folder each in it.
+    With -o, the artifacts of one robot go to that folder; those of several, or with --hook, to a subfolder each.
     """
     take_stdin(names)
     output = getattr(run, "output", None)
@@ -248,7 +248,7 @@ def take_stdin(names: Sequence[str]) -> None:
         print("reading a robot from this terminal; Ctrl-D ends it", file=sys.stderr, flush=True)
     project.give_stdin(sys.stdin.buffer.read(_MAX_STDIN))
     _stdin_read[:] = [sys.stdin]
-    Progress.begin()  # the time of typing does not count
+    Progress.begin()  # exclude the time of typing
 
 
 def refuse_stdin(words: Sequence[str], help: str = "name a file") -> None:
@@ -264,12 +264,12 @@ def warn_of_no_robots(console: Console) -> None:
 
 
 def count(artifacts: Sized, meshes: Collection[str] = ()) -> str:
-    """Return the number of artifacts in words, and that of the meshes and textures with them."""
+    """Return the numbers of artifacts, and of meshes and textures with them, in words."""
     return phrase([count_of(len(artifacts), "artifact"), *counted_files(meshes)])
 
 
 def counted_files(names: Collection[str]) -> list[str]:
-    """Return the numbers of meshes and of textures in words, without those that are zero."""
+    """Return the numbers of meshes and of textures in words; zero is left out."""
     textures = sum(name.lower().endswith(".png") for name in names)
     return [count_of(n, word) for word, n in (("mesh file", len(names) - textures), ("texture", textures)) if n]
 
@@ -283,7 +283,7 @@ def severities(diagnostics: Sequence[Diagnostic]) -> str:
 def write_depfile(
     run: Run, target: str, compiled: Compiled, inputs: Sequence[Path], made: Sequence[Path], newer: Sequence[Path] = ()
 ) -> None:
-    """Write the requested depfile, and make the files ``newer`` than it. Raises OutputError.
+    """Write the requested depfile, then touch the files ``newer``, which must be newer than it. Raises OutputError.
 
     ``inputs`` are the files that the target is made of, ``made`` the artifacts, which must not be the depfile.
     """
@@ -293,8 +293,8 @@ def write_depfile(
         return not data.strip() or _DEPFILE.fullmatch(data) is not None
 
     path = Path(run.depfile)
-    # For files that were not found, their folders: a build tool would try to make the files. Folders outside of the
-    # project, and those of the files of this run, change for other reasons.
+    # List the folder of a missing file instead of the file, which a build tool would try to make; but not a folder
+    # outside of the project, or one that this run writes to, because these change for other reasons.
     projects = Description.from_path(compiled.inputs[0]).projects if compiled.missing else ()
     written = {file.absolute().parent for file in (*made, path)}
     sources = [*inputs]
@@ -312,7 +312,7 @@ def write_depfile(
 
 
 def escape(name: str) -> str:
-    r"""Return the name of a file in the syntax of a depfile, as GCC writes it. Raises OutputError for a line break.
+    r"""Escape a file name for a depfile, as GCC does. Raises OutputError for a line break.
 
     >>> print(escape("my robot/$x#1.yaml"))
     my\ robot/$$x\#1.yaml

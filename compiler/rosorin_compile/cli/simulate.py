@@ -1,4 +1,4 @@
-"""rosorin-compile simulate, check physics and collisions: what MuJoCo finds out about a robot."""
+"""rosorin-compile simulate, check physics and collisions: commands that run a robot in MuJoCo."""
 
 from collections import Counter
 from contextlib import suppress
@@ -31,7 +31,7 @@ def run_simulate(run: Run) -> int:
     """Simulate a robot and print its behaviour."""
     limits = {}
     for name, value in run.limits.items():
-        limits[name] = -1.0  # refused with the message for any unusable number
+        limits[name] = -1.0  # reported like any other invalid number
         with suppress(ValueError):
             limits[name] = float(value)
     request, settings = run.request(run.only_robot()), run.pick("base seconds")
@@ -78,7 +78,7 @@ def _check_physics(run: Run, description: Description) -> int:
 @cli.flag("--force", help="compute again, even if the file is up to date")
 @cli.robot_options
 def run_collisions(run: Run) -> int:
-    """Compute the matrix of a robot, and write it."""
+    """Compute the collision matrix of a robot for MoveIt, and write it."""
     description = run.only_robot(stdin=False)
     console = run.console
     result = api.collisions(run.request(description), output=run.output, force=run.force)

@@ -1,4 +1,4 @@
-"""rosorin-compile rule, schema, completion, help, cmake-dir and bazel-dir: what the tool tells about itself."""
+"""rosorin-compile rule, schema, completion, help, cmake-dir and bazel-dir: print information about the tool."""
 
 import json
 import re
@@ -48,7 +48,7 @@ def entry(rule: Rule) -> list[str]:
 
 
 def _wrapped(text: str) -> list[str]:
-    """Wrap a text, with the targets of links as seen from the folder of the project."""
+    """Wrap a text, and make the targets of its links relative to the folder of the project."""
     text = _LINK.sub(lambda link: f"{link[1]} ({'' if '://' in link[2] else 'docs/'}{link[2]})", text)
     return textwrap.wrap(text, _WIDTH, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False)
 
@@ -74,7 +74,7 @@ def _list(rules: Sequence[Rule]) -> str:
 @flag("--list", help="list the schemas")
 @flag("--macros", help="add the macros of the xacro files that robots of this project include, and their parameters")
 def run_schema(run: Run) -> int:
-    """Print a schema as it is, or list them."""
+    """Print a schema, or list all schemas."""
     if run.list:
         names = schema_names()
         rows = [{"name": name, "what": what} for name, what in names.items()]
@@ -89,7 +89,7 @@ def run_schema(run: Run) -> int:
 @command("completion", exits="0 printed, 1 the shell is too old")
 @argument("shell", type=click.Choice(("bash", "zsh", "fish")), metavar="SHELL", help="bash, zsh or fish")
 def run_completion(run: Run) -> int:
-    """Print the script that makes a shell complete commands, options, robots and frames."""
+    """Print the completion script of a shell, for commands, options, robots and frames."""
     from .main import COMPLETE, PROGRAM, program
 
     shell = get_completion_class(run.shell)
@@ -107,17 +107,17 @@ def run_help(run: Run) -> int:
     """Print the help of a command, or the list of commands."""
     from .main import PROGRAM, program
 
-    with program().make_context(PROGRAM, [*run.names, "--help"]) as context:  # which exits after printing it
+    with program().make_context(PROGRAM, [*run.names, "--help"]) as context:  # --help prints and exits
         return int(context.command.invoke(context))
 
 
 @command("cmake-dir", exits="0 printed", epilog="Pass it to find_package(rosorin_compile) as rosorin_compile_DIR.")
 def run_cmake_dir(run: Run) -> int:
-    """Print the folder that has rosorin_compileConfig.cmake."""
+    """Print the folder that contains rosorin_compileConfig.cmake."""
     return run.give(str(data_folder("cmake")), lambda: str(data_folder("cmake")))
 
 
 @command("bazel-dir", exits="0 printed", epilog="rosorin_robot.bzl defines the rule; see docs/builds.md.")
 def run_bazel_dir(run: Run) -> int:
-    """Print the folder that has rosorin_robot.bzl."""
+    """Print the folder that contains rosorin_robot.bzl."""
     return run.give(str(data_folder("bazel")), lambda: str(data_folder("bazel")))

@@ -74,7 +74,7 @@ def run_verify(run: Run) -> int:
 
 
 def _save(name: str, text: str, kind: bytes) -> None:
-    """Write a file; an existing one is replaced if it is of that kind. Raises RequestError."""
+    """Write a file; an existing file is replaced only if it contains ``kind`` near its start. Raises RequestError."""
     if exists(name) and not is_file(name):
         raise RequestError(f"{name} cannot be written: it is not a regular file")
     try:

@@ -22,7 +22,7 @@ from .run import Run
 @cli.option("--host ADDRESS", default=LOOPBACK, help="address, for access from other machines; default: this one only")
 @cli.robot_options
 def run_view(run: Run) -> int:
-    """Show a robot."""
+    """Show a robot in the browser, or write it as one page."""
     description = run.only_robot()
     console, request = run.console, run.request(description)
     if run.html is not None:
@@ -47,7 +47,7 @@ def run_view(run: Run) -> int:
 
 
 def find_overlaps(shown: RobotView) -> Any:
-    """Return the engine that finds links of a robot that are inside each other."""
+    """Return an engine that finds overlapping links of a robot."""
     from rosorin_compile.mujoco.physics import OverlapFinder
 
     return OverlapFinder(shown.case, shown.meshes)
@@ -68,7 +68,7 @@ def find_overlaps(shown: RobotView) -> Any:
 @cli.flag("--transparent", help="draw only the robot and its shadow, on a transparent background")
 @cli.robot_options
 def run_picture(run: Run) -> int:
-    """Write a picture of a robot."""
+    """Write a robot as a PNG file."""
     from rosorin_compile.viewer.picture.draw import picture
 
     size = re.fullmatch(r"([0-9]{1,5})[xX]([0-9]{1,5})", run.size)

@@ -29,13 +29,13 @@ _say = partial(print, flush=True)
 @output_folder_option
 def run_watch(run: Run) -> int:
     """Compile robots whenever one of their files changes, until Ctrl-C or SIGTERM."""
-    gc.enable()  # it is off in short runs
+    gc.enable()  # __main__ disables it for short runs
     refuse_stdin(run.words, "name a file to watch")
     robots = find_robots(run, run.words)
     stopped = False
 
     def stop(*_: object) -> None:
-        """End after the work at hand; a second Ctrl-C does not wait for it."""
+        """Stop after the current compilation; a second Ctrl-C does not wait for it."""
         nonlocal stopped
         stopped = True
         signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -1,1 +1,1 @@
-"""Compare two robots, or two versions of an artifact, leaf by leaf (``walk``), and describe the differences."""
+"""Compare two robots, or two versions of an artifact, value by value (``walk``), and describe the differences."""

@@ -1,7 +1,7 @@
-"""Artifacts as committed, as compiled, and as expected: leaves under the names of the robot.
+"""Compare the values ("leaves") in committed, compiled and expected artifacts, under the names of the robot.
 
-As a proof, the expected contents of an artifact are compared with what is read back from its text. A renamed link or
-joint hides no other change, because the old leaves get the new names.
+To verify an artifact, its expected contents are compared with the values read back from its text. A renamed link or
+joint hides no other change, because the old leaves are renamed, too.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ _HELP = "a template or a format is at fault, not the description: please report 
 
 
 class Pair(NamedTuple):
-    """One artifact: its output, and the leaves of the committed and of the compiled text."""
+    """An artifact: its output, and the leaves of its committed and its compiled text."""
 
     output: Output
-    old: Leaves  # under the new names
+    old: Leaves  # with new names of links and joints
     new: Leaves
     precisions: tuple[Precision, Precision]
     renamed: Mapping[str, Names] = {}  # new names by old names, by kind ("link", "joint")
@@ -40,13 +40,13 @@ class Pair(NamedTuple):
 
 
 def output_of(robot: Robot, artifact: Artifact) -> Output:
-    """Return the output of a robot that an artifact was written for."""
+    """Return the output of a robot for which an artifact was written."""
     unnamed = Output(artifact.output, artifact.backend, artifact.file)
     return next((output for output in robot.outputs if output.name == artifact.output), unnamed)
 
 
 def pair_of(robot: Robot, artifact: Artifact, committed: str) -> Pair | None:
-    """Return old and new leaves of an artifact, or None if its format has no reader. Raises ValueError if damaged."""
+    """Read old and new leaves of an artifact, or None without a reader for its format. Raises ValueError if damaged."""
     format, output = FORMATS[artifact.backend], output_of(robot, artifact)
     if format.read is None:
         return None
@@ -65,13 +65,13 @@ def pair_of(robot: Robot, artifact: Artifact, committed: str) -> Pair | None:
 
 
 def under_names(format: Format, output: Output, found: Leaves) -> Leaves:
-    """Return leaves under the link names of the robot, where an artifact uses different names."""
+    """Rename leaves to the link names of the robot if an artifact uses different names."""
     names = format.names(output) if format.names is not None else {}
     return with_names(found, names, "link", {})
 
 
 def with_new_names(pairs: Sequence[Pair]) -> list[Pair]:
-    """Return the pairs with the new names of links and joints in their old leaves."""
+    """Return the pairs after giving links and joints in the old leaves their new names."""
     links: dict[str, str] = {}
     for pair in pairs:
         links |= new_link_names(pair.old, pair.new)
@@ -87,7 +87,7 @@ def with_new_names(pairs: Sequence[Pair]) -> list[Pair]:
 
 
 def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
-    """Return an error for each place where a compiled artifact does not contain what it is meant to contain."""
+    """Read compiled artifacts back and return an error for each value that differs from the robot."""
     found: list[str] = []
     for number, artifact in enumerate(artifacts):
         Progress.step(f"proving {artifact.file},", number, len(artifacts))
@@ -96,7 +96,7 @@ def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
 
 
 def disagreements(robot: Robot, artifact: Artifact) -> Iterator[str]:
-    """Yield a sentence for each place where an artifact does not contain what it is meant to contain."""
+    """Read an artifact back and yield a sentence for each value that differs from the robot."""
     format = FORMATS[artifact.backend]
     if format.read is None and not format.schema:
         return
@@ -125,7 +125,7 @@ def disagreements(robot: Robot, artifact: Artifact) -> Iterator[str]:
 
 
 def _part(found: Mapping[str, Any], meant: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the leaves that a partial view has, too; shapes without names and colours."""
+    """Return the leaves that the partial view ``meant`` also has; shapes without names and colours."""
     part = {quantity: value for quantity, value in found.items() if quantity in meant}
     for quantity, value in part.items():
         if isinstance(value, Shapes):

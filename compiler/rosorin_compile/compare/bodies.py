@@ -1,7 +1,7 @@
-"""Pair two robots: links, joints and bodies under common names, where each link is in its body, and how bodies move.
+"""Match links, joints and bodies of two robots, and compare poses within bodies and the motion of bodies.
 
-A body is the links of a robot that are fixed to each other, named after the topmost. Which link of a body is attached
-to which is a matter of how a file is written.
+A body is a set of links that are fixed to each other, named after the topmost link. Files may attach the links of a
+body to each other in different ways.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from .walk import Leaves, leaves
 
 
 class Line(NamedTuple):
-    """The axis of a joint: its direction and a point of it (m), and how well both are known."""
+    """The axis of a joint: its direction and a point on it (m), each with its precision."""
 
     direction: Vector
     point: Vector
@@ -32,7 +32,7 @@ class Line(NamedTuple):
 
 
 class Bodies:
-    """The bodies of a robot; ``split`` are fixed joints that separate bodies, because they move in another robot."""
+    """The bodies of a robot; ``split`` are fixed joints that separate bodies because they move in the other robot."""
 
     def __init__(self, robot: Robot, precision: Precision, split: frozenset[str] = frozenset()) -> None:
         self.robot = robot
@@ -47,24 +47,24 @@ class Bodies:
             self.members.setdefault(self.top[link.name], []).append(link.name)
 
     def edge(self, joint: Joint) -> Placed:
-        """Return the child of a joint in its parent, the joint at zero."""
+        """Return the pose of a joint's child in its parent, at position zero."""
         length = ROOT_THREE * self.precision("xyz", *joint.origin.xyz)
         return Placed(joint.origin.transform(), length, TURNS * self.precision("rpy", *joint.origin.rpy))
 
     def above(self, top: str) -> Iterator[str]:
-        """Yield the bodies that a body moves against, upwards."""
+        """Yield the ancestors of a body, nearest first."""
         while joint := self.robot.joint_to.get(top):
             yield (top := self.top[joint.parent])
 
     def joints_between(self, upper: str, lower: str) -> list[Joint] | None:
-        """Return the joints from a body down to another one; None if that is not below it."""
+        """Return the joints from body ``upper`` down to body ``lower``, or None if it is not below."""
         bodies = [lower, *self.above(lower)]
         if upper not in bodies:
             return None
         return [self.robot.joint_to[top] for top in bodies[: bodies.index(upper)]][::-1]
 
     def relative(self, source: str, target: str) -> Placed:
-        """Return the pose of a link in another link of the same body, or of a body above it; all joints at zero."""
+        """Return the pose of ``target`` in ``source``, a link of the same body or a body above; all joints at zero."""
         here, found = source, HERE
         for joint in self.joints_between(self.top[source], self.top[target]) or []:
             found = found.then(self._within(here, joint.parent)).then(self.edge(joint))
@@ -72,7 +72,7 @@ class Bodies:
         return found.then(self._within(here, target))
 
     def _within(self, source: str, target: str) -> Placed:
-        """Return the pose of a link in another link of the same body, through their lowest common ancestor."""
+        """Return the pose of ``target`` in ``source``, a link of the same body, through their common ancestor."""
         if (source, target) not in self._places:
             up, down = ways = list[Joint](), list[Joint]()
             for link, way in zip((source, target), ways, strict=True):
@@ -95,7 +95,7 @@ class Bodies:
 
 
 class Gap(NamedTuple):
-    """The distance between two places (m, rad; zero within their precision), and their precision."""
+    """The distance between two poses (m, rad; zero within their precision), and their precision."""
 
     distance: float
     angle: float
@@ -103,12 +103,12 @@ class Gap(NamedTuple):
 
     @property
     def closed(self) -> bool:
-        """Whether the two places are the same."""
+        """Whether the two poses are equal."""
         return not self.distance and not self.angle
 
 
 def gap(one: Placed, other: Placed, tolerance: float) -> Gap:
-    """Return the distance between two places; up to ``tolerance`` (m, rad) they are the same."""
+    """Return the distance between two poses, which are equal up to ``tolerance`` (m, rad)."""
     apart = math.dist(one.transform.xyz, other.transform.xyz), one.transform.angle_to(other.transform)
     least = tolerance + join_errors(one.length, other.length), tolerance + join_errors(one.angle, other.angle)
     distance, angle = (by if by > known else 0.0 for by, known in zip(apart, least, strict=True))
@@ -136,17 +136,17 @@ def axis_shift(old: Line, new: Line, tolerance: float) -> float:
 
 
 def motion_of(joint: Joint) -> str:
-    """Return how a joint moves; revolute and continuous joints move in the same way."""
+    """Return the kind of motion of a joint; revolute and continuous joints have the same kind."""
     return "turns" if joint.type in ("revolute", "continuous") else joint.type
 
 
 def same_motion(
     a: Bodies, b: Bodies, source: str, target: str, tolerance: float, flipped: Collection[str] = ()
 ) -> bool:
-    """Return True if a link has the same place in another one above it in two robots, wherever the joints are.
+    """Return True if ``target`` moves in the same way relative to ``source``, a link above, in both robots.
 
-    A product of exponentials (R. Brockett): the place with all joints at zero and the axes of the joints in between,
-    seen from the link, determine the motion. ``flipped`` are joints with the opposite sign.
+    Product of exponentials (R. Brockett): the pose with all joints at zero and the axes of the joints in between, in
+    the frame of the link, determine the motion. ``flipped`` are joints with the opposite sign.
     """
     ways = [side.joints_between(side.top[source], side.top[target]) for side in (a, b)]
     if ways[0] is None or ways[1] is None or list(map(motion_of, ways[0])) != list(map(motion_of, ways[1])):
@@ -165,11 +165,11 @@ def same_motion(
 
 
 _STEPS = 16
-_TURN, _SLIDE = math.pi, 0.5  # how far joints without limits are moved (rad, m)
+_TURN, _SLIDE = math.pi, 0.5  # the range of joints without limits (rad, m)
 
 
 def positions_of(*joints: Joint) -> list[float]:
-    """Return positions (rad or m): zero, then steps between the limits of the first joint that has any."""
+    """Return positions to try (rad or m): zero, then steps between the limits of the first joint with limits."""
     reach = _SLIDE if joints[0].type == "prismatic" else _TURN
     lower, upper = -reach, reach
     for joint in reversed(joints):
@@ -181,17 +181,17 @@ def positions_of(*joints: Joint) -> list[float]:
 
 
 class Pairing(NamedTuple):
-    """Two robots, B under the names of A."""
+    """Two matched robots; B has the names of A."""
 
     a: Bodies
     b: Bodies
-    bodies: Mapping[str, str]  # from bodies of A to those of B, both by their topmost link
-    links: Names  # the names in A of links that B names differently, by B's name without its prefix
+    bodies: Mapping[str, str]  # bodies of B by matching body of A, both named after their topmost link
+    links: Names  # names in A of differently named links, by name in B without the prefix
     joints: Names  # as ``links``
-    prefix: str  # the prefix of all names of ``prefixed``
+    prefix: str  # the prefix of all names in robot ``prefixed``
     prefixed: str  # "A", "B" or ""
     tolerance: float
-    steps: tuple[list[tuple[Names, Names]], list[tuple[Names, Names]]]  # all new names of links and joints, of A and B
+    steps: tuple[list[tuple[Names, Names]], list[tuple[Names, Names]]]  # renamings of links and joints in A and B
 
     @property
     def shared(self) -> list[str]:
@@ -199,18 +199,18 @@ class Pairing(NamedTuple):
         return [link.name for link in self.a.robot.walk() if link.name in self.b.robot.link]
 
     def pair_of_joints(self, top: str) -> tuple[Joint | None, Joint | None]:
-        """Return the joints that move a body of A and its counterpart in B."""
+        """Return the joints above a body of A and above its counterpart in B."""
         return self.a.robot.joint_to.get(top), self.b.robot.joint_to.get(self.bodies[top])
 
     def rename_leaves(self, at: int, found: Leaves, other: Leaves) -> Leaves:
-        """Return leaves of A or B under the common names; ``other`` are those of the other robot."""
+        """Rename leaves of A (``at`` 0) or B to the common names; ``other`` are the leaves of the other robot."""
         for links, joints in self.steps[at]:
             found = with_names(with_names(found, links, "link", other), joints, "joint", other)
         return found
 
 
 def pair(a: Side, b: Side, tolerance: float, prefix: str | None = None) -> Pairing:
-    """Pair two robots, link by link. ``prefix`` is that of all names of B; None detects it."""
+    """Match two robots link by link. ``prefix`` is the prefix of all names in B; None detects it."""
     robots, at = [a.robot, b.robot], 1
     steps: tuple[list[tuple[Names, Names]], list[tuple[Names, Names]]] = ([], [])
     if prefix is None:
@@ -224,13 +224,13 @@ def pair(a: Side, b: Side, tolerance: float, prefix: str | None = None) -> Pairi
     links = new_link_names(*(leaves(replace(robot, edges=())) for robot in robots[::-1]))
     other = renamed_robot(robots[1], links, {})
     joints = new_joint_names(leaves(other), leaves(robots[0]))
-    # A name that a joint of B gets must be free, or become free.
+    # The new name of a joint in B must be unused, or be renamed itself.
     for name in sorted({name for name in other.joint if name not in joints} & set(joints.values())):
         joints[name] = f"{name} (of B)"
     one, other = robots[0], renamed_robot(other, {}, joints)
     steps[1].append((links, joints))
     first, second = Bodies(one, a.printing, _split(one, other)), Bodies(other, b.printing, _split(other, one))
-    # The body of B for each body of A: the one of its joint, or else the one that shares most links.
+    # Match each body of A with the body of B at the same joint, or else the one that shares most links.
     rated: list[tuple[bool, int, int, str, str]] = []
     for index, (top, members) in enumerate(first.members.items()):
         goals = [second.top[name] for name in members if name in second.top]
@@ -253,7 +253,7 @@ def _split(one: Robot, other: Robot) -> frozenset[str]:
 
 
 def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bool) -> Iterator[Item]:
-    """Yield new, removed and renamed links and joints; what is attached to a new or removed link goes with it."""
+    """Yield new, removed and renamed links and joints; a new or removed link includes the links attached to it."""
     a, b = pairing.a.robot, pairing.b.robot
     for robot, other, word in ((a, b, REMOVED), (b, a, NEW)):
         heads: dict[str, str] = {}
@@ -269,15 +269,13 @@ def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bo
             how = [f"{joint.type} on {joint.parent}", joint.name] if joint is not None else ["the root"]
             values = (head, None) if word == REMOVED else (None, head)
             yield Item(NAME, head, "existence", existence(word, what, head, how, names[1:]), *values)
-    for mine, theirs in map(
-        pairing.pair_of_joints, pairing.bodies
-    ):  # a body may have lost its joint, or have a new one
+    for mine, theirs in map(pairing.pair_of_joints, pairing.bodies):  # a body may have lost or gained its joint
         joint, word = (mine, REMOVED) if mine is not None else (theirs, NEW)
         if joint is not None and (mine is None or theirs is None):
             text = f"{word}: joint {joint.name} ({joint.type}, {joint.parent} to {joint.child})"
             values = (joint.name, None) if word == REMOVED else (None, joint.name)
             yield Item(JOINT, joint.name, "existence", text, *values)
-    # The keys are the names in B without its prefix.
+    # The keys are names in B without the prefix.
     new_names = {old: new for new, old in pairing.links.items()}
     for old in (name for name in pairing.a.top if name in new_names):
         yield Item(NAME, old, "name", f"link {old} renamed to {new_names[old]}", old, new_names[old])

@@ -1,7 +1,7 @@
-"""Find what changed between committed and compiled artifacts: each change once, with the artifacts that show it.
+"""Find the changes between committed and compiled artifacts: each change once, with the artifacts that contain it.
 
-Shapes and masses may differ because something else does: an artifact that does not have every frame gives the shapes of
-a frame that it leaves out to a link that it has. Such a difference belongs to the change of that frame.
+A difference of shapes or masses may follow from another change: an artifact that leaves out a frame adds the shapes of
+that frame to another link. Such a difference is part of the change of the frame.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from .walk import Address, Difference, Shapes, compare_leaves
 
 SHAPES = ("collision", "visual")
 INERTIAL = ("mass", "centre of mass", "inertia")
-# The order of the lines about one thing.
+# The order of the lines about one link or joint.
 _QUANTITIES = (
     *("", "parent", "publisher", "topic", "type", "child", "origin", "axis", "limit lower", "limit upper", "limit"),
     *("damping", "friction"),
@@ -34,18 +34,18 @@ _KINDS = {"frame": 0, "joint": 0, "link": 0, "height map": 0, "servo": 1, "pose"
 
 
 class Change(NamedTuple):
-    """One difference, and the artifacts that show it."""
+    """A change, and the artifacts that contain it."""
 
     kind: str
     name: str
-    quantity: str  # empty where the thing itself is new or gone
+    quantity: str  # empty if the named entry itself is new or removed
     text: str  # the change in words
     artifacts: tuple[str, ...] = ()
-    therefore: tuple[str, ...] = ()  # links whose shapes and masses differ for no other reason
-    differences: tuple[Difference, ...] = ()  # the leaves that it reports
+    therefore: tuple[str, ...] = ()  # links whose shapes or masses differ only as a consequence
+    differences: tuple[Difference, ...] = ()  # the leaves that it covers
 
     def words(self) -> str:
-        """Return the change in words, with what follows from it."""
+        """Return the change in words, with its consequences."""
         links = ", ".join(self.therefore)
         return with_remark(self.text, f"and therefore the shapes of {links}" if links else "")
 
@@ -55,13 +55,13 @@ class Change(NamedTuple):
 
 
 def find_changes(robot: Robot, pairs: Sequence[Pair]) -> list[Change]:
-    """Return the changes of all pairs, sorted: by link from the root on, then servos, poses and the rest."""
+    """Return the changes of all pairs, sorted by link from the root down, then servos, poses and the rest."""
     changes: list[Change] = []
     for pair in pairs:
         for kind, names in pair.renamed.items():
             for old, new in names.items():
                 _merge(changes, Change(kind, new, "", f"{kind} {old} renamed to {new}", (pair.name,)))
-    # Differences that mean the same in several artifacts are one change: each with its artifact and in words.
+    # Differences with the same meaning in several artifacts are one change; collect them with artifact and text.
     groups: dict[Address, list[list[tuple[Pair, Difference, str]]]] = {}
     bodies: list[tuple[Pair, Difference]] = []
     for pair in pairs:
@@ -82,7 +82,7 @@ def find_changes(robot: Robot, pairs: Sequence[Pair]) -> list[Change]:
                 text = describe_attachment(robot, address.name, word, [p.new if word == NEW else p.old for p in pairs])
             outputs, differences = tuple(each[0].name for each in group), tuple(each[1] for each in group)
             changes.append(Change(*address, text, outputs, (), differences))
-    # An artifact that has every frame reports each link alone.
+    # Begin with artifacts that have all frames, in which each link is separate.
     for pair, one in sorted(bodies, key=lambda found: -len(links_of(found[0].new))):
         _add_body(robot, changes, pair, one)
     order = {pair.name: index for index, pair in enumerate(pairs)}
@@ -117,7 +117,7 @@ def _same_change(one: tuple[Pair, Difference], other: tuple[Pair, Difference]) -
 
 
 def _add_body(robot: Robot, changes: list[Change], pair: Pair, one: Difference) -> None:
-    """Add the artifact to the changes that explain a difference of a link, and the difference if none does."""
+    """Add the artifact to the changes that explain a difference of a link, or add the difference as a change."""
     _, link, quantity = one.address
     causes = [at for at, change in enumerate(changes) if _is_cause(robot, change, pair, one)]
     causes = [at for at in causes if pair.name in changes[at].artifacts] or causes
@@ -134,14 +134,14 @@ def _add_body(robot: Robot, changes: list[Change], pair: Pair, one: Difference) 
     is_known = any(changes[at][:3] == ("link", link, f"{quantity} shapes") for at in causes)
     for difference in [one] if is_known else rest:
         for found in shapes_change(link, quantity, *solids_left(difference, pair.precisions)):
-            # An artifact that lacks names or colours may have shown the same solids before.
+            # An artifact without names or colours may already have reported the same solids.
             if found.looks or not is_known:
                 what = f"{quantity} {'looks' if found.looks else 'shapes'}"
                 _merge(changes, Change("link", link, what, found.text, (pair.name,), (), (one,)))
 
 
 def _unexplained(causes: set[str], one: Difference) -> list[Difference]:
-    """Return the part of a difference that ``causes`` do not explain: looks, boxes of a height map, or everything."""
+    """Return the part of a difference that ``causes`` do not explain: looks, boxes of a height map, or all."""
     if not causes:
         return [one]
     if causes - {"height map", "material"}:
@@ -158,7 +158,7 @@ def _unexplained(causes: set[str], one: Difference) -> list[Difference]:
 
 
 def _merge(changes: list[Change], change: Change) -> None:
-    """Add a change, or its artifact to the same change: where a format has no capsules, a cylinder is the same."""
+    """Add a change, or add its artifact to an equal one; a cylinder equals a capsule if a format has no capsules."""
     for at, other in enumerate(changes):
         texts = [each.text.replace(" capsule ", " cylinder ") for each in (other, change)]
         if other[:3] == change[:3] and texts[0] == texts[1]:
@@ -168,12 +168,12 @@ def _merge(changes: list[Change], change: Change) -> None:
 
 
 def _is_cause(robot: Robot, change: Change, pair: Pair, one: Difference) -> bool:
-    """Return True if the shapes or the mass of a link in an artifact follow from a change, or are the same change."""
+    """Return True if a difference in shapes or mass of a link follows from a change, or is that change."""
     (kind, name, what), (_, link, quantity) = change[:3], one.address
     if not change.differences:
         return False
     carried = _carried(robot, pair, link)
-    # A writer shows the collision shapes of links without visuals.
+    # Writers make visuals from the collision shapes of links without visuals.
     is_made = quantity == "visual" and not any(robot.link[other].visual for other in carried)
     purpose = "collision" if is_made else quantity
     if kind == "material":
@@ -195,7 +195,7 @@ def _is_cause(robot: Robot, change: Change, pair: Pair, one: Difference) -> bool
 
 
 def _same_solids(change: Change, pair: Pair, one: Difference) -> bool:
-    """Return True if the same solids moved in another artifact, which may support capsules."""
+    """Return True if a change reports the same solids for another artifact, which may support capsules."""
     sides: list[list[list[Solid]]] = []
     for difference in (change.differences[0], one):
         moved = [one for one in shapes_change("", "", *solids_left(difference, pair.precisions)) if not one.looks]
@@ -206,7 +206,7 @@ def _same_solids(change: Change, pair: Pair, one: Difference) -> bool:
 
 
 def _carried(robot: Robot, pair: Pair, link: str) -> set[str]:
-    """Return the links whose shapes a link of an artifact has, now or before."""
+    """Return the links of the robot whose shapes are merged into a link of an artifact, now or before."""
     found = {link}
     for links in (frozenset(links_of(side) & robot.link.keys()) for side in (pair.old, pair.new)):
         if link in links:
@@ -215,7 +215,7 @@ def _carried(robot: Robot, pair: Pair, link: str) -> set[str]:
 
 
 def _without_hidden(pair: Pair, differences: Sequence[Difference]) -> Iterator[Difference]:
-    """Yield the differences that do not follow from things that are new or gone, or that began to move."""
+    """Yield the differences that do not follow from new or removed frames, or from new types of joints."""
     before, after = links_of(pair.old), links_of(pair.new)
     changed = {one.address.name for one in differences if one.address.kind == "frame" and not one.address.quantity}
     came = {name for name in before ^ after if " " not in name} | changed
@@ -236,7 +236,7 @@ def _without_hidden(pair: Pair, differences: Sequence[Difference]) -> Iterator[D
             continue
         if kind in ("link", "height map") and (name in changed or (name in came and quantity)):
             continue
-        if kind == "link" and not quantity and name in before & after:  # it has something now, or had
+        if kind == "link" and not quantity and name in before & after:  # it gained or lost its contents
             for word, value in (one.old or one.new).items():
                 yield Difference(Address(kind, name, word), *((value, None) if one.new is None else (None, value)))
         elif isinstance(one.old, frozenset) or isinstance(one.new, frozenset):

@@ -18,7 +18,7 @@ from .solids import SIZES, Solid, largest_step, match, same_colour, turned_by
 from .walk import Address, Difference, Leaves, Shapes, known_inertia, same_turn
 
 MOVING = (*MOVING_TYPES, *SEVERAL_COORDINATES)
-# Units of numbers by the last words of their quantity (the first entry that fits): of a joint that turns or slides.
+# Units of numbers by the end of the name of their quantity (the first match wins): for revolute, prismatic joints.
 _POSITION = ("rad", "m")
 _UNITS = {
     "damping": ("N*m*s/rad", "N*s/m"),
@@ -38,15 +38,15 @@ _OTHER_UNITS = {"rad per pulse": "rad", "radius": "m", "mass": "kg"}
 
 
 class Describer(NamedTuple):
-    """Describes differences of leaves, under the names of a robot."""
+    """Describes differences between leaves, with the names of a robot."""
 
     robot: Robot
-    sides: tuple[Leaves, Leaves]  # the leaves of both values
-    precisions: tuple[Precision, Precision] = (exact, exact)  # of their numbers
+    sides: tuple[Leaves, Leaves]  # all leaves of both versions
+    precisions: tuple[Precision, Precision] = (exact, exact)  # of the numbers on both sides
     tolerance: float = NOISE
 
     def describe(self, differences: Sequence[Difference]) -> Iterator[tuple[Difference, str]]:
-        """Yield the sentences for each difference; some report several leaves."""
+        """Yield each difference with its sentence; some sentences cover several leaves."""
         quantities = {one.address for one in differences}
         for one in differences:
             kind, name, quantity = one.address
@@ -54,7 +54,7 @@ class Describer(NamedTuple):
             if quantity in ("mimic multiplier", "mimic offset") and leader in quantities:
                 continue
             if quantity in ("centre of mass", "inertia") and None in (one.old, one.new):
-                continue  # reported with the mass
+                continue  # the sentence of the mass includes it
             if isinstance(one.old, Shapes) or isinstance(one.new, Shapes):
                 counts, *left = solids_left(one, self.precisions)
                 for change in shapes_change(name, quantity, counts, *left):
@@ -63,7 +63,7 @@ class Describer(NamedTuple):
                 yield one, self.sentence(one)
 
     def sentence(self, one: Difference) -> str:
-        """Return a difference in words."""
+        """Describe a difference."""
         (kind, name, quantity), old, new = one
         if isinstance(old, frozenset) or isinstance(new, frozenset):
             return sentences.set_change(f"{kind} {quantity}".strip(), old or (), new or ())
@@ -132,7 +132,7 @@ class Describer(NamedTuple):
 
 
 def describe_attachment(robot: Robot, name: str, word: str, sides: Sequence[Leaves]) -> str:
-    """Return that a link or a frame is new or removed, and how several artifacts attach it."""
+    """Describe a new or removed link or frame, and how artifacts attach it."""
     frames = [side.get(("frame", name), {}) for side in sides]
     joints = [(side["joint", joint].get("type", ""), joint) for side in sides if (joint := joint_of(side, name))]
     kind, joint = next((one for one in joints if one[0] in MOVING), ("", ""))
@@ -149,17 +149,17 @@ def describe_attachment(robot: Robot, name: str, word: str, sides: Sequence[Leav
 
 
 def joint_of(leaves: Leaves, child: str) -> str:
-    """Return the name of the joint that places a frame; empty if none is named."""
+    """Return the name of the joint above a frame, or an empty text if there is none."""
     return next((name for (kind, name), of in leaves.items() if kind == "joint" and of.get("child") == child), "")
 
 
-# Up to this number, the solids of a link are described one by one.
+# Up to this many solids of a link are described one by one.
 FEW = 5
 NO_WORD = "nothing"
 
 
 class ShapeChange(NamedTuple):
-    """A change of solids in words, with the solids before and after; ``looks`` if they fill the same space."""
+    """A change of solids in words, with the solids before and after; ``looks``: they fill the same space."""
 
     text: str
     old: Sequence[Solid]
@@ -170,7 +170,7 @@ class ShapeChange(NamedTuple):
 def solids_left(
     one: Difference, precisions: tuple[Precision, Precision]
 ) -> tuple[tuple[int, int], list[Solid], list[Solid]]:
-    """Return the numbers of solids before and after in a difference of shapes, and those that only one side has."""
+    """Return the numbers of solids before and after a change of shapes, and the solids that only one side has."""
     sides = zip(one[1:], precisions, strict=True)
     old, new = (side.solids(known) if isinstance(side, Shapes) else [] for side, known in sides)
     rest = match(old, new)
@@ -204,7 +204,7 @@ def shapes_change(
 
 
 def pair_by_place(old: Sequence[Solid], new: Sequence[Solid]) -> list[tuple[int, int]]:
-    """Match a few old and new solids by their places: in their order, unless others are more similar."""
+    """Match a few old and new solids by position: in order, unless other pairs are more similar."""
     costs = {(i, j): _unlike(one, other) for i, one in enumerate(old) for j, other in enumerate(new)}
     found: dict[int, int] = {}
     for i, j in sorted(costs, key=lambda pair: (costs[pair], pair)):
@@ -220,12 +220,12 @@ def _unlike(one: Solid, other: Solid) -> tuple[int, float]:
 
 
 def _words(start: str, one: Solid, other: Solid) -> Iterator[str]:
-    """Yield what changed of a solid besides its numbers: its colour, name, material or file."""
+    """Describe how the colour, name, material or file of a solid changed."""
     tint = NOISE + join_errors(one.colour_tolerance, other.colour_tolerance)
     if not same_colour(one.rgba, other.rgba, tint):
         yield sentences.colour_change(start, one.rgba, other.rgba)
     before, after = one.words, other.words
-    if one.kind != other.kind:  # the numbers name the file
+    if one.kind != other.kind:  # ``_numbers`` reports the file
         before, after = (tuple(word for word in some if not word.startswith("file ")) for some in (before, after))
     old, new = ([word for word in some if word not in rest] for some, rest in ((before, after), (after, before)))
     if len(old) == len(new) == 1 and old[0].split(" ")[0] == new[0].split(" ")[0]:
@@ -235,7 +235,7 @@ def _words(start: str, one: Solid, other: Solid) -> Iterator[str]:
 
 
 def _numbers(start: str, one: Solid, other: Solid) -> str:
-    """Describe how the kind, size and place of a solid changed; empty if only its words changed."""
+    """Describe how the kind, size and pose of a solid changed, in one sentence; empty if they did not."""
     length, turn = join_errors(one.tolerance, other.tolerance), join_errors(one.turn_tolerance, other.turn_tolerance)
     parts = _parts(one, other, (NOISE + length, NOISE + turn))
     if not parts and (one.words, one.rgba) == (other.words, other.rgba):
@@ -245,7 +245,7 @@ def _numbers(start: str, one: Solid, other: Solid) -> str:
 
 
 def _parts(one: Solid, other: Solid, least: sentences.Apart) -> list[str]:
-    """Describe how the kind, size and place of a solid changed; differences up to ``least`` do not count."""
+    """Describe how the kind, size and pose of a solid changed, ignoring differences up to ``least``."""
     if one.kind != other.kind:
         return [f"{_sized(one)} -> {_sized(other)}", *_place(one, other, least)]
     if one.kind == "mesh":
@@ -254,7 +254,7 @@ def _parts(one: Solid, other: Solid, least: sentences.Apart) -> list[str]:
         )
         return [*scale, *_place(one, other, least)]
     names, values, boxes = list(SIZES[one.kind]), [one.sizes, other.sizes], [one.box, other.box]
-    if all(boxes):  # the corners of an axis-aligned box give its position
+    if all(boxes):  # axis-aligned boxes are described by their corners
         names = [f"{end} {axis}" for end in ("min", "max") for axis in sentences.AXES]
         values = [(*box.lower, *box.upper) for box in boxes if box]
     steps = [(name, a, b) for name, a, b in zip(names, *values, strict=True) if abs(b - a) > least[0]]
@@ -277,7 +277,7 @@ def _place(one: Solid, other: Solid, least: sentences.Apart) -> list[str]:
     if not distance and not angle:
         return []
     old, new = (pose_of(Transform(solid.rows, solid.centre)) for solid in (one, other))
-    # No angle jumps by a full turn.
+    # Remove jumps of a full turn.
     roll, pitch, yaw = (b - math.tau * round((b - a) / math.tau) for a, b in zip(old.rpy, new.rpy, strict=True))
     steps = sentences.coordinates(old, Pose(new.xyz, (roll, pitch, yaw)), (distance, angle), least)
     return [sentences.with_remark(sentences.far(distance, angle, verbs=True), steps)]

@@ -1,7 +1,7 @@
 """Compare two robots by meaning, whatever format they were written in, and report the differences.
 
-B is put under the names of A first (``bodies``); then frames, masses, shapes and the rest are compared, each seen from
-the nearest thing that both have. What a format cannot contain is reported as not compared, never as a difference.
+B gets the names of A first (``bodies``). Then frames, masses, shapes and sections are compared, relative to the nearest
+link that both have. Values that a format does not support are reported as not compared, not as differences.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from .walk import compare_leaves, inertial_leaves
 
 
 def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefix: str | None = None) -> Difference:
-    """Return how two robots differ by meaning.
+    """Compare two robots by meaning and return the differences.
 
     Differences up to ``tolerance`` (m, rad, relative for other numbers) plus printed rounding are ignored.
-    ``prefix`` is that of all names of B; None detects it, and an empty text is no prefix.
+    ``prefix`` is the prefix of all names in B; None detects it, and an empty text means no prefix.
     """
     if all(side.format is YAML and side.robot.as_said().is_tree for side in (a, b)):
-        # Each difference is reported where it is written, not in what a section adds to.
+        # Compare without the additions of sections, so that a difference in a section is reported there only.
         a, b = (side._replace(robot=side.robot.as_said()) for side in (a, b))
     pairing = pair_sides(a, b, tolerance, prefix)
     missing, not_compared = not_carried(pairing, a, b)
@@ -63,11 +63,11 @@ def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefi
 
 
 def pair_sides(a: Side, b: Side, tolerance: float, prefix: str | None) -> Pairing:
-    """Return two robots under common names, as they are compared; they keep the order of their links and joints."""
+    """Match two robots under common names; they keep the order of their links and joints."""
     a, b = _without_made_visuals(a, b), _without_made_visuals(b, a)
     for at, side, other in ((1, a, b), (0, b, a)):
         output = other.format.output(side.robot)
-        if other.format.names is not None and output is not None:  # a description defines the link names of an artifact
+        if other.format.names is not None and output is not None:  # an output can rename the links of its artifact
             names = other.format.names(output)
             free = {new: old for new, old in names.items() if old not in other.robot.link}
             other = other._replace(robot=renamed_robot(other.robot, free, {}))
@@ -78,7 +78,7 @@ def pair_sides(a: Side, b: Side, tolerance: float, prefix: str | None) -> Pairin
 
 
 def _without_made_visuals(side: Side, other: Side) -> Side:
-    """Return a robot without the visuals that an output made of collision shapes, where the other one has none."""
+    """Remove visuals that were made from collision shapes, for links without visuals in the other robot."""
     bare = {link.name for link in other.robot.links if not link.visual}
     made = {link.name for link in side.robot.links if link.name in bare and shows_collision(link)}
     links = tuple(replace(link, visual=()) if link.name in made else link for link in side.robot.links)
@@ -86,9 +86,9 @@ def _without_made_visuals(side: Side, other: Side) -> Side:
 
 
 def _carrying(side: Side, other: Side) -> Side:
-    """Return a description with the masses of links that the other file leaves out added to the links that carry them.
+    """Add the masses of links that the other file leaves out to the links of a description that carry them.
 
-    Links that are fixed together are compared as a whole in any case; this is for links that a joint moves.
+    This is for links below moving joints; links that are fixed to each other are compared as one body anyway.
     """
     robot, leaves_out = side.robot, other.format.leaves_out
     carried = frozenset(robot.link.keys() & other.robot.link.keys())
@@ -104,14 +104,14 @@ def _carrying(side: Side, other: Side) -> Side:
 
 
 def not_carried(pairing: Pairing, a: Side, b: Side) -> tuple[frozenset[str], list[str]]:
-    """Return the links of one robot that the other robot's file leaves out by design, and notes about them."""
+    """Return the links of one robot that the format of the other leaves out by design, and notes about them."""
     names: set[str] = set()
     lines: list[str] = []
     for robot, other, side, its in ((pairing.a.robot, pairing.b.robot, a, b), (pairing.b.robot, pairing.a.robot, b, a)):
         format, left = its.format, [link.name for link in robot.walk() if link.name not in other.link]
         name = ""
         if side.format is YAML and format.links is not None and len(its.robot.links) != len(robot.links):
-            # An output of a description may have exactly the links of the other file.
+            # An output of the description may have exactly the links of the other file.
             outputs = [one for one in robot.outputs if one.backend == format.name and format.is_withheld(one)]
             name = next((one.name for one in outputs if set(format.links(robot, one)) == set(its.robot.link)), "")
         if not name and format is YAML:
@@ -127,7 +127,7 @@ def not_carried(pairing: Pairing, a: Side, b: Side) -> tuple[frozenset[str], lis
 
 
 def _compare_masses(pairing: Pairing, origins: Mapping[str, str], report: Report) -> None:
-    """Report differences in the masses of links, or of bodies at ``origins`` where links share a mass."""
+    """Report differences in the masses of links, or of bodies in the frames ``origins`` if links share a mass."""
     precisions = pairing.a.precision, pairing.b.precision
 
     def differences(name: str, *sides: tuple[Inertial | None, Precision]) -> Sequence[Leaf]:
@@ -160,7 +160,7 @@ def _compare_masses(pairing: Pairing, origins: Mapping[str, str], report: Report
 
 
 def _whole(bodies: Bodies, names: Sequence[str], frame: str) -> tuple[Inertial | None, Precision]:
-    """Return the inertial of the links of a body in one of its frames, and how well it is known."""
+    """Return the total inertial of links of a body in one of its frames, and its precision."""
     links = [(inertial, name) for name in names if (inertial := bodies.robot.link[name].inertial) is not None]
     parts = [(inertial, bodies.relative(frame, name)) for inertial, name in links]
     if not any(inertial.mass for inertial, _ in parts):

@@ -1,4 +1,4 @@
-"""The result of comparing two robots: the sides, the differences, and what cannot be compared.
+"""The result of comparing two robots: the sides, the differences, and the values that cannot be compared.
 
 It is printed as lines for people, and as JSON for programs (``schemas/robot_diff.schema.json``).
 """
@@ -25,7 +25,7 @@ DEFAULT_TOLERANCE = POSE_NOISE
 
 
 class Side(NamedTuple):
-    """One of two robots: as it was named, the format that it was read from, and how well its numbers are known."""
+    """One of two compared robots: its name in the request, its format, and the precision of its numbers."""
 
     label: str
     format: Format
@@ -34,7 +34,7 @@ class Side(NamedTuple):
     folder: Path | None = None
 
 
-# Kinds of differences, the most important ones first: what moves and where, then what it may do, weighs, looks like.
+# Kinds of differences, the most important first: frames and joints, then limits and masses, then shapes and the rest.
 FRAME, JOINT, LIMIT, MASS = "frame", "joint", "limit", "mass"
 SHAPE, VISUAL, NAME, OTHER = "shape", "visual", "name", "other"
 KINDS = (FRAME, JOINT, LIMIT, MASS, SHAPE, VISUAL, NAME, OTHER)
@@ -44,19 +44,19 @@ Scalar = float | str | None
 
 @dataclass(frozen=True)
 class Item:
-    """One difference, in words and as values in SI units."""
+    """A difference, in words and as values in SI units."""
 
     kind: str
-    name: str  # of the link or joint, as A calls it, or B where it is new
+    name: str  # of the link or joint in A, or in B if it is new
     quantity: str
     text: str
     before: Scalar = None
     after: Scalar = None
     unit: str = ""
-    distance: float | None = None  # how far a frame is off, m
+    distance: float | None = None  # distance between the frames, m
     angle: float | None = None  # rad
-    when: str = ""  # at which positions of the joints
-    at: Mapping[str, float] = field(default_factory=dict)  # where it is off the most
+    when: str = ""  # the positions of the joints in words
+    at: Mapping[str, float] = field(default_factory=dict)  # joint positions of the largest difference
 
 
 class Report(NamedTuple):
@@ -69,7 +69,7 @@ class Report(NamedTuple):
 
 @dataclass(frozen=True)
 class Difference:
-    """The differences in meaning between two robots; ``notes`` list texts that differ but mean the same.
+    """The differences in meaning between two robots; ``notes`` list different texts with the same meaning.
 
     ``a`` and ``b`` are None if they could not be read or compared; ``diagnostics`` has the errors.
     """
@@ -91,7 +91,7 @@ class Difference:
 
     @property
     def same(self) -> bool:
-        """Whether both could be read, and nothing that was compared differs."""
+        """Whether both robots could be read, and no compared value differs."""
         return not self.items and self.a is not None and self.b is not None
 
     def summary(self) -> str:
@@ -115,12 +115,12 @@ class Difference:
 
 
 _WORDS = {SHAPE: ("set of collision shapes", "sets of collision shapes"), OTHER: ("other thing", "other things")}
-# More than a person would read; a program gets all of them.
+# The limit for text output; JSON has all differences.
 _MOST = 200
 
 
 def lines(difference: Difference, full: bool = False) -> list[str]:
-    """Return a comparison as lines of plain text, the most important differences first, a summary last."""
+    """Return a comparison as lines of plain text: the most important differences first, a summary last."""
     if difference.a is None or difference.b is None:
         return [*(str(diagnostic) for diagnostic in difference.diagnostics), difference.summary()]
     shown = []

@@ -1,7 +1,7 @@
-"""Compare where the frames of two robots are and how they move; frames that moved together are one difference.
+"""Compare the poses and the motion of frames of two robots; frames that moved together are one difference.
 
-Frames of one body whose relative poses are the same in both robots are a cluster. A cluster is in its place if its
-pose in some cluster of a body above is the same, wherever the joints in between are.
+A cluster is a set of frames of one body whose relative poses are equal in both robots. A cluster is in place if it
+moves equally in both robots relative to some cluster of a body above, even if the joints in between are elsewhere.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from .difference import FRAME, JOINT, Item, Report
 from .precision import Placed
 from .sentences import axis_change, describe_move, far, near_angles, number, row, several, text_of, value_change
 
-_LEAST = 1e-6  # rad, m: no difference of limits
+_LEAST = 1e-6  # rad, m: smaller differences of limits are ignored
 
 
 def compare_frames(pairing: Pairing, report: Report) -> tuple[Mapping[str, str], Mapping[str, bool]]:
     """Report which frames moved, by how much, and at which positions of the joints.
 
-    Return the frames of bodies of A in which shapes and masses are compared, and the joints with the opposite sign in
-    B, each with whether their limits have it, too.
+    Return the frame in which to compare shapes and masses for each body of A; and the joints with the opposite sign in
+    B, mapped to True if the sign of their limits is also opposite.
     """
     work = _Frames(pairing, report.items)
     for index, top in enumerate(pairing.bodies):
@@ -47,7 +47,7 @@ class _Frames:
         self.flipped: dict[str, bool] = {}
 
     def body(self, top: str) -> None:
-        """Compare one body with the bodies above it, then its own clusters."""
+        """Compare the pose of a body relative to bodies above it, then its clusters with each other."""
         shared = [name for name in self.a.members[top] if self.b.top.get(name) == self.pairing.bodies[top]]
         clusters = self._clusters(shared)
         joint, twin = self.pairing.pair_of_joints(top)
@@ -65,7 +65,7 @@ class _Frames:
         self.clusters[top] = [first, *(cluster for cluster in clusters if cluster is not first)]
         for cluster in clusters:
             if cluster is not first and cluster not in in_place:
-                # Seen from its parent, or from the frame that its body is compared in.
+                # Report the pose in its parent, or in the frame in which its body is compared.
                 above, head = self.a.robot.joint_to.get(cluster[0]), cluster[0]
                 parent = above.parent if above is not None else ""
                 is_fixed = all(parent in side.top and side.top[parent] == side.top[head] for side in (self.a, self.b))
@@ -74,11 +74,11 @@ class _Frames:
                 self._moved(FRAME, head, head, (source, source), places, cluster[1:])
 
     def _clusters(self, names: Sequence[str]) -> list[list[str]]:
-        """Return the clusters of a body; that of the root, or the largest one, comes first."""
+        """Return the clusters of a body: first the cluster of the root, or else the largest one."""
         found: list[list[str]] = []
         for name in names:
             joint = self.a.robot.joint_to.get(name)
-            # A pose in the parent is known best: the rounding of poses further away must not hide a difference.
+            # The pose in the parent is the most precise: rounding of a longer chain must not hide a difference.
             parent = joint.parent if joint is not None else ""
             heads = [(cluster, parent if parent in cluster else cluster[0]) for cluster in found]
             heads.sort(key=lambda head: head[1] != parent)
@@ -92,7 +92,7 @@ class _Frames:
         return gap(self.a.relative(source, target), self.b.relative(source, target), self.pairing.tolerance)
 
     def _in_place(self, clusters: list[list[str]], top: str, flipped: Collection[str]) -> list[list[str]]:
-        """Return the clusters in their place in the body above, or in one further up if that body moved itself."""
+        """Return the clusters that are in place relative to the body above, or to one further up if it moved."""
         joint = self.a.robot.joint_to[top]
         for upper in (body for body in self.a.above(top) if body in self.clusters):
             ends = [joint.parent if joint.parent in some else some[0] for some in self.clusters[upper]]
@@ -106,7 +106,7 @@ class _Frames:
         return []
 
     def _flip(self, joint: Joint, twin: Joint, clusters: list[list[str]], top: str) -> None:
-        """Note that a joint of B has the opposite sign, if it otherwise moves in the same way."""
+        """Record that a joint of B has the opposite sign, if its motion is otherwise equal."""
         known = {*self.flipped, joint.name}
         if not joint.moves or self._in_place(clusters, top, self.flipped) or not self._in_place(clusters, top, known):
             return
@@ -119,7 +119,7 @@ class _Frames:
         self.items.append(Item(JOINT, joint.name, "coordinate", text, row(joint.axis), row(twin.axis), when="always"))
 
     def _moved_joint(self, joint: Joint, twin: Joint, target: str, same_kind: bool) -> None:
-        """Report how a joint changed whose body is not in its place: its parent, its place and its axis."""
+        """Report how the joint above a displaced body changed: its parent, its pose and its axis."""
         is_elsewhere = self.pairing.bodies.get(self.a.top[joint.parent]) != self.b.top[twin.parent]
         source = "" if is_elsewhere and same_kind else self._above_in_both(joint, target)
         if is_elsewhere and same_kind:
@@ -145,7 +145,7 @@ class _Frames:
         self.items.append(self._with_effect(item, joint, twin, source) if source and same_kind else item)
 
     def _above_in_both(self, joint: Joint, target: str) -> str:
-        """Return the nearest link above a joint that B has above the same frame, too; empty if there is none."""
+        """Return the nearest link above a joint that is above ``target`` in B, too, or an empty text."""
         for body in self.a.above(joint.child):
             for name in (joint.parent, *self.a.members[body]):
                 if name in self.b.top and self.b.joints_between(self.b.top[name], self.b.top[target]):
@@ -153,8 +153,8 @@ class _Frames:
         return ""
 
     def _with_effect(self, item: Item, joint: Joint, twin: Joint, source: str) -> Item:
-        """Add to a change of an axis how far it moves the links below the joint, and where that is largest."""
-        # Every joint moves on its own.
+        """Add to a change of an axis the largest displacement of links below, and the joint positions there."""
+        # Every joint is moved separately.
         joints = [tuple(replace(each, mimic=None) for each in side.robot.joints) for side in (self.a, self.b)]
         robots = [replace(side.robot, joints=some) for side, some in zip((self.a, self.b), joints, strict=True)]
         trees = [robot.subtree(robot.joint[joint.name].child) for robot in robots]
@@ -181,7 +181,7 @@ class _Frames:
         places: tuple[Placed, Placed],
         others: Sequence[str] = (),
     ) -> None:
-        """Report that a frame has moved, if it has; ``others`` are frames that moved with it."""
+        """Report a frame whose pose differs; ``others`` are frames that moved with it."""
         distance, angle, least = apart = gap(*places, self.pairing.tolerance)
         if not apart.closed:
             old, new = pose_of(places[0].transform), pose_of(places[1].transform)
@@ -192,7 +192,7 @@ class _Frames:
 
 
 def _elsewhere(pairing: Pairing) -> Iterator[Item]:
-    """Yield the links that move with another body in B, each with those that go with it."""
+    """Yield the links that belong to a different body in B, grouped with the links that go with them."""
     groups: dict[tuple[str, str], list[str]] = {}
     for name in pairing.shared:
         top, goal = pairing.a.top[name], pairing.b.top[name]

@@ -1,6 +1,6 @@
-"""Compare committed artifacts with those just compiled: by meaning first, then as texts, and load them with engines.
+"""Compare committed with compiled artifacts by meaning, then as texts, and load the artifacts with engines.
 
-Each committed artifact is read back by its format, and compared with what it is meant to contain.
+Each committed artifact is read by its format, and its values are compared with the compiled ones.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ if TYPE_CHECKING:
 CHANGED, MISSING, EXTRA, NOT_TEXT = "changed", "missing", "extra", "not-text"
 MAX_LINES, MAX_WIDTH = 40, 160  # of a diff
 _MAX_CHANGES = 100
-_MAX_COMPARED = 20_000  # lines; comparing more line by line takes too long
+_MAX_COMPARED = 20_000  # lines; a diff of more lines takes too long
 _MAX_VALUE = 60  # characters
-_LARGEST_PICTURE = 200_000  # characters of a text that is not for people; the lines of a larger one are not compared
+_LARGEST_PICTURE = 200_000  # characters; of a larger picture no diff is made
 _REMARKS = {
     MISSING: "missing; rosorin-compile all writes it",
     EXTRA: "no artifact of this robot; remove it, or run rosorin-compile all --prune",
@@ -44,9 +44,9 @@ _REMARKS = {
 
 
 class TextDifference(NamedTuple):
-    """How the text of a file differs: its kind, a remark, and for a changed file the lines of a unified diff.
+    """A difference in the text of a file: its kind, a remark, and for a changed file the lines of a unified diff.
 
-    ``shown``: whether these lines are useful to a person; those of a picture are not.
+    ``shown``: the diff is useful to a person, unlike the diff of a picture.
     """
 
     file: str
@@ -57,7 +57,7 @@ class TextDifference(NamedTuple):
 
 
 def _unified(file: str, old: str, new: str) -> tuple[str, ...]:
-    """Return the unified diff from a committed to a compiled text, without line ends, control characters visible."""
+    """Return the unified diff of two texts, without line ends and with visible control characters."""
     before, after = old.splitlines(keepends=True), new.splitlines(keepends=True)
     if max(len(before), len(after)) > _MAX_COMPARED:
         return (f"{len(before)} lines committed, {len(after)} lines compiled: too many to show how they differ",)
@@ -69,13 +69,13 @@ def _unified(file: str, old: str, new: str) -> tuple[str, ...]:
 
 
 def shorten(lines: Sequence[str]) -> list[str]:
-    """Return the first lines of a diff, with long lines cut, and the number of lines left out."""
+    """Return the first lines of a diff, with long lines cut, and a line with the number of omitted lines."""
     more = [f"... {len(lines) - MAX_LINES} more lines (--full shows them)"] if len(lines) > MAX_LINES else []
     return [line if len(line) <= MAX_WIDTH else f"{line[:MAX_WIDTH]}..." for line in lines[:MAX_LINES]] + more
 
 
 def _first_difference(old: str, new: str) -> str:
-    """Return the words that differ in the first changed line, and the element or key that they belong to."""
+    """Return the differing words in the first changed line, with their XML element or YAML key."""
     for number, lines_here in enumerate(zip_longest(old.splitlines(), new.splitlines(), fillvalue=""), 1):
         before, after = (line.split() for line in lines_here)
         if before == after:
@@ -92,9 +92,9 @@ def _first_difference(old: str, new: str) -> str:
 
 
 class Comparison(NamedTuple):
-    """How committed artifacts differ from compiled ones: by meaning, and file by file.
+    """The differences between committed and compiled artifacts, by meaning and file by file.
 
-    ``pairs`` are the artifacts that differ and can be read, as committed and as compiled.
+    ``pairs`` are the artifacts that differ and can be read, each as committed and as compiled.
     """
 
     changes: tuple[Change, ...]
@@ -103,12 +103,12 @@ class Comparison(NamedTuple):
 
 
 def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> Comparison:
-    """Return how the committed files (their bytes by name) differ from what was just compiled."""
+    """Compare committed files (bytes by name) with compiled artifacts."""
     arranged = sorted(artifacts, key=lambda artifact: (FORMATS[artifact.backend].rank, artifact.output))
     extra = committed.keys() - {artifact.file for artifact in artifacts}
     texts = [TextDifference(file, EXTRA, _REMARKS[EXTRA]) for file in extra]
     pairs: list[Pair] = []
-    changed: list[tuple[Artifact, str, str]] = []  # with the old text, and a remark
+    changed: list[tuple[Artifact, str, str]] = []  # artifact, old text, remark
     for number, artifact in enumerate(arranged):
         Progress.step(f"comparing {artifact.file},", number, len(arranged))
         try:
@@ -135,7 +135,7 @@ def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str,
             remark = format.differ(old, new) if format.differ is not None else ""
             if not remark and format.read is not None:
                 remark = f"different text; nothing that is compared by meaning differs: {_first_difference(old, new)}"
-                with suppress(ValueError, SyntaxError):  # equal except for white space, comments and forms of numbers
+                with suppress(ValueError, SyntaxError):  # equal except for space, comments and number notation
                     if format.syntax is not None and format.syntax(old) == format.syntax(new):
                         remark = "same meaning, different text"
         is_large = not format.shown and max(len(old), len(new)) > _LARGEST_PICTURE
@@ -145,7 +145,7 @@ def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str,
 
 
 def lines(comparison: Comparison, full: bool = False) -> list[str]:
-    """Return a comparison as lines of plain text: changes of meaning, remarks and what to do, then the text diffs.
+    """Return a comparison as lines of plain text: changes of meaning, remarks and a hint, then the text diffs.
 
     Diffs are shortened unless ``full``.
     """
@@ -164,8 +164,8 @@ def lines(comparison: Comparison, full: bool = False) -> list[str]:
 class Committed(NamedTuple):
     """The differences between committed files and compiled artifacts, and why engines reject artifacts.
 
-    ``meshes`` are the mesh files that differ, each with a description of the difference. ``edited`` are the artifacts
-    that contradict others which are up to date, so the description is not what changed.
+    ``meshes`` are the mesh files that differ, each with a description of the difference. ``edited`` are artifacts that
+    contradict up-to-date ones, so they were edited and the description did not change.
     """
 
     comparison: Comparison
@@ -176,7 +176,7 @@ class Committed(NamedTuple):
     edited: tuple[Artifact, ...] = ()
 
     def differing(self) -> tuple[str, ...]:
-        """Return the names of the files that are not as compiled."""
+        """Return the names of the files that differ from the compiled ones."""
         return (*(text.file for text in self.comparison.texts), *(name for name, _ in self.meshes))
 
     def lines(self, full: bool = False) -> list[str]:
@@ -211,9 +211,9 @@ def compare_committed(
 
 
 def _edited(artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> tuple[Artifact, ...]:
-    """Return the artifacts whose committed text contradicts another artifact that is up to date.
+    """Return the artifacts whose committed text contradicts another, up-to-date artifact.
 
-    Had the description changed, that one would have changed, too.
+    If the description had changed, the other artifact would not be up to date.
     """
 
     def content(artifact: Artifact, text: str) -> tuple[Leaves, Precision]:
@@ -242,7 +242,7 @@ def _edited(artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> tu
 
 
 def load_all(artifacts: Sequence[Artifact], folder: Path, load: Callable[[], Case | None]) -> list[Diagnostic]:
-    """Load artifacts in a folder with their engines; return why one is not loaded, and which engines are missing.
+    """Load artifacts in a folder with their engines; return diagnostics about failures and missing engines.
 
     An engine that is too old is a warning, one that is not installed a note.
     """

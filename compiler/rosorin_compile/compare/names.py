@@ -1,7 +1,7 @@
-"""Find links and joints that are the same under another name, before and after a change, or in two robots.
+"""Find renamed links and joints, between two versions of a robot or between two robots.
 
-Of the links that only one side has, two are the same if a joint of the same name places them, if the same frame is
-attached to them, or if they are in the same place. A joint is renamed if it places the same link.
+Two links that only one side has are the same link if the joint above them has the same name, if the same frame is
+attached to them, or if their pose is equal. Two joints are the same joint if the link below them is the same.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ _MOST = 0.6
 
 
 def links_of(found: Leaves) -> set[str]:
-    """Return the names of all links and frames in leaves, without rows of publishers that take turns."""
+    """Return the names of all links and frames in leaves, without the rows of publishers that alternate by mode."""
     names = {name for kind, name in found if kind in ("frame", "link")}
     return names | {str(of["parent"]) for (kind, _), of in found.items() if kind == "frame" and "parent" in of}
 
 
 def new_link_names(old: Leaves, new: Leaves) -> dict[str, str]:
-    """Return the new names of links by their old names, from the root down."""
+    """Return the new names of renamed links by their old names, from the root down."""
     before, after = links_of(old), links_of(new)
     gone, fresh = before - after, after - before
     found: dict[str, str] = {}
     signs = ["joint", "child", "place"] if gone and fresh else []
     waiting = list(signs)
-    while waiting:  # each name that is found may lead to others
+    while waiting:  # each match may allow further matches
         sign = waiting.pop(0)
         was, now = _signs(old, gone, sign, found), _signs(new, fresh, sign, found)
         made = {link: now[key] for key, link in was.items() if key in now and link not in found}
@@ -45,7 +45,7 @@ def new_link_names(old: Leaves, new: Leaves) -> dict[str, str]:
 
 
 def _signs(side: Leaves, links: Collection[str], sign: str, renamed: Names) -> dict[tuple[Any, ...], str]:
-    """Return links by their identifying features, without features that two links share."""
+    """Return links by identifying feature, without features that two links share."""
     found: dict[tuple[Any, ...], str] = {}
     shared = set()
     roots = [link for link in links if ("frame", link) not in side] if sign == "place" else []
@@ -67,11 +67,11 @@ def _signs(side: Leaves, links: Collection[str], sign: str, renamed: Names) -> d
 
 
 def new_joint_names(old: Leaves, new: Leaves) -> dict[str, str]:
-    """Return the new names of joints by their old names: joints that place the same link."""
+    """Return the new names of renamed joints by their old names: the link below is the same."""
     joints = [[(name, of) for (kind, name), of in side.items() if kind == "joint"] for side in (old, new)]
     before, after = ({of["child"]: name for name, of in some if "child" in of} for some in joints)
     found = {name: after[child] for child, name in before.items() if after.get(child, name) != name}
-    # A joint that moves may place another link now, because its link is gone.
+    # A joint may have another link below it, because its link was removed.
     kept = {before[child] for child in before.keys() - after} | {after[child] for child in after.keys() - before}
     fixed = [{name for name, of in some if of.get("type") == "fixed"} for some in joints]
     unlike = {name for name, other in found.items() if (name in fixed[0]) != (other in fixed[1])}
@@ -79,13 +79,13 @@ def new_joint_names(old: Leaves, new: Leaves) -> dict[str, str]:
 
 
 def with_names(found: Leaves, names: Names, what: str, new: Leaves) -> Leaves:
-    """Return leaves under other names of each "link" or "joint"; what else names them has those where ``new`` does."""
+    """Rename each "link" or "joint" in leaves; references get the new name only if ``new`` has it there, too."""
     if not names:
         return found
     kinds = _LINKS if what == "link" else ("joint",)
     made: Leaves = {}
     for (kind, name), entry in found.items():
-        plain, space, rest = name.partition(" ")  # the row of a publisher that takes turns has more words
+        plain, space, rest = name.partition(" ")  # rows of publishers that alternate by mode have more words
         if kind in kinds or (kind, name) not in new:
             name = f"{names[plain]}{space}{rest}" if plain in names else names.get(name, name)
         now = new.get((kind, name), {})
@@ -112,7 +112,7 @@ def _value(kind: str, quantity: str, value: Any, names: Names, kinds: Sequence[s
 
 
 def renamed_robot(robot: Robot, links: Names, joints: Names) -> Robot:
-    """Return a robot whose links and joints have other names; its sections name them as before."""
+    """Rename the links and joints of a robot, but not the references in its sections."""
     return replace(
         robot,
         links=tuple(replace(link, name=links.get(link.name, link.name)) for link in robot.links),
@@ -130,7 +130,7 @@ def renamed_robot(robot: Robot, links: Names, joints: Names) -> Robot:
 
 
 def prefix_of(a: Robot, b: Robot) -> str:
-    """Return the prefix that most link names of ``b`` have and those of ``a`` do not, or an empty text."""
+    """Return the prefix that most link names in ``b`` have, compared with ``a``, or an empty text."""
     mine, theirs = [link.name for link in a.links], [link.name for link in b.links]
     ends = [other[: -len(name)] for name in mine for other in theirs if other.endswith(name) and other != name]
     best = max(sorted(set(ends)), key=ends.count, default="")
@@ -140,7 +140,7 @@ def prefix_of(a: Robot, b: Robot) -> str:
 
 
 def without_prefix(names: Iterable[str], prefix: str) -> dict[str, str]:
-    """Return the names that begin with a prefix, each with the shorter name, unless that is taken."""
+    """Map the names with a prefix to the names without it, except if that name is already used."""
     every = set(names)
     cut = {name: name.removeprefix(prefix) for name in every if name.startswith(prefix) and name != prefix}
     return {name: short for name, short in cut.items() if short not in every}

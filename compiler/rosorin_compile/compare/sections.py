@@ -1,4 +1,4 @@
-"""Compare values of joints and every section of two robots; what a format cannot express is not compared."""
+"""Compare joints and all sections of two robots, except values that a format cannot express."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ from .sentences import is_number, size_of, text_of
 from .shapes import ONE_BOX, has_one_box
 from .walk import Difference, Leaves, compare_leaves, leaves, section_words
 
-# The topics that a format may lack: a key of the language, what it is called, the kind of thing, and how its
-# quantities begin.
+# The topics that a format may not support: a key of the language, its name in messages, the kind of entry, and the
+# beginning of its quantities.
 _TOPICS: Mapping[str, tuple[str, ...]] = {
     "mass": ("links.inertial", "masses", "link", "mass", "centre of mass", "inertia"),
     "collision": ("links.collision.box.size", "collision shapes", "link", "collision"),
@@ -48,34 +48,34 @@ _TOPICS: Mapping[str, tuple[str, ...]] = {
     "fixed joint name": ("sensors.joint", "names of fixed joints", "", ""),
     "urdf_elements": ("urdf_elements", "elements for URDF alone", "", ""),
 }
-# The quantities of some kinds of things that every format has.
+# The quantities that every format supports, by kind of entry.
 _ALWAYS = {
     "joint": ("", "type", "child", "axis", "limit lower", "limit upper"),
     "link": ("",),
     "frame": ("", "parent", "origin"),
     "robot": ("",),
 }
-# The topic of some quantities of a kind of things, and that of its others.
+# The topics of some quantities of a kind of entry, and the topic of the others.
 _QUANTITIES = {
     "robot": (("modes",), "mode", "simulation"),
     "material": (("rgba", "texture"), "", "simulation"),
     "height map": (("", "heights", "cell", "origin"), "collision", ONE_BOX),
 }
-# Topics that a writer leaves out entirely, by an option or by design.
+# Topics that a writer may leave out entirely, by an option or by design.
 _WHOLE = ("mass", "collision", "visual", "effort", "velocity", "dynamics", "armature", "actuator", "pose", "servo")
 _OF_DESCRIPTIONS = ("", "planning", "mode")  # topics that are only compared between robots of the same format
 _ELSEWHERE = ("mass", "collision", "visual", "urdf_elements")  # topics that other functions compare
-# What is zero where it is not given.
+# Quantities that are zero by default.
 _ZERO = ("damping", "friction", "armature", "stiffness", "spring reference", "kv")
 
 
 def compare_sections(
     pairing: Pairing, sides: tuple[Side, Side], flipped: Mapping[str, bool], report: Report
 ) -> frozenset[str]:
-    """Report what differs besides frames, masses and shapes; return the topics that are not compared."""
+    """Report differences other than frames, masses and shapes; return the topics that are not compared."""
     robots = pairing.a.robot, pairing.b.robot
     lacking = _lacking(sides[0].format) | _lacking(sides[1].format)
-    # The sections of a side have the names of its source.
+    # The sections of a robot still have its original names.
     old, new = (_leaves(side.robot, lacking, sides) for side in sides)
     old = pairing.rename_leaves(0, old, new)
     new = pairing.rename_leaves(1, new, old)
@@ -89,7 +89,7 @@ def compare_sections(
         if first is not None and second is not None:
             _reduce(thing, (first, second), robots, flipped)
         elif kind in ("joint", "link", "height map") or (kind == "frame" and name in placed):
-            old.pop(thing, None)  # a link or joint that only one robot has is reported elsewhere
+            old.pop(thing, None)  # a link or joint of one robot only is reported elsewhere
             new.pop(thing, None)
     _without_equals(old, new)
     if "urdf_elements" not in topics:
@@ -103,8 +103,8 @@ def compare_sections(
 
 
 def _leaves(robot: Robot, lacking: frozenset[str], sides: tuple[Side, Side]) -> Leaves:
-    """Return the leaves of a robot in a form that does not depend on the formats of the two sides."""
-    if "simulation" in lacking and "actuator" not in lacking:  # an MJCF has a single damping for joint and drive
+    """Return the leaves of a robot in a form that both sides share, whatever their formats."""
+    if "simulation" in lacking and "actuator" not in lacking:  # an MJCF has one damping for joint and actuator
         joints = []
         for joint in robot.joints:
             actuator = joint.actuator and type(joint.actuator)(kp=joint.actuator.kp, kv=joint.actuator.kv)
@@ -136,7 +136,7 @@ def _leaves(robot: Robot, lacking: frozenset[str], sides: tuple[Side, Side]) -> 
 
 
 def _topic(thing: tuple[str, str], quantity: str, robot: Robot) -> str | None:
-    """Return the topic of a leaf; None for what every format has. A section of a package is a topic of its own."""
+    """Return the topic of a leaf, or None if every format supports it. Each section of a package is a topic."""
     kind, name = thing
     if kind == "frame" and name not in robot.joint_to:
         return "edge"
@@ -164,7 +164,7 @@ def _words_of_packages() -> frozenset[str]:
 
 @cache
 def _lacking(format: Format) -> frozenset[str]:
-    """Return the topics that robots read from a format do not have; a description has all."""
+    """Return the topics that a format does not support; a description supports all."""
     keys = {} if format is YAML else _TOPICS
     found = {topic for topic, (key, *_) in keys.items() if lacks(format, key)}
     return frozenset(found | ({ONE_BOX} if has_one_box(format) else set()))
@@ -173,7 +173,7 @@ def _lacking(format: Format) -> frozenset[str]:
 def _not_compared(
     sides: tuple[Side, Side], robots: tuple[Robot, Robot], both: tuple[Leaves, Leaves], report: Report
 ) -> frozenset[str]:
-    """Return the topics that are not compared between two robots of these formats, and report them."""
+    """Report and return the topics that are not compared between robots in these formats."""
     has: list[set[str]] = []
     for found, robot in zip(both, robots, strict=True):
         things = ((thing, quantity) for thing, entry in found.items() for quantity in entry or ("",))
@@ -194,7 +194,7 @@ def _not_compared(
                 report.not_compared.append(f"{phrase(words)}: {side.label} is {side.format.named}, which {why}")
         topics |= {*lost, *empty, *lacking}
     if not equal_formats and "contact" not in topics:
-        # The other contacts that a simulation excludes are those of neighbours.
+        # Other excluded contacts are between adjacent links.
         topics.add("contact")
         if "contact" in has[0] | has[1]:
             report.not_compared.append("disabled contacts: a simulation adds those of neighbours")
@@ -202,10 +202,10 @@ def _not_compared(
 
 
 def _without_topics(found: Leaves, topics: frozenset[str], robot: Robot) -> None:
-    """Remove leaves that are not compared here: unsupported topics, masses, shapes and elements for URDF."""
+    """Remove leaves that are not compared here: unsupported topics, masses, shapes and URDF elements."""
     for thing in [*found]:
         kind, entry = thing[0], found[thing]
-        is_name_only = not entry  # such as a contact layer
+        is_name_only = not entry  # an entry without values, such as a contact layer
         of = {quantity: _topic(thing, quantity, robot) for quantity in entry or ("",)}
         for quantity, topic in of.items():
             if topic in topics or (topic in _ELSEWHERE and kind != "height map"):
@@ -239,7 +239,7 @@ def _reduce(
         gone = {"joint"}
     elif kind == "drive" and entries[0].get("kind") != entries[1].get("kind"):
         gone = keys - {"kind"}
-    elif kind == "pose":  # a joint that no pose names is at zero, a follower where its leader puts it
+    elif kind == "pose":  # unnamed joints are at zero, mimic joints follow
         both = robots[0].joint.keys() & robots[1].joint.keys()
         gone = keys & (robots[0].joint.keys() ^ robots[1].joint.keys())
         gone |= {word for word in keys & both if any(robot.joint[word].mimic for robot in robots)}
@@ -251,7 +251,7 @@ def _reduce(
 
 
 def _without_equals(old: Leaves, new: Leaves) -> None:
-    """Remove the entries of nameless lists that both robots have, and renumber the others."""
+    """Remove equal entries from lists of unnamed entries, and renumber the others."""
     for kind in dict.fromkeys(kind for kind, name in (*old, *new) if name.isdecimal()):
         lists = [[side.pop(one) for one in [*side] if one[0] == kind and one[1].isdecimal()] for side in (old, new)]
         for entry in [*lists[0]]:
@@ -284,7 +284,7 @@ def _scalar(value: Any) -> float | str | None:
 
 
 def _add_elements(old: Leaves, new: Leaves, robots: tuple[Robot, Robot]) -> None:
-    """Add the elements for URDF that one of two robots has, without those that outputs make from other keys."""
+    """Add the URDF elements that only one robot has, except elements that outputs generate from other keys."""
     a, b = robots
     followers = followers_of(a, a.asks_for_humble or b.asks_for_humble)
     made: list[list[frozenset[Key]]] = []
@@ -300,7 +300,7 @@ def _add_elements(old: Leaves, new: Leaves, robots: tuple[Robot, Robot]) -> None
         for at, side in enumerate((old, new)):
             alone = has[at] - has[1 - at]
             if name == "the robot":
-                # Elements that every output makes have to be in a file, too.
+                # Elements that every output generates must be in a file, too.
                 every = frozenset() if robots[1 - at].outputs or not made[at] else frozenset.intersection(*made[at])
                 alone = alone.difference(*made[1 - at]) | (every - has[1 - at])
             side[f"URDF elements of {name}", name] = {"": frozenset(map(spelt, alone))}

@@ -1,4 +1,4 @@
-"""Put differences into sentences: what changed, then the values before and after, with the digits that differ."""
+"""Describe differences in sentences: what changed, then the old and new values with enough digits to differ."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ INERTIA = ("xx", "yy", "zz", "xy", "xz", "yz")
 NEW, REMOVED = "new", "removed"
 _MAX_TEXT = 60
 _MOST = 3
-# Steps up to this length (m) or angle (rad) are due to rounding.
+# Differences up to this length (m) or angle (rad) are rounding.
 _LEAST = 1e-12
-# A step of one coordinate is printed if it is at least this part of the distance.
+# The change of a coordinate is printed if it is at least this fraction of the distance.
 _SHARE = 1e-9
-# How far a frame moved (m) and turned (rad), or how well both are known.
+# How far a frame moved (m) and turned (rad), or the precision of both.
 Apart = tuple[float, float]
 
 
 def number(value: float, other: float | None = None) -> str:
-    """Format a number with the digits that distinguish it from another one."""
+    """Format a number with enough digits to distinguish it from ``other``."""
     return exact(float(f"{value:.6g}")) if other is None or other == value else number_pair(value, other)[0]
 
 
@@ -47,17 +47,17 @@ def number_pair(old: float, new: float) -> tuple[str, str]:
 
 
 def row(values: Iterable[float]) -> str:
-    """Return numbers in a row."""
+    """Format numbers, separated by spaces."""
     return " ".join(number(value) for value in values)
 
 
 def several(names: Sequence[str]) -> str:
-    """Return the first names of a list and the number of the others."""
+    """Format the first names of a list and the number of the others."""
     return first_of(names, _MOST)
 
 
 def step(difference: float, old: float, unit: str) -> str:
-    """Return a signed step in mm, deg or g; in other units as a part of the old value; nothing without a unit."""
+    """Format a signed change in mm, deg or g, for other units as a fraction of the old value; empty without a unit."""
     sign = "-" if difference < 0 else "+"
     if unit in SMALL:
         return f"{sign}{amount(abs(difference), unit)}"
@@ -65,7 +65,7 @@ def step(difference: float, old: float, unit: str) -> str:
 
 
 def far(distance: float, angle: float, verbs: bool = False) -> str:
-    """Format a length (m) and an angle (rad), each only if it is not zero.
+    """Format a length (m) and an angle (rad), leaving out zeros.
 
     >>> far(0.002, 0.0), far(0.0, 0.01), far(0.002, 0.01, verbs=True)
     ('2.0 mm', '0.57 deg', 'moved 2.0 mm and turned 0.57 deg')
@@ -83,7 +83,7 @@ def with_remark(text: str, remark: str) -> str:
 
 
 def value_change(about: str, old: Any, new: Any, unit: str = "") -> str:
-    """Describe how a value changed: a number in a unit, or anything else; None if it is not set."""
+    """Describe how a value changed, which may be a number with a unit; None means not set."""
     if old is None or new is None:
         what, value = (NEW, text_of(new)) if old is None else (f"{REMOVED}, was", text_of(old))
         return f"{about}: {what}{',' if what == NEW else ''} {value} {unit}".rstrip()
@@ -94,12 +94,12 @@ def value_change(about: str, old: Any, new: Any, unit: str = "") -> str:
 
 
 def is_number(value: Any) -> bool:
-    """Return True for a number that is not a truth value."""
+    """Return True for a number, but not for a boolean."""
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 def text_of(value: Any, other: Any = None) -> str:
-    """Format a value with the digits that distinguish it from another one; "nothing" for None."""
+    """Format a value with enough digits to distinguish it from ``other``; None as "nothing"."""
     if value is None:
         return "nothing"
     if isinstance(value, bool):
@@ -120,7 +120,7 @@ def text_of(value: Any, other: Any = None) -> str:
 
 
 def _text_pair(old: Any, new: Any) -> tuple[str, str]:
-    """Format two different values; long texts begin shortly before their first difference."""
+    """Format two different values; long texts are cut to begin shortly before their first difference."""
     if not isinstance(old, str) or not isinstance(new, str):
         before, after = text_of(old, new), text_of(new, old)
         if max(len(before), len(after)) <= _MAX_TEXT:
@@ -138,7 +138,7 @@ def _quoted(text: str, first: int) -> str:
 
 
 def coordinates(old: Pose, new: Pose, apart: Apart, least: Apart = (_LEAST, _LEAST)) -> str:
-    """Return the coordinates that changed, each before and after, ignoring steps up to ``least`` (m, rad)."""
+    """Describe the old and new values of the coordinates that changed by more than ``least`` (m, rad)."""
     parts = []
     for names, numbers, unit, whole, smallest in (
         (AXES, (old.xyz, new.xyz), "m", apart[0], least[0]),
@@ -162,10 +162,10 @@ def describe_move(
     others: Sequence[str] = (),
     least: Apart = (_LEAST, _LEAST),
 ) -> str:
-    """Describe how the place of a frame changed.
+    """Describe how the pose of a frame changed.
 
-    ``apart`` is how far it moved and turned, ``others`` are frames that went with it. With another parent,
-    only the numbers are given: the change of the parent is reported instead. Steps up to ``least`` are ignored.
+    ``apart`` is how far it moved and turned, ``others`` are frames that moved with it. If the parent changed, only the
+    coordinates are described: the caller reports the parent. Changes up to ``least`` are ignored.
     """
     with_it = f", and with it {several(others)}" if others else ""
     steps = coordinates(*poses, apart, least)
@@ -175,9 +175,9 @@ def describe_move(
 
 
 def near_angles(old: Vector, new: Vector) -> Vector:
-    """Return angles (rad) that mean the same rotation as the old ones, as close to the new ones as possible."""
+    """Return angles (rad) of the same rotation as ``old`` that are as close to ``new`` as possible."""
     roll, pitch, yaw = old
-    half = math.pi + 2e-6  # half a turn itself is plus, in print as well
+    half = math.pi + 2e-6  # half a turn is positive, even with rounding
     forms = [(roll, pitch, yaw), (roll + math.pi, math.pi - pitch, yaw + math.pi)]
     near = [[b + half - (half - a + b) % math.tau for a, b in zip(form, new, strict=True)] for form in forms]
     best = min(near, key=lambda form: sum(abs(a - b) for a, b in zip(form, new, strict=True)))
@@ -186,7 +186,7 @@ def near_angles(old: Vector, new: Vector) -> Vector:
 
 
 def axis_change(joint: str, old: Vector, new: Vector, angle: float | None = None) -> str:
-    """Describe how the axis of a joint changed; ``angle`` (rad) is how far it turned, if the axes do not show it."""
+    """Describe how the axis of a joint changed; ``angle`` (rad) is its rotation, if the axes do not give it."""
     if angle is None:
         angle = angle_between(old, new) if norm(old) and norm(new) else 0.0
     if angle > math.pi - _LEAST:
@@ -196,7 +196,7 @@ def axis_change(joint: str, old: Vector, new: Vector, angle: float | None = None
 
 
 def inertia_change(link: str, old: Sequence[float], new: Sequence[float], least: float = 0.0) -> str:
-    """Describe how an inertia changed (kg*m^2; xx yy zz xy xz yz), ignoring changes of entries up to ``least``."""
+    """Describe how an inertia (kg*m^2; xx yy zz xy xz yz) changed, ignoring entries with changes up to ``least``."""
     entries = [(name, a, b) for name, a, b in zip(INERTIA, old, new, strict=True) if abs(b - a) > least]
     parts = [f"i{name} {' -> '.join(number_pair(a, b))}" for name, a, b in entries]
     share = max(abs(b - a) for a, b in zip(old, new, strict=True)) / max(map(abs, (*old, *new)))
@@ -205,13 +205,13 @@ def inertia_change(link: str, old: Sequence[float], new: Sequence[float], least:
 
 
 def existence(word: str, what: str, name: str, how: Iterable[str] = (), others: Sequence[str] = ()) -> str:
-    """Return that something is new or removed, ``how`` it is attached, and ``others`` that are attached to it."""
+    """Describe a new or removed entry, ``how`` it is attached, and the ``others`` that are attached to it."""
     sentence = with_remark(f"{word}: {what} {name}".rstrip(), ", ".join(filter(None, how)))
     return f"{sentence}, and with it {several(others)}" if others else sentence
 
 
 def set_change(title: str, old: Iterable[str], new: Iterable[str]) -> str:
-    """Return which members of a set are new, or removed."""
+    """Describe the new and removed members of a set."""
     before, after = frozenset(old), frozenset(new)
     sides = ((sorted(after - before), NEW), (sorted(before - after), REMOVED))
     parts = [f"{len(members)} {what} ({several(members)})" for members, what in sides if members]
@@ -224,12 +224,12 @@ def colour_change(about: str, old: Sequence[float] | None, new: Sequence[float] 
 
 
 def size_of(grid: Sequence[Sequence[float]]) -> str:
-    """Return the size of a height map in cells."""
+    """Format the size of a height map in cells."""
     return f"{len(grid)} x {len(grid[0]) if grid else 0}"
 
 
 def cells_change(link: str, old: Sequence[Sequence[float]], new: Sequence[Sequence[float]], least: float) -> str:
-    """Describe how the heights (m) of a height map changed, ignoring steps up to ``least``."""
+    """Describe how the heights (m) of a height map changed, ignoring changes up to ``least``."""
     cells = (pair for lines in zip(old, new, strict=False) for pair in zip(*lines, strict=False))
     steps = [abs(b - a) for a, b in cells if abs(b - a) > least]
     parts = [f"{size_of(old)} -> {size_of(new)} cells"] if size_of(old) != size_of(new) else []

@@ -1,4 +1,4 @@
-"""Compare what links collide with and look like, as sets of solids; of links that are fixed together as one set."""
+"""Compare collision and visual shapes as sets of solids; links that are fixed to each other have one set."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from .precision import Precision, join_errors
 from .sentences import colour_change, row, several
 from .solids import Solid, largest_step, match, same_colour, same_space, solid_of
 
-ONE_BOX = "several shapes"  # the topic that a format with one box per link lacks
+ONE_BOX = "several shapes"  # the topic that a format with one box per link does not support
 
 
 class Piece(NamedTuple):
-    """A solid of a link, in its frame, and the shape that it belongs to."""
+    """A solid in the frame of its link, and its shape."""
 
     link: str
     shape: Shape
@@ -43,10 +43,10 @@ def pieces_of(
     form: str = ROWS,
     words: bool = False,
 ) -> Pieces:
-    """Return the solids of a link without colours; meshes with the names of their files alone.
+    """Return the solids of a link without colours; of meshes only the file names are kept.
 
-    Without ``capsules`` these are as a URDF 1.0 has them; ``form`` is how height maps are cut into boxes. With
-    ``words`` solids have their names and what a simulation needs.
+    Without ``capsules`` they are replaced as in URDF 1.0; ``form`` is how height maps are divided into boxes. With
+    ``words`` solids have their names and values for simulations.
     """
     found: Pieces = []
     for whole in shapes:
@@ -60,14 +60,14 @@ def pieces_of(
 
 
 def has_one_box(format: Format) -> bool:
-    """Return True if a format has room for one box a link."""
+    """Return True if a format supports only one box per link."""
     return format is not YAML and lacks(format, "links.collision.sphere")
 
 
 def compare_shapes(
     pairing: Pairing, sides: tuple[Side, Side], origins: Mapping[str, str], purpose: str, report: Report
 ) -> None:
-    """Report what differs in the shapes of a purpose; bodies of A are compared as a whole in frames in ``origins``."""
+    """Report differences in visual or collision shapes; each body of A is compared in its frame in ``origins``."""
     work = _Comparison(pairing, sides, purpose, report)
     done = set()
     for number, (top, goal) in enumerate(pairing.bodies.items()):
@@ -89,7 +89,7 @@ class _Comparison:
         self.bodies = pairing.a, pairing.b
         formats = [side.format for side in sides]
         self.words = formats[0] is formats[1]
-        # A description has the words of a URDF; the formats of simulators have a colour by default.
+        # A description has the values of a URDF, but simulator formats have a default colour.
         self.says_no_colour = self.words or all(one is FORMATS.published_format() or not one.load for one in formats)
         self.one_box = next((one for one in formats if has_one_box(one)), None)
         no_capsules = [one for one in formats if one is not YAML and lacks(one, "links.collision.capsule")]
@@ -104,7 +104,7 @@ class _Comparison:
             report.not_compared.append(text)
 
     def body(self, mine: Sequence[str], theirs: Sequence[str], origin: str) -> None:
-        """Compare the solids of links that are fixed together: link by link, then what is left of all of them."""
+        """Compare the solids of links that are fixed to each other: link by link, then the unmatched rest together."""
         old, new = self._pieces(mine, theirs, origin)
         counts = {name: sum(piece.link == name for piece in old) for name in mine}
         shared = [name for name in mine if name in theirs]
@@ -125,7 +125,7 @@ class _Comparison:
                 self._differ(name, (counts[name], counts[name] - len(left[0]) + len(left[1])), *left)
 
     def _pieces(self, mine: Sequence[str], theirs: Sequence[str], origin: str) -> tuple[Pieces, Pieces]:
-        """Return the solids of the links of a body in both robots; height maps that both have are compared apart."""
+        """Return the solids of a body's links in both robots; height maps of both are compared separately."""
         kept: tuple[dict[str, Sequence[Shape]], dict[str, Sequence[Shape]]] = ({}, {})
         for name in dict.fromkeys([*mine, *theirs]):
             pairs = zip(self.bodies, (mine, theirs), strict=True)
@@ -149,7 +149,7 @@ class _Comparison:
 
         rows = cut(0, ROWS), cut(1, ROWS)
         for at in (0, 1):
-            # Extend height maps down to the ground if an output asks for it and more of the other side then matches.
+            # Extend height maps down to z = 0 if an output does, and if more boxes of the other side match then.
             maps = [name for name, some in kept[at].items() if any(isinstance(s.geometry, HeightMap) for s in some)]
             if maps and any(one.options.get("height_maps") == GROUNDED for one in self.sides[at].robot.outputs):
                 low, other = cut(at, GROUNDED), self._seen(1 - at, rows[1 - at], origin)
@@ -161,12 +161,12 @@ class _Comparison:
         return rows
 
     def _seen(self, at: int, pieces: Iterable[Piece], frame: str) -> list[Solid]:
-        """Return solids in a frame of their body, or each in the frame of its link if ``frame`` is empty."""
+        """Return solids in ``frame``, a link of their body, or if it is empty each in the frame of its link."""
         side = self.bodies[at]
         return [one.solid.seen_from(side.relative(frame, one.link)) if frame else one.solid for one in pieces]
 
     def _take_matches(self, old: Pieces, new: Pieces, names: Collection[str], frame: str) -> list[tuple[Piece, Piece]]:
-        """Take out the pieces of links that are the same, and return them as pairs."""
+        """Remove equal pieces of links from both lists, and return them as pairs."""
         some = [[piece for piece in pieces if piece.link in names] for pieces in (old, new)]
         rest = match(self._seen(0, some[0], frame), self._seen(1, some[1], frame), self.tolerance)
         pairs = [(some[0][one], some[1][other]) for one, other in rest.pairs]
@@ -175,7 +175,7 @@ class _Comparison:
         return pairs
 
     def _take_same_space(self, old: Pieces, new: Pieces, names: Collection[str], frame: str) -> None:
-        """Take out the boxes of links that fill the same space: height maps are cut in one way or another."""
+        """Remove the boxes of links if they fill the same space: height maps can be divided in different ways."""
         boxes: list[list[tuple[Piece, Solid]]] = []
         for at, pieces in enumerate((old, new)):
             some = [piece for piece in pieces if piece.link in names]
@@ -199,7 +199,7 @@ class _Comparison:
                 self._named_otherwise([(of[id(change.old[0])], of[id(change.new[0])])])
 
     def _named_otherwise(self, pairs: Iterable[tuple[Piece, Piece]]) -> None:
-        """Compare the names of mesh files and the colours of solids; the same colours of one link once."""
+        """Report different names of mesh files and different colours; equal changes of a link are reported once."""
         colours: dict[tuple[str, Rgba | None, Rgba | None], None] = {}
         for one, other in pairs:
             files = [getattr(piece.shape.geometry, "file", "") for piece in (one, other)]
@@ -213,7 +213,7 @@ class _Comparison:
             self.report.items.append(Item(VISUAL, link, "colour", text, before, after))
 
     def _colours(self, one: Shape, other: Shape) -> tuple[Rgba | None, Rgba | None] | None:
-        """Return the colours of two visuals if they differ; a colour that nobody gave is none."""
+        """Return the colours of two visuals if they differ, with None for a colour that is not set, else None."""
         old, new = (side.robot.colour(shape) for side, shape in zip(self.bodies, (one, other), strict=True))
         if any(side.format is not YAML for side in self.sides):
             old, new = (None if colour is None or is_own(colour) else colour for colour in (old, new))

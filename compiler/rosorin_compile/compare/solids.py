@@ -1,4 +1,4 @@
-"""Compare shapes as sets of solids, in any order: equal if they fill the same space, as well as they are known."""
+"""Compare shapes as sets of solids in any order: equal if they fill the same space within their precision."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rosorin_compile.model.shape import Rgba
 from .precision import POSE_NOISE, ROOT_THREE, TURNS, Placed, Precision, exact, join_errors
 from .sentences import text_of
 
-# The names of the sizes of a solid: full extents and full lengths in metres, as in URDF; of a mesh a bare factor.
+# The names of the sizes of a solid: full extents and full lengths (m) as in URDF; for a mesh, scale factors.
 SIZES = {
     "box": ("size x", "size y", "size z"),
     "cylinder": ("radius", "length"),
@@ -30,7 +30,7 @@ _MOST_CELLS = 500_000
 
 
 class Solid(NamedTuple):
-    """A shape in the frame of its link: full sizes and middle (m), rotation, and how it looks and is called."""
+    """A shape in the frame of its link: full sizes and centre (m), rotation, colour and names."""
 
     kind: str
     sizes: tuple[float, ...]
@@ -44,7 +44,7 @@ class Solid(NamedTuple):
 
     @property
     def box(self) -> Box | None:
-        """The solid as a box whose edges are along the axes of its link; None if it is no such box."""
+        """The solid as a box along the axes of its link, or None if it is not such a box."""
         if self.kind != "box" or self.rows != _UPRIGHT:
             return None
         half = tuple(size / 2 for size in self.sizes)
@@ -52,14 +52,14 @@ class Solid(NamedTuple):
 
     @property
     def as_cylinder(self) -> Solid:
-        """A capsule as a cylinder of the same full length, as formats without capsules have it; all else unchanged."""
+        """A capsule as a cylinder of the same full length, as in formats without capsules; other solids unchanged."""
         if self.kind != "capsule":
             return self
         radius, length = self.sizes
         return self._replace(kind="cylinder", sizes=(radius, length + 2 * radius))
 
     def seen_from(self, place: Placed) -> Solid:
-        """Return the solid in the frame in which its link is placed."""
+        """Return the solid in a frame in which its link has the pose ``place``."""
         transform = place.transform.then(Transform(self.rows, self.centre))
         length, turn = (
             self.tolerance + place.length + place.angle * norm(self.centre),
@@ -69,7 +69,7 @@ class Solid(NamedTuple):
 
 
 def solid_of(shape: Shape, precision: Precision = exact, share: float = 2.0) -> Solid:
-    """Return a shape other than a height map as a solid; a size is made of ``share`` printed numbers."""
+    """Convert a shape, no height map, to a solid; ``share`` is the number of printed numbers in a size."""
     placed = shape.in_link if shape.pose.rpy != (0.0, 0.0, 0.0) else shape
     geometry, origin = placed.geometry, placed.origin()
     key, sizes_of = _SIZED[type(geometry)]
@@ -81,7 +81,7 @@ def solid_of(shape: Shape, precision: Precision = exact, share: float = 2.0) -> 
     return Solid(kind, sizes, origin.xyz, rows, _words(shape), shape.rgba, length, turn, tint)
 
 
-# The key whose digits tell how well the sizes of a geometry are known, and the sizes.
+# The key whose digits determine the precision of a geometry's sizes, and the sizes.
 _SIZED: Mapping[type, tuple[str, Callable[[Any], tuple[float, ...]]]] = {
     Box: ("size", lambda box: box.size),
     Cylinder: ("length", lambda tube: (tube.radius, tube.length)),
@@ -101,7 +101,7 @@ def _words(shape: Shape) -> tuple[str, ...]:
 
 
 class Matched(NamedTuple):
-    """Solids of two sets, by index: the pairs that are in both, and what only one of them has."""
+    """Matched solids of two sets, by index: the pairs that are in both, and the rest of each set."""
 
     pairs: list[tuple[int, int]]
     old: list[int]
@@ -109,12 +109,12 @@ class Matched(NamedTuple):
 
 
 def match(old: Sequence[Solid], new: Sequence[Solid], noise: float = POSE_NOISE) -> Matched:
-    """Return which solids of two sets are the same; ``noise`` (m, and rotation entries) is not a difference."""
+    """Match equal solids of two sets; differences up to ``noise`` (m, and rotation entries) are ignored."""
     twins: dict[Solid, list[int]] = {}
     for index in reversed(range(len(new))):
         twins.setdefault(new[index], []).append(index)
     pairs = [(index, twins[solid].pop()) for index, solid in enumerate(old) if twins.get(solid)]
-    # The others are looked for among neighbours: a large height map makes thousands of boxes.
+    # Compare the rest only with nearby solids, because a large height map has thousands of boxes.
     known = {index for index, _ in pairs}
     order = sorted((index for rest in twins.values() for index in rest), key=lambda index: new[index].centre)
     places = [new[index].centre[0] for index in order]
@@ -132,7 +132,7 @@ def match(old: Sequence[Solid], new: Sequence[Solid], noise: float = POSE_NOISE)
 
 
 def same(one: Solid, other: Solid, noise: float) -> bool:
-    """Return True if two solids, seen from the same frame, look alike and fill the same space, as far as is known."""
+    """Return True if two solids in one frame have equal looks and fill the same space within their precision."""
     if one[:6] == other[:6]:
         return True
     tint = noise + join_errors(one.colour_tolerance, other.colour_tolerance)
@@ -147,7 +147,7 @@ def same(one: Solid, other: Solid, noise: float) -> bool:
     same_sizes = all(abs(a - b) <= length for a, b in zip(one.sizes, other.sizes, strict=True))
     if one.kind == "sphere" or not is_turned:
         return same_sizes
-    if one.kind == "box":  # it may be on its side
+    if one.kind == "box":  # its axes may be permuted
         turn = length + turn * norm((one.sizes[0], one.sizes[1], one.sizes[2]))
     elif one.kind not in ROUND or not same_sizes:
         return False
@@ -156,14 +156,14 @@ def same(one: Solid, other: Solid, noise: float) -> bool:
 
 
 def same_colour(one: Rgba | None, other: Rgba | None, least: float) -> bool:
-    """Return True if two colours differ by no more than ``least`` in each part, or if neither is given."""
+    """Return True if two colours differ by at most ``least`` in each component, or if neither is set."""
     if one is None or other is None:
         return one is other
     return all(abs(a - b) <= least for a, b in zip(one, other, strict=True))
 
 
 def _points(solid: Solid) -> list[Vector]:
-    """Return points about the middle by which a solid is turned: the corners of a box, or the ends of an axis."""
+    """Return points about the centre that show the rotation of a solid: corners of a box, or ends of an axis."""
     turn = Transform(solid.rows)
     if solid.kind == "box":
         a, b, c = (size / 2 for size in solid.sizes)
@@ -172,7 +172,7 @@ def _points(solid: Solid) -> list[Vector]:
 
 
 def turned_by(one: Solid, other: Solid) -> float:
-    """Return how far a solid is turned from another one (rad); a round solid has no angle about its axis."""
+    """Return the rotation (rad) between two solids; the angle of a round solid about its axis is ignored."""
     if one.kind == other.kind == "sphere":
         return 0.0
     if one.kind == other.kind and one.kind in ROUND:
@@ -182,12 +182,12 @@ def turned_by(one: Solid, other: Solid) -> float:
 
 
 def same_space(one: Sequence[Solid], other: Sequence[Solid], noise: float = POSE_NOISE) -> bool:
-    """Return True if two sets of boxes along the axes of one frame fill the same space, however they are cut."""
+    """Return True if two sets of boxes along the axes of one frame fill the same space, even if divided differently."""
     first, second = ([box for solid in solids if (box := solid.box) is not None] for solids in (one, other))
     if not first or not second or len(first) != len(one) or len(second) != len(other):
         return False
     near = noise + POSE_NOISE + join_errors(*(max(solid.tolerance for solid in solids) for solids in (one, other)))
-    marks: list[list[float]] = []  # where boxes begin and end along each axis
+    marks: list[list[float]] = []  # coordinates of box faces along each axis
     for axis in range(3):
         ends = sorted(corner[axis] for box in (*first, *second) for corner in (box.lower, box.upper))
         marks.append([end for at, end in enumerate(ends) if not at or end - ends[at - 1] > near])
@@ -202,7 +202,7 @@ def same_space(one: Sequence[Solid], other: Sequence[Solid], noise: float = POSE
 
 
 def largest_step(pairs: Iterable[tuple[Solid, Solid]]) -> float | None:
-    """Return the largest change (m) of faces, middles and sizes; None for another kind or a mere rotation."""
+    """Return the largest change (m) of faces, centres and sizes, or None if the kind or only the rotation changed."""
     largest = 0.0
     for one, other in pairs:
         if one.kind != other.kind:

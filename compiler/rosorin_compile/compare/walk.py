@@ -1,8 +1,8 @@
-"""Walk two values of one dataclass type, and yield every leaf that differs.
+"""Compare two values of one dataclass type, and return every leaf (a single value) that differs.
 
-A leaf has an address: the kind and the name of the thing that it belongs to, and its quantity ("frame laser, origin").
-One change has one address in every format, because all values are built from the dataclasses of the model: a ``Robot``,
-or a small dataclass of a format, whose fields are named after the kind of things that they hold by name.
+A leaf has an address: the kind and the name of its entry, and its quantity ("frame laser, origin"). A change has the
+same address in every format, because all values are built from the dataclasses of the model: a ``Robot``, or a small
+dataclass of a format, whose fields are named after the kind of entries that they contain by name.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from .solids import Solid, match, solid_of
 
 
 class Address(NamedTuple):
-    """Where a leaf is: ``kind`` and ``name`` of the thing, and its quantity; empty for the thing as a whole."""
+    """The address of a leaf: ``kind`` and ``name`` of the entry, and the quantity, empty for the entry as a whole."""
 
     kind: str
     name: str
@@ -35,7 +35,7 @@ class Address(NamedTuple):
 
 
 class Difference(NamedTuple):
-    """A leaf that differs; None on the side that does not have it."""
+    """A leaf that differs; None on a side without it."""
 
     address: Address
     old: Any
@@ -45,7 +45,7 @@ class Difference(NamedTuple):
 Thing = tuple[str, str]
 Leaves = dict[Thing, dict[str, Any]]
 
-# What says nothing about a robot: where a value comes from, where it is written, and files that were found.
+# Fields that do not describe the robot: sources of values, outputs, and file contents.
 SKIPPED = frozenset(
     {"source", "stand_in", "stand_ins", "outputs", "missing_meshes", "mesh_files", "mesh_contents", "root_in_world"}
 )
@@ -57,13 +57,13 @@ _KINDS = {
     "publishers": "publisher",
     "disabled_contacts": "contacts",
 }
-# What an entry of a section is called; other sections of a robot are flattened in their own way.
+# The word for an entry of a section; other sections have separate code.
 _WORDS = {"control": "hardware", "controllers": "controller", "drive": "drive", "moveit": "moveit"}
 _WORDS |= {name: _KINDS[name] for name in ("publishers", "servos", "materials", "sensors")}
 _WORDS |= {"actuators": "actuator", "constraints": "constraint"}
 _EMPTY: frozenset[str] = frozenset()
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-# Lengths and angles: near zero they are known no better than elsewhere.
+# Lengths and angles, whose tolerance is absolute near zero.
 _ABSOLUTE = frozenset(
     {"xyz", "rpy", "axis", "lower", "upper", "offset", "rising", "falling", "reference", "position", "limit"}
 )
@@ -72,10 +72,10 @@ _ABSOLUTE = frozenset(
 def compare_leaves(
     old: Leaves, new: Leaves, precisions: tuple[Precision, Precision] = (exact, exact), tolerance: float = NOISE
 ) -> list[Difference]:
-    """Return every leaf that differs between two values of one dataclass type (see ``leaves``).
+    """Return every leaf that differs between two sets of leaves (see ``leaves``).
 
-    ``precisions`` are how well the numbers of both are known. A difference up to ``tolerance`` is ignored as well: a
-    part of the larger number, and of 1 m or 1 rad for lengths and angles.
+    ``precisions`` are the precisions of the numbers on both sides. Differences up to ``tolerance`` are also ignored:
+    relative to the larger number, and to 1 m or 1 rad for lengths and angles.
     """
     found: list[Difference] = []
     comparison = _Comparison(precisions, tolerance)
@@ -122,7 +122,7 @@ class _Comparison(NamedTuple):
         return bool(old == new)
 
     def _near(self, key: str, old: Sequence[float], new: Sequence[float]) -> bool:
-        """Return True if numbers that were written together are the same."""
+        """Return True if all numbers of one key, such as ``xyz``, are equal within the tolerance."""
         largest = max(map(abs, (*old, *new)), default=0.0)
         known = join_errors(self.precisions[0](key, *old), self.precisions[1](key, *new)) if old != new else 0.0
         floor = max(1.0, largest) if key in _ABSOLUTE else largest if len(old) > 1 else 0.0
@@ -132,7 +132,7 @@ class _Comparison(NamedTuple):
 
 
 def same_turn(old: Vector, new: Vector, precisions: tuple[Precision, Precision], tolerance: float) -> bool:
-    """Return True if two triples of angles (rad) mean the same rotation."""
+    """Return True if two triples of angles (rad) are the same rotation."""
     if old == new:
         return True
     known = TURNS * join_errors(precisions[0]("rpy", *old), precisions[1]("rpy", *new)) + tolerance
@@ -143,7 +143,7 @@ def same_turn(old: Vector, new: Vector, precisions: tuple[Precision, Precision],
 def known_inertia(
     old: Sequence[float], new: Sequence[float], precisions: tuple[Precision, Precision], tolerance: float
 ) -> float:
-    """Return how far apart the entries of two equal inertias (kg*m^2) may be, including the effect of rotated axes."""
+    """Return the largest difference of entries of two equal inertias (kg*m^2), including the error of rotated axes."""
     largest = max(map(abs, (*old, *new)), default=0.0)
     one, other = precisions
     numbers = join_errors(one("ixx", *old), other("ixx", *new))
@@ -152,17 +152,17 @@ def known_inertia(
 
 
 class Shapes(NamedTuple):
-    """The shapes of a link of one purpose: a leaf, because their order in a file means nothing."""
+    """The visual or collision shapes of a link: a single leaf, because their order in a file does not matter."""
 
     shapes: tuple[Shape, ...]
 
     def solids(self, precision: Precision = exact) -> list[Solid]:
-        """Return the shapes as solids; height maps as boxes."""
+        """Return the shapes as solids, with height maps as boxes."""
         return [solid_of(piece, precision) for shape in self.shapes for piece in shape.solids()]
 
 
 def leaves(value: Any) -> Leaves:
-    """Return the leaves of a value by the thing that they belong to and their quantity."""
+    """Return the leaves of a value by entry (kind and name) and quantity."""
     found: Leaves = {}
     contents = (
         {"": value} if isinstance(value, Robot) else {one.name: getattr(value, one.name) for one in fields(value)}
@@ -214,7 +214,7 @@ def _robot(robot: Robot, found: Leaves) -> None:
 
 @cache
 def section_words() -> Mapping[str, str]:
-    """Return the sections of a robot that are compared entry by entry, and what an entry of each is called."""
+    """Return the sections of a robot that are compared entry by entry, each with the word for an entry."""
     known = {field.name for field in fields(Robot)}
     return _WORDS | {name: one.compared for name, one in sections().items() if one.compared and name not in known}
 
@@ -223,7 +223,7 @@ def _poses(poses: Iterable[JointPose], found: Leaves) -> None:
     for pose in poses:
         entry: dict[str, Any] = dict(pose.positions)
         _flatten({"base": pose.base, "controls": pose.controls, "mjcf": pose.mjcf}, "", entry)
-        if entry or pose.name != "home":  # every MJCF of ours has the key home
+        if entry or pose.name != "home":  # every MJCF of this tool has the key "home"
             found["pose", pose.name] = entry
 
 
@@ -248,7 +248,7 @@ def _link(link: Link, found: Leaves) -> None:
 
 
 def inertial_leaves(inertial: Inertial | None) -> dict[str, Any]:
-    """Return the leaves of a mass, along the axes of its link; none for one of zeros."""
+    """Return the leaves of an inertial along the axes of its link; none if it is zero."""
     six = tuple(getattr(inertial, name) for name in _INERTIA) if inertial is not None else ()
     if inertial is None or not any((inertial.mass, *six)):
         return {}
@@ -283,7 +283,7 @@ def _publisher(publisher: Publisher) -> dict[str, Any]:
 
 
 def _edges(edges: Iterable[Edge], found: Leaves) -> None:
-    """Add transforms; of several with one child, later ones are named by their parent or their condition, too."""
+    """Add transforms by child; the names of further transforms to a child include the parent or the condition."""
     parents: dict[str, str] = {}
     for edge in edges:
         first = parents.setdefault(edge.child, edge.parent)
@@ -299,7 +299,7 @@ def _edges(edges: Iterable[Edge], found: Leaves) -> None:
 
 
 def _entries(kind: str, entries: Iterable[Any], found: Leaves) -> None:
-    """Add the entries of a list, by name, or by number where they have none."""
+    """Add the entries of a list by name, or by number if they have no name."""
     for number, entry in enumerate(entries, 1):
         name = entry if isinstance(entry, str) else str(getattr(entry, "name", "") or number)
         name = f"{name} ({number})" if (kind, name) in found else name
@@ -309,13 +309,13 @@ def _entries(kind: str, entries: Iterable[Any], found: Leaves) -> None:
 
 
 def _elements(texts: Iterable[str], entry: dict[str, Any], word: str = "element") -> None:
-    """Add the values of XML elements, each by its place."""
+    """Add the values of XML elements by their path."""
     for place, value in values_of(f"<all>{''.join(texts)}</all>") if texts else ():
         entry[f"{word} {place}"] = value
 
 
 def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
-    """Add the leaves of a value below a path; what says nothing is left out."""
+    """Add the leaves of a value below a path, except skipped fields and defaults."""
     if value is None or value == () or value == "" or value == {}:
         return
     if isinstance(value, Mapping):
@@ -324,16 +324,16 @@ def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
     elif is_dataclass(value) and not isinstance(value, Pose):
         for name, default in _fields(type(value)):  # type: ignore[arg-type]
             inner = getattr(value, name)
-            # A number that is not zero by default is named beside the number that it becomes.
+            # Include nonzero defaults, so that a change from or to a default shows both numbers.
             has_numbers = is_dataclass(default) and not isinstance(default, Pose)
             if inner != default or has_numbers or (is_number(default) and default):
-                whole = name in ("values", "mjcf")  # they hold words by name
+                whole = name in ("values", "mjcf")  # they contain texts by name
                 _flatten(inner, path if whole else _below(path, name.replace("_", " ")), entry)
     elif isinstance(value, (tuple, list)) and any(is_dataclass(one) or isinstance(one, Mapping) for one in value):
         for number, inner in enumerate(value, 1):
             count, place = len(entry), _below(path, getattr(inner, "name", "") or number)
             _flatten(inner, place, entry)
-            if len(entry) == count:  # it has nothing but a name
+            if len(entry) == count:  # an entry with only a name
                 entry[place] = True
     else:
         entry[path] = float(value) if is_number(value) else value

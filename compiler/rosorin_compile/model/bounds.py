@@ -1,4 +1,4 @@
-"""The space that shapes take: boxes, balls around them, their reach, and lines through them (C. Ericson, 2005, 5.3)."""
+"""Bounds of shapes: boxes, balls, how far shapes reach, and lines through them (C. Ericson, 2005, 5.3)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .shape import MERGED, Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMa
 
 _NOWHERE = (math.inf, -math.inf)
 _EVERYWHERE = (-math.inf, math.inf)
-_PARALLEL = 1e-12  # rounding of a direction, and of a line in a face, which is outside (m)
+_PARALLEL = 1e-12  # rounding of a direction; also of a line (m) in a face, which counts as outside
 
 
 class Bounds(NamedTuple):
@@ -26,7 +26,7 @@ class Bounds(NamedTuple):
 
     @property
     def diagonal(self) -> float:
-        """The largest distance within the box (m)."""
+        """The distance between two opposite corners (m)."""
         return math.dist(self.lower, self.upper)
 
     def join(self, other: Bounds) -> Bounds:
@@ -45,7 +45,7 @@ class Bounds(NamedTuple):
 
 
 def bounds_of(shapes: Iterable[Shape]) -> Bounds | None:
-    """Return the box around shapes (m), along the axes of their link, or None if there is none or one is a mesh."""
+    """Return the box around shapes (m), along the axes of their link, or None without shapes or with a mesh."""
     bounds: Bounds | None = None
     for shape in shapes:
         if isinstance(shape.geometry, Mesh):
@@ -62,7 +62,7 @@ def bounds_of(shapes: Iterable[Shape]) -> Bounds | None:
 
 
 class Ball(NamedTuple):
-    """A ball around a shape: its middle in the link (m), its radius (m), and the volume of its box (m^3)."""
+    """A ball around a shape: its centre in the link (m), its radius (m), and the volume of the shape's box (m^3)."""
 
     middle: Vector
     radius: float
@@ -80,7 +80,7 @@ def ball_of(shape: Shape) -> Ball | None:
 
 
 def _corners(geometry: Geometry) -> tuple[Vector, Vector]:
-    """Return two corners of the box around a geometry in its own frame; sizes may be below zero."""
+    """Return the lower and upper corner of the box around a geometry in its frame, also for negative sizes."""
     if isinstance(geometry, Box):
         (a, b, c), (d, e, f) = geometry.lower, geometry.upper
         return (min(a, d), min(b, e), min(c, f)), (max(a, d), max(b, e), max(c, f))
@@ -103,11 +103,11 @@ def _corners(geometry: Geometry) -> tuple[Vector, Vector]:
 
 
 def reach_along(shape: Shape, place: Transform) -> Callable[[Vector], float]:
-    """Return how far (m) a shape that is not a mesh, of a link at ``place``, reaches along a unit vector."""
+    """Return how far (m) a shape of a link at ``place`` reaches along a unit vector, as a function; no meshes."""
     geometry, there = shape.geometry, place.then(shape.pose.transform())
     (a, b, c), (d, e, f), (g, h, i) = there.rows
     boxes = [solid.geometry for solid in shape.solids(MERGED) if isinstance(solid.geometry, Box)]
-    # By the sign of each component of a direction: the ends of all boxes on that side.
+    # The ends of all boxes by axis and by the sign of the direction.
     ends = [[[pick(b.lower[k], b.upper[k]) for b in boxes] for pick in (min, max)] for k in range(3)]
 
     def reach(direction: Vector) -> float:
@@ -121,7 +121,7 @@ def reach_along(shape: Shape, place: Transform) -> Callable[[Vector], float]:
             extent = abs(z) * geometry.length / 2 + geometry.radius * math.hypot(x, y)
         elif isinstance(geometry, Ellipsoid):
             extent = math.hypot(x * geometry.radii[0], y * geometry.radii[1], z * geometry.radii[2])
-        else:  # a height map without a body reaches nowhere
+        else:  # also for a height map, which is empty if all heights are 0
             sides = zip(ends[0][x > 0], ends[1][y > 0], ends[2][z > 0], strict=True)
             extent = max((x * p + y * q + z * r for p, q, r in sides), default=-math.inf)
         return dot(there.xyz, direction) + extent
@@ -130,13 +130,13 @@ def reach_along(shape: Shape, place: Transform) -> Callable[[Vector], float]:
 
 
 def radius_about(placed: Iterable[tuple[Shape, Transform]], axis: Vector) -> float:
-    """Return how far shapes reach from an axis through the origin (m; at 1 m up to 40 um less); no meshes."""
+    """Return how far shapes reach from an axis through the origin (m; at 1 m up to 40 um too little); no meshes."""
     u, v = plane_axes(axis)
     turns = [2 * math.pi * step / 360 for step in range(360)]
     farthest = 0.0
     for shape, place in placed:
         geometry, there = shape.geometry, place.then(shape.pose.transform())
-        if isinstance(geometry, (Sphere, Capsule)):  # the ends are balls
+        if isinstance(geometry, (Sphere, Capsule)):  # round ends
             half = geometry.length / 2 if isinstance(geometry, Capsule) else 0.0
             ends = [there.apply((0.0, 0.0, end)) for end in (-half, half)]
             farthest = max(farthest, *(math.hypot(dot(end, u), dot(end, v)) + geometry.radius for end in ends))
@@ -150,16 +150,16 @@ def radius_about(placed: Iterable[tuple[Shape, Transform]], axis: Vector) -> flo
 
 
 class Way(NamedTuple):
-    """The part of a line inside a solid: distances along its direction (m)."""
+    """The part of a line inside a solid: the distances along the line (m) where it enters and leaves."""
 
     enters: float
     leaves: float
 
 
 def through(geometry: Geometry, at: Vector, along: Vector) -> Way | None:
-    """Return the part of a line inside a solid, in whose axes it is given, or None where it passes by.
+    """Return the part of a line inside a solid, or None if the line misses the solid.
 
-    ``at`` is a point of the line (m), ``along`` a unit vector. Lines pass by meshes and height maps.
+    ``at`` is a point (m) of the line, ``along`` a unit vector, in the axes of the solid. None for meshes, height maps.
     """
     parts: list[tuple[float, float]] = []
     if isinstance(geometry, Box):
@@ -175,12 +175,12 @@ def through(geometry: Geometry, at: Vector, along: Vector) -> Way | None:
         parts = [(max(round_part[0], flat_part[0]), min(round_part[1], flat_part[1]))]
         for end in (-geometry.length / 2, geometry.length / 2) if isinstance(geometry, Capsule) else ():
             parts.append(_ellipsoid((at[0], at[1], at[2] + end), along, (geometry.radius,) * 3))
-    inside = [part for part in parts if part[0] < part[1]]  # all solids are convex: the parts are one
+    inside = [part for part in parts if part[0] < part[1]]  # all solids are convex: the parts touch
     return Way(min(part[0] for part in inside), max(part[1] for part in inside)) if inside else None
 
 
 def _slab(start: float, step: float, side: float) -> tuple[float, float]:
-    """Return the part of a line between two planes across an axis, each half a side from zero."""
+    """Return the part of a line between two planes across an axis, each at half a ``side`` from zero."""
     half = abs(side) / 2
     if abs(step) < _PARALLEL:
         return _EVERYWHERE if abs(start) < half - _PARALLEL else _NOWHERE

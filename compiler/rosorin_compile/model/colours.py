@@ -1,4 +1,4 @@
-"""A colour for each link, and visuals for links that only have collision shapes, equal in pages, pictures and files."""
+"""Assign colours to links, and visuals to links with collision shapes only: the same in pages, pictures and files."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from .shape import Material, Rgba
 if TYPE_CHECKING:
     from .robot import Robot
 
-# Degrees to the next hue that is tried: 360 times the golden ratio, so that no two are close.
+# Degrees to the next hue to try: by the golden ratio, so that no two hues are close.
 _GOLDEN_ANGLE = 137.50776
-_NEAR = 25.0  # degrees: the smallest difference between the hues of a link and its parent
+_NEAR = 25.0  # the smallest difference in degrees between the hues of a link and its parent
 _LIGHTNESSES, _SATURATIONS = (0.60, 0.52), (0.42, 0.10)
-_ROUNDED = 0.01  # what rounding to three digits changes of lightness and saturation, at most
+_ROUNDED = 0.01  # the largest change of lightness and saturation by rounding to three digits
 
 
 @of_robot
 def own_colours(robot: Robot) -> Mapping[str, Rgba]:
-    """Return a muted colour for each link, which follows from its name and differs from that of its parent."""
+    """Return a muted colour for each link, derived from its name and different from the colour of its parent."""
     hues: dict[str, float] = {}
     colours: dict[str, Rgba] = {}
     for link in robot.walk():
         above = robot.joint_to.get(link.name)
-        # equal on every machine, and very different for similar names
+        # a hash that is the same on every machine, and very different for similar names
         number = (zlib.crc32(link.name.encode("utf-8", "surrogatepass")) * 2_654_435_761 >> 8) & 0xFFFFFF
         hue = number % 3600 / 10
         while above is not None and abs((hue - hues[above.parent] + 180) % 360 - 180) < _NEAR:
@@ -43,7 +43,7 @@ def own_colours(robot: Robot) -> Mapping[str, Rgba]:
 
 
 def is_own(rgba: Sequence[float]) -> bool:
-    """Return True if a colour can be one of ``own_colours``."""
+    """Return True if ``own_colours`` can produce a colour."""
     if len(rgba) != 4 or rgba[3] != 1.0 or not all(0 <= part <= 1 for part in rgba):
         return False
     pairs = zip(rgb_to_hls(*rgba[:3])[1:], (_LIGHTNESSES, _SATURATIONS), strict=True)
@@ -51,7 +51,7 @@ def is_own(rgba: Sequence[float]) -> bool:
 
 
 def colours_of(robot: Robot) -> dict[str, Material]:
-    """Return new materials LINK_colour for the links that have collision shapes and no visual, by link."""
+    """Return a material LINK_colour for each link with collision shapes and no visual, by the name of the link."""
     names = set(robot.material)
     colours: dict[str, Material] = {}
     for link in robot.links:
@@ -65,7 +65,7 @@ def colours_of(robot: Robot) -> dict[str, Material]:
 
 
 def with_visuals(robot: Robot) -> Robot:
-    """Return a robot in which a link without a visual is seen as its collision shapes, in one colour."""
+    """Return a robot in which links without a visual get their collision shapes as visuals, in one colour."""
     colours = colours_of(robot)
     links = {link.name: link for link in robot.links}
     for name, colour in colours.items():
@@ -76,7 +76,7 @@ def with_visuals(robot: Robot) -> Robot:
 
 
 def shows_collision(link: Link) -> bool:
-    """Return True if the visuals of a link are those of ``with_visuals``."""
+    """Return True if ``with_visuals`` made the visuals of a link."""
     visual, collision = ([(shape.geometry, shape.pose) for shape in some] for some in (link.visual, link.collision))
     made = all((shape.material or "").rstrip("_").endswith("_colour") for shape in link.visual)
     return bool(visual) and made and visual == collision

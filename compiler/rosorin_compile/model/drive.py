@@ -1,8 +1,8 @@
 """The drive of a robot and its kinematics: wheel speeds for a velocity of the base, and back.
 
-All kinds of bases are one equation. A wheel at p (from the centre of the drive) that turns at w has a rim speed of
-w * r along the ``direction`` d in which it rolls. The ground holds it along its ``grip`` g, along which hub and rim
-move alike:
+One equation describes all kinds of bases. A wheel at p (from the centre of the drive) that turns at w has a rim speed
+of w * r along the ``direction`` d in which it rolls. It cannot slip along its ``grip`` g, so hub and rim have the same
+speed along g:
 
     g . (v + wz * (-p.y, p.x)) = w * r * (g . d)
 
@@ -10,9 +10,9 @@ For a plain wheel and for an omni wheel, which slides along its axle, g is d. Fo
 roller on the ground, half-way between d and the axle. Sources: ros2_controllers (mecanum_drive_controller.cpp and
 doc/mobile_robot_kinematics.rst); K. M. Lynch and F. C. Park, "Modern Robotics" (2017), 13.2.
 
-A steered wheel is turned into the velocity of its place, at most a quarter turn. Velocities are those of the centre of
-the drive in the axes of the base frame (REP 103): the middle of the four wheels (mecanum), of all wheels (omni), of the
-axle between left and right (differential), of the axle that is not steered (tricycle, ackermann).
+A steered wheel is turned into its direction of travel, by at most a quarter turn. Velocities are those of the centre of
+the drive in the axes of the base frame (REP 103). The centre is the middle of the four wheels (mecanum), of all wheels
+(omni), of the axle between left and right (differential), or of the axle that is not steered (tricycle, ackermann).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 MECANUM, DIFFERENTIAL, OMNI, TRICYCLE, ACKERMANN = "mecanum", "differential", "omni", "tricycle", "ackermann"
 
-# The roles of the joints of each kind, in the order in which they are printed.
+# The roles of joints for each kind of drive, in the order in which they are printed.
 ROLES: Mapping[str, tuple[str, ...]] = {
     MECANUM: ("front_left", "rear_left", "front_right", "rear_right"),
     DIFFERENTIAL: ("left", "right"),
@@ -43,22 +43,22 @@ ROLES: Mapping[str, tuple[str, ...]] = {
     ACKERMANN: ("steering", "driven", "rolling"),
 }
 STEERED = (TRICYCLE, ACKERMANN)
-SLIDING = (MECANUM, OMNI)  # drives that move sideways
+SLIDING = (MECANUM, OMNI)  # drives that can move sideways
 
-# The grip of a mecanum wheel along x and y, of any length, in the X layout: from above, the axes of the upper rollers
-# point at the middle, so those on the ground are across.
+# The grip direction (x, y) of mecanum wheels in the X layout, not normalized. Seen from above, the axes of the upper
+# rollers point at the centre, so the axes of the rollers on the ground are perpendicular to that.
 _GRIPS = {"front_left": (1.0, -1.0), "rear_left": (1.0, 1.0), "front_right": (1.0, 1.0), "rear_right": (1.0, -1.0)}
 _SINGULAR = 1e-9
 
 
 @dataclass(frozen=True)
 class Drive:
-    """What drives a robot on the ground."""
+    """The drive of a mobile base: its kind and its joints."""
 
     kind: str  # a key of ``ROLES``
     joints: Mapping[str, tuple[str, ...]]  # by their roles
     frame: str = ""  # the base frame, or empty for the root
-    radius: float | None = None  # of all wheels (m), or None to measure it
+    radius: float | None = None  # of all wheels (m); None: measured on the shapes
     source: Source = NO_SOURCE
 
     @property
@@ -73,7 +73,7 @@ class Drive:
 
     @property
     def slides(self) -> bool:
-        """Whether the base moves sideways."""
+        """Whether the base can move sideways."""
         return self.kind in SLIDING
 
 
@@ -87,20 +87,20 @@ class Twist(NamedTuple):
 
 @dataclass(frozen=True)
 class Wheel:
-    """A driven wheel, with its position from the centre of the drive (m) and its radius (m)."""
+    """A driven wheel: its position relative to the centre of the drive (m) and its radius (m)."""
 
     joint: str
     x: float
     y: float
     radius: float
-    direction: tuple[float, float]  # in which it rolls where its joint turns forward, without steering
-    grip: tuple[float, float]  # along which it holds, without steering
+    direction: tuple[float, float]  # in which it rolls for positive joint velocity, without steering
+    grip: tuple[float, float]  # in which it does not slip, without steering
     steering: str = ""  # the joint that steers it, or empty
 
 
 @dataclass(frozen=True)
 class Steering:
-    """A joint that steers: its position from the centre of the drive (m); ``sign`` is -1 if it turns about -z."""
+    """A steering joint: its position relative to the centre of the drive (m); ``sign`` is -1 for an axis along -z."""
 
     joint: str
     x: float
@@ -110,22 +110,22 @@ class Steering:
 
 @dataclass(frozen=True)
 class Driving:
-    """The kinematics of a drive. Velocities are those of ``centre`` (m) in the frame ``frame``."""
+    """The kinematics of a drive. Velocities are those of the point ``centre`` (m) in ``frame``."""
 
     kind: str
     frame: str
     centre: tuple[float, float]
     wheels: tuple[Wheel, ...]
     steering: tuple[Steering, ...] = ()
-    wheelbase: float = 0.0  # m; zero where the kind has none
-    track: float = 0.0  # m; zero where the kind has none
+    wheelbase: float = 0.0  # m; zero for a kind of drive without one
+    track: float = 0.0  # m; zero for a kind of drive without one
 
     @property
     def slides(self) -> bool:
         return self.kind in SLIDING
 
     def angles(self, twist: Twist) -> dict[str, float]:
-        """Return the positions (rad) of the joints that steer; straight ahead at rest."""
+        """Return the positions (rad) of the steering joints for a velocity of the base; zero at rest."""
         angles = {}
         for axis in self.steering:
             forward, left = twist.vx - twist.wz * axis.y, twist.wz * axis.x
@@ -135,7 +135,7 @@ class Driving:
         return angles
 
     def speeds(self, twist: Twist, angles: Mapping[str, float] | None = None) -> dict[str, float]:
-        """Return the speeds (rad/s) of the wheels; ``angles`` (rad, by joint) are those of the steering, if set."""
+        """Return the wheel speeds (rad/s) for a velocity of the base; ``angles`` (rad) set steering joints by name."""
         twist = twist if self.slides else twist._replace(vy=0.0)
         angles = self.angles(twist) if angles is None else angles
         rows = {wheel.joint: self._row(wheel, angles) for wheel in self.wheels}
@@ -159,7 +159,7 @@ class Driving:
         return Twist(vx, 0.0, wz)
 
     def _row(self, wheel: Wheel, angles: Mapping[str, float]) -> tuple[Vector, float]:
-        """Return the factors of vx, vy, wz along the grip of a wheel, and how far (m) 1 rad of it rolls there."""
+        """Return the factors of vx, vy and wz along the grip of a wheel, and the distance (m) per rad along it."""
         (gx, gy), (dx, dy), angle, x, y = wheel.grip, wheel.direction, 0.0, wheel.x, wheel.y
         for axis in (axis for axis in self.steering if axis.joint == wheel.steering):
             angle, x, y = axis.sign * angles.get(axis.joint, 0.0), axis.x, axis.y
@@ -169,12 +169,12 @@ class Driving:
 
 
 def _coefficients(direction: tuple[float, float], x: float, y: float) -> Vector:
-    """Return the coefficients of vx, vy and wz in the velocity of a place (m) along a direction."""
+    """Return the coefficients of vx, vy and wz in the velocity of a point (m) along a direction."""
     return (direction[0], direction[1], direction[1] * x - direction[0] * y)
 
 
 def _least_squares(rows: Sequence[Sequence[float]]) -> list[float]:
-    """Solve linear equations, each with its value last, by least squares. Raises ValueError if they do not suffice."""
+    """Solve linear equations (rows with the right side last) by least squares. Raises ValueError if underdetermined."""
     size = len(rows[0]) - 1 if rows else 0
     normal = [[sum(row[i] * row[j] for row in rows) for j in range(size + 1)] for i in range(size)]
     scale = max((abs(number) for line in normal for number in line[:-1]), default=0.0)
@@ -192,7 +192,7 @@ def _least_squares(rows: Sequence[Sequence[float]]) -> list[float]:
 
 @of_robot
 def driving_of(robot: Robot) -> Driving:
-    """Return the kinematics of the drive of a robot at zero. Raises ValueError without a valid drive."""
+    """Return the kinematics of a robot's drive, with all joints at zero. Raises ValueError without a valid drive."""
     drive = robot.drive
     if drive is None:
         raise ValueError(f'the robot "{robot.name}" has no drive')
@@ -237,25 +237,25 @@ def driving_of(robot: Robot) -> Driving:
 
 
 def axis_in_base(robot: Robot, drive: Drive, name: str) -> Vector:
-    """Return the axis of a joint in the base frame of a drive, at zero, of length 1."""
+    """Return the axis of a joint in the base frame, a unit vector, with all joints at zero."""
     joint = robot.joint[name]
     return unit(robot.transform(drive.frame or robot.root, joint.child).rotate(joint.axis))
 
 
 def place_in_base(robot: Robot, drive: Drive, name: str) -> Vector:
-    """Return the position of a joint in the base frame of a drive (m), at zero."""
+    """Return the position of a joint in the base frame (m), with all joints at zero."""
     return robot.transform(drive.frame or robot.root, robot.joint[name].child).xyz
 
 
 def steering_of(robot: Robot, drive: Drive, name: str) -> str:
-    """Return the joint that steers the wheel of a joint, or an empty text."""
+    """Return the joint that steers a wheel joint, or an empty text."""
     above = [joint.name for joint in robot.chain(robot.joint[name].parent)]
     return next((axis for axis in drive.steering if axis in above), "")
 
 
 @of_robot
 def rolling_radius(robot: Robot, name: str) -> float | None:
-    """Return how far the round collision shapes, or else visuals, below a joint reach from its axis (m), or None."""
+    """Return the radius (m) about the axis of a joint of round collision shapes, or else visuals, below it, or None."""
     joint = robot.joint[name]
     below = [(joint.child, Transform())]
     for link, place in below:

@@ -13,27 +13,27 @@ from .simulation import BODY_ELEMENT, SENSOR_ELEMENT, GazeboSensor, SdfElement, 
 
 Data = dict[str, "Any"]
 
-_FLAT = 1e-9  # rad; rays closer than this to a layer are in it
+_FLAT = 1e-9  # rad; a ray this close to a layer is part of it
 _DIGITS = 12
-_LAYERS = 1000  # of a lidar; more than that are reduced to so many, between the same two
-_IMAGE = Pose((0.0, 0.0, 0.0), (-math.pi / 2, 0.0, -math.pi / 2))  # an image frame in one that looks along x
-_CAMERA = Pose((0.0, 0.0, 0.0), (math.pi, 0.0, 0.0))  # and in a camera of MuJoCo, which looks along -z with y up
+_LAYERS = 1000  # the most layers of a lidar that are shown; more are thinned out evenly
+_IMAGE = Pose((0.0, 0.0, 0.0), (-math.pi / 2, 0.0, -math.pi / 2))  # an optical frame in one that looks along x
+_CAMERA = Pose((0.0, 0.0, 0.0), (math.pi, 0.0, 0.0))  # an optical frame in a MuJoCo camera (looks along -z, y up)
 _AXES = ("gyro", "accelerometer", "magnetometer", "force", "torque")
 _GAZEBO_AXES = ("imu", "magnetometer", "force_torque")
 
 
 def page_pose(pose: Pose) -> Data:
-    """Return a pose as a page has it: metres, and radians about the fixed axes x, y, z."""
+    """Return a pose for the viewer page: metres, and radians about the fixed axes x, y, z."""
     return {"xyz": numbers(pose.xyz), "rpy": numbers(pose.rpy)}
 
 
 def numbers(values: Sequence[float]) -> list[float]:
-    """Return numbers without minus zero."""
+    """Return numbers with 0.0 instead of -0.0."""
     return [value + 0.0 for value in values]
 
 
 def seen_by(sensor: Sensor) -> list[Data]:
-    """Return the views of a sensor, if any; fans that differ only in their elevation become layers of one fan."""
+    """Return the fields of view of a sensor; fans of rays that differ only in elevation become layers of one fan."""
     views = [view for one in sensor.simulated if (view := _of_mujoco(one))]
     views = views or [view for one in sensor.gazebo if not one.at_joint and (view := _of_gazebo(one))]
     if not views and any(one.type in _GAZEBO_AXES for one in sensor.gazebo):
@@ -62,7 +62,7 @@ def _of_mujoco(one: Simulated) -> Data | None:
         return {"kind": "box", **place, "size": [2 * float(half) for half in size]}
     if kind != "rangefinder" or one.pose is None:
         return {"kind": "axes", **place} if kind in _AXES else None
-    # A rangefinder measures along z of its site, and its copies are turned about z of the link.
+    # A rangefinder measures along z of its site, and its copies are rotated about z of the link.
     x, y, z = pose.transform().rotate((0.0, 0.0, 1.0))
     copies = one.replicas
     fan: Data = {"kind": "fan", "frame": one.link, "xyz": numbers(pose.xyz), "rpy": [0.0, 0.0, 0.0]}
@@ -79,7 +79,7 @@ def _frustum(frame: str, pose: Pose, turn: Pose, horizontal: float, vertical: fl
 
 
 def _of_gazebo(one: GazeboSensor) -> Data | None:
-    """Return the view of a sensor of Gazebo, which looks along x."""
+    """Return the field of view of a Gazebo sensor, which looks along x, or None if it has none."""
     wide, width, height = (_number(one, *path) for path in (("horizontal_fov",), ("width",), ("height",)))
     if wide and width and height:
         return _frustum(one.link, one.pose, _IMAGE, wide, 2 * math.atan(math.tan(wide / 2) * height / width))
@@ -98,7 +98,7 @@ def _of_gazebo(one: GazeboSensor) -> Data | None:
 
 
 def _number(one: GazeboSensor, *path: str) -> float:
-    """Return the number of the first element at the end of a path of names, whatever is between them, or 0."""
+    """Return the number of the first element along a path of names, which may skip levels, or 0."""
     elements, value = one.elements, None
     for name in path:
         found = next((element for element in _all(elements) if element.name == name), None)

@@ -1,4 +1,4 @@
-"""The tree of frames: one row for each edge with its publisher, and the rows as lines of a tree."""
+"""The tree of frames: a row for each edge with its publisher, and its layout as lines of text."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _LEFT = "text-align: left"
 
 
 class Row(NamedTuple):
-    """One transform."""
+    """An edge of the tree: a transform and its publisher."""
 
     parent: str
     child: str
     publisher: str
-    why: str  # nobody publishes it
+    why: str  # no node publishes it
     topic: str
-    when: str  # the modes in which somebody publishes it; empty for always
+    when: str  # the modes in which it is published; empty for always
     first: str  # the parent in the first row of this child
     joint: str = ""  # empty for other nodes
     kind: str = ""  # of the joint; empty for other nodes
@@ -46,7 +46,7 @@ class Row(NamedTuple):
 
 
 def rows(robot: Robot) -> tuple[Row, ...]:
-    """Return all edges without frames of simulations: joints from the root down, then the transforms of other nodes."""
+    """Return all edges except those of simulation frames: joints from the root down, then transforms of other nodes."""
 
     def add(parent: str, child: str, publisher: Publisher, moving: bool, when: str, joint: str, kind: str) -> None:
         who, why, topic = publisher.name, "", TF if moving else TF_STATIC
@@ -61,7 +61,7 @@ def rows(robot: Robot) -> tuple[Row, ...]:
     for joint in joints.values():
         if joint.child not in robot.simulated_frames:
             first.setdefault(joint.child, joint.parent)
-            if joint.name not in robot.turns or joint.publisher.kind != UNPUBLISHED:  # else it is an edge for each mode
+            if joint.name not in robot.turns or joint.publisher.kind != UNPUBLISHED:  # otherwise each mode has an edge
                 add(joint.parent, joint.child, robot.publisher_of(joint), joint.moves_on_tf, "", joint.name, joint.type)
     for edge in robot.edges:
         same = joints.get((edge.parent, edge.child))
@@ -71,30 +71,30 @@ def rows(robot: Robot) -> tuple[Row, ...]:
 
 
 def publishers(edges: tuple[Row, ...]) -> tuple[str, ...]:
-    """Return the publishers in the order of the rows, each once."""
+    """Return the distinct publishers in the order of the rows."""
     return tuple(dict.fromkeys(row.publisher for row in edges if row.published))
 
 
 class Line(NamedTuple):
-    """A line of the tree: its frame, and the edge that leads there."""
+    """A line of the printed tree: a frame, and the edge to it."""
 
     frame: str
     row: Row | None  # None for a root
     depth: int
-    on: int  # the index of the parent's line; -1 for a root
-    last: bool  # whether it is the last line of that parent
-    up: bool = False  # the frame is the parent in ``row``, but not in tf2
-    again: bool = False  # with ``up``: it also has a line of its own
+    on: int  # the index of the line of the parent; -1 for a root
+    last: bool  # whether it is the last child of that parent
+    up: bool = False  # the frame is the parent in ``row``, but not in the tree
+    again: bool = False  # with ``up``: the frame also has another line
 
 
 def lines(edges: Sequence[Row], frames: Iterable[str]) -> list[Line]:
-    """Return the tree of edges and further frames: parents above children, each frame once.
+    """Lay out edges and further frames as a tree: parents above children, each frame once.
 
-    The parent of a frame is that of tf2 if it has one. A frame that is a parent on no topic is a line below its child.
+    The parent of a frame is its parent in tf2, if any. A frame that is only a parent of other edges is below its child.
     """
     names = list(dict.fromkeys([*frames, *(name for row in edges for name in (row.parent, row.child))]))
     into: dict[str, Row] = {}
-    more: dict[str, list[Row]] = {}  # rows that are not part of the tree, by child
+    more: dict[str, list[Row]] = {}  # rows that are not in the tree, by child
     for row in sorted(edges, key=lambda row: not row.published):
         ancestor = row.parent
         while ancestor != row.child and ancestor in into:
@@ -128,7 +128,7 @@ def lines(edges: Sequence[Row], frames: Iterable[str]) -> list[Line]:
 
 
 def way(tree: Sequence[Line], frame: str) -> list[Line]:
-    """Return the lines from a root to a frame; empty if the tree does not have it."""
+    """Return the lines from a root to a frame, or an empty list if the tree does not contain it."""
     at = next((at for at, line in enumerate(tree) if line.frame == frame and not line.again), -1)
     upwards: list[Line] = []
     while at >= 0:
@@ -138,8 +138,8 @@ def way(tree: Sequence[Line], frame: str) -> list[Line]:
 
 
 def html(robot: Robot) -> str:
-    """Return the tree of frames in all modes as a table for a notebook; every name is escaped."""
-    from html import escape  # imports thousands of entities
+    """Return the tree of frames in all modes as an HTML table for notebooks; every name is escaped."""
+    from html import escape  # slow to import
 
     tree, body = lines(rows(robot), robot.frames), ""
     for line in tree[:_MAX_HTML_ROWS]:

@@ -1,4 +1,4 @@
-"""Poses and transforms: small, exact, without numpy, because three numbers need no array.
+"""Poses and transforms without numpy, which is slower for three numbers.
 
 Conventions are those of URDF and REP 103: right-handed axes, metres, radians; ``rpy`` turns about the fixed axes X, Y,
 Z in this order, so R = Rz(yaw) Ry(pitch) Rx(roll) (http://wiki.ros.org/urdf/XML/joint, REP 103 "Rotation
@@ -18,8 +18,8 @@ Quaternion = tuple[float, float, float, float]
 
 _UNIT_ROWS: Rows = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
-_ROUNDING = 4e-15  # of a sine or cosine: a product of three rotations is exact to about 1e-15
-_STEEP = 1e-2  # the cosine of a pitch near +-90 degrees: the atan2 of numbers so small loses digits
+_ROUNDING = 4e-15  # rounding error of a sine or cosine: a product of three rotations is exact to about 1e-15
+_STEEP = 1e-2  # the cosine of a pitch near +-90 degrees, where the atan2 of small numbers loses digits
 
 
 def dot(a: Vector, b: Vector) -> float:
@@ -38,7 +38,7 @@ def norm(a: Vector) -> float:
 
 
 def minus(one: Vector, other: Vector) -> Vector:
-    """Return the vector from the other point to the first one."""
+    """Return the first vector minus the other one."""
     return (one[0] - other[0], one[1] - other[1], one[2] - other[2])
 
 
@@ -48,18 +48,18 @@ def plus(one: Vector, other: Vector) -> Vector:
 
 
 def unit(vector: Vector) -> Vector:
-    """Return a vector scaled to length 1; a zero vector is returned unchanged."""
+    """Return a vector scaled to length 1, or a zero vector unchanged."""
     length = norm(vector) or 1.0
     return (vector[0] / length, vector[1] / length, vector[2] / length)
 
 
 def angle_between(one: Vector, other: Vector) -> float:
-    """Return the angle (rad) between two directions that are not zero, precise for small ones too."""
+    """Return the angle (rad) between two nonzero vectors, also precise for small angles."""
     return math.atan2(norm(cross(one, other)), dot(one, other))
 
 
 def _snap(value: float) -> float:
-    """Return 0, 1 or -1 where a sine or cosine misses it by rounding alone (the cosine of 90 degrees is 6e-17)."""
+    """Round a sine or cosine to 0, 1 or -1 if it differs only by rounding (the cosine of 90 degrees is 6e-17)."""
     nearest = round(value)
     return float(nearest) if abs(value - nearest) < _ROUNDING else value
 
@@ -76,7 +76,7 @@ def rotation_of_rpy(rpy: Vector) -> Rows:
 
 
 def rotation_about(axis: Vector, angle: float) -> Rows:
-    """Return the rotation matrix by ``angle`` (rad) about an axis of any length. Raises ValueError for a zero axis."""
+    """Return the matrix of a rotation by ``angle`` (rad) about an axis of any length. Raises ValueError for zero."""
     length = norm(axis)
     if length == 0:
         raise ValueError("a rotation needs an axis that is not zero")
@@ -91,9 +91,9 @@ def rotation_about(axis: Vector, angle: float) -> Rows:
 
 
 def plane_axes(normal: Vector) -> tuple[Vector, Vector]:
-    """Return the axes x and y of the plane of a planar joint, of unit length, in the frame of the joint.
+    """Return unit vectors along the x and y axes of a planar joint's plane, in the frame of the joint.
 
-    They are turned the shortest way that brings z to the normal, like in MuJoCo. Raises ValueError for a zero normal.
+    They follow from the shortest rotation of z to the normal, as in MuJoCo. Raises ValueError for a zero normal.
     """
     x, y, z = unit(normal)
     across = math.hypot(x, y)
@@ -113,7 +113,7 @@ def quaternion_of(rows: Rows) -> Quaternion:
         s = math.sqrt(trace + 1.0)
         w, s = s * 0.5, 0.5 / s
         return ((rows[2][1] - rows[1][2]) * s, (rows[0][2] - rows[2][0]) * s, (rows[1][0] - rows[0][1]) * s, w)
-    i = max(range(3), key=lambda axis: rows[axis][axis])  # the first of equals, like tf2
+    i = max(range(3), key=lambda axis: rows[axis][axis])  # the first of equal entries, like tf2
     j, k = (i + 1) % 3, (i + 2) % 3
     s = math.sqrt(rows[i][i] - rows[j][j] - rows[k][k] + 1.0)
     made = [0.0, 0.0, 0.0, 0.0]
@@ -128,8 +128,8 @@ def quaternion_of(rows: Rows) -> Quaternion:
 def eigenvalues(rows: Rows) -> Vector:
     """Return the eigenvalues of a symmetric 3x3 matrix, smallest first.
 
-    Jacobi's method (1846): turn away the largest product until none is left. Exact to rounding, also where eigenvalues
-    are equal, which the closed formula is not.
+    Jacobi's method (1846): rotate the largest off-diagonal entry to zero until none is left. Unlike the closed formula,
+    it is exact to rounding for equal eigenvalues, too.
     """
     matrix = [list(row) for row in rows]
     for _ in range(60):
@@ -178,11 +178,11 @@ class Transform:
         return f"<Transform xyz {x} {y} {z} m, rpy {roll} {pitch} {yaw} deg>"
 
     def apply(self, point: Vector) -> Vector:
-        """Return a point of the child frame in the parent frame (metres)."""
+        """Convert a point (m) from the child frame to the parent frame."""
         return plus(self.rotate(point), self.xyz)
 
     def rotate(self, vector: Vector) -> Vector:
-        """Return a direction of the child frame in the parent frame."""
+        """Convert a direction from the child frame to the parent frame."""
         (a, b, c), (d, e, f), (g, h, i) = self.rows
         x, y, z = vector
         return (a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z)
@@ -209,7 +209,7 @@ class Transform:
         return (-w, -x, -y, -z) if w < 0 else (w, x, y, z)
 
     def turn_to(self, other: Transform) -> tuple[Vector, float]:
-        """Return the axis (length 1, in this frame; zero for no turn) and angle (rad, 0 to pi) to another rotation."""
+        """Return the axis (unit vector in this frame, or zero) and angle (rad, 0 to pi) to another rotation."""
         w, x, y, z = Transform(self.rows).inverse().then(Transform(other.rows)).quaternion()
         return unit((x, y, z)), 2 * math.atan2(norm((x, y, z)), w)
 
@@ -224,7 +224,7 @@ class Transform:
         if horizontal < 1e-12:
             return (math.atan2(-f if g < 0 else f, e) * (1 if g < 0 else -1) + 0.0, math.atan2(-g, horizontal), 0.0)
         if horizontal < _STEEP:
-            # the yaw is what the roll leaves, in numbers that are not small
+            # compute the yaw with the roll, from numbers that are not small
             roll = math.atan2(h, i)
             sine, cosine = math.sin(roll), math.cos(roll)
             yaw = math.atan2(c * sine - b * cosine, e * cosine - f * sine)
@@ -234,7 +234,7 @@ class Transform:
 
 @dataclass(frozen=True)
 class Pose:
-    """The pose of a frame in its parent, as it was written: ``xyz`` in metres, fixed-axis ``rpy`` in radians."""
+    """The pose of a frame in its parent, as in the description: ``xyz`` in metres, fixed-axis ``rpy`` in radians."""
 
     xyz: Vector = _ORIGIN
     rpy: Vector = _ORIGIN
@@ -247,5 +247,5 @@ IDENTITY = Pose()
 
 
 def pose_of(transform: Transform) -> Pose:
-    """Return a transform as xyz and rpy; exact quarter turns give exact angles."""
+    """Convert a transform to xyz and rpy; exact quarter turns give exact angles."""
     return Pose(transform.xyz, transform.rpy())

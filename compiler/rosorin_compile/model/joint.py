@@ -1,4 +1,4 @@
-"""Joints: how a link is attached to another, what limits and moves it, and who publishes it."""
+"""Joints: how a link is attached to another, its limits and dynamics, and the publisher of its transform."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ NODE = "node"
 
 MOVING_TYPES = ("revolute", "continuous", "prismatic")
 SEVERAL_COORDINATES = ("planar", "floating", "ball")
-# Joints that turn in every direction, and so have no axis.
+# Types of joints that rotate in every direction, and so have no axis.
 AXLELESS = ("floating", "ball")
-# The coordinates of a joint by its type, in radians and metres; a quaternion may have any length but zero.
+# The coordinates of a joint by its type, in radians and metres; a quaternion may have any length except zero.
 COORDINATES: Mapping[str, tuple[str, ...]] = {
     "fixed": (),
     **dict.fromkeys(MOVING_TYPES, ("position",)),
@@ -29,11 +29,11 @@ COORDINATES: Mapping[str, tuple[str, ...]] = {
 
 
 def motion(kind: str, axis: Vector, position: float | Sequence[float]) -> Transform:
-    """Return the child in the frame of a joint of a type; ``position`` is a number (rad or m), or one per coordinate.
+    """Return the child frame in the frame of the joint; ``position`` is a number (rad or m), or one per coordinate.
 
     planar: two slides along the axes of the plane (``plane_axes``), then a turn about its normal. floating: a position,
     then a quaternion in the order of ROS. ball: the quaternion alone.
-    Raises ValueError for another number of coordinates, for a zero axis, and for a quaternion of length zero.
+    Raises ValueError for a wrong number of coordinates, for a zero axis, and for a quaternion of length zero.
     """
     names = COORDINATES[kind]
     numbers: Sequence[float] = position if isinstance(position, Sequence) else (position,)
@@ -64,16 +64,16 @@ def _along(axis: Vector, distance: float) -> Vector:
 
 @dataclass(frozen=True)
 class Limit:
-    """Limits of a joint, each or None."""
+    """Limits of a joint; None for those that it does not have."""
 
     lower: float | None = None  # rad or m
     upper: float | None = None  # rad or m
     effort: float | None = None  # N*m or N
     velocity: float | None = None  # rad/s or m/s
-    stand_ins: tuple[str, ...] = field(default=(), compare=False, repr=False)  # for formats that need them
+    stand_ins: tuple[str, ...] = field(default=(), compare=False, repr=False)  # names of limits with placeholder values
 
     def known_value(self, key: str) -> float | None:
-        """Return a limit by its name, or None if it is not given or a stand-in."""
+        """Return a limit by its name, or None if it is missing or a stand-in (a placeholder value)."""
         value: float | None = None if key in self.stand_ins else getattr(self, key)
         return value
 
@@ -85,9 +85,9 @@ class Mimic:
     joint: str
     multiplier: float = 1.0
     offset: float = 0.0
-    solref: tuple[float, ...] = field(default=(), compare=False)  # parameters of the solver of MuJoCo
+    solref: tuple[float, ...] = field(default=(), compare=False)  # MuJoCo solver parameters
     solimp: tuple[float, ...] = field(default=(), compare=False)  # as ``solref``; empty: the default
-    name: str = field(default="", compare=False)  # of the coupling in MuJoCo; empty: that of the joint
+    name: str = field(default="", compare=False)  # of the MuJoCo equality; empty: the name of the joint
 
 
 @dataclass(frozen=True)
@@ -96,14 +96,14 @@ class Dynamics:
 
     damping: float = 0.0  # N*m*s/rad
     friction: float = 0.0  # N*m
-    armature: float = 0.0  # the inertia of the rotor seen at the joint, kg*m^2
+    armature: float = 0.0  # rotor inertia reflected to the joint, kg*m^2
     stiffness: float = 0.0  # of the spring, N*m/rad
-    spring_reference: float = 0.0  # where the spring pulls to, rad or m
+    spring_reference: float = 0.0  # the position at which the spring is relaxed, rad or m
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """Where the edges of a reference of a joint are (rad or m); None is not given."""
+    """The edges of the reference position of a joint (rad or m), or None if not set."""
 
     rising: float | None = None
     falling: float | None = None
@@ -112,7 +112,7 @@ class Calibration:
 
 @dataclass(frozen=True)
 class SafetyController:
-    """Soft limits of a joint, and gains; None is not given."""
+    """Soft limits and gains of the safety controller of a joint; None if not set."""
 
     k_velocity: float  # N*m*s/rad or N*s/m
     k_position: float | None = None  # 1/s
@@ -122,14 +122,14 @@ class SafetyController:
 
 @dataclass(frozen=True)
 class Publisher:
-    """Who puts an edge on /tf or /tf_static."""
+    """The node that publishes an edge on /tf or /tf_static."""
 
     kind: str  # ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, NODE or UNPUBLISHED
     name: str = ""  # of the node
     package: str = ""
     about: str = ""  # a remark; for UNPUBLISHED the reason
-    stamps: tuple[str, ...] = ()  # frames that the node writes into the headers of messages
-    simulated: bool = False  # the edge and what hangs on it exist in simulations alone
+    stamps: tuple[str, ...] = ()  # frames in the headers of the node's messages
+    simulated: bool = False  # the edge and all frames below it exist only in simulations
 
     @property
     def publishes(self) -> bool:
@@ -138,14 +138,14 @@ class Publisher:
 
 @dataclass(frozen=True, repr=False)
 class Joint:
-    """How the child link is attached to the parent link."""
+    """A joint that attaches the child link to the parent link."""
 
     name: str
     type: str
     parent: str
     child: str
-    origin: Pose = IDENTITY  # the child in the parent at position zero
-    axis: Vector = (1.0, 0.0, 0.0)  # of a planar joint the normal of its plane
+    origin: Pose = IDENTITY  # the pose of the child in the parent at position zero
+    axis: Vector = (1.0, 0.0, 0.0)  # for a planar joint, the normal of its plane
     limit: Limit | None = None
     mimic: Mimic | None = None
     dynamics: Dynamics | None = None
@@ -162,7 +162,7 @@ class Joint:
 
     @property
     def moves(self) -> bool:
-        """Whether the joint has a position: one number. Those of SEVERAL_COORDINATES have more than one."""
+        """Whether the joint has a single position. Types in SEVERAL_COORDINATES have several numbers instead."""
         return self.type in MOVING_TYPES
 
     @property
@@ -184,7 +184,7 @@ class Joint:
 
     @property
     def braking(self) -> float:
-        """Damping of the joint and of what drives it, in N*m*s/rad or N*s/m."""
+        """Damping of the joint and of its actuators, in N*m*s/rad or N*s/m."""
         own = self.dynamics.damping if self.dynamics else 0.0
         return own + (self.actuator.damping if self.actuator else 0.0)
 
@@ -198,10 +198,10 @@ class Joint:
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        """The names of the numbers that place the child, in the order of ``motion``."""
+        """The names of the numbers in a position of the joint, in the order of ``motion``."""
         return COORDINATES[self.type]
 
     def transform(self, position: float | Sequence[float] = 0.0) -> Transform:
-        """Return the child in the parent at a position (rad or m) for each of ``coordinates``. Raises ValueError."""
+        """Return the child in the parent at a position: a number (rad or m) per coordinate. Raises ValueError."""
         origin = self.origin.transform()
         return origin if self.is_fixed else origin.then(motion(self.type, self.axis, position))

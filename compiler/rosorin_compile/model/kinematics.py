@@ -1,4 +1,4 @@
-"""The graph of frames with the ways between them, and forward kinematics for many joint states at once."""
+"""The graph of frames with paths between them, and forward kinematics for many joint states at once."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ Positions: TypeAlias = Mapping[str, Position]
 
 
 def position_of(robot: Robot, joint: Joint, positions: Positions) -> Position:
-    """Return the position of a joint (rad or m), through its leader where it mimics one; 0 if it is not named."""
+    """Return the position of a joint (rad or m), computed from its leader if it mimics one, by default 0."""
     if joint.mimic is None:
         return positions.get(joint.name, 0.0)
     return robot.position(joint, {name: value for name, value in positions.items() if not isinstance(value, tuple)})
 
 
 class NoWay(Exception):
-    """Two frames have no known transform: only publishers know ``missing`` steps, or they are in separate trees."""
+    """The transform between two frames is unknown: only the running nodes know ``missing`` steps, or no path exists."""
 
     def __init__(self, source: str, target: str, missing: tuple[Step, ...] = ()) -> None:
         super().__init__(f"no known transform from {source} to {target}")
@@ -39,7 +39,7 @@ class NoWay(Exception):
 
 
 class Step(NamedTuple):
-    """A transform from ``parent`` to ``child``: a joint, edges of other nodes (one for each mode), or both."""
+    """An edge of the graph from ``parent`` to ``child``: a joint, transforms of other nodes (one per mode), or both."""
 
     parent: str
     child: str
@@ -48,7 +48,7 @@ class Step(NamedTuple):
 
     @property
     def pose(self) -> Pose | None:
-        """The pose of a transform of other nodes, or None if it is unknown or depends on the mode."""
+        """The pose that other nodes publish, or None if it is unknown or depends on the mode."""
         poses = {edge.pose for edge in self.edges}
         return next(iter(poses)) if len(poses) == 1 else None
 
@@ -58,13 +58,13 @@ class Step(NamedTuple):
 
     @property
     def publishers(self) -> tuple[tuple[Publisher, str], ...]:
-        """The publishers, each with its condition in modes ("" is always); empty if nobody publishes."""
+        """The publishers, each with its condition on modes ("" for always); empty if there is no publisher."""
         senders = [(self.joint.publisher, "")] if self.joint is not None else []
         senders += [(edge.publisher, edge.when) for edge in self.edges]
         return tuple(sender for sender in senders if sender[0].kind != UNPUBLISHED)
 
     def transform(self, robot: Robot, positions: Positions) -> Transform:
-        """Return the child in the parent at joint positions (rad or m). Raises ValueError without numbers."""
+        """Return the child in the parent at joint positions (rad or m). Raises ValueError if the pose is unknown."""
         if self.joint is not None:
             return self.joint.transform(position_of(robot, self.joint, positions))
         if self.pose is None:
@@ -88,7 +88,7 @@ class Move(NamedTuple):
 
 
 class Graph:
-    """All frames of a robot, including those of other nodes, and the ways between them."""
+    """All frames of a robot, including those that other nodes publish, and the paths between them."""
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
@@ -107,7 +107,7 @@ class Graph:
         return tuple(self.moves)
 
     def way(self, source: str, target: str) -> tuple[Move, ...]:
-        """Return the moves from one frame to another, along the shortest way on which all numbers are known.
+        """Return the moves from one frame to another, along the shortest path on which all poses are known.
 
         A frame has one parent on the running robot, but the description may have two (a joint that nobody publishes,
         and the transform of a filter), so this is a search. Raises NoWay, and KeyError for an unknown frame.
@@ -126,7 +126,7 @@ class Graph:
         raise NoWay(source, target, tuple(missing) if frame == source else ())
 
     def tree(self, base: str, every: bool = False) -> dict[str, Move]:
-        """Return the last move to each frame in reach, nearest first, by default with numbers. Raises KeyError."""
+        """Return the last move to each frame in reach, nearest first; ``every`` needs no poses. Raises KeyError."""
         reached: dict[str, Move] = {}
         waiting = deque([base])
         while waiting:
@@ -165,7 +165,7 @@ class Kinematics:
     def all_frames(
         self, base: str, positions: Mapping[str, ArrayLike], frames: Iterable[str] | None = None
     ) -> dict[str, Transforms]:
-        """Return the pose of each frame in ``base``, like ``transforms``; by default of all that can be reached."""
+        """Return the pose of each frame in ``base``, like ``transforms``; by default of all reachable frames."""
         np = self.np
         count, states = self._states(positions)
         if frames is None:
@@ -200,7 +200,7 @@ class Kinematics:
         return next(iter(counts), 1), states
 
     def _step(self, step: Step, states: Mapping[str, Array]) -> Any:
-        """Return the child of a step in its parent, (1 or n, 4, 4)."""
+        """Return the pose of a step's child in its parent, shape (1 or n, 4, 4)."""
         np, joint = self.np, step.joint
         leader = joint
         while leader is not None and leader.mimic is not None:

@@ -1,7 +1,7 @@
-"""Links: the parts of a robot, with mass and shapes, and where their values come from.
+"""Links: the rigid bodies of a robot, with mass and shapes, and the sources of their values.
 
-The mass of shapes of even density, and of several bodies that move as one: the moments of a solid are in
-``shape.volume_and_moments``, those of several bodies follow from the parallel axis theorem (C. Huygens, J. Steiner).
+Inertias of shapes with uniform density and of bodies that are fixed to each other: ``shape.volume_and_moments`` has
+the moments of a solid, and the parallel axis theorem (C. Huygens, J. Steiner) combines several.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ from .simulation import Marked, Values
 
 
 def only_in(default: Any, **formats: str) -> Any:
-    """Return a field of a link that only some formats carry, each by an attribute of its body: ``mjcf="gravcomp"``."""
+    """Declare a dataclass field that only some formats support, with its attribute there: ``mjcf="gravcomp"``."""
     return field(default=default, metadata={"formats": formats})
 
 
 @cache
 def limited_fields(kind: type) -> Mapping[str, Mapping[str, str]]:
-    """Return the fields of a dataclass that are made with ``only_in``, each with the words of its formats."""
+    """Return the fields of a dataclass that are declared with ``only_in``, each with its attribute by format."""
     return {item.name: item.metadata["formats"] for item in fields(kind) if "formats" in item.metadata}
 
 
 @dataclass(frozen=True)
 class Source:
-    """Where a value comes from: ``status`` is factory, measured, calculated, chosen, imported or stand_in."""
+    """The origin of a value: ``status`` is factory, measured, calculated, chosen, imported or stand_in."""
 
     status: str = ""
     note: str = ""
@@ -44,8 +44,8 @@ class Source:
 NO_SOURCE = Source()
 
 
-_THIN = 3e-3  # smallest by largest principal moment: all digits matter for how such a body turns
-_FLAT = 1e-10  # all digits matter for whether such a body is possible: A + B = C, and engines refuse A + B < C
+_THIN = 3e-3  # ratio of the smallest to the largest principal moment; below it, rounding changes how the body turns
+_FLAT = 1e-10  # relative to A + B = C: rounding could give A + B < C, which engines refuse
 
 
 @dataclass(frozen=True)
@@ -67,9 +67,9 @@ class Inertial:
         return eigenvalues(((self.ixx, xy, xz), (xy, self.iyy, yz), (xz, yz, self.izz)))
 
     def printed_inertia(self, number: NumberFormat, along: Sequence[float] | None = None) -> list[str]:
-        """Return the inertia in print, as xx yy zz xy xz yz; ``along`` is the same inertia along other axes.
+        """Format the inertia as xx yy zz xy xz yz; ``along`` is the same inertia along other axes.
 
-        Moments are numbers, products entries of the tensor. All digits are kept if rounding would make it another body.
+        Products are entries of the tensor, with its sign. Inertias that rounding would falsify keep all digits.
         """
         six = along or (self.ixx, self.iyy, self.izz, self.ixy, self.ixz, self.iyz)
         if number is not short:
@@ -87,21 +87,21 @@ class Inertial:
 
 @dataclass(frozen=True, repr=False)
 class Link:
-    """A rigid part, or a mere frame if it has no inertial and no shape."""
+    """A rigid body, or only a frame if it has no inertial and no shape."""
 
     name: str
     inertial: Inertial | None = None
     visual: tuple[Shape, ...] = ()
     collision: tuple[Shape, ...] = ()
     source: Source = NO_SOURCE
-    urdf_elements: tuple[str, ...] = ()  # XML only for the URDF, here and elsewhere
+    urdf_elements: tuple[str, ...] = ()  # XML elements that only the URDF gets
     gravity_compensation: float = only_in(0.0, mjcf="gravcomp")
     marked: tuple[Marked, ...] = ()  # sites, cameras and lights
     mjcf: Values = field(default_factory=dict, hash=False)  # attributes for the MJCF
     mjcf_elements: tuple[str, ...] = ()  # elements for the MJCF
 
     def limited_values(self, format: str) -> dict[str, Any]:
-        """Return the values of fields of ``only_in`` that are not the default, by the words of a format."""
+        """Return the values of ``only_in`` fields that are not the default, by their attributes in a format."""
         words = {name: formats[format] for name, formats in limited_fields(Link).items() if format in formats}
         return {word: getattr(self, name) for name, word in words.items() if getattr(self, name) != getattr(Link, name)}
 
@@ -112,14 +112,14 @@ class Link:
 
     @property
     def size(self) -> Vector | None:
-        """The sides (m) of the box around all of its shapes, along its axes; None without any, or with a mesh."""
+        """The sides (m) of the box around all shapes along the link's axes, or None without shapes or with a mesh."""
         bounds = bounds_of((*self.collision, *self.visual))
         return None if bounds is None else bounds.size
 
 
 @dataclass(frozen=True)
 class DisabledCollision:
-    """A pair of links that MoveIt does not check."""
+    """A pair of links that MoveIt does not check for collision."""
 
     ADJACENT: ClassVar[str] = "Adjacent"
     DEFAULT: ClassVar[str] = "Default"
@@ -128,16 +128,16 @@ class DisabledCollision:
     REASONS: ClassVar[tuple[str, ...]] = ("Adjacent", "Default", "Always", "Never", "User")
 
     links: tuple[str, str]
-    reason: str = "User"  # one that is not in ``REASONS`` is read as User
-    nearest: float | None = None  # the smallest measured distance (m, below zero inside each other)
-    beyond: float | None = None  # a distance (m) that was never reached
+    reason: str = "User"  # other values than ``REASONS`` are read as User
+    nearest: float | None = None  # the smallest measured distance (m, negative if they overlap)
+    beyond: float | None = None  # the links were always farther apart than this (m)
 
 
 def inertial_of(shapes: Sequence[Shape], *, mass: float | None = None, density: float | None = None) -> Inertial:
-    """Return the inertial of shapes of even density: ``mass`` (kg) is that of all of them, or ``density`` (kg/m^3).
+    """Return the inertial of shapes with uniform density, from their total ``mass`` (kg) or ``density`` (kg/m^3).
 
-    The inertial of one solid is in its middle, along its axes; that of several is along the axes of the link. Overlaps
-    count twice. Raises ValueError if there is no shape, one is a mesh, or a number overflows.
+    The inertial of a single solid is along its axes, at its middle; that of several is along the axes of the link.
+    Overlaps count twice. Raises ValueError if there is no shape, one is a mesh, or a number overflows.
     """
     solids = [solid for shape in shapes for solid in shape.solids()]
     if not solids:
@@ -155,10 +155,10 @@ def inertial_of(shapes: Sequence[Shape], *, mass: float | None = None, density: 
 
 
 def together(parts: Sequence[tuple[Inertial, Transform]]) -> Inertial:
-    """Return the inertial of bodies that move as one: each with the pose of its link in the frame of the result.
+    """Combine inertials of bodies that are fixed to each other, each with the pose of its link in the new frame.
 
-    A single body keeps its axes, several are along those of the frame. Raises ValueError if there is none, or a number
-    overflows.
+    A single inertial keeps its axes, several are along those of the frame. Raises ValueError without any, or if a
+    number overflows.
     """
     if not parts:
         raise ValueError("no inertial, no mass")
@@ -171,7 +171,7 @@ def together(parts: Sequence[tuple[Inertial, Transform]]) -> Inertial:
 
 @contextmanager
 def _finite(message: str) -> Iterator[None]:
-    """Raise ValueError instead of errors of arithmetic in the block; ``message`` is that for a number too large."""
+    """Convert arithmetic errors in the block to ValueError; ``message`` is for a number that is too large."""
     try:
         yield
     except OverflowError:
@@ -208,7 +208,7 @@ Inertia = tuple[float, float, float, float, float, float]  # xx yy zz xy xz yz
 
 
 def along_link(inertia: Inertia, frame: Transform) -> Inertia:
-    """Return an inertia (kg*m^2; xx yy zz xy xz yz along the axes of ``frame``) along the axes of the link: R I R^T."""
+    """Rotate an inertia (kg*m^2; xx yy zz xy xz yz) from the axes of ``frame`` to the axes of the link: R I R^T."""
     if frame.rows == Transform().rows:
         return inertia
     xx, yy, zz, xy, xz, yz = inertia

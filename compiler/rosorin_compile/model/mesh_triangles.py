@@ -1,7 +1,7 @@
-"""Triangles of mesh files in metres, read by trimesh.
+"""Read the triangles of mesh files in metres with trimesh.
 
-A file that is broken, empty or hostile is an ``ExtractProblem``. Side files are not read, except the buffers of a .gltf
-and the materials of an .obj in the same folder; a .dae with a DTD is not parsed.
+Broken, empty or hostile files raise ``ExtractProblem``. Files that a mesh refers to are not read, except the buffers of
+a .gltf and the materials of an .obj in the same folder; a .dae with a DTD is not parsed.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ if TYPE_CHECKING:
 MAX_BYTES = 2_000_000_000
 _MAX_MATERIALS = 1_000_000  # bytes
 _MAP, _WHITE = re.compile(rb"(?mi)^[ \t]*map_Kd\b[^\r\n]*"), re.compile(rb"(?mi)^[ \t]*Kd\b[^\r\n]*")
-_NAMELESS = "material_0"  # the name of a material that trimesh made up
+_NAMELESS = "material_0"  # the name that trimesh gives to a material without one
 _UNIT = re.compile(rb"""<unit\b[^>]*\bmeter\s*=\s*["']\s*(\d+\.?\d*(?:[eE][+-]?\d+)?)\s*["']""")  # COLLADA 1.4.1
 
 Colour = tuple[float, float, float]
 
 
 class ExtractProblem(SourceError):
-    """A mesh cannot be used; carries the diagnostic that says why, and what to do."""
+    """A mesh cannot be used; ``diagnostic`` has the reason and the fix."""
 
     @classmethod
     def new(cls, rule: str, message: str, help: Help = "", span: Span | None = None) -> ExtractProblem:
@@ -50,16 +50,16 @@ class ExtractProblem(SourceError):
 
 
 class NotThere(ExtractProblem):
-    """A file, a robot, a package or a link does not exist. For commands this is a usage error."""
+    """A file, a robot, a package or a link does not exist. Commands exit as for a usage error."""
 
 
 @dataclass(frozen=True)
 class TriangleMesh:
-    """Triangles of a mesh."""
+    """The triangles of a mesh and their colours."""
 
     name: str
     triangles: Floats  # (n, 3, 3): corners in metres, counter-clockwise seen from outside
-    colours: tuple[tuple[int, Colour | None], ...] = ()  # the length of each run and its colour (sRGB, 0 to 1)
+    colours: tuple[tuple[int, Colour | None], ...] = ()  # runs of triangles: their number and colour (sRGB, 0 to 1)
 
     FORMATS: ClassVar[tuple[str, ...]] = ("stl", "obj", "dae", "gltf", "glb")
 
@@ -67,7 +67,7 @@ class TriangleMesh:
     def of_shape(
         cls, case: Case, shape: tuple[str, str, int], files: Mapping[str, Path], coloured: bool = False
     ) -> TriangleMesh | Diagnostic:
-        """Return the mesh of a shape (link, purpose, index), by name in ``files``, or a warning without it."""
+        """Load the mesh of a shape (link, purpose, index), whose path is in ``files``, or return a warning."""
         link, purpose, number = shape
         mesh = getattr(case.robot.link[link], purpose)[number].geometry
         message, help = f'the mesh {mesh.file} of link "{link}" is not found', "its shape is left out here"
@@ -83,7 +83,7 @@ class TriangleMesh:
 
     @staticmethod
     def require_packages() -> None:
-        """Raise ExtractProblem unless the packages that read meshes are installed."""
+        """Raise ExtractProblem if packages for reading meshes are missing."""
         try:
             import numpy  # noqa: F401
             import scipy  # type: ignore[import-untyped,unused-ignore]  # noqa: F401
@@ -93,7 +93,7 @@ class TriangleMesh:
 
     @staticmethod
     def place(triangles: Floats, rows: Sequence[Sequence[float]], xyz: Sequence[float]) -> Floats:
-        """Return triangles (n, 3, 3) turned by the rotation matrix ``rows`` and moved by ``xyz`` (metres)."""
+        """Return triangles (n, 3, 3) rotated by the matrix ``rows``, then moved by ``xyz`` (metres)."""
         import numpy as np
 
         moved: Floats = triangles @ np.asarray(rows, np.float64).T + np.asarray(xyz, np.float64)
@@ -101,10 +101,10 @@ class TriangleMesh:
 
 
 def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bool = False) -> TriangleMesh:
-    """Return the triangles of a mesh file, of all geometries of its scene, times ``scale``.
+    """Load the triangles of all geometries in a mesh file, times ``scale``.
 
-    The numbers of STL, OBJ and glTF times ``scale`` are metres. The unit of a DAE is applied, its up axis is not: z of
-    the file is height. ``coloured``: with the colours of its materials; a material with an image is white.
+    Numbers in STL, OBJ and glTF times ``scale`` are metres. The unit of a DAE is applied, its up axis is ignored: z is
+    up. ``coloured``: read the colours of materials; a material with an image is white.
     Raises NotThere if there is no such file, else ExtractProblem.
     """
     TriangleMesh.require_packages()
@@ -125,10 +125,10 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bo
         raise _unreadable(f"{path} is larger than {MAX_BYTES:,} bytes", "reduce the number of triangles")
     if not data:
         raise ExtractProblem.new("mesh-empty", f"{path} is an empty file", "export it again")
-    text = data.replace(b"\0", b"") if kind == "dae" else b""  # UTF-16 as well
-    if re.search(rb"<!\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):  # a small file could be endless, or read other files
+    text = data.replace(b"\0", b"") if kind == "dae" else b""  # also find UTF-16
+    if re.search(rb"<!\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):  # entities may expand endlessly or read files
         raise _unreadable(f"{path} has a DTD, which no mesh needs", "remove the <!DOCTYPE ...>")
-    # pycollada takes positions that are not numbers of 32 bits for zero.
+    # pycollada reads positions that are not 32-bit numbers as zero.
     for name in re.findall(rb"""semantic=["']POSITION["']\s+source=["']#([^"']+)["']""", text):
         array = re.search(rb"<source\s+id=.%s.[^>]*>\s*<float_array[^>]*>([^<]*)" % re.escape(name), text)
         corners = None
@@ -144,7 +144,7 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bo
     factors = np.asarray(scale, dtype=np.float64) * (float(unit[1]) if unit else 1.0)
     if not (factors == 1.0).all():
         triangles = triangles * factors
-        if factors.prod() < 0:  # the corners of a mirrored mesh go round the other way
+        if factors.prod() < 0:  # mirroring reverses the order of the corners
             triangles = triangles[:, ::-1]
     if not np.isfinite(triangles).all():
         raise _unreadable(f"{path} has corners that are not finite numbers")
@@ -154,7 +154,7 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bo
 
 
 def mesh_inertial(path: Path, scale: Sequence[float]) -> Inertial:
-    """Return the inertial of a closed mesh of density 1 kg/m^3, in the frame of the file. Raises ExtractProblem."""
+    """Compute the inertial of a closed mesh with density 1 kg/m^3, in the frame of the file. Raises ExtractProblem."""
     triangles = load_mesh(path, scale).triangles
     import numpy as np
     import trimesh
@@ -176,7 +176,7 @@ def _missing(message: str) -> ExtractProblem:
 
 
 def _parse(path: Path, kind: str, data: bytes, coloured: bool) -> list[tuple[Floats, Colour | None]]:
-    """Return the triangles of each geometry of a file, and its colour if requested. Raises ExtractProblem."""
+    """Return triangles, and the colour if requested, for each geometry in a file. Raises ExtractProblem."""
     import logging
     import warnings
 
@@ -205,7 +205,7 @@ def _parse(path: Path, kind: str, data: bytes, coloured: bool) -> list[tuple[Flo
 
 
 def _pieces(path: Path, loaded: Any) -> Iterator[tuple[Floats, Colour | None]]:
-    """Yield triangles and colour of each geometry at its place in the scene; lines have no triangles."""
+    """Yield the triangles and colour of each geometry, posed in the scene; geometries of lines are skipped."""
     import numpy as np
     import trimesh
 
@@ -227,7 +227,7 @@ def _pieces(path: Path, loaded: Any) -> Iterator[tuple[Floats, Colour | None]]:
 
 
 class _Resolver:
-    """Gives trimesh the side files of a mesh in its folder or below; a material with an image becomes white."""
+    """Open files that a mesh refers to for trimesh, in its folder or below; materials with an image become white."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = files.resolve(folder)

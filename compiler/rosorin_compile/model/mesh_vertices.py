@@ -1,4 +1,4 @@
-"""Vertices of STL, OBJ and MSH files, read without any package, so that artifacts do not depend on the extras."""
+"""Read vertices of STL, OBJ and MSH files without other packages, so that artifacts do not depend on extras."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ _OBJ_VERTEX = re.compile(rb"(?:^|[\r\n])[ \t]*v[ \t]+([^\r\n]*)")
 _STL_VERTEX = re.compile(rb"(?:^|[\r\n])[ \t]*vertex[ \t]+([^\r\n]*)", re.IGNORECASE)
 
 
-# A function that returns the vertices of a mesh in the units of its file, or None if they are unknown.
+# Looks up the vertices of a mesh, in the units of its file, or None if they are unknown.
 Clouds = Callable[[Mesh], Sequence[Vector] | None]
 
 
 def no_clouds(mesh: Mesh) -> None:
-    """Return None: the vertices of no mesh are known."""
+    """Return None, for callers without mesh files."""
 
 
 class UnreadableMesh(Exception):
-    """A mesh file that is damaged or of another format; the message completes a sentence about the file."""
+    """A mesh file is damaged or in another format; the message is the end of a sentence that starts with the file."""
 
     def __init__(self, message: str, help: str = "export it again", rule: str = "") -> None:
         super().__init__(message)
@@ -39,10 +39,10 @@ class UnreadableMesh(Exception):
 
 
 def clouds_of(robot: Robot, as_opened: bool = False) -> Clouds:
-    """Return a function that returns the vertices of a mesh, or None if its file is missing or cannot be read.
+    """Return a function from a mesh to its vertices, or None if its file is missing or unreadable.
 
-    The files are those that the description names. With ``as_opened`` they are those that MuJoCo opens, such as the OBJ
-    that was made of a DAE, and a mesh that is left out of the MJCF has no vertices.
+    By default it reads the files that the description names. With ``as_opened`` it reads those that MuJoCo opens, such
+    as an OBJ converted from a DAE; then a mesh that is left out of the MJCF has no vertices.
     """
 
     @cache
@@ -55,7 +55,7 @@ def clouds_of(robot: Robot, as_opened: bool = False) -> Clouds:
 
 
 def why_unread(robot: Robot, name: str) -> str:
-    """Return the reason why a mesh of a description has no vertices, or an empty text if it has some."""
+    """Return why the vertices of a mesh could not be read, or an empty text if they could."""
     try:
         _read_cloud(robot, name, as_opened=False)
     except UnreadableMesh as problem:
@@ -80,16 +80,16 @@ def _read_cloud(robot: Robot, name: str, as_opened: bool) -> tuple[Vector, ...]:
 
 
 def read_vertices(data: bytes, ending: str) -> array[float]:
-    """Return x, y and z of every vertex of a mesh file, in the order and the unit of the file.
+    """Return x, y and z of every vertex in a mesh file, in the order and unit of the file.
 
-    ``ending`` is the file extension, such as ".stl". An STL has three vertices for each triangle; vertices of an OBJ
-    without a face count, because MuJoCo takes them into the hull. Raises UnreadableMesh.
+    ``ending`` is the file extension, such as ".stl". An STL has three vertices per triangle. OBJ vertices without a
+    face are included, because MuJoCo includes them in the convex hull. Raises UnreadableMesh.
     """
     check_content(data)
     if ending not in (".stl", ".obj", ".msh"):
         raise UnreadableMesh("only STL, OBJ and MSH files are measured", "export it as STL or OBJ")
     coordinates = array("d")
-    if ending == ".msh":  # of MuJoCo: the numbers of vertices, normals, texture coordinates and faces, then all of them
+    if ending == ".msh":  # of MuJoCo: counts of vertices, normals, texture coordinates and faces, then the data
         counts = struct.unpack_from("<4i", data) if len(data) >= 16 else (-1, 0, 0, 0)
         size = 16 + sum(count * size for count, size in zip(counts, (12, 12, 8, 12), strict=True))
         if min(counts) < 0 or size != len(data) or {counts[1], counts[2]} - {0, counts[0]}:
@@ -117,7 +117,7 @@ def read_vertices(data: bytes, ending: str) -> array[float]:
 
 
 def check_content(data: bytes) -> None:
-    """Raise UnreadableMesh for an empty file and for a pointer of Git LFS."""
+    """Raise UnreadableMesh for an empty file or a Git LFS pointer."""
     if not data.strip():
         raise UnreadableMesh("the file is empty")
     if data.startswith(b"version https://git-lfs"):
@@ -125,11 +125,11 @@ def check_content(data: bytes) -> None:
 
 
 def stl_count(data: bytes) -> int | None:
-    """Return the number of triangles of a binary STL, or None if the size of the file is not the size for it."""
+    """Return the number of triangles in a binary STL, or None if the file size does not match it."""
     count = int(struct.unpack_from("<I", data, STL_HEADER - 4)[0]) if len(data) >= STL_HEADER else -1
     return count if len(data) == STL_HEADER + 50 * count else None
 
 
 def is_ascii_stl(data: bytes) -> bool:
-    """Return True if an STL is text; the header of a binary one may begin with "solid", too."""
+    """Return True if an STL is ASCII; the header of a binary STL may also begin with "solid"."""
     return stl_count(data) is None and data.lstrip()[:5].lower() == b"solid"

@@ -1,4 +1,4 @@
-"""The robot: links, joints, the nodes that publish its frames, its poses, and what it is compiled to."""
+"""The robot: links, joints, publishers of its frames, named poses, and outputs."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 class ByName(dict[str, "Named"]):
-    """A mapping by name; an unknown name raises a KeyError with a suggestion. ``kind`` is the word for its values."""
+    """A mapping by name that raises KeyError with a suggestion; ``kind`` is the word for its values in messages."""
 
     def __init__(self, kind: str, items: Mapping[str, Named]) -> None:
         super().__init__(items)
@@ -59,12 +59,12 @@ class Sensor:
 
     name: str
     type: str
-    frame: str  # that ``joint`` mounts
+    frame: str  # the child of ``joint``
     joint: str
     optical_frame: str = ""  # empty for sensors without an image
     source: Source = NO_SOURCE
     simulated: tuple[Simulated, ...] = ()
-    stamps: tuple[str, ...] = ()  # frames that its driver writes into the headers of its messages
+    stamps: tuple[str, ...] = ()  # frames in the headers of the messages of its driver
     gazebo: tuple[GazeboSensor, ...] = ()
 
 
@@ -77,34 +77,34 @@ class Edge:
     publisher: Publisher
     moving: bool
     when: str = ""
-    pose: Pose | None = None  # None if only that node has the numbers
+    pose: Pose | None = None  # None if only that node knows it
     source: Source = NO_SOURCE
-    joint: str = ""  # that the edge publishes in some modes, or empty
+    joint: str = ""  # the joint that the edge publishes in some modes, or empty
 
 
 @dataclass(frozen=True)
 class JointPose:
-    """A named pose; joints not named are at zero."""
+    """A named pose; joints that it does not name are at zero."""
 
     name: str
     positions: Mapping[str, float]  # rad or m, by joint name
     pulses: Mapping[str, int] = field(default_factory=dict)
     source: Source = NO_SOURCE
-    base: Pose | None = None  # of a free base in the world of a simulation
-    controls: Mapping[str, float] = field(default_factory=dict)  # commands of actuators by name, in simulation
+    base: Pose | None = None  # of a free base in the world, in simulation
+    controls: Mapping[str, float] = field(default_factory=dict)  # commands by actuator, in simulation
     mjcf: Values = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Controller:
-    """A controller."""
+    """A controller of ros2_control."""
 
     name: str
-    type: str  # as the description has it
+    type: str  # as in the description: full, or a short name
     params: Mapping[str, Any] = field(default_factory=dict)  # by their full keys (``a.b.c``)
-    hardware: str = ""  # the block whose joints it moves, or empty
-    sensor: str = ""  # that it broadcasts, or empty
-    inactive: bool = False  # it is configured when the robot starts, and activated later
+    hardware: str = ""  # the hardware block whose joints it moves, or empty
+    sensor: str = ""  # the sensor that it broadcasts, or empty
+    inactive: bool = False  # configured at the start of the robot, activated later
     source: Source = NO_SOURCE
 
 
@@ -120,11 +120,11 @@ class Output:
 
 @dataclass(frozen=True, repr=False)
 class Robot:
-    """A robot. Links, joints and sensors have the order of the description.
+    """A robot. Links, joints and sensors are in the order of the description.
 
     ``missing_meshes`` are the names of mesh files that were not found. ``mesh_files`` maps the names of the others, and
-    of images, to files. ``mesh_contents`` has the bytes of the mesh files that artifacts open, by name.
-    ``root_in_world`` is for simulations, ``sections`` has the values of plug-ins.
+    of images, to paths. ``mesh_contents`` has the bytes of the mesh files that artifacts open, by name.
+    ``root_in_world`` is for simulations, ``sections`` has the values of plug-in sections.
     """
 
     name: str
@@ -175,12 +175,12 @@ class Robot:
         return {}
 
     def has_free_base(self, output: Output) -> bool:
-        """Return True if the base can move in a simulation: by the option of the output, or if there is a drive."""
+        """Return True if the base can move in simulation: by the option of the output, by default if it has a drive."""
         default = "fixed" if self.drive is None else "free"
         return output.options.get("base", default) == "free" and not self.root_in_world.world
 
     def as_said(self) -> Robot:
-        """Return the robot without what sections of plug-ins add to it."""
+        """Return the robot without the additions of plug-in sections."""
         return self.sections.without or self
 
     # Lookup by name.
@@ -195,7 +195,7 @@ class Robot:
 
     @cached_property
     def material(self) -> Mapping[str, Material]:
-        """The materials by name, including those that a visual defines; the first of several definitions."""
+        """The materials by name, including those defined in visuals; of several definitions the first."""
         materials = {material.name: material for material in self.materials}
         for link in self.links:
             for visual in link.visual:
@@ -221,19 +221,19 @@ class Robot:
         return any(link.visual for link in self.links if link.name not in self.simulated_frames)
 
     def positions(self, pose: str) -> Mapping[str, float]:
-        """Return the positions (radians or metres by joint) of a named pose. Raises KeyError if there is none."""
+        """Return the joint positions (radians or metres) of a named pose. Raises KeyError if the pose is unknown."""
         return ByName("pose", {one.name: one.positions for one in self.poses})[pose]
 
     # The tree of links and joints.
 
     @cached_property
     def joint_to(self) -> Mapping[str, Joint]:
-        """The joint that a link is the child of, by link name."""
+        """The joint above each link, by link name."""
         return {joint.child: joint for joint in self.joints}
 
     @cached_property
     def joints_from(self) -> Mapping[str, tuple[Joint, ...]]:
-        """The joints that a link is the parent of, in the order of the description, by link name."""
+        """The joints below each link, in the order of the description, by link name."""
         return _grouped((joint.parent, joint) for joint in self.joints)
 
     @cached_property
@@ -244,12 +244,12 @@ class Robot:
     def is_tree(self) -> bool:
         if not (self.joint_to.keys() | self.joints_from.keys()) <= self.link.keys():
             return False
-        # Each link but one has one joint above it; what cannot be reached from there is a cycle.
+        # Each link except one has one joint above it; links that the root does not reach are in a cycle.
         return len(self.joint_to) == len(self.joints) == len(self.link) - 1 and len(self._down) == len(self.links)
 
     @cached_property
     def mimics_resolve(self) -> bool:
-        """Whether each mimic joint leads, directly or not, to a joint that exists and mimics no other."""
+        """Whether each mimic joint follows, directly or not, an existing joint that mimics no other joint."""
         followers = [joint for joint in self.joints if joint.mimic]
         resolved = {joint.name for joint in self.joints if not joint.mimic}
         for _ in followers:
@@ -277,7 +277,7 @@ class Robot:
         return tuple(reversed(joints))
 
     def subtree(self, link: str) -> tuple[str, ...]:
-        """Return a link and all links below it, children in the order of their joints; ends on any graph."""
+        """Return a link and all links below it, children in the order of their joints; cycles are allowed."""
         found: dict[str, None] = {}
         waiting = [link]
         while waiting:
@@ -288,19 +288,19 @@ class Robot:
         return tuple(found)
 
     def moves_between(self, first: str, second: str) -> bool:
-        """Return True if two links can move against each other."""
+        """Return True if two links can move relative to each other."""
         return self._rigid_tops.get(first, first) != self._rigid_tops.get(second, second)
 
     @cached_property
     def _rigid_tops(self) -> Mapping[str, str]:
-        tops: dict[str, str] = {}  # the highest link that each link is fixed to
+        tops: dict[str, str] = {}  # the topmost link that each link is fixed to
         for link in self._down:
             joint = self.joint_to.get(link.name)
             tops[link.name] = tops[joint.parent] if joint is not None and joint.is_fixed else link.name
         return tops
 
     def fixed_neighbours(self, link: str) -> Iterator[tuple[str, Transform]]:
-        """Yield the links joined to a link by one fixed joint, and their poses in it; children before the parent."""
+        """Yield the links attached to a link by one fixed joint, with their poses in it; children before the parent."""
         for joint in self.joints_from.get(link, ()):
             if joint.is_fixed:
                 yield joint.child, joint.origin.transform()
@@ -312,12 +312,12 @@ class Robot:
 
     @cached_property
     def turns(self) -> Mapping[str, tuple[Edge, ...]]:
-        """The edges of joints whose publisher depends on the mode, in the order of the description, by joint name."""
+        """The edges of joints whose publisher depends on the mode, by joint name, in the order of the description."""
         return _grouped((edge.joint, edge) for edge in self.edges if edge.joint)
 
     @cached_property
     def simulated_frames(self) -> Mapping[str, str]:
-        """The links that only simulations have, in the order of the tree, each with the reason."""
+        """The links that exist only in simulations, in the order of the tree, each with the reason."""
         found: dict[str, str] = {}
         for joint in self.joints_down():
             if joint.publisher.simulated:
@@ -328,7 +328,7 @@ class Robot:
 
     @property
     def frames(self) -> list[str]:
-        """The links that are frames of the robot: all but those that only simulations have."""
+        """The links that are frames on tf: all except those that exist only in simulations."""
         return [link.name for link in self.links if link.name not in self.simulated_frames]
 
     def frame_tree(self) -> tuple[Row, ...]:
@@ -339,24 +339,24 @@ class Robot:
 
     @of_robot
     def published_by(self, kind: str) -> tuple[Joint, ...]:
-        """Return the joints whose publisher is of a kind, in the order of the description."""
+        """Return the joints with a kind of publisher, in the order of the description."""
         return tuple(joint for joint in self.joints if joint.publisher.kind == kind)
 
     @cached_property
     def unmeasured_joints(self) -> tuple[Joint, ...]:
-        """The moving joints of robot_state_publisher whose position no hardware block has, if blocks have positions."""
+        """The moving joints of robot_state_publisher without a position state in any hardware block, if any has one."""
         measured = {one.name for block in self.control for one in block.joints if "position" in one.states}
         ours = self.published_by(ROBOT_STATE_PUBLISHER) if measured and self.controllers else ()
         return tuple(one for one in ours if one.moves and one.mimic is None and one.name not in measured)
 
     def publisher_of(self, joint: Joint) -> Publisher:
-        """Return who puts a joint on tf: nobody if its position is unknown to robot_state_publisher."""
+        """Return the publisher of a joint on tf: none if robot_state_publisher does not get its position."""
         unmeasured = Publisher(UNPUBLISHED, "nobody", about="no hardware block has its position")
         return unmeasured if joint in self.unmeasured_joints else joint.publisher
 
     @of_robot
     def in_urdf(self) -> tuple[Joint, ...]:
-        """Return the joints of the URDF: those of robot_state_publisher, and for other readers those it cannot move."""
+        """Return the joints of the URDF: those of robot_state_publisher, and joints with several coordinates."""
         ours = ROBOT_STATE_PUBLISHER
         return tuple(j for j in self.joints if j.publisher.kind == ours or j.type in SEVERAL_COORDINATES)
 
@@ -367,7 +367,7 @@ class Robot:
     # Poses of links.
 
     def position(self, joint: Joint, positions: Mapping[str, float]) -> float:
-        """Return the position of a joint (radians or metres), through its leaders if it mimics another."""
+        """Return the position of a joint (radians or metres), computed from its leader if it mimics one."""
         factor, offset = 1.0, 0.0
         while joint.mimic is not None:
             offset += factor * joint.mimic.offset
@@ -376,12 +376,12 @@ class Robot:
         return factor * positions.get(joint.name, 0.0) + offset
 
     def pose_in_root(self, link: str, positions: Mapping[str, float]) -> Transform:
-        """Return a link in the root frame at joint positions (radians or metres; joints not named are at zero)."""
+        """Return the pose of a link in the root frame at joint positions (radians or metres; by default zero)."""
         steps = [joint.transform(self.position(joint, positions)) for joint in self.chain(link)]
         return reduce(Transform.then, steps, Transform())
 
     def poses_in_root(self, positions: Mapping[str, float | Sequence[float]]) -> dict[str, Transform]:
-        """Return all links in the root frame; a joint with several coordinates takes a number for each of them."""
+        """Return the poses of all links in the root frame; a joint with several coordinates takes a number for each."""
         single = {name: value for name, value in positions.items() if not isinstance(value, Sequence)}
         poses = {self.root: Transform()}
         for joint in self.joints_down():
@@ -409,7 +409,7 @@ class Robot:
 
     @cached_property
     def kinematics(self) -> Kinematics:
-        """Forward kinematics of many joint states at once. Raises ImportError, with what to install, without numpy."""
+        """Forward kinematics of many joint states at once. Raises ImportError with a remedy if numpy is missing."""
         from .kinematics import Kinematics
 
         return Kinematics(self)
@@ -422,7 +422,7 @@ class Robot:
         return driving_of(self)
 
     def with_masses(self, more: Mapping[str, Sequence[Inertial]]) -> Robot:
-        """Return the robot with more masses in links, by the name of the link, for ``adds`` of plug-ins.
+        """Return the robot with masses added to links, by link name, for ``adds`` of plug-ins.
 
         Names of unknown links are ignored. Raises ValueError where a sum overflows.
         """

@@ -1,4 +1,4 @@
-"""The record of a section of the language, of the tool or of a plug-in, and the values of those of plug-ins."""
+"""Sections of descriptions, built-in or of plug-ins, and the values of plug-in sections."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 Entry = TypeVar("Entry")
 Schema = Mapping[str, Any]
-Given = Schema | None  # None: schema.json in the folder of the dataclass
+Given = Schema | None  # None: read schema.json next to the module of the dataclass
 Adds = Callable[["Robot", Any], "Robot"]
-Lower = Callable[[Mapping[str, Any], Any], Any]  # of the tree, and of what reports a problem (``Problem``)
+Lower = Callable[[Mapping[str, Any], Any], Any]  # takes the tree and a function that reports problems
 
-# Packages of the tool with a folder for each section, and the records of their sections in a tuple ``SECTIONS``.
+# Packages with a folder for each built-in section; the tuple ``SECTIONS`` of a package lists the sections.
 PACKAGES = ("rosorin_compile.language.sections", "rosorin_compile.ros.sections", "rosorin_compile.mujoco.sections")
 
 ENTRIES, ITEMS, ONE = "entries", "items", "one"
@@ -42,13 +42,13 @@ class Section(Generic[T]):
     """
 
     name: str
-    entry: type[Any] = object  # each field is the key of its name, in SI units; a ``Pose`` is made of ``xyz``, ``rpy``
-    schema: Schema = field(default_factory=dict)  # of draft 7 with the annotations of docs/extend.md; by default a file
+    entry: type[Any] = object  # fields are named after keys, in SI units; a ``Pose`` has the keys ``xyz``, ``rpy``
+    schema: Schema = field(default_factory=dict)  # JSON Schema draft 7 with annotations (docs/extend.md)
     form: str = ENTRIES
-    adds: Adds | None = None  # returns the robot with what the value means for it
-    checks: tuple[Check | str, ...] = ()  # functions under ``@rule``, and names of modules with such functions
-    lower: Lower | None = None  # converts the tree, with ``problem(rule, message, path, help)``, where fields cannot
-    # Only of the tool: elements for a URDF whose output has an option with the name of the section; and their check.
+    adds: Adds | None = None  # returns the robot with additions from the value
+    checks: tuple[Check | str, ...] = ()  # functions with ``@rule``, or names of their modules
+    lower: Lower | None = None  # converts trees that fields cannot, with ``problem(rule, message, path, help)``
+    # Built-in only: elements for a URDF whose output has an option named after the section, and their check.
     urdf: Callable[[Robot, Output, NumberFormat], list[str]] | None = None
     check_urdf: Callable[[Case, Output], Iterator[Diagnostic]] | None = None
 
@@ -70,7 +70,7 @@ class Section(Generic[T]):
         return tuple(check for checks in named for check in checks)
 
     def check(self) -> None:
-        """Raise ValueError or TypeError for an invalid record: a schema of another form, an entry of another type."""
+        """Raise ValueError or TypeError if the schema or the entry type does not suit the form of the section."""
         if not (isinstance(self.name, str) and self.name.isidentifier() and self.name == self.name.lower()):
             raise ValueError(f'"{self.name}" cannot be the name of a section: small letters, digits and _')
         if not (isinstance(self.entry, type) and is_dataclass(self.entry)):
@@ -87,22 +87,22 @@ def _schema_of(entry: type[Any]) -> Any:
 
 @cache
 def own_sections() -> tuple[Section[Any], ...]:
-    """Return the sections of the tool in the order in which they are lowered; imports their packages."""
+    """Return the built-in sections in the order in which they are converted; imports their packages."""
     return tuple(section for package in PACKAGES for section in import_module(package).SECTIONS)
 
 
 def sections_in_urdf(output: Output) -> list[Section[Any]]:
-    """Return the sections of which a URDF has elements: those that the options of its output name."""
+    """Return the sections that add elements to a URDF, according to the options of its output."""
     return [section for section in own_sections() if section.urdf is not None and output.options.get(section.name)]
 
 
 @dataclass(frozen=True)
 class Sections:
-    """The values of sections of plug-ins by name."""
+    """The values of plug-in sections by name."""
 
     values: Mapping[str, Any] = field(default_factory=dict)
-    said: Mapping[str, Any] = field(default_factory=dict)  # as plain values in SI units, with defaults of the schema
-    # The robot without what its sections add; None: the same.
+    said: Mapping[str, Any] = field(default_factory=dict)  # plain values in SI units, with schema defaults
+    # The robot without additions of its sections; None: they add nothing.
     without: Robot | None = field(default=None, compare=False, repr=False)
 
     @overload
@@ -112,7 +112,7 @@ class Sections:
     def __getitem__(self, section: str) -> Any: ...
 
     def __getitem__(self, section: Section[Any] | str) -> Any:
-        # A record has an empty value if the robot does not have the section; for a name, that is a KeyError.
+        # Without the section in the robot, a ``Section`` gives an empty value, a name raises KeyError.
         empty: dict[str, Any] = {ENTRIES: {}, ITEMS: (), ONE: None}
         return self.values[section] if isinstance(section, str) else self.values.get(section.name, empty[section.form])
 

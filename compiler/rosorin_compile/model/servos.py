@@ -2,7 +2,7 @@
 
 position = (pulse - zero_pulse) * rad_per_pulse, negated if the group is flipped. The driver reads the same numbers from
 its model (``pulse_to_rad`` of robot_model.json). Positions are radians, or metres of a prismatic joint. A position
-between two pulses is rounded to the nearer one, or in the middle to the one nearer to the zero pulse.
+between two pulses is rounded to the nearer one, or half-way to the pulse nearer to the zero pulse.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ if TYPE_CHECKING:
     from .joint import Limit
     from .robot import Robot
 
-ROUNDING = 1e-6  # pulses: a limit that was computed from a pulse is at that pulse
+ROUNDING = 1e-6  # pulses: a limit that was computed from a pulse allows that pulse
 
 
 class NoServo(UnknownName):
-    """There is no such joint, or it has no servo."""
+    """A joint is unknown, or has no servo."""
 
 
 class NoPulse(ValueError):
-    """A pulse that does not exist, or a position that no pulse gives."""
+    """A pulse is out of range, or no pulse sets a position."""
 
 
 @dataclass(frozen=True)
@@ -49,12 +49,12 @@ class ServoGroup:
         return difference * self.rad_per_pulse
 
     def exact_pulse(self, position: float) -> float:
-        """Return the pulse of a position (rad or m), not rounded."""
+        """Return the unrounded pulse for a position (rad or m)."""
         return position / self.rad_per_pulse * (-1 if self.flipped else 1) + self.zero_pulse
 
 
 class Nearest(NamedTuple):
-    """The pulse nearest to a position, its position (rad or m), and the difference (its position minus requested)."""
+    """The pulse nearest to a requested position, its position (rad or m), and that minus the requested one."""
 
     pulse: int
     position: float
@@ -73,12 +73,12 @@ def servo_of(robot: Robot, joint: str) -> ServoGroup:
 
 
 def to_radians(robot: Robot, pulses: Mapping[str, int]) -> dict[str, float]:
-    """Return the joint positions (rad or m) of pulses, by joint name. Raises NoServo, NoPulse."""
+    """Convert pulses to positions (rad or m), by joint name. Raises NoServo, NoPulse."""
     return {joint: position_of(servo_of(robot, joint), pulse, joint) for joint, pulse in pulses.items()}
 
 
 def position_of(group: ServoGroup, pulse: int, joint: str = "") -> float:
-    """Return the position (rad or m) of a pulse. Raises NoPulse if it is not an integer or outside the pulse range."""
+    """Return the position (rad or m) of a pulse. Raises NoPulse if it is not an integer within the pulse range."""
     low, high = group.pulse_range
     if not isinstance(pulse, Integral) or not low <= pulse <= high:
         raise NoPulse(f"there is no pulse {pulse}{_of(joint)}: pulses are whole numbers from {low} to {high}")
@@ -97,18 +97,18 @@ def nearest(group: ServoGroup, position: float, joint: str = "") -> Nearest:
 
 
 def travel(group: ServoGroup) -> tuple[float, float]:
-    """Return the smallest and the largest position (rad or m) of the pulses."""
+    """Return the smallest and the largest position (rad or m) within the pulse range."""
     least, most = sorted(map(group.radians, group.pulse_range))
     return least, most
 
 
 def pulses_within(group: ServoGroup, limit: Limit | None) -> tuple[int, int] | None:
-    """Return the smallest and the largest pulse within the limits of a joint, or None if there is none."""
+    """Return the smallest and the largest pulse within the limits of a joint, or None if no pulse is within them."""
     low, high = group.pulse_range
     for bound, is_upper in ((limit.lower, False), (limit.upper, True)) if limit is not None else ():
         if bound is None or not math.isfinite(exact := group.exact_pulse(bound)):
             continue
-        # The upper limit bounds the pulses above if they increase with the position, otherwise below.
+        # The upper limit is the largest pulse if pulses increase with the position, otherwise the smallest.
         if is_upper is (group.flipped == (group.rad_per_pulse < 0)):
             high = min(high, math.floor(exact + ROUNDING))
         else:

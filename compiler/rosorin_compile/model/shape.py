@@ -1,4 +1,4 @@
-"""Shapes: what a link looks like and what it collides with. Sizes in metres, full extents and full lengths."""
+"""Visual and collision shapes of links. Sizes are full extents and full lengths in metres."""
 
 from __future__ import annotations
 
@@ -65,23 +65,23 @@ class Mesh:
 
     file: str
     scale: Vector = (1.0, 1.0, 1.0)
-    inertia: str = field(default="", compare=False)  # what MuJoCo takes it for (shell, ...); empty: the default
-    mjcf: Values = field(default_factory=dict, compare=False)  # other attributes of MuJoCo
+    inertia: str = field(default="", compare=False)  # how MuJoCo computes it ("shell", ...); empty: the default
+    mjcf: Values = field(default_factory=dict, compare=False)  # other MuJoCo attributes
 
 
-# How a height map is cut into boxes.
+# How a height map is divided into boxes.
 ROWS = "rows"  # one for each run of equal cells within a row of constant x
 MERGED = "merged"  # equal cells along x and y together: fewer boxes
-GROUNDED = "grounded"  # rows that reach down to z = 0, whatever the bottom is
+GROUNDED = "grounded"  # rows that reach down to z = 0, even with a higher bottom
 
 
 @dataclass(frozen=True)
 class HeightMap:
-    """The top of a body as heights above z = 0 on a grid of square cells; height 0 is not a body.
+    """A body as heights (m) above z = 0 on a grid of square cells; cells with height 0 are empty.
 
     ``heights[i][j]`` covers x from ``origin[0] + i * cell`` and y from ``origin[1] + j * cell``. The tops of boxes are
-    rounded up to multiples of ``step``. ``bottom`` is where the body begins above z = 0: one number, or one for each
-    cell, rounded down to a multiple of ``step``. A cell whose bottom is not below its height has no body.
+    rounded up to multiples of ``step``. ``bottom`` is the lower end of the body above z = 0: a number, or one for each
+    cell, rounded down to a multiple of ``step``. A cell whose bottom is not below its height is empty.
     """
 
     origin: tuple[float, float]
@@ -102,7 +102,7 @@ class HeightMap:
         if form not in self._boxes:
             layers = [[self._layer(i, j, form) for j in range(len(row))] for i, row in enumerate(self.heights)]
             boxes = _rectangles(layers, grow=form == MERGED)
-            if form == MERGED:  # grown along y instead, if these are fewer
+            if form == MERGED:  # or grow along y, if that gives fewer boxes
                 turned = _rectangles(list(zip(*layers, strict=True)), grow=True)
                 if len(turned) < len(boxes):
                     boxes = [(left, top, right, under, layer) for top, left, under, right, layer in turned]
@@ -119,11 +119,11 @@ class HeightMap:
         return {}
 
     def _layer(self, i: int, j: int, form: str) -> tuple[float, float] | None:
-        """Return the lower and upper end of the body in a cell (m) as boxes have it, or None."""
+        """Return the lower and upper end (m) of the box in a cell, or None if the cell is empty."""
         height, low = self.heights[i][j], self.bottom_of(i, j)
         if height <= 0:
             return None
-        high = round(math.ceil(height / self.step - 1e-6) * self.step, 12)  # without a step for rounding
+        high = round(math.ceil(height / self.step - 1e-6) * self.step, 12)  # a rounding error must not add a step
         if form == GROUNDED:
             return 0.0, high
         if not isinstance(self.bottom, (int, float)):
@@ -132,11 +132,11 @@ class HeightMap:
 
 
 _Layer = tuple[float, float]
-_Rectangle = tuple[int, int, int, int, _Layer]  # from row to before row, from column to before column
+_Rectangle = tuple[int, int, int, int, _Layer]  # first row, row after the last; the same for columns
 
 
 def _rectangles(cells: Sequence[Sequence[_Layer | None]], grow: bool) -> list[_Rectangle]:
-    """Return the runs of equal cells of each row; ``grow`` extends each over equal rows below."""
+    """Return the runs of equal cells in each row; ``grow`` extends them over the next rows with equal cells."""
     free = {(i, j): value for i, row in enumerate(cells) for j, value in enumerate(row) if value is not None}
     made: list[_Rectangle] = []
     for i, left in list(free):
@@ -158,7 +158,7 @@ Geometry = Box | Cylinder | Capsule | Sphere | Ellipsoid | Mesh | HeightMap
 
 
 def plain(geometry: Geometry) -> Geometry:
-    """Return what replaces a geometry in a URDF 1.0: a cylinder for a capsule, a box for an ellipsoid, else itself."""
+    """Replace geometries that URDF 1.0 lacks: a capsule by a cylinder, an ellipsoid by a box."""
     if isinstance(geometry, Capsule):
         return Cylinder(geometry.radius, geometry.length + 2 * geometry.radius)
     if isinstance(geometry, Ellipsoid):
@@ -172,7 +172,7 @@ Rgba = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class Material:
-    """How a surface looks: red, green, blue and opacity, each 0 to 1, and an image by reference."""
+    """The look of a surface: red, green, blue and opacity, each 0 to 1, and the name of an image file."""
 
     name: str
     rgba: Rgba | None = None
@@ -187,16 +187,16 @@ class Shape:
     geometry: Geometry
     pose: Pose = IDENTITY
     name: str = ""
-    rgba: Rgba | None = None  # of visuals only, as ``texture`` and ``material``
+    rgba: Rgba | None = None  # for visuals only, like ``texture`` and ``material``
     material: str = ""
     stand_in: str = field(default="", compare=False)
     texture: str = ""
-    urdf_elements: tuple[str, ...] = ()  # elements of XML that the URDF has in this shape
+    urdf_elements: tuple[str, ...] = ()  # XML elements of this shape in the URDF
     contact: Contact | None = None  # for simulation
     mjcf: Values = field(default_factory=dict, hash=False)  # for simulation
 
     def solids(self, form: str = ROWS) -> tuple[Shape, ...]:
-        """Return the shape as primitives: a height map becomes boxes NAME_1, NAME_2, ... in a form, else itself."""
+        """Return the shape as primitives: a height map becomes boxes NAME_1, NAME_2, ... as ``form`` divides it."""
         if not isinstance(self.geometry, HeightMap):
             return (self,)
         boxes = enumerate(self.geometry.boxes(form), 1)
@@ -208,13 +208,13 @@ class Shape:
         """The volume in m^3. Raises ValueError for a mesh."""
         return math.fsum(volume_and_moments(solid.geometry)[0] for solid in self.solids())
 
-    @cached_property  # links may share shapes
+    @cached_property  # cached, because links may share shapes
     def in_link(self) -> Shape:
-        """The shape as ``moved`` by nothing: a box turned by quarter turns becomes one along the axes of its link."""
+        """The shape with a box that is rotated by quarter turns replaced by a box along the axes of its link."""
         return self.move(Transform())
 
     def drawn(self) -> tuple[Shape, ...]:
-        """Return what is drawn of the shape: a height map with one bottom is lifted, with several it is its boxes."""
+        """Return the shape for drawing: a height map with one bottom is raised to it, with several it becomes boxes."""
         grid = self.geometry
         if not isinstance(grid, HeightMap) or not grid.bottom:
             return (self,)
@@ -225,13 +225,13 @@ class Shape:
         return (replace(self, geometry=replace(grid, heights=heights, bottom=0.0), pose=lifted),)
 
     def origin(self) -> Pose:
-        """Return the pose of the middle of the geometry in the link's frame."""
+        """Return the pose of the centre of the geometry in the link frame."""
         if isinstance(self.geometry, Box) and self.geometry.centre != (0.0, 0.0, 0.0):
             return Pose(self.pose.transform().apply(self.geometry.centre), self.pose.rpy)
         return self.pose
 
     def move(self, transform: Transform) -> Shape:
-        """Return the shape seen from a parent (``transform`` leads here); a box along its axes has no rotation then."""
+        """Return the shape in the parent frame of ``transform``; a box along the parent's axes gets no rotation."""
         placed = transform.then(self.pose.transform())
         is_quarter_turn = all(abs(c) < 1e-12 or abs(abs(c) - 1) < 1e-12 for row in placed.rows for c in row)
         if isinstance(self.geometry, Box) and is_quarter_turn:

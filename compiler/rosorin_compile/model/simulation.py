@@ -1,4 +1,4 @@
-"""Values that only simulations use; attributes without a key in the language have their MuJoCo names, in SI units."""
+"""Values that only simulations use, in SI units; attributes without a key in the language have MuJoCo's names."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 from .geometry import IDENTITY, Pose
 
-# The value of an attribute: a number in SI units, text, true or false, or several of them. None: left out.
+# The value of an attribute: a number in SI units, text, boolean, or a tuple of them. None: not set.
 Attribute = float | str | bool | tuple[float | str | bool, ...] | None
 Values = Mapping[str, Attribute]
 
@@ -20,17 +20,17 @@ CLASSIC = "classic"
 
 @dataclass(frozen=True)
 class Actuator:
-    """What drives a joint, a tendon, a site or a body."""
+    """An actuator of a joint, a tendon, a site or a body."""
 
     type: str = POSITION
-    name: str = ""  # empty for the actuator of a joint: its name is that of the joint
-    targets: Mapping[str, str] = field(default_factory=dict, hash=False)  # by attribute of MuJoCo
+    name: str = ""  # empty for the actuator of a joint, which has the name of the joint
+    targets: Mapping[str, str] = field(default_factory=dict, hash=False)  # by MuJoCo attribute
     kp: float | None = None  # N*m/rad or N/m
     kv: float = 0.0  # N*m*s/rad or N*s/m
     damping_ratio: float = 0.0
     damping: float = 0.0  # at the joint
     gear: tuple[float, ...] = ()
-    range: tuple[float, float] | None = None  # of its command; None: by its type and joint
+    range: tuple[float, float] | None = None  # of its command; None: derived from its type and joint
     unlimited: bool = False
     force: tuple[float, float] | None = None  # smallest and largest, N or N*m
     mjcf: Values = field(default_factory=dict, hash=False)
@@ -38,13 +38,13 @@ class Actuator:
 
 @dataclass(frozen=True)
 class Contact:
-    """How a shape touches: its bits and values, by MuJoCo's attributes."""
+    """Contact parameters of a shape: bit masks and values, by MuJoCo attribute."""
 
     values: Values = field(default_factory=dict, hash=False)
 
     @property
     def sliding_friction(self) -> float | None:
-        """The coefficient of sliding friction, the first of MuJoCo's three, or None."""
+        """The coefficient of sliding friction, the first of MuJoCo's three, or None if not set."""
         friction = self.values.get("friction")
         first = friction[0] if isinstance(friction, tuple) and friction else friction
         return float(first) if isinstance(first, (int, float)) else None
@@ -67,8 +67,8 @@ class Root:
     pose: Pose = IDENTITY
     joint: str = ""
     values: Values = field(default_factory=dict, hash=False)
-    placed: bool = False  # otherwise a free base is on the floor
-    world: bool = False  # it is not a body in the world, but the world itself
+    placed: bool = False  # the pose is set; otherwise a free base is placed on the floor
+    world: bool = False  # the link is MuJoCo's world body
 
 
 AT_ORIGIN = Root()
@@ -76,7 +76,7 @@ AT_ORIGIN = Root()
 
 @dataclass(frozen=True)
 class Entry:
-    """An entry of one of MuJoCo's lists, such as constraints or sensors: its element, name and attributes."""
+    """An entry in a list of an MJCF, such as constraints or sensors: its element, name and attributes."""
 
     tag: str
     name: str
@@ -93,26 +93,26 @@ class Replicas:
 
 @dataclass(frozen=True)
 class Simulated:
-    """An element of the MJCF for a sensor."""
+    """An MJCF element for a sensor."""
 
-    kind: str  # in the list of sensors, in the body of ``link``, or a template: *_ELEMENT
+    kind: str  # one of *_ELEMENT: in the list of sensors, in the body of ``link``, or a template file
     element: str  # the file of a TEMPLATE_ELEMENT
     name: str
     link: str
-    pose: Pose | None = None  # in the link; None: the same
+    pose: Pose | None = None  # in the link; None: the frame of the link
     attributes: Mapping[str, Attribute] = field(default_factory=dict)
     replicas: Replicas | None = None
-    section: str = ""  # where a TEMPLATE_ELEMENT is that is not in the body
+    section: str = ""  # the MJCF section of a TEMPLATE_ELEMENT that is not in a body
 
     @property
     def site(self) -> str:
-        """The site that a sensor element measures at: that of its link, or its own if it has a pose."""
+        """The site where a sensor element measures: the site of its link, or a separate one if it has a pose."""
         return self.link if self.pose is None else f"{self.name}_site"
 
 
 @dataclass(frozen=True)
 class SdfElement:
-    """An element of SDF: a value, or attributes and elements. Numbers are in SI units."""
+    """An SDF element: a value, or attributes and child elements. Numbers are in SI units."""
 
     name: str
     value: float | str | bool | None = None
@@ -120,7 +120,7 @@ class SdfElement:
     elements: tuple[SdfElement, ...] = ()
 
     def words(self) -> Any:
-        """Return the element as in a description: a value, or a mapping of attributes and elements."""
+        """Return the element as in a description: a value, or a mapping of attributes and child elements."""
         if self.value is not None:
             return self.value
         attributes = {"attributes": dict(self.attributes)} if self.attributes else {}
@@ -133,17 +133,17 @@ class GazeboSensor:
 
     type: str
     name: str
-    link: str  # with ``at_joint`` the name of a joint
+    link: str  # with ``at_joint``, the name of a joint
     pose: Pose = IDENTITY
-    stamp: str = ""  # the frame that its messages carry
+    stamp: str = ""  # the frame in the headers of its messages
     elements: tuple[SdfElement, ...] = ()
     at_joint: bool = False
     feels: str = ""  # the link whose shapes a contact sensor observes
-    without: frozenset[str] = frozenset()  # names of elements that the description leaves out
+    without: frozenset[str] = frozenset()  # default elements that the description removes
 
-    # The element that names the frame of its messages, by reader; in Gazebo classic a plug-in sets the frame.
+    # The element that sets the frame of its messages, by Gazebo version; in Gazebo classic a plug-in sets it.
     FRAME_ELEMENTS: ClassVar = {"harmonic": "gz_frame_id", "fortress": "ignition_frame_id", CLASSIC: ""}
-    # The types that have another name in Gazebo classic (gazebo11:gazebo/sensors).
+    # The types with a different name in Gazebo classic (gazebo11:gazebo/sensors).
     CLASSIC_NAMES: ClassVar = {"gpu_lidar": "ray", "rgbd_camera": "depth", "depth_camera": "depth", "navsat": "gps"}
 
     def in_classic(self) -> GazeboSensor:

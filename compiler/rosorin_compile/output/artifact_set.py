@@ -1,6 +1,6 @@
-"""Write the artifacts of a robot as one set: after a kill at any moment the folder holds the old set or the new one.
+"""Write the artifacts of a robot as one set: even if killed, the folder contains either the old or the new set.
 
-A new folder is prepared and exchanged with the old one. Files that are not artifacts are hard-linked into it.
+A new folder is prepared and swapped with the old one. Files that are not artifacts are hard-linked into it.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from rosorin_compile.source.wording import printable
 
 from .atomic_files import STAGING_NAME, OutputError, entries_below, is_generated, kept_name, lock, replace_folder
 
-MAX_FOREIGN = 200  # files that are not artifacts, above which this does not look like an output folder
+MAX_FOREIGN = 200  # a folder with more files that are not artifacts is probably not an output folder
 Texts = Mapping[str, str | bytes]  # by relative POSIX name
-Decision = Literal["replace", "keep", "refuse"]  # keep: under another name
-Judge = Callable[[str, bytes, bytes], Decision]  # of the name of a file, its bytes, and the new bytes
+Decision = Literal["replace", "keep", "refuse"]  # keep: rename the old file
+Judge = Callable[[str, bytes, bytes], Decision]  # from the name of a file, its old and its new bytes
 
 
 class WriteResult(NamedTuple):
-    """The files of a folder after writing a set: new or changed artifacts, the others, and other files.
+    """The result of writing a set: new or changed artifacts, unchanged ones, and files that are not artifacts.
 
-    All are relative POSIX names, sorted. ``renamed`` may be of somebody else, and are kept under another name.
+    All are relative POSIX names, sorted. ``renamed`` files may not be from this tool: they have a new name now.
     """
 
     written: tuple[str, ...]
@@ -39,16 +39,16 @@ class WriteResult(NamedTuple):
     renamed: tuple[tuple[str, str], ...] = ()
 
     def diagnostics(self, folder: Path) -> list[Diagnostic]:
-        """Return a warning for each replaced file that somebody else may have written."""
+        """Return a warning for each replaced file that this tool may not have written."""
         texts = [f"{folder}/{name} may be of somebody else; it is {kept} now" for name, kept in self.renamed]
         return [Diagnostic("output-kept", WARNING, t, help="remove that file if it is not needed") for t in texts]
 
 
 def write_artifacts(folder: Path, files: Texts, prune: bool = False) -> WriteResult:
-    """Write the artifacts of a robot, as ``write_set``; files of somebody else are refused or kept under another name.
+    """Write the artifacts of a robot like ``write_set``, but do not overwrite files that this tool did not write.
 
-    A file without the mark of this tool is refused if the new file has one. If neither has one, it is kept, unless this
-    tool wrote it before, or in a fresh checkout wrote another file of the set. Raises OutputError.
+    An old file without the mark of this tool is an error if the new file has one. If neither has one, the old file is
+    renamed, unless this tool wrote it or, in a fresh checkout, another file of the set. Raises OutputError.
     """
     try:
         present = [path for path in map(folder.joinpath, files) if path.is_file()]
@@ -72,12 +72,12 @@ def write_artifacts(folder: Path, files: Texts, prune: bool = False) -> WriteRes
 def write_set(
     folder: Path, files: Texts, prune: bool = False, judge: Judge | None = None, durable: bool = True
 ) -> WriteResult:
-    """Make ``files``, text or bytes by relative POSIX name, the set of artifacts in ``folder``.
+    """Write ``files``, text or bytes by relative POSIX name, as the set of artifacts in ``folder``.
 
     If all files are equal already, nothing is touched. Other files in the folder are kept, or removed with ``prune``.
-    ``judge`` decides about each file that would be replaced. Without ``durable``, which is for many sets whose contents
-    the caller checks, nothing is flushed to the disk, and what killed processes left next to the folder stays. Raises
-    OutputError.
+    ``judge`` decides about each file that would be replaced. Without ``durable``, for callers that write many sets and
+    verify their contents, nothing is flushed to disk, and leftovers of killed processes next to the folder are not
+    removed. Raises OutputError.
     """
     check_names(files)
     contents = {name: encode(name, files[name]) for name in sorted(files)}
@@ -91,7 +91,7 @@ def write_set(
 
 
 def read_set(folder: Path) -> dict[str, bytes]:
-    """Return the bytes of all regular files below ``folder`` by relative POSIX name, sorted; {} if it is missing.
+    """Return the bytes of all regular files below ``folder`` by relative POSIX name, sorted; {} without a folder.
 
     Waits for a process that is writing the set. Raises OutputError.
     """
@@ -106,8 +106,8 @@ def read_set(folder: Path) -> dict[str, bytes]:
 
 
 def _resolved(folder: Path) -> Path:
-    """Return the output folder, or the folder to which it links. Raises OutputError for one that cannot be replaced."""
-    with suppress(ValueError):  # of a surrogate in the name
+    """Return the output folder with links resolved. Raises OutputError if it cannot be replaced."""
+    with suppress(ValueError):  # for a surrogate in the name
         is_named = folder.name not in ("", "..") and not STAGING_NAME.fullmatch(folder.name)
         if is_named and b"\0" not in os.fsencode(folder):
             return folder.resolve() if folder.is_symlink() and folder.is_dir() else folder
@@ -116,7 +116,7 @@ def _resolved(folder: Path) -> Path:
 
 
 def check_names(files: Collection[str]) -> None:
-    """Raise OutputError for a name that leads out of the folder, or is the folder of another one."""
+    """Raise OutputError for a name outside of the folder, or one that is the folder of another name."""
     for name in sorted(files):
         if not is_inside(name):
             message = f'artifact "{name}" would not be in the output folder'
@@ -127,7 +127,7 @@ def check_names(files: Collection[str]) -> None:
 
 
 def is_inside(name: str) -> bool:
-    """Return True for a relative POSIX name of a file below a folder."""
+    """Return True if a relative POSIX name stays inside its folder."""
     parts = name.split("/")
     return name.isprintable() and not any(part in ("", ".", "..") or part.casefold() == ".git" for part in parts)
 
@@ -181,12 +181,12 @@ def _update(
 
 
 def _entries(folder: Path, own: Collection[str]) -> dict[str, bool]:
-    """Return whether each entry of the folder is a folder, by relative POSIX name, sorted.
+    """Map each entry of the folder, a sorted relative POSIX name, to True if it is a folder.
 
     Raises OutputError if it does not look like an output folder, and OSError where another file system is mounted.
     """
     with suppress(OSError), lock(folder, tidy=True):
-        pass  # what was left by processes that wrote a single file into the folder
+        pass  # leftovers of processes that wrote a single file into the folder
     present, foreign, device = {}, 0, folder.stat().st_dev
     for name, entry in entries_below(folder):
         present[name] = entry.is_dir(follow_symlinks=False)
@@ -201,7 +201,7 @@ def _entries(folder: Path, own: Collection[str]) -> dict[str, bool]:
 
 
 def obstacle(folder: Path, name: str) -> tuple[Path, str] | None:
-    """Return the first path that must be another kind of file for ``name`` to be written, and its kind, or None."""
+    """Return the first path that prevents ``name`` from being written, and what kind of file it is, or None."""
     kinds = {stat.S_IFREG: "a file", stat.S_IFDIR: "a folder", stat.S_IFLNK: "a symbolic link"}
     for step in (*_parents(name), name):
         if not os.path.lexists(folder / step):
@@ -213,7 +213,7 @@ def obstacle(folder: Path, name: str) -> tuple[Path, str] | None:
 
 
 def remember(path: Path) -> None:
-    """Record that this tool wrote a file that has no mark. A failure is silent."""
+    """Record that this tool wrote a file without a mark. Failures are ignored."""
     with suppress(OSError):
         if (record := _record(path)) and not record.exists():
             record.touch()

@@ -1,7 +1,7 @@
-"""Write files into a folder that has other files, too, such as a ROS package.
+"""Write files into a folder that also contains other files, such as a ROS package.
 
-Each file is written in one step, and the manifest last. It has the digest of each file that was written. While files
-are replaced, it has both digests of each of them, the old one, if there is one, and the new one: after a kill it shows
+Each file is written in one step, and the manifest last. The manifest has the digest of each written file. While files
+are replaced, it has the old digest, if any, and the new digest of each: if the process is killed, the manifest shows
 which files may be from either run.
 """
 
@@ -23,7 +23,7 @@ MANIFEST = ".rosorin-compile-written.json"
 
 
 class PackageFolder:
-    """A folder into which files are written, whose lock is held. With ``is_new`` it does not exist yet."""
+    """A locked folder into which files are written. With ``is_new`` it does not exist yet."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -31,11 +31,11 @@ class PackageFolder:
         self._manifest = read_manifest(path)
 
     def digests(self) -> dict[str, list[str]]:
-        """Return the digests of the files that were written here, by name: two of those of an unfinished run."""
+        """Return the digests of the written files by name; files of an unfinished run may have two."""
         return {name: [value] if isinstance(value, str) else value for name, value in self._manifest.items()}
 
     def check_name(self, name: str) -> None:
-        """Raise OutputError for a name that leads out of the folder or through a link, or is not a file there."""
+        """Raise OutputError for a name outside of the folder, behind a link, or of something that is not a file."""
         if not is_inside(name):
             message = f'"{name}" is not below the folder'
             raise OutputError("deploy-outside", message, "name a file below the folder")
@@ -63,7 +63,7 @@ class PackageFolder:
             changed = {name: data for name, data in contents.items() if data != before[name]}
             listed = {name for name in self._manifest if name in files or (self.path / name).is_file()}
             if any(name not in files and not isinstance(self._manifest[name], str) for name in listed):
-                listed |= self._manifest.keys()  # of another unfinished run, also what it has not written yet
+                listed |= self._manifest.keys()  # of an unfinished run, including files that it has not written yet
             final = {name: self._manifest[name] for name in listed} | {n: digest(data) for n, data in files.items()}
             last = {MANIFEST: _manifest_text(final)} if manifest else {}
             if self.is_new:
@@ -99,7 +99,7 @@ def open_package_folder(folder: Path, dry_run: bool = False) -> Iterator[Package
             if not dry_run:
                 path.parent.mkdir(parents=True, exist_ok=True)
                 with suppress(OSError), lock(path.parent, tidy=True):
-                    pass  # what is left of a process that was killed when it had just made the folder
+                    pass  # a leftover of a process that was killed after it created the folder
                 stack.enter_context(lock(path if path.is_dir() else path.parent, tidy=True))
             package = PackageFolder(path)
         except OSError as problem:
@@ -112,7 +112,7 @@ def _content(path: Path) -> bytes | None:
 
 
 def read_manifest(folder: Path) -> dict[str, str | list[str]]:
-    """Return the digests of the manifest by name, lists for an unfinished run; {} if it is missing or damaged."""
+    """Return the digests in the manifest by name, as lists after an unfinished run; {} if missing or damaged."""
     try:
         values = json_of((folder / MANIFEST).read_bytes())
     except (OSError, ValueError):

@@ -1,4 +1,4 @@
-"""Notice changes of the files from which a robot was compiled."""
+"""Detect changes of the files from which a robot was compiled."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from pathlib import Path
 
 from rosorin_compile.source.files import Version, recording, version
 
-INTERVAL = 0.3  # seconds between two looks
-SETTLE = 0.05  # seconds without a change after which an editor is taken to have saved everything
-_CLOCK_STEP = 20_000_000  # ns: the times of files may be that much behind the clock
-_PATIENCE = 20  # looks at files that keep changing before they are read anyway
+INTERVAL = 0.3  # seconds between two checks
+SETTLE = 0.05  # seconds without a change after which an editor has probably saved all files
+_CLOCK_STEP = 20_000_000  # ns: how much file times may lag behind the clock
+_PATIENCE = 20  # checks of files that keep changing before they are read anyway
 
 
 class WatchedFiles:
-    """The files from which one robot was made, except its own ``artifacts``, with their versions at that time."""
+    """The files from which a robot was compiled, except those in the folder ``artifacts``, and their versions then."""
 
     def __init__(self, artifacts: Path | None = None) -> None:
         self.artifacts = None if artifacts is None else os.path.abspath(artifacts)
@@ -24,7 +24,7 @@ class WatchedFiles:
         self.is_outdated = False
 
     def has_changed(self) -> bool:
-        """Return True if a file was written, removed or created since it was read or looked for."""
+        """Return True if a file was changed, removed or created since it was read or not found."""
         return self.is_outdated or any(version(path) != before for path, before in self.versions.items())
 
     def settle(self, sleep: Callable[[float], None] = time.sleep) -> None:
@@ -38,7 +38,7 @@ class WatchedFiles:
             before = after
 
     def read(self, used: Callable[[], object]) -> None:
-        """Record which files ``used`` reads or looks for; what changes meanwhile is read once more."""
+        """Call ``used`` and record the files that it reads or looks for; changes during the call are detected later."""
         begun = time.time_ns() - _CLOCK_STEP
         with recording() as paths:
             used()

@@ -1,5 +1,5 @@
-"""Rules: check a robot. A rule is a function that yields diagnostics; ``check`` runs all of them.
+"""Rules that check a robot. A rule is a function that yields diagnostics; ``check`` runs all of them.
 
-A rule relies on the shape of the tree and nothing else: the robot may have no link, two roots or a cycle. One cause
-gives one message: where two rules see the same mistake, the later one ignores it.
+A rule may rely on the schema only: the robot may have no link, two roots or a cycle. Each mistake is reported once: if
+two rules can find it, the later one ignores it.
 """

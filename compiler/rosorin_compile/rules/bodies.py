@@ -1,4 +1,4 @@
-"""Bodies: masses, inertias and centres of mass that a link can have, and links that lack them."""
+"""Rules about masses, inertias and centres of mass: impossible, implausible or missing values."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from .joints import pieces
 from .shapes import diagonal, longest
 
 DENSEST = 22_590.0  # kg/m^3: osmium at 20 degrees (CRC Handbook of Chemistry and Physics)
-LIGHTEST = 1.0  # kg/m^3: air has 1.2, aerogels that can be held more than 3
-LIGHTEST_INERTIA = 0.05  # kg/m^3: 1 kg with moments of 1 kg*m^2, the placeholder of SDF, has 0.06
+LIGHTEST = 1.0  # kg/m^3: air has 1.2, usable aerogels more than 3
+LIGHTEST_INERTIA = 0.05  # kg/m^3: the SDF default (1 kg, moments of 1 kg*m^2) has 0.06
 FOAM = 25.0  # kg/m^3: a density in g/cm^3 is below this; cork has 240, foam 20 to 200
-ROUGHLY = 1.5  # sizes are rounded, and a box around a part leaves out a flange
-ROUGH_INERTIA = 2.0  # moments are often rounded to one digit, and the error enters with its third power
-LESS_THAN_SEEN = 10.0  # the collision of a link may be smaller than its mesh: a sphere under a foot
+ROUGHLY = 1.5  # tolerance for rounded sizes, and boxes that omit a flange
+ROUGH_INERTIA = 2.0  # tolerance for moments with one digit; their error counts to the third power
+LESS_THAN_SEEN = 10.0  # a collision shape may be smaller than the mesh of a link: a sphere under a foot
 NO_SHAPE = 0.005  # m: a collision shape as small as this in a link with meshes is a placeholder
-NO_MASS = 0.001  # kg: a placeholder in many robots, for engines that need a mass
-BEYOND = 2.0  # a radius of gyration is at most the distance to the farthest point, and shapes may be rough
-OUTSIDE = 0.7  # of the diagonal of the shapes: a counterweight that nobody drew is nearer than that
-FLATTEST = 0.01  # an inertia that is printed to few digits looks like a sheet without thickness
-ROUNDING = 1e-9  # relative to the largest moment: of the description and of the eigenvalues
-# If a larger share of the moving parts lacks mass or collision, the robot was designed without it on purpose.
+NO_MASS = 0.001  # kg: a common placeholder for engines that need a mass
+BEYOND = 2.0  # tolerance for rough shapes: a radius of gyration is at most the distance to the farthest point
+OUTSIDE = 0.7  # of the diagonal of the shapes: even a counterweight without a shape is nearer than that
+FLATTEST = 0.01  # a flatter body may have an inertia that was printed with too few digits
+ROUNDING = 1e-9  # relative to the largest moment: of numbers in the description, and of eigenvalues
+# If a larger share of the moving links lacks mass or collision, that is intended.
 FEW_WITHOUT_MASS, FEW_WITHOUT_COLLISION = 0.5, 0.25
 
 
@@ -37,7 +37,7 @@ FEW_WITHOUT_MASS, FEW_WITHOUT_COLLISION = 0.5, 0.25
 @rule("inertia-not-positive-definite", "A principal moment is not above 0.", "Check signs.", NUMBERS, "link", "always")
 @rule("inertia-triangle", "A principal moment exceeds the others.", "Check units.", NUMBERS, "link", "always")
 def physical(case: Case) -> Iterator[Diagnostic]:
-    """Masses that are not positive, and inertias that no body has."""
+    """Report masses that are not positive, and physically impossible inertias."""
     for link, inertial in [(link, link.inertial) for link in case.robot.links if link.inertial]:
         path = case.link(link.name, "inertial")
         if not inertial.mass > 0:
@@ -60,7 +60,7 @@ def physical(case: Case) -> Iterator[Diagnostic]:
 @rule("inertia-implausible", "A warning: no body has this inertia.", "Calculate it.", NUMBERS, "link", "always")
 @rule("centre-outside", "A warning: a centre of mass is far off its link.", "Check `xyz`.", NUMBERS, "link", "always")
 def plausible(case: Case) -> Iterator[Diagnostic]:
-    """Masses against the space of the shapes, inertias against both, and centres of mass."""
+    """Compare masses with the volume of the shapes, inertias with both, and centres of mass with the shapes."""
     for link, inertial in [(link, link.inertial) for link in case.robot.links if link.inertial]:
         path = case.link(link.name, "inertial")
         density = value_at(case.tree, (*path, "density")) if inertial.mass > 0 else None
@@ -71,7 +71,7 @@ def plausible(case: Case) -> Iterator[Diagnostic]:
         if inertial.mass > NO_MASS:
             visual, collision = bounds_of(link.visual), bounds_of(link.collision)
             bounds = visual.join(collision) if visual and collision else visual or collision
-            # Without all sizes the box is only a part of the link.
+            # If sizes of meshes are unknown, the box covers only a part of the link.
             has_all = bounds and (not visual) == (not link.visual) and (not collision) == (not link.collision)
             whole = bounds if has_all else None
             found = list(_mass(case, link, inertial.mass, bounds, whole is not None)) if bounds else []
@@ -85,7 +85,7 @@ def _mass(case: Case, link: Link, mass: float, bounds: Bounds, complete: bool) -
         return
     density = mass / volume
     if density <= DENSEST * ROUGHLY * (1.0 if complete else LESS_THAN_SEEN):
-        # A plate that is tilted fills little of the box around it.
+        # A tilted plate fills only a small part of its box.
         shapes = ([one for one in own if not isinstance(one.geometry, Mesh)] for own in (link.visual, link.collision))
         if density >= LIGHTEST or mass >= LIGHTEST * max(math.fsum(one.volume for one in own) for own in shapes):
             return
@@ -99,12 +99,12 @@ def _mass(case: Case, link: Link, mass: float, bounds: Bounds, complete: bool) -
 
 def _inertia(case: Case, link: Link, inertial: Inertial, bounds: Bounds | None) -> Iterator[Diagnostic]:
     low, middle, high = inertial.principal_moments
-    if not (low > 0 and high <= (low + middle) * (1 + 1e-6)):  # reported by other rules
+    if not (low > 0 and high <= (low + middle) * (1 + 1e-6)):  # other rules report these
         return
     path = case.link(link.name, "inertial")
     place: Path = (*path, "inertia", max(("ixx", "iyy", "izz"), key=lambda key: float(getattr(inertial, key))))
-    # The uniform ellipsoid has the lowest peak density of all bodies with this mass and inertia (m/5 (b^2 + c^2), ...
-    # give the squares of its semi-axes).
+    # Of all bodies with this mass and inertia, the uniform ellipsoid has the lowest peak density. Its moments
+    # m/5 (b^2 + c^2), ... give the squares of its semi-axes.
     squares = [5 / 2 * (low + middle + high - 2 * moment) / inertial.mass for moment in (low, middle, high)]
     volume = 4 / 3 * math.pi * math.sqrt(math.prod(max(square, FLATTEST * max(squares)) for square in squares))
     radius, density = math.sqrt(high / inertial.mass), inertial.mass / volume if volume > 0 else math.inf
@@ -135,7 +135,7 @@ def _centre(case: Case, link: Link, centre: Vector, bounds: Bounds | None) -> It
 
 
 def _shape(case: Case, link: Link) -> Path:
-    """Return the path of the size of a link's first shape that is not a mesh."""
+    """Return the path of the size of the first shape in a link that is not a mesh."""
     shapes = sorted(case.shapes(link), key=lambda one: one[1][-2] == "visual")
     return next(((*path, *longest(one)[0]) for _, path, one in shapes if not isinstance(one.geometry, Mesh)), ())
 
@@ -143,7 +143,7 @@ def _shape(case: Case, link: Link) -> Path:
 @rule("inertial-missing", "A warning: a moving link has no mass, unlike most.", "Give it an `inertial`.", JOINTS)
 @rule("collision-missing", "A note: a moving link collides with nothing, unlike most.", "Add a `collision`.", JOINTS)
 def lacking(case: Case) -> Iterator[Diagnostic]:
-    """Find parts of links that move together without mass or without collision, where others have one."""
+    """Find groups of fixed links without mass or collision in a robot where others have it."""
     robot = case.robot
     joints = [joint for joint in robot.joints if joint.parent in robot.link and joint.child in robot.link]
     fixed = [(joint.parent, joint.child) for joint in joints if joint.is_fixed]

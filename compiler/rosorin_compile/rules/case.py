@@ -1,4 +1,4 @@
-"""Case: the robot that the rules examine, with the paths of its parts, and the method that reports a problem."""
+"""The input of the rules: a robot and the paths of its values in the description, and a method to report problems."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Case:
-    """A robot, the tree that it was lowered from, and the paths in it of joints, links and turns, by kind and name.
+    """A robot, the tree that it was built from, and paths in the tree (of joints, links, ...) by kind and name.
 
     ``remarkable`` are the values that the rules about single values examine (see ``magnitudes.collect``), ``formats``
-    those that outputs may name, ``scope`` the names in expressions, None if unknown. ``wanted`` are the names of the
-    only outputs that are made; without them all are.
+    the formats of outputs, ``scope`` the names in expressions, or None if unknown. ``wanted`` are the names of the
+    requested outputs; if it is empty, all are requested.
     """
 
     robot: Robot
@@ -42,7 +42,7 @@ class Case:
     wanted: Collection[str] = ()
 
     def feeding(self, publisher: str) -> list[Output]:
-        """Return the outputs that publishers of a kind read, by their format."""
+        """Return the outputs in formats that a kind of publisher reads."""
         return feeding(self.robot, publisher, self.formats)
 
     @cached_property
@@ -51,19 +51,19 @@ class Case:
         return SymbolTable(self.tree)
 
     def mentions(self, *kinds: str) -> Iterator[Symbol]:
-        """Yield the references to some kinds, without the names that a section defines for itself (``own_names``)."""
+        """Yield the references to names of some kinds, except names that are local to a section (``own_names``)."""
         own = {"moveit": self.robot.moveit.own_names} if self.robot.moveit else {}
         for reference in self.symbols.references(kinds):
             if reference.name not in own.get(str(reference.path[0]), {}).get(reference.kind, ()):
                 yield reference
 
     def section(self, name: str) -> Mapping[str, Any]:
-        """Return the entries of a section by name; empty if there is none."""
+        """Return the entries of a section by name, or an empty mapping without the section."""
         entries: Mapping[str, Any] = self.tree.get(name) or {}
         return entries
 
     def joint(self, joint: Joint, *rest: str | int) -> Path:
-        """Return the path of a joint, or of a value in it; that of a sensor for the joint that mounts it."""
+        """Return the path of a joint, or of a value in it; for the joint of a sensor, the path of the sensor."""
         return (*(self.places.get(("joint", joint.name)) or ("joints", joint.name)), *rest)
 
     def link(self, name: str, *rest: str | int) -> Path:
@@ -71,14 +71,14 @@ class Case:
         return (*(self.places.get(("link", name)) or ("links", name)), *rest)
 
     def shapes(self, *links: Link) -> Iterator[tuple[Link, Path, Shape]]:
-        """Yield the visual and collision shapes of all links, or of some, with their links and paths."""
+        """Yield the visual and collision shapes of some links, by default all, with the link and the path of each."""
         for link in links or self.robot.links:
             for purpose, shapes in (("visual", link.visual), ("collision", link.collision)):
                 for index, shape in enumerate(shapes):
                     yield link, self.link(link.name, purpose, index), shape
 
     def end(self, joint: Joint, which: str) -> Path:
-        """Return the path of the name of the link at the "parent" or the "child" end of a joint."""
+        """Return the path of the name of a joint's "parent" or "child" link."""
         path = self.joint(joint)
         if path[0] != "sensors":
             return (*path, which)
@@ -89,7 +89,7 @@ class Case:
     def edge(self, index: int, key: str) -> Path:
         """Return the path of a value of an edge: its ``parent``, ``child``, ``publisher`` or ``when``.
 
-        For the turn of a joint's publisher that is the entry that names the publisher, or its condition.
+        For an edge in a joint's list of publishers, that is the entry in the list, or its condition.
         """
         turn = self.places.get(("edge", str(index)))
         if turn is None:
@@ -97,13 +97,13 @@ class Case:
         return (*turn, "when") if key == "when" and exists(self.tree, (*turn, "when")) else (*turn, "by")
 
     def publisher(self, joint: Joint) -> Path:
-        """Return the path of the publisher of a joint, or of the joint if it names none."""
+        """Return the path of the publisher of a joint, or the path of the joint if it has no publisher."""
         path = self.joint(joint)
         mount = path[:-1] if path[-1] == "optical" and not exists(self.tree, (*path, "publisher")) else path
         return (*mount, "publisher") if exists(self.tree, (*mount, "publisher")) else path
 
     def value(self, path: Path, *keys: str | int) -> Path:
-        """Return the path of a value in an entry, or that of the entry if it does not have the value."""
+        """Return the path of a value in an entry, or the path of the entry if it lacks the value."""
         return (*path, *keys) if exists(self.tree, (*path, *keys)) else path
 
     def problem(
@@ -118,11 +118,11 @@ class Case:
         key: bool = False,
         within: bool = False,
     ) -> Diagnostic:
-        """Return a diagnostic at a path: at its value, at its key with ``key``, or at the entry that lacks it.
+        """Return a diagnostic at the value of a path, with ``key`` at its key, or at the entry that lacks the path.
 
-        A value that was written in ``let``, or passed to a part, is reported there; related places are its uses.
-        ``within`` is for a problem within a mapping: at its key, or where it was written. Severity and help are those
-        of the rule unless others are passed.
+        A value from ``let``, or an argument of a part, is reported where it is defined; its uses are related places.
+        ``within`` is for a problem in a mapping, which is reported at the key or where the mapping is defined.
+        Severity and help default to those of the rule.
         """
         known = find_declared(rule)
         place, uses = mistake_place(self.scope, self.tree, path, rule, key, within)
@@ -132,13 +132,13 @@ class Case:
         return replace(made, of=names_at(self.tree, path))
 
     def related(self, message: str, path: Path, key: bool = False) -> Related:
-        """Return a second place: a value, or the key of one with ``key`` and of a mapping."""
+        """Return a related place: a value, or with ``key`` and for a mapping its key."""
         return Related(message, self._place(path, key or isinstance(value_at(self.tree, path), Map)))
 
     def unknown(self, rule: str, message: str, uses: Sequence[Symbol], help: Help) -> Iterator[Diagnostic]:
-        """Yield a problem at the first use of a name, with the other places; again for each use at the same place.
+        """Yield a problem at the first use of an unknown name, with the other uses as related places.
 
-        All uses of a part share the places of its text: each use is reported.
+        Uses of one part have the same place in its file: each of these is reported.
         """
         spans = [self._place(use.path, use.key) for use in uses]
         others = {span: use.what for use, span in zip(uses, spans, strict=True) if span != spans[0]}
@@ -154,11 +154,11 @@ class Case:
 
     @property
     def suggest(self) -> Callable[..., Suggestion]:
-        """Return the help for an unknown name at a path, as ``suggest_name`` in the tree of this robot."""
+        """The function ``suggest_name``, which suggests a fix for an unknown name, for the tree of this robot."""
         return partial(suggest_name, self.tree)
 
     def stands_in(self, path: Path) -> str:
-        """Return " (a stand-in)" if the nearest source around a value marks it as one, else an empty text."""
+        """Return " (a stand-in)" if the nearest ``source`` marks a value as a stand-in, else an empty text."""
         nodes = [value_at(self.tree, path[:depth]) for depth in range(follow(self.tree, path) + 1)]
         sources = [node.get("source") for node in nodes if isinstance(node, Map)]
         status = [source.get("status") for source in sources if isinstance(source, Map)]
@@ -166,15 +166,15 @@ class Case:
 
 
 def feeding(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> list[Output]:
-    """Return the outputs that publishers of a kind read, by their format."""
+    """Return the outputs in formats that a kind of publisher reads."""
     known = [(output, formats[output.backend]) for output in robot.outputs if output.backend in formats]
     return [output for output, format in known if publisher in format.feeds and not format.is_withheld(output)]
 
 
 def first_fed(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> Output | None:
-    """Return the first output that publishers of a kind read, by its format or by the name of its file.
+    """Return the first output that a kind of publisher reads, by its format or by the ending of its file name.
 
-    A template of the user's own may make what robot_state_publisher reads.
+    The ending matters because a user's template may write a URDF for robot_state_publisher.
     """
     others = [one for one in robot.outputs if one.backend == TEMPLATE or one.backend not in formats]
     readable = [one for one in formats.values() if one.load is not None and publisher in one.feeds] if others else []
@@ -184,7 +184,7 @@ def first_fed(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> Ou
 
 
 def number(value: float) -> str:
-    """Return a number as a person would write it: up to six digits."""
+    """Format a number for a message, with up to six digits."""
     return f"{float(value):.6g}"
 
 

@@ -1,4 +1,4 @@
-"""Run the rules over a robot, and merge diagnostics that have one cause."""
+"""Run the rules on a robot, and merge diagnostics that have the same cause."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ from .names import named_sections
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format
 
-# The modules with checks of the whole robot; those of a section are in its record.
+# Modules with checks of the entire robot; checks of a section are listed in its ``Section``.
 _MODULES = ("frames", "magnitudes", "names")
-# Rules that compare a number with another, such as a size or a limit.
+# Rules that compare two numbers, such as sizes or limits.
 _COMPARING = (
     *("centre-outside", "collision-elsewhere", "inertia-implausible", "mass-implausible"),
     *("mimic-beyond-limit", "pose-beyond-limit", "size-implausible"),
 )
-# Diagnostics that follow from an unknown name, and the rules that report that name.
+# Rules whose diagnostics may be consequences of an unknown name, with the rules that report the name.
 _FOLLOWING = {
     "control-joint": ("unknown-link", "unknown-joint", "unknown-option"),
     "controller-missing": ("control-interface", "controller-name", "unknown-joint"),
@@ -55,7 +55,7 @@ _FOLLOWING = {
 
 @cache
 def checks() -> tuple[Check, ...]:
-    """Return the checks of the tool itself, in the order in which they run."""
+    """Return the built-in checks in the order in which they run."""
     of_sections = [check for section in own_sections() for check in section.all_checks()]
     modules = [import_module(f"{__package__}.{name}") for name in _MODULES]
     return (*of_sections, *(check for module in modules for check in checks_of(module)))
@@ -63,7 +63,7 @@ def checks() -> tuple[Check, ...]:
 
 @cache
 def plugin_checks() -> tuple[tuple[tuple[Plugin, Check], ...], tuple[Diagnostic, ...]]:
-    """Return the checks that plug-ins add outside their sections, and the diagnostics of invalid plug-ins."""
+    """Return the checks of plug-ins outside of sections, and the diagnostics about invalid plug-ins."""
     loaded, diagnostics = load("rules", Check, Check.ids, lambda id: bool(find([id])))
     OF_PLUGINS.update((rule.id, rule) for _, check in loaded for rule in check.rules)
     return loaded, diagnostics
@@ -71,7 +71,7 @@ def plugin_checks() -> tuple[tuple[tuple[Plugin, Check], ...], tuple[Diagnostic,
 
 @cache
 def acceptable() -> Mapping[str, Rule]:
-    """Return the rules that a description may accept, by id; all else cannot be built, or would be built wrongly."""
+    """Return the rules that ``accept`` may name, by id; robots that break other rules cannot be built correctly."""
     of_sections = [check for _, section in plugged_sections().sections for check in section.all_checks()]
     all_checks = (*checks(), *of_sections, *(check for _, check in plugin_checks()[0]))
     rules = (find_declared("shape-size"), *(rule for check in all_checks for rule in check.rules))
@@ -88,8 +88,8 @@ def check(
 ) -> list[Diagnostic]:
     """Check a robot against all rules and return the diagnostics.
 
-    ``places`` leads from a joint or a link, by kind and name, to its path in the tree (see ``lower``); ``formats`` are
-    those that outputs may name, ``scope`` has the names of expressions, ``wanted`` as in ``Case``.
+    ``places`` has the paths of joints and links in the tree, by kind and name (see ``lower``). ``formats``, ``scope``
+    and ``wanted`` are those of ``Case``.
     """
     case = Case(robot, tree, places, collect(tree), formats, scope, wanted)
     found: list[Diagnostic] = []
@@ -106,7 +106,7 @@ def check(
 
 
 def _of_plugin(plugin: Plugin, check: Check, case: Case) -> Iterator[Diagnostic]:
-    """Yield the diagnostics of a plug-in's check until it does something wrong, and an error about that."""
+    """Yield the diagnostics of a plug-in's check; if it fails, stop with an error about the plug-in."""
     ids = [rule.id for rule in check.rules]
     try:
         with divert_stdout():
@@ -121,7 +121,7 @@ def _of_plugin(plugin: Plugin, check: Check, case: Case) -> Iterator[Diagnostic]
 
 
 def _merge_uses(tree: Map, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Merge the diagnostics of one rule at one value that is used many times; accepted ones stay apart, by name."""
+    """Merge diagnostics of one rule about uses of one value; accepted diagnostics stay separate, one per use."""
     found: dict[object, Diagnostic] = {}
     for diagnostic in diagnostics:
         uses = [related for related in diagnostic.related if related.message == USED]
@@ -136,7 +136,7 @@ def _merge_uses(tree: Map, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic
 
 
 def _without_consequences(tree: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
-    """Drop warnings and notes that follow from numbers with an error; an accepted diagnostic hides nothing."""
+    """Drop warnings and notes about numbers that also have an error; accepted errors hide nothing."""
     causes = [one for one in diagnostics if one.severity == ERROR or one.rule == "length-looks-like-millimetres"]
     causes = [one for one in causes if not is_accepted(tree, one, acceptable())]
     refused = {one.span for one in causes if one.severity == ERROR}
@@ -146,7 +146,7 @@ def _without_consequences(tree: Map, diagnostics: list[Diagnostic]) -> list[Diag
         if one.severity == ERROR or one.span is None:
             return False
         is_compared = one.rule in _COMPARING and not places.isdisjoint((one.span, *(two.span for two in one.related)))
-        # Stale collisions are about all numbers of a robot together: one wrong number is reason enough.
+        # Collisions depend on all numbers of a robot, so any wrong number may be the cause of stale ones.
         return is_compared or one.span in refused or (one.rule == "collisions-stale" and bool(refused))
 
     return [one for one in diagnostics if not follows(one)]
@@ -155,7 +155,7 @@ def _without_consequences(tree: Map, diagnostics: list[Diagnostic]) -> list[Diag
 def apply_acceptances(case: Case, found: Iterable[Diagnostic], asked: str) -> list[Diagnostic]:
     """Return the diagnostics that are not accepted, and a warning for each unused entry of ``accept``.
 
-    ``asked`` is the kind of rules that the run checks (``Rule.asked``).
+    ``asked`` is what this run was requested to check (``Rule.asked``).
     """
     left = without_accepted(case.tree, found, acceptable())
     return [*left.diagnostics, *unused_entries(case.tree, left.used, acceptable(), (asked,))]
@@ -166,8 +166,8 @@ def merge_misspelt(
 ) -> list[Diagnostic]:
     """Merge all diagnostics caused by one misspelt name; ``places`` as in ``check``.
 
-    An unknown name is reported once, where its letters were written. A misspelt definition leaves every use of it
-    unknown: if nothing else uses the definition, the diagnostic shows it.
+    An unknown name is reported once, at the text that spells it. If the definition is misspelt, all uses are unknown: a
+    definition that nothing uses is shown in the diagnostic.
     """
     wrong = {one.rule for one in diagnostics if one.severity == ERROR}
     diagnostics = [one for one in diagnostics if wrong.isdisjoint(_FOLLOWING.get(one.rule, ()))]
@@ -187,7 +187,7 @@ def merge_misspelt(
                 note = Related(f'"{found.meant}" {UNNAMED}', home)
                 moved[-1] = replace(moved[-1], related=(*moved[-1].related, note))
     homes = {note.span for one in moved for note in one.related if note.message.endswith(UNNAMED)}
-    # The warning that the letters of such a definition are swapped says the same again.
+    # Drop the warning about swapped letters in such a definition, which is the same problem.
     return merge_by_name(one for one in moved if one.severity == ERROR or one.span not in homes)
 
 
@@ -204,7 +204,7 @@ def _definitions(tree: Map, places: Mapping[tuple[str, str], TreePath], name: st
 
 
 def _collect_uses(node: Any, via: Any, path: TreePath, uses: dict[str, list[tuple[TreePath, Place]]]) -> None:
-    """Add the path and place of each text, and of each key, that is one of some names."""
+    """Add the path and place of each text and key that equals a name in ``uses``."""
     via = nearer(via, node.via)
     for key, value in node.items() if isinstance(node, Map) else enumerate(node):
         if key in uses:
@@ -212,5 +212,5 @@ def _collect_uses(node: Any, via: Any, path: TreePath, uses: dict[str, list[tupl
         if isinstance(value, (Map, Seq)):
             _collect_uses(value, via, (*path, key), uses)
         elif isinstance(value, str):
-            for name in uses.keys() & (re.findall(r"\w+", value) if key == "when" else (value,)):  # conditions
+            for name in uses.keys() & (re.findall(r"\w+", value) if key == "when" else (value,)):  # expressions
                 uses[name].append(((*path, key), Place(node.value_spans[key], via)))

@@ -1,4 +1,4 @@
-"""The drive: its wheels turn, have level axles and known radii, and are where their names say."""
+"""Rules about the drive: joints, axes, positions and radii of its wheels."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from .case import Case, number
 from .joints import lies_across
 from .shapes import holds
 
-PARALLEL = math.cos(math.radians(30))  # an axis this close to its expected direction is intended to have it
-RADIUS_APART = 0.05  # relative to the specified radius: a larger deviation is another quantity, such as the diameter
+PARALLEL = math.cos(math.radians(30))  # an axis within 30 degrees of a direction is meant to be along it
+RADIUS_APART = 0.05  # relative to the specified radius: a larger deviation is a mistake, such as a diameter
 UNEVEN = 0.001  # m
-LEAST = 1e-4  # m between wheels that are apart
-# Which wheels must be farther along x or y than which others, according to their names.
+LEAST = 1e-4  # m: the smallest distance between wheels in different positions
+# Pairs of wheels of which the first must be farther along x or y, according to their names.
 _FRONT, _LEFT = (0, "in front of"), (1, "to the left of")
 _PAIRS = {
     MECANUM: (
@@ -33,7 +33,7 @@ _PAIRS = {
 
 
 def _named(case: Case, drive: Drive | None) -> Iterator[tuple[str, Joint, Path]]:
-    """Yield the joints that a drive names: the role, the joint, and the path of the name."""
+    """Yield the role, the joint and the path of its name for each joint of the drive."""
     for role, names in drive.joints.items() if drive else ():
         kind = drive.kind if drive else ""
         is_single = kind == MECANUM or (kind == TRICYCLE and role == "steering")
@@ -44,7 +44,7 @@ def _named(case: Case, drive: Drive | None) -> Iterator[tuple[str, Joint, Path]]
 
 @rule("drive-joint", help="Name the joint of a wheel: continuous, moved by itself.", topic=JOINTS)
 def joints(case: Case) -> Iterator[Diagnostic]:
-    """A joint of the drive does not turn, follows another or is named twice; a warning where a wheel has limits."""
+    """A joint of the drive does not rotate, mimics another or is named twice; a warning if a wheel has limits."""
     seen: set[str] = set()
     for role, joint, path in _named(case, case.robot.drive):
         what = severity = ""
@@ -63,7 +63,7 @@ def joints(case: Case) -> Iterator[Diagnostic]:
 
 
 def _sound(case: Case) -> Drive | None:
-    """Return the drive if its joints exist and turn, on a tree with one root, so that positions are known."""
+    """Return the drive if its joints exist and rotate, and positions can be computed (one tree), else None."""
     drive, robot = case.robot.drive, case.robot
     if drive is None or not (robot.is_tree and robot.mimics_resolve and (drive.frame or robot.root) in robot.link):
         return None
@@ -75,7 +75,7 @@ def _sound(case: Case) -> Drive | None:
 
 @rule("drive-axis", help="Correct the axis, the pose of the joint, or `frame`.", topic=JOINTS)
 def axes(case: Case) -> Iterator[Diagnostic]:
-    """The axle of a wheel is not level, or a steering axis not upright; a warning where a wheel turns backward."""
+    """The axle of a wheel is not level, or a steering axis is not vertical; a warning if a wheel turns backward."""
     drive = _sound(case)
     for role, joint, path in _named(case, drive):
         x, y, z = axis = model.axis_in_base(case.robot, drive, joint.name) if drive else joint.axis
@@ -102,7 +102,7 @@ def axes(case: Case) -> Iterator[Diagnostic]:
 
 @rule("drive-places", help="Correct the names, or the poses of the joints.", topic=JOINTS)
 def places(case: Case) -> Iterator[Diagnostic]:
-    """Wheels are not where their names say, or cannot move the base; a warning if they are not on one floor."""
+    """Wheels are on another side than their names say, or cannot move the base; a warning if not on one floor."""
     drive = _sound(case)
     if drive is None:
         return
@@ -144,7 +144,7 @@ def places(case: Case) -> Iterator[Diagnostic]:
 
 @rule("drive-radius", help="Write `radius`, or give the wheel a cylinder to collide with.", topic=JOINTS)
 def radii(case: Case) -> Iterator[Diagnostic]:
-    """The radius of a wheel is unknown or not positive; a warning if `radius` is not that of the shapes."""
+    """The radius of a wheel is unknown or not positive; a warning if `radius` is not the radius of its shapes."""
     drive = _sound(case)
     radius, place = drive.radius if drive else None, ("drive", "radius")
     if radius is not None and radius <= 0:

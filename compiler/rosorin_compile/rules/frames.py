@@ -1,4 +1,4 @@
-"""Frames and views: the conventions of REP 103 and REP 105, and sensors whose view the robot itself blocks."""
+"""Rules about frames: the conventions of REP 103 and REP 105, and sensors whose view the robot itself blocks."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from .magnitudes import FULL_TURN
 OPTICAL = Pose(rpy=(-math.pi / 2, 0.0, -math.pi / 2)).transform()
 SUFFIXES = ("_optical", "_optical_frame", "_optical_link")
 TOLERANCE = 1e-3  # rad
-CALIBRATION = 0.2  # rad; the image frames of one device differ only by the calibration of the manufacturer
+CALIBRATION = 0.2  # rad; image frames of one device differ by the manufacturer's calibration
 
 
 @rule("owns-world-frame", help="Begin the robot at `base_link`.", topic=FRAMES, accept="link", imported="always")
 def world_frames(case: Case) -> Iterator[Diagnostic]:
-    """The description owns `map`, `odom` or `earth`, which localisation places (REP 105); `edges` may name them."""
+    """The description defines `map`, `odom` or `earth`, which localisation publishes (REP 105); use `edges` instead."""
     robot = case.robot
     for frame in WORLD_FRAMES:
         ends = [case.end(one, end) for one in robot.joints for end in ("parent", "child") if getattr(one, end) == frame]
@@ -38,13 +38,13 @@ def world_frames(case: Case) -> Iterator[Diagnostic]:
             message = f'the description owns the frame "{frame}", which localisation places (REP 105)'
             key = frame in robot.link and at[0] == "links"
             problem = case.problem("owns-world-frame", message, at, key=key)
-            # Without a link of that name there is nothing that could be accepted.
+            # ``accept`` needs a link of that name.
             yield problem if frame in robot.link else replace(problem, of=())
 
 
 @rule("optical-frame", help="Write `rpy: [-90 deg, 0, -90 deg]`.", topic=FRAMES, accept="link", imported="always")
 def optical_frames(case: Case) -> Iterator[Diagnostic]:
-    """An image frame is not turned as REP 103 says: z out of the lens, x right, y down."""
+    """The rotation of an image frame is not that of REP 103: z out of the lens, x right, y down."""
     declared = {sensor.optical_frame for sensor in case.robot.sensors if sensor.optical_frame}
     steps = [(one.parent, one.child, one.origin, case.joint(one)) for one in case.robot.joints]
     for index, edge in enumerate(case.robot.edges):
@@ -52,7 +52,7 @@ def optical_frames(case: Case) -> Iterator[Diagnostic]:
             steps.append((edge.parent, edge.child, edge.pose, ("edges", index)))
     for parent, child, pose, path in steps:
         is_image = child in declared or child.endswith(SUFFIXES)
-        if not is_image or any(abs(angle) > FULL_TURN for angle in pose.rpy):  # degrees have a rule of their own
+        if not is_image or any(abs(angle) > FULL_TURN for angle in pose.rpy):  # another rule reports degrees
             continue
         is_pair = parent in declared or parent.endswith(SUFFIXES)
         off = pose.transform().angle_to(Transform() if is_pair else OPTICAL)
@@ -77,25 +77,25 @@ def optical_mounts(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("optical-mount", message, place, key=place[-1] != "rpy")
 
 
-AT_ONCE = 0.05  # m; anything nearer is directly in front of the sensor: no housing has a deeper hood
-NEARLY_ALL = 0.9  # of the rays: the others look past an edge
-ON_A_FACE = 1e-4  # m; a sensor on a face is not inside, in spite of the rounding of poses
-# So many rays of a layer, so many layers and so many along each side of an image are examined: more see the same.
+AT_ONCE = 0.05  # m; a shape this close blocks the sensor: no housing has a deeper hood
+NEARLY_ALL = 0.9  # of the rays; the others may pass an edge
+ON_A_FACE = 1e-4  # m; a sensor on a face is not inside, even with rounded poses
+# How many rays of a layer, layers, and rays along each side of an image are examined; more give the same result.
 RAYS, LAYERS, ALONG = 72, 9, 5
 
 
 class _Solid(NamedTuple):
     shape: Shape
-    place: Transform  # in the frame of a sensor
+    place: Transform  # its pose in the frame of the sensor
     path: Path
 
 
 @rule("sensor-sees-itself", help="Move it.", topic=NUMBERS, accept="link or joint", imported="always")
 def sight(case: Case) -> Iterator[Diagnostic]:
-    """A warning: nearly all rays of a lidar, or nearly all of an image, end on the robot itself at once.
+    """A warning: the robot itself, close to the sensor, blocks nearly all rays of a lidar or nearly all of an image.
 
-    The sensor is inside a shape of another link that never moves against it, or close in front of one. Its housing,
-    which is its own link and links that carry nothing else, does not count; meshes are not examined.
+    The sensor is inside or close to a shape of another link that is fixed relative to it. Its housing, which is its own
+    link and links that carry nothing else, does not count; meshes are not examined.
     """
     robot = case.robot
     for sensor in robot.sensors if robot.is_tree else ():
@@ -103,7 +103,7 @@ def sight(case: Case) -> Iterator[Diagnostic]:
         if not views or sensor.frame not in robot.link:
             continue
         places, queue, housing = {sensor.frame: Transform()}, [sensor.frame], _housing(robot, sensor.frame)
-        for here in queue:  # links that never move against the sensor
+        for here in queue:  # links that are fixed relative to the sensor
             for name, step in robot.fixed_neighbours(here):
                 if name not in places:
                     places[name] = places[here].then(step)
@@ -123,7 +123,7 @@ def sight(case: Case) -> Iterator[Diagnostic]:
 
 
 def _housing(robot: Robot, frame: str) -> set[str]:
-    """Return the links that carry only a sensor, and those attached to its frame; for a root, only that root."""
+    """Return the housing of a sensor: links that carry nothing else, and links below its frame (or a root alone)."""
     found = {frame, *(robot.subtree(frame) if frame in robot.joint_to else ())}
     top = robot.joint_to.get(frame)
     while top is not None and top.is_fixed and top.parent in robot.joint_to:
@@ -137,7 +137,7 @@ def _housing(robot: Robot, frame: str) -> set[str]:
 
 
 def _ends(view: Data, places: Mapping[str, Transform], solids: list[_Solid]) -> Iterator[tuple[float, _Solid] | None]:
-    """Yield how far away (m), and where, the rays of a view end; None for each that leads away from the robot."""
+    """Yield the distance (m) and the solid that each ray of a view hits, or None if it misses the robot."""
     eye = places[view["frame"]].then(Pose(tuple(view["xyz"]), tuple(view["rpy"])).transform())
     around = [one for one in solids if _is_near(one, eye.xyz)]
     pieces = [one._replace(shape=piece) for one in around for piece in one.shape.solids(MERGED)]
@@ -159,7 +159,7 @@ def _is_near(solid: _Solid, eye: Vector) -> bool:
 
 
 def _directions(view: Data) -> list[Vector]:
-    """Return rays of a view in its own axes: those of a fan around z, those of an image along z."""
+    """Return the directions of rays in the axes of the view: around z for a fan, along z for an image."""
     if view["kind"] == "frustum":
         wide, tall = math.tan(view["hfov"] / 2), math.tan(view["vfov"] / 2)
         steps = [2 * index / (ALONG - 1) - 1 for index in range(ALONG)]

@@ -1,4 +1,4 @@
-"""Joints: they form one tree with the links; their axes and limits; keys without effect and contradictory keys."""
+"""Rules about joints: the tree that they form, axes, limits, and keys without effect or in contradiction."""
 
 from __future__ import annotations
 
@@ -19,27 +19,27 @@ from rosorin_compile.source.wording import first_of, phrase, quote
 
 from .case import Case, number
 
-AXIS_TOLERANCE = 1e-3  # axes that were measured, printed to five digits, miss 1 by about 1e-5
+AXIS_TOLERANCE = 1e-3  # the length of an axis that is printed to five digits differs from 1 by about 1e-5
 ZERO_AXIS = 1e-9
 DEFAULT_AXIS = (1.0, 0.0, 0.0)
-ALONG = 0.9  # cosine: an axle within 25 degrees of an axis is parallel to it
+ALONG = 0.9  # cosine: an axle within 25 degrees of a joint axis counts as parallel
 SHOWN = 8
-ROUNDING = 1e-6  # relative, of numbers that are read from a file which has both
+ROUNDING = 1e-6  # relative difference of two numbers in an imported file that mean the same
 _SEVERAL = ("axis", "limit", "actuator", "calibration", "safety_controller")
 _WITHOUT_EFFECT = {"fixed": (*_SEVERAL, "dynamics"), "floating": _SEVERAL, "ball": _SEVERAL, "planar": ("actuator",)}
-# REP 105: frames of the world, which localisation places and no description owns.
+# REP 105: world frames, which localisation publishes and descriptions do not define.
 WORLD_FRAMES = ("earth", "map", "odom")
 MAX_NAMED = 20
 _OWN_FRAME = "give the frame that is made here a name of its own, frame: NAME, or leave parent out"
 
 
 def pieces(pairs: Iterable[tuple[str, str]]) -> list[set[str]]:
-    """Return the sets of names that pairs connect, in the order in which the pairs name them."""
+    """Return the connected components of a graph whose edges are pairs of names, in the order of the pairs."""
     piece_of: dict[str, set[str]] = {}
     for parent, child in pairs:
         first, second = piece_of.setdefault(parent, {parent}), piece_of.setdefault(child, {child})
         if first is not second:
-            if len(first) < len(second):  # else a long chain from its end would take quadratic time
+            if len(first) < len(second):  # add the smaller to the larger, to avoid quadratic time
                 first, second = second, first
             first |= second
             piece_of.update(dict.fromkeys(second, first))
@@ -47,7 +47,7 @@ def pieces(pairs: Iterable[tuple[str, str]]) -> list[set[str]]:
 
 
 def circles(above: Mapping[str, str]) -> Iterator[list[str]]:
-    """Yield each circle of names in which every name leads to the next one, and the last one to the first."""
+    """Yield each cycle in a mapping from names to names."""
     done: set[str] = set()
     for start in above:
         chain, here = list[str](), start
@@ -63,12 +63,12 @@ def circles(above: Mapping[str, str]) -> Iterator[list[str]]:
 @rule("unknown-link", "There is no link or frame of a name.", "Correct the name, or add the link.", JOINTS)
 @rule("unknown-joint", "There is no joint of a name.", "Correct the name, or add the joint.", JOINTS)
 def known_names(case: Case) -> Iterator[Diagnostic]:
-    """Names of links and joints that nothing defines; the leaders of mimics have a rule of their own."""
+    """Report unknown names of links and joints, except leaders of mimic joints, which another rule checks."""
     robot = case.robot
     if not robot.links:
         yield case.problem("no-links", f'the robot "{robot.name}" has no links', ("robot",))
     for kind, option, real in (("link", "rename", robot.link), ("joint", "joints", robot.joint)):
-        # Names in planning are reported after those in the robot, and those in options of outputs come last.
+        # Report names in the robot first, then those in planning, then those in options of outputs.
         uses = sorted((one for one in case.mentions(kind) if not one.among), key=lambda one: one.path[0] == "moveit")
         for output in robot.outputs:
             for index, name in enumerate(output.options.get(option, ())):
@@ -94,7 +94,7 @@ def known_names(case: Case) -> Iterator[Diagnostic]:
 def one_parent(case: Case) -> Iterator[Diagnostic]:
     """A link is the child of two joints."""
     for child, joints in _children(case.robot).items() if not case.robot.is_tree else ():
-        if len(joints) < 2 or child not in {*case.robot.link, *WORLD_FRAMES}:  # an unknown link is reported by itself
+        if len(joints) < 2 or child not in {*case.robot.link, *WORLD_FRAMES}:  # other rules report unknown links
             continue
         left, ends = _orphans(case), [case.end(joint, "child") for joint in joints]
         message = f'link "{child}" is the child of {len(joints)} joints, {quote(one.name for one in joints)}'
@@ -106,9 +106,9 @@ def one_parent(case: Case) -> Iterator[Diagnostic]:
 
 
 def _orphans(case: Case) -> list[str]:
-    """Return the links that have no parent because one link has two: one that carries nothing, or two roots.
+    """Return the links without a parent that a link with two parents explains: a bare link, or two roots.
 
-    Where more is wrong than one child, each is reported by itself.
+    If more than one child is wrong, each link is reported separately.
     """
     robot = case.robot
     doubles = [joints for joints in _children(robot).values() if len(joints) > 1]
@@ -120,7 +120,7 @@ def _orphans(case: Case) -> list[str]:
 
 
 def _children(robot: Robot) -> dict[str, list[Joint]]:
-    """Return the joints that a link is the child of, by link name, in the order of the description."""
+    """Return the joints above each link by link name, in the order of the description."""
     above: dict[str, list[Joint]] = {}
     for joint in robot.joints:
         above.setdefault(joint.child, []).append(joint)
@@ -129,7 +129,7 @@ def _children(robot: Robot) -> dict[str, list[Joint]]:
 
 @rule("joint-cycle", help="Let one of these joints begin at another link.", topic=JOINTS)
 def no_cycle(case: Case) -> Iterator[Diagnostic]:
-    """Joints lead back to where they began; if a link of the circle has two parents, that is the cause."""
+    """Joints form a cycle; if a link in it has two parents, that is the cause."""
     above = {child: joints[0] for child, joints in _children(case.robot).items() if len(joints) == 1}
     order = {name: index for index, name in enumerate(case.robot.joint)}
     for names in circles({child: joint.parent for child, joint in above.items()}) if not case.robot.is_tree else ():
@@ -149,7 +149,7 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
 @rule("several-roots", "More than one link has no parent.", "Attach all but one.", JOINTS)
 @rule("unreached-link", "No joint names this link.", "Attach it with a joint, or remove it.", JOINTS)
 def one_root(case: Case) -> Iterator[Diagnostic]:
-    """More than one root, and links that no joint names. An unknown child is the cause of the root that it leaves."""
+    """Report several roots, and links without joints; not a root that follows from a joint with an unknown child."""
     robot = case.robot
     roots = [name for name in robot.link if name not in robot.joint_to and name not in WORLD_FRAMES]
     if robot.is_tree:
@@ -180,7 +180,7 @@ def one_root(case: Case) -> Iterator[Diagnostic]:
 @rule("axis-zero", "An axis is zero: no direction.", "Name one, such as `[0, 0, 1]`.", JOINTS)
 @rule("axis-not-unit", "An axis is not of unit length.", "Scale it to length 1.", JOINTS, "joint", "always")
 def axes(case: Case) -> Iterator[Diagnostic]:
-    """Validate axes; readers differ in whether they normalise."""
+    """Validate axes, which not all readers normalise."""
     for joint in case.robot.joints:
         length, path = norm(joint.axis), case.joint(joint, "axis")
         if joint.is_fixed or joint.is_axleless or abs(length - 1) <= AXIS_TOLERANCE:
@@ -201,7 +201,7 @@ def axes(case: Case) -> Iterator[Diagnostic]:
 @rule("limit-zero", "`effort` or `velocity` is zero.", "Give the real value.", JOINTS, "joint", "always")
 @rule("limit-on-continuous", "A continuous joint has limits.", "Make it revolute.", JOINTS, "joint", "always")
 def limits(case: Case) -> Iterator[Diagnostic]:
-    """Validate limits: readers of URDF require some, and no joint can have others."""
+    """Validate limits: some are required by URDF readers, others are impossible."""
     for joint in case.robot.joints:
         path, limit, unit, called = case.joint(joint, "limit"), joint.limit, joint.unit, f'joint "{joint.name}"'
         is_bounded = joint.type in ("revolute", "prismatic")
@@ -233,7 +233,7 @@ def limits(case: Case) -> Iterator[Diagnostic]:
 
 @Check
 def units(case: Case) -> Iterator[Diagnostic]:
-    """Quantities with the unit of another type of joint: a slide in radians, a hinge in metres."""
+    """Report quantities with the unit of another type of joint: prismatic in radians, revolute in metres."""
     paths: list[tuple[Joint, Path]] = []
     for joint in (joint for joint in case.robot.joints if joint.moves):
         for part in ("limit", "dynamics", "actuator", "mimic", "calibration", "safety_controller"):
@@ -273,10 +273,10 @@ def without_effect(case: Case) -> Iterator[Diagnostic]:
 
 @rule("dynamics-negative", "Damping, friction or a gain is below zero.", "Drop the sign.", JOINTS, "joint", "always")
 def negative(case: Case) -> Iterator[Diagnostic]:
-    """Validate the signs of what simulations and servos read."""
+    """Report negative values that simulations and servos require to be positive."""
     for joint in case.robot.joints:
         if joint.limit is not None and min(joint.limit.effort or 0, joint.limit.velocity or 0) < 0:
-            continue  # a part calculates the others from it
+            continue  # the part computes the other values from this one
         values = [("dynamics", key) for key in ("damping", "friction", "armature", "stiffness")]
         values += [("actuator", key) for key in ("damping", "kp", "kv")]
         numbers = [(part, key, getattr(getattr(joint, part), key, 0.0) or 0.0) for part, key in values]
@@ -293,7 +293,7 @@ def negative(case: Case) -> Iterator[Diagnostic]:
 @rule("axis-missing", "A note: moving joints have no axis: x, the default.", "Write `axis: [0, 0, 1]`.", JOINTS)
 @rule("axis-across", "A warning: the axis of a joint is across its wheel.", "Correct it.", JOINTS, "joint", "always")
 def missing_axes(case: Case) -> Iterator[Diagnostic]:
-    """Find joints without an axis: one note for all, but for wheels that would tumble."""
+    """Report joints without an axis in one note, except wheels that would tumble about the default axis."""
     others = []
     for joint in case.robot.joints:
         is_default = (joint.moves or joint.type == "planar") and joint.axis == DEFAULT_AXIS
@@ -310,7 +310,7 @@ def missing_axes(case: Case) -> Iterator[Diagnostic]:
 
 
 def lies_across(case: Case, joint: Joint) -> bool:
-    """Return True if the child of a joint is one disc, shorter than it is wide, across the axis of the joint."""
+    """Return True if a joint's child is a single disc (a flat cylinder) whose axis is across the joint's axis."""
     link = case.robot.link.get(joint.child)
     shapes = (link.collision or link.visual) if link is not None else ()
     if len(shapes) != 1 or not isinstance(shapes[0].geometry, Cylinder) or not any(joint.axis):
@@ -321,7 +321,7 @@ def lies_across(case: Case, joint: Joint) -> bool:
 
 @rule("joint-word", help="Leave one of them out.", topic=SIMULATED)
 def contradictions(case: Case) -> Iterator[Diagnostic]:
-    """The `mjcf` of a joint contradicts its other keys: formats would differ in what they take."""
+    """The `mjcf` of a joint contradicts its other keys, so artifacts would have different values."""
     for joint in case.robot.joints:
         path = case.joint(joint)
         for word, other in _contradictions(joint) if joint.mjcf and not joint.is_fixed else ():
@@ -334,7 +334,7 @@ def contradictions(case: Case) -> Iterator[Diagnostic]:
 
 
 def _contradictions(joint: Joint) -> Iterator[tuple[str, tuple[str, str]]]:
-    """Yield the keys of ``mjcf`` that differ from other keys, with the path of those."""
+    """Yield the keys of ``mjcf`` that contradict other keys, with the path of the other keys."""
     force, pair = _numbers(joint, "actuatorfrcrange"), _numbers(joint, "springdamper")
     owner = "actuator" if joint.actuator and joint.actuator.damping else "dynamics"
     stiffness = (joint.dynamics or Dynamics()).stiffness
@@ -342,7 +342,7 @@ def _contradictions(joint: Joint) -> Iterator[tuple[str, tuple[str, str]]]:
         values, other = _numbers(joint, word), (part, word)
         if value and values and not _same(values[0], value):
             yield word, other
-        if value and pair and min(pair) > 0:  # MuJoCo makes another one of springdamper
+        if value and pair and min(pair) > 0:  # MuJoCo computes another value from springdamper
             yield "springdamper", other
     limit = joint.limit if joint.moves and joint.limit else Limit()
     ends = (limit.lower, limit.upper) if joint.type != "continuous" else (None, None)

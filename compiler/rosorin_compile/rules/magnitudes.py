@@ -1,4 +1,4 @@
-"""Single values: numbers in the wrong unit, and characters that XML cannot carry."""
+"""Rules about single values: numbers in the wrong unit, and characters that XML does not allow."""
 
 from __future__ import annotations
 
@@ -18,39 +18,39 @@ from rosorin_compile.source.wording import first_of
 
 from .case import Case, number
 
-# A little more than one turn, so that 6.2832 passes for 2*pi.
+# A little more than one turn, so that 6.2832 counts as 2*pi.
 FULL_TURN = 2 * math.pi + 1e-3  # rad
-# A larger rotation would be written the other way round, unless it is a fraction of a circle, not a round number.
+# A larger rotation would usually be written in the other direction, except fractions of a circle.
 HALF_TURN = math.pi + 1e-2  # rad
-# No part of a robot is this far from another, but a drawing in millimetres has such numbers.
+# No distance within a robot is this large in metres, but in millimetres it is common.
 FAR = 20.0  # m
-# rad/s. A servo turns at 10, a fast leg at 40. From here on a multiple of STEP comes from a data sheet in degrees;
+# rad/s. A servo turns at 10, a fast leg at 40. A multiple of STEP from FAST on is probably in degrees per second;
 # 100, 1000 and 50000 are not multiples: they mean "no limit".
 FAST, STEP, FASTEST = 60.0, 15.0, 1080.0
 # https://www.w3.org/TR/xml/#charsets
 NOT_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
-# Actuators whose control is a position, where their gear is 1.
+# Actuators that take a position as control, if their gear is 1.
 _OF_POSITIONS = ("position", "intvelocity", "pid")
 _DEGREES = re.compile(r"([-+]?\d+\.(\d+))\s*deg\Z")
 STAND_INS_SHOWN = 8
 
 
-# Values that need a closer look, with their paths, by the reason, in the order of the tree.
+# Suspicious values with their paths, by reason, in the order of the tree.
 Remarkable = Mapping[str, list[tuple[Path, Any]]]
 
 
 def collect(tree: Map) -> Remarkable:
-    """Return the remarkable values of a tree; a shared piece without any is visited once.
+    """Return the suspicious values of a tree; shared subtrees without any are visited once.
 
-    "numbers" are bare numbers beyond a full turn, but for efforts and velocities in limits of joints; "degrees" are
-    quantities in degrees with decimals; "texts", and "keys" by the path with the key, have characters that XML cannot
-    carry; "stand_ins" are mappings whose source marks them as stand-ins.
+    "numbers" are numbers without a unit beyond a full turn, except efforts and velocities in joint limits; "degrees"
+    are quantities in degrees with decimals; "texts" and "keys" (the path includes the key) have characters that XML
+    does not allow; "stand_ins" are mappings whose source marks them as stand-ins.
     """
     found: Remarkable = {key: [] for key in ("numbers", "degrees", "texts", "keys", "stand_ins")}
     plain: set[int] = set()
 
     def visit(node: Map | Seq, path: Path) -> bool:
-        """Return True if nothing was found."""
+        """Return True if the subtree has no suspicious value."""
         before = sum(map(len, found.values()))
         source = node.get("source") if isinstance(node, Map) else None
         if isinstance(node, Map) and isinstance(source, Map) and source.get("status") == "stand_in":
@@ -82,7 +82,7 @@ _BOTH = "link or joint"
 @rule("angle-looks-like-degrees", "A bare angle is over a full turn.", "Write `180 deg`.", NUMBERS, _BOTH, "always")
 @rule("length-looks-like-millimetres", "A warning: a length is over 20 m.", "Add a unit.", NUMBERS, _BOTH, "always")
 def magnitudes(case: Case) -> Iterator[Diagnostic]:
-    """Bare numbers that are too large for radians or metres: one message for the numbers of one list or entry."""
+    """Report numbers without a unit that are too large for radians or metres, once per list or entry."""
     groups: dict[tuple[Path, str], list[tuple[Path, float]]] = {}
     for path, value in case.remarkable["numbers"]:
         unit = _suspect(case, path, value)
@@ -96,36 +96,36 @@ def magnitudes(case: Case) -> Iterator[Diagnostic]:
 
 
 def _looks_like(case: Case, id: str, what: str, path: Path, value: float, units: str, **more: Any) -> Diagnostic:
-    """Return the problem of a bare number in a wrong unit; ``units`` are the probable one, and that of the key."""
+    """Return the diagnostic for a number in a wrong unit; ``units`` names the probable and the expected unit."""
     probable, unit = units.split()
     meant = "millimetres" if probable == "mm" else "degrees"
     help = f'write "{number(value)} {probable}" if {meant} are meant, "{number(value)} {unit}" if not'
     problem = case.problem(id, f"{what}: this looks like {meant}", path, help, **more)
     span = problem.span
     if span and "${" in span.source.line(span.line)[span.column - 1 : span.column - 1 + span.length]:
-        return replace(problem, help="the value is computed here: check the expression")  # no unit fits behind that
+        return replace(problem, help="the value is computed here: check the expression")  # expressions take no unit
     return problem
 
 
 def _suspect(case: Case, path: Path, value: float) -> str:
-    """Return the unit, rad or m, that a bare number at a path is too large for, or an empty string."""
+    """Return the unit (rad or m) for which a number at a path is too large, or an empty string."""
     unit = unit_at(list(path))
     if isinstance(unit, list):
         joint = case.robot.joint.get(str(path[1] if path[0] == "joints" else path[-1]))
-        if joint is None or joint.type not in ("revolute", "prismatic"):  # a wheel may be at any angle
+        if joint is None or joint.type not in ("revolute", "prismatic"):  # continuous joints may have any angle
             return ""
         drive = joint.actuator
         if path[2] == "actuator" and not (drive and drive.type in _OF_POSITIONS and drive.gear in ((), (1.0,))):
-            return ""  # a torque, a speed or the like
+            return ""  # neither a length nor an angle
         unit = unit[1 if joint.type == "prismatic" else 0]
-    # Edges place the robot in the world, which is large.
+    # Edges may have the pose of the robot in a large world.
     is_far = unit == "m" and path[0] != "edges" and abs(value) > FAR
     return str(unit) if unit == "rad" or is_far else ""
 
 
 @Check
 def turns(case: Case) -> Iterator[Diagnostic]:
-    """Bare angles in ``rpy`` within a full turn that are round numbers (angle-looks-like-degrees)."""
+    """Report angles without a unit in ``rpy`` that are round numbers within a full turn (angle-looks-like-degrees)."""
     poses = [(joint.origin, case.joint(joint)) for joint in case.robot.joints]
     poses += [(one.inertial.pose, case.link(one.name, "inertial")) for one in case.robot.links if one.inertial]
     poses += [(shape.pose, path) for _, path, shape in case.shapes()]
@@ -146,7 +146,7 @@ def radians_in_degrees(case: Case) -> Iterator[Diagnostic]:
         if match is None or path[:-1] in reported:
             continue
         angle, digits = abs(float(match[1])), len(match[2])
-        # Two digits could be a measured angle, except those that everybody knows: 1.57, 3.14, 6.28.
+        # An angle with two decimals may be measured, unless it is well known: 1.57, 3.14, 6.28.
         step = math.pi / 2 if digits == 2 else math.pi / 4
         count = round(angle / step)
         if digits > 1 and 1 <= count <= 8 and abs(angle - count * step) <= 10.0**-digits:
@@ -158,8 +158,8 @@ def radians_in_degrees(case: Case) -> Iterator[Diagnostic]:
 
 @rule("velocity-looks-like-degrees", help="Write `300 deg/s`.", topic=JOINTS, accept="joint", imported="always")
 def speeds(case: Case) -> Iterator[Diagnostic]:
-    """A warning: a bare velocity limit of a revolute joint is many turns a second, and a round number of degrees."""
-    for joint in case.robot.joints:  # a continuous joint may well be fast
+    """A warning: a revolute joint's velocity limit without a unit is too fast, and a round number of degrees."""
+    for joint in case.robot.joints:  # continuous joints may be fast
         velocity = joint.limit.known_value("velocity") if joint.limit is not None else None
         path = case.joint(joint, "limit", "velocity")
         is_fast = joint.type == "revolute" and velocity and FAST <= velocity <= FASTEST and not velocity % STEP
@@ -175,7 +175,7 @@ def characters(case: Case) -> Iterator[Diagnostic]:
     reported: set[Span] = set()
     for key, entries in ((False, case.remarkable["texts"]), (True, case.remarkable["keys"])):
         for path, text in entries:
-            # A source at the top of a file belongs to all its entries: one place, one message.
+            # A ``source`` at the top of a file applies to all entries: report it once.
             span = written_place(case.tree, path)[0].span
             if (match := NOT_XML.search(text)) and (key or span not in reported):
                 where = "a name in " + subject(list(path[:-1])) if key else subject(list(path))

@@ -1,4 +1,4 @@
-"""Names: invisible letters, names that look alike, swapped letters, and the slash that tf2 drops."""
+"""Rules about names: invisible or similar letters, swapped letters, and leading slashes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .case import Case
 from .magnitudes import NOT_XML
 
 _WORDS = re.compile(r"[^\W\d_]+")
-# Words of which names of robots, files and packages are made; none is another word with two letters swapped.
+# Common words in names of robots, files and packages; swapping two letters of one never gives another.
 _USUAL_WORDS = """
 amcl back base broadcaster calf camera caster chassis color components contact control controller controllers depth
 drive driver effector elbow finger fixed flange floating foot footprint force forearm frame frames front GenericSystem
@@ -30,7 +30,7 @@ _USUAL, _ENDINGS = frozenset(_USUAL_WORDS.split()), frozenset(("xml", "sdf", "sv
 
 
 class Name(NamedTuple):
-    """A name, what it is the name of, and the place that gives it; ``key`` where that is a key of the description."""
+    """A name, the kind of entry that it names, and its path; ``key`` if the name is a key of the description."""
 
     name: str
     kind: str
@@ -39,14 +39,14 @@ class Name(NamedTuple):
 
 
 def named_sections() -> Iterator[tuple[str, str]]:
-    """Yield the sections whose keys are names, with the word for one, except links and joints."""
+    """Yield the sections whose keys are names, with the word for an entry, except links and joints."""
     for section, node in sections().items():
         if node.called and node.keys is not None and node.keys.gives and node.keys.gives not in ("link", "joint"):
             yield section, node.called
 
 
 def _names(case: Case) -> Iterator[Name]:
-    """Yield every name that the description defines, and the frames that edges name."""
+    """Yield every name that the description defines, and the frames in edges."""
     for one in case.symbols.definitions():
         if one.path[0] != "edges":
             yield Name(one.name, one.kind, one.path, one.key)
@@ -60,18 +60,18 @@ def _names(case: Case) -> Iterator[Name]:
 @rule("invisible-letter", "A name has an invisible letter.", "Type it again.", ARGUMENTS, "link or joint", "lenient")
 @rule("names-look-alike", "A warning: two names look alike.", "Rename one.", ARGUMENTS, "link or joint", "always")
 def letters(case: Case) -> Iterator[Diagnostic]:
-    """Names with invisible letters or letters of another script, and names that look like another one of a kind."""
+    """Report names with letters that are invisible or of another script, and names that look equal to another."""
     first: dict[tuple[str, str], Name] = {}
     for one in _names(case):
         kind = "link" if one.kind == "frame" else one.kind
-        # The case of letters distinguishes materials and outputs, as the colours of a bought robot.
+        # Imported robots have materials and outputs whose names differ only in case.
         other = first.setdefault((kind, look(one.name, kind not in ("material", "output"))), one)
         letter, strange, related = hidden_letter(one.name), foreign(one.name), []
         id, severity, message = "names-look-alike", WARNING, f'{one.kind} "{one.name}" '
-        if letter and NOT_XML.search(one.name):  # no file can carry it, which is reported
+        if letter and NOT_XML.search(one.name):  # not allowed in XML, which another rule reports
             continue
         if letter:
-            # ``accept`` can name no material or robot: these do not prevent the import of somebody else's robot.
+            # ``accept`` cannot name materials or robots, so in imported robots these are no errors.
             is_mild = case.robot.source.status == "imported" and one.kind in ("material", "robot")
             id, severity = "invisible-letter", WARNING if is_mild else ERROR
             message += f"has an invisible letter: {in_words(letter)}"
@@ -87,9 +87,9 @@ def letters(case: Case) -> Iterator[Diagnostic]:
 
 @rule("letters-swapped", help="Correct it.", topic=ARGUMENTS, accept="link or joint", imported="always")
 def swapped_letters(case: Case) -> Iterator[Diagnostic]:
-    """A warning: a word that occurs once in names, or a file ending, is another one with two letters swapped."""
+    """A warning: a word that occurs once in names, or a file ending, is another word with two letters swapped."""
     named = [*_names(case), *(Name(name, kind, path, key) for kind, name, path, key in case.symbols.spelt())]
-    for output in case.robot.outputs:  # names of files and topics, to which nothing else refers
+    for output in case.robot.outputs:  # names of files and topics are used only once
         path: Path = ("outputs", output.name)
         named.append(Name(output.file, "file", (*path, "file")))
         for option, value in output.options.items():
@@ -100,7 +100,7 @@ def swapped_letters(case: Case) -> Iterator[Diagnostic]:
     usual = _USUAL.union(word for word, number in counts.items() if number > 1)
     slips: dict[str, str] = {}
     for word, number in counts.items():
-        if word not in _USUAL:  # a word that occurs several times was chosen
+        if word not in _USUAL:  # usual words are correct
             known = _ENDINGS if len(word) < 4 else usual if number == 1 else _USUAL
             right = next((one for one in swaps(word) if one in known), None)
             slips |= {word: right} if right else {}
@@ -112,7 +112,7 @@ def swapped_letters(case: Case) -> Iterator[Diagnostic]:
             message = f'{one.kind} "{one.name}" has "{slip[0]}", which looks like "{slip[1]}" with two letters swapped'
             found = case.problem("letters-swapped", message, one.path, suggest(fixed), key=one.key)
             found = move_to_name(found, Offer(one.name, fixed))
-            if found.span not in reported:  # a use of a part makes several names
+            if found.span not in reported:  # one place in a part can define several names
                 reported.add(found.span)
                 yield found
 

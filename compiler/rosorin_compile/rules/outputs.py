@@ -1,4 +1,4 @@
-"""Outputs: known formats with their options, each artifact in a file of its own in the outputs folder."""
+"""Rules about outputs: formats, options, and names of files in the outputs folder."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ if TYPE_CHECKING:
     from rosorin_compile.formats import Format
 
 MAX_FOLDERS = 50
-# The language of a file by its extension, whatever wrote it.
+# The language of a file by its extension.
 _LANGUAGE = {f".{one.lower()}": one for one in ("JSON", "SVG", "CSV", "TOML", "PDF", "PNG")}
 _LANGUAGE |= {".py": "Python", ".md": "Markdown", ".yaml": "YAML", ".yml": "YAML", ".html": "HTML", ".htm": "HTML"}
 _LANGUAGE |= dict.fromkeys((".xml", ".urdf", ".xacro", ".sdf", ".world", ".srdf", ".mjcf"), "XML")
-_ALSO = {("JSON", "YAML"), ("SVG", "XML")}  # readers of the second take the first
+_ALSO = {("JSON", "YAML"), ("SVG", "XML")}  # the first is valid in the second
 _DRIVE = re.compile(r"[A-Za-z]:")
 
 
 @rule("unknown-backend", "There is no backend of this name.", "Correct it, or use `template`.", OUTPUTS)
 @rule("unknown-option", "The backend has no such option.", "The message names those it has.", OUTPUTS)
 def backends(case: Case) -> Iterator[Diagnostic]:
-    """Outputs of an unknown format, unknown options, and problems that the format itself finds.
+    """Report unknown formats and options, and problems that formats find in their outputs.
 
-    A problem of one artifact does not prevent others.
+    A problem in one artifact does not prevent the others.
     """
-    is_placed = all(any(joint.axis) for joint in case.robot.joints if joint.moves)  # else no pose can be computed
+    is_placed = all(any(joint.axis) for joint in case.robot.joints if joint.moves)  # poses need axes
     for output in case.robot.outputs:
         format = case.formats.get(output.backend)
         if format is None or format.write is None:
@@ -57,7 +57,7 @@ def _unknown(case: Case, output: Output) -> Diagnostic:
             message, help = f'output "{output.name}" has no key "{option}"', suggest("backend")
             return case.problem("unknown-key", message, (*path, option), help, key=True)
     formats = [format for format in case.formats.values() if format.write is not None]
-    is_name = not exists(case.tree, (*path, "backend"))  # the name of the output is that of the format
+    is_name = not exists(case.tree, (*path, "backend"))  # the name of the output is also its format
     endings = (f".{output.backend.casefold()}", posixpath.splitext(output.file)[1].casefold())
     named = [format.name for ending in endings for format in formats if ending in _endings(format)]
     known = f"known: {', '.join(sorted(format.name for format in formats))}; your own artifact names its template"
@@ -80,7 +80,7 @@ def _endings(format: Format) -> tuple[str, ...]:
 
 @rule("file-ending", help="Call it as its readers expect, or write the format of that name.", topic=OUTPUTS)
 def file_endings(case: Case) -> Iterator[Diagnostic]:
-    """A warning: the name of an artifact ends as those of another format do."""
+    """A warning: the file ending of an artifact is that of another format."""
     for output in (output for output in case.robot.outputs if output.backend in case.formats):
         format = case.formats[output.backend]
         own, (stem, ending) = _endings(format), posixpath.splitext(output.file)
@@ -100,7 +100,7 @@ def file_endings(case: Case) -> Iterator[Diagnostic]:
 @rule("outside-outputs", "An artifact would be outside its folder.", "Write a relative name.", OUTPUTS)
 @rule("duplicate-file", "Two outputs write one file.", "Give each artifact a file of its own.", OUTPUTS)
 def output_files(case: Case) -> Iterator[Diagnostic]:
-    """Files outside the outputs folder, and two artifacts that cannot both exist."""
+    """Report files outside of the outputs folder, and pairs of artifacts whose files conflict."""
     taken: dict[str, Output] = {}
     order = list(case.section("outputs"))
     for output in sorted(case.robot.outputs, key=lambda output: order.index(output.name)):
@@ -112,7 +112,7 @@ def output_files(case: Case) -> Iterator[Diagnostic]:
             help = f"write file: {name}, a name within the outputs folder; -o FOLDER chooses that folder"
             yield case.problem("outside-outputs", f'the artifact "{output.file}" {reason}', path, help)
             continue
-        # Names that differ only in case or Unicode form are one file on the disks of Windows and macOS.
+        # Names that differ only in case or Unicode form are the same file on Windows and macOS.
         name = unicodedata.normalize("NFC", output.file.casefold())
         clash = [one for one in taken if name == one or name.startswith(f"{one}/") or one.startswith(f"{name}/")]
         if clash:
@@ -124,7 +124,7 @@ def output_files(case: Case) -> Iterator[Diagnostic]:
 
 
 def _outside(file: str) -> str:
-    """Return why a file name is not one in the outputs folder; empty if it is."""
+    """Return why a file name is not valid in the outputs folder, or an empty text if it is."""
     parts = file.split("/")
     reasons = {
         "has an absolute name": file.startswith("/") or _DRIVE.match(file),

@@ -1,4 +1,4 @@
-"""Positions of joints: within their limits, reached by their servos, and followed by other joints."""
+"""Rules about joint positions: limits, servo ranges, and mimic joints."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from rosorin_compile.source.wording import first_of
 from .case import Case, number
 from .joints import circles
 
-# Positions come from pulses and printed limits: a hair beyond is rounding.
+# rad or m: positions computed from pulses may exceed printed limits by rounding.
 ROUNDING = 1e-6
-# A linkage is not an exact ratio: the leader may move a joint beyond its limits by this share of its range.
+# A mimic ratio only approximates a linkage: the leader may exceed the follower's limits by this share of its range.
 SLACK = 0.05
 SHOWN = 8
-# rad. A pulse or a tick of a servo is a hundredth of that; a hand that counts in whole turns does so with gears.
+# rad. A servo pulse is typically a hundredth of that; larger pulses exist only with gears.
 COARSE = 0.1
-# A servo reaches more or less than its joint, by a gear that is not described; not by as much.
+# The range of a servo may differ from that of its joint because of an unspecified gear, but not by this factor.
 OTHER_RANGE = 20.0
 SEVERAL_TURNS = 4 * math.pi
 _INITIAL = re.compile(r"<initial_position>\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*<")
@@ -35,13 +35,13 @@ _INITIAL = re.compile(r"<initial_position>\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\
 @rule("pose-beyond-limit", "A warning: a pose is beyond a joint limit.", "Correct the pose or the limit.", POSES)
 @rule("mimic-beyond-limit", "A warning: a follower goes beyond its limits.", "Correct it.", JOINTS, "joint", "always")
 def within_limits(case: Case) -> Iterator[Diagnostic]:
-    """Compare what the limits of a joint bound with them: the numbers that the schema marks by ``x-within``."""
+    """Compare positions, velocities and efforts with joint limits: the numbers with ``x-within`` in the schema."""
     for section, node in sections().items():
         for id, path, name, value in _bounded(node, case.tree.get(section), (section,), ""):
             joint = case.robot.joint.get(name)
             if joint is not None and joint.moves and (id != "pose-beyond-limit" or joint.mimic is None):
                 yield from _compare(case, id, joint, path, value)
-    # A pose leaves joints that it does not name at zero; one of a planning group covers only the joints of that group.
+    # Joints that a pose does not name are at zero; the pose of a planning group covers only the joints of that group.
     moveit = case.robot.moveit
     states = {pose for group in (moveit.groups if moveit else ()) for pose in (group.states or {}).values()}
     placed = {name for pose in case.robot.poses for name in pose.positions}
@@ -61,7 +61,7 @@ def within_limits(case: Case) -> Iterator[Diagnostic]:
 
 
 def _bounded(node: Node | None, value: Any, path: Path, joint: str) -> Iterator[tuple[str, Path, str, Any]]:
-    """Yield the values that their joint bounds: the rule that reports them, the path, the joint, and the value."""
+    """Yield the values that joint limits bound: the rule that checks them, the path, the joint and the value."""
     if node is None:
         return
     if node.within and isinstance(value, (int, float, Map)):
@@ -79,7 +79,7 @@ def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Itera
     interface = str(path[-2]) if path[-2] in ("velocity", "effort") else "position"
     lower, upper = joint.limits_of(interface)
     if id in ("pose-beyond-limit", "mimic-beyond-limit") and joint.limit and joint.type != "continuous":
-        lower, upper = joint.limit.lower, joint.limit.upper  # also if they are stand-ins
+        lower, upper = joint.limit.lower, joint.limit.upper  # including stand-ins
     low, high = -math.inf if lower is None else lower, math.inf if upper is None else upper
     if low > high or (lower is None and upper is None) or (id == "control-limit" and path[-3] != "command"):
         return
@@ -120,7 +120,7 @@ def _has(ends: tuple[float, float] | None, value: float) -> bool:
 
 @rule("zero-beyond-limit", help="Add a pose that places it.", topic=POSES)
 def zeros(case: Case) -> Iterator[Diagnostic]:
-    """A note: zero, where simulations begin, is not within the limits of a joint, and no pose places it."""
+    """A note: zero, where simulations begin, is outside the limits of a joint, and no pose sets the joint."""
     placed = {name for pose in case.robot.poses for name in pose.positions}
     joints = [joint for joint in case.robot.joints if joint.mimic is None and joint.name not in placed]
     away = [joint for joint in joints if not _has(range_of(joint), 0.0)]
@@ -135,7 +135,7 @@ def zeros(case: Case) -> Iterator[Diagnostic]:
 @rule("joint-has-no-position", "A servo or a pose names a planar or floating joint.", "Leave it out.", POSES)
 @rule("joint-is-fixed", "A servo turns or a pose moves a joint that is fixed.", "Name a joint that moves.", POSES)
 def placed_joints(case: Case) -> Iterator[Diagnostic]:
-    """Poses of joints that are fixed, have no single position, or follow another; a pose of a base that is fixed."""
+    """Report positions of joints that are fixed, mimic another or have several coordinates; poses of a fixed base."""
     outputs = [one for one in case.robot.outputs if one.backend in case.formats]
     has_base = any("base" in case.formats[one.backend].options for one in outputs)
     is_free = any(one.options.get("base") == "free" for one in outputs)
@@ -148,7 +148,7 @@ def placed_joints(case: Case) -> Iterator[Diagnostic]:
             elif joint is not None and joint.moves and joint.mimic is not None:
                 message = f'pose "{pose.name}" places joint "{name}", which follows "{joint.mimic.joint}": no effect'
                 yield case.problem("ignored-key", message, path, f'place "{joint.mimic.joint}" instead', key=True)
-        # moveit places the virtual joint of its own
+        # MoveIt uses ``base`` for its virtual joint
         if pose.base is not None and has_base and not is_free and case.robot.moveit is None:
             message = f'pose "{pose.name}" places the base, which is fixed in every output: no effect'
             path, help = ("poses", pose.name, "base"), "write base: free in the output"
@@ -162,7 +162,7 @@ def _motionless(case: Case, joint: Joint, path: Path, what: str, key: bool = Fal
 
 @rule("two-servos", "A joint is in two servo groups.", "Name it in one place.", POSES)
 def groups(case: Case) -> Iterator[Diagnostic]:
-    """Servos of fixed joints, and joints with two servos."""
+    """Report servos of fixed joints, and joints with two servos."""
     taken: dict[str, Path] = {}
     order = list(case.section("servos"))
     for group in sorted(case.robot.servos, key=lambda group: order.index(group.name)):
@@ -179,7 +179,7 @@ def groups(case: Case) -> Iterator[Diagnostic]:
 
 @rule("servo-range", help="`rad_per_pulse` is the angle of one pulse, in radians: `${240*deg / 1000}`.", topic=POSES)
 def scales(case: Case) -> Iterator[Diagnostic]:
-    """A warning: a pulse turns a servo by many degrees, or all pulses reach much more or less than the joint."""
+    """A warning: a pulse turns a servo by many degrees, or the ranges of servo and joint differ widely."""
     for group in case.robot.servos:
         joints = [case.robot.joint[name] for name in group.joints if name in case.robot.joint]
         path: Path = ("servos", group.name, "rad_per_pulse")
@@ -199,7 +199,7 @@ def scales(case: Case) -> Iterator[Diagnostic]:
 @rule("mimic-fixed", "A joint without a position follows or leads.", "Name one that moves.", JOINTS, "joint", "always")
 @rule("mimic-cycle", "Joints follow each other in a circle.", "Let one of them lead: remove its `mimic`.", JOINTS)
 def leaders(case: Case) -> Iterator[Diagnostic]:
-    """Leaders that are missing or cannot lead, and followers that follow themselves."""
+    """Report mimic joints whose leader is missing, cannot be followed, or is the joint itself."""
     robot = case.robot
     for joint in (joint for joint in robot.joints if joint.mimic):
         path, name = case.joint(joint, "mimic", "joint"), joint.mimic.joint if joint.mimic else ""
@@ -227,10 +227,10 @@ def _leaders(robot: Robot) -> dict[str, str]:
 @rule("mimic-not-published", "A joint follows one that is not in the URDF.", "Give both the same publisher.", JOINTS)
 @rule("mimic-chain", "A warning: a joint follows a follower.", "Follow the first leader.", JOINTS, "joint", "always")
 def order(case: Case) -> Iterator[Diagnostic]:
-    """Find followers that robot_state_publisher cannot resolve.
+    """Report mimic joints that robot_state_publisher cannot resolve.
 
-    It goes once through the followers by name (ros/robot_state_publisher@humble:src/robot_state_publisher.cpp), so a
-    follower of a follower is lost unless its leader comes first; and readers of the URDF look for the leader there.
+    It visits mimic joints once, by name (ros/robot_state_publisher@humble:src/robot_state_publisher.cpp), so a leader
+    that is a mimic joint itself must come first. Also, the leader must be in the URDF.
     """
     in_circle = {name for names in circles(_leaders(case.robot)) for name in names}
     for joint in case.robot.published_by(ROBOT_STATE_PUBLISHER):

@@ -1,4 +1,4 @@
-"""Who publishes a frame: one node in every mode, so that joints and edges are one tree that has all frames."""
+"""Rules about publishers: in every mode, one node publishes each frame, and joints and edges form one tree."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Combination = Mapping[str, bool]
 @rule("bad-condition", "`when` is invalid or never true.", 'Combine modes: "slam and not replay".', FRAMES)
 @rule("too-many-modes", "Conditions depend on too many modes.", "Use at most 10 modes for one frame.", FRAMES)
 def legal(case: Case) -> Iterator[Diagnostic]:
-    """Conditions that are invalid, name an unknown mode, or are never true; edges without a publisher."""
+    """Report conditions that are invalid, name an unknown mode or are never true, and edges without a publisher."""
     names = [publisher.name for publisher in case.robot.publishers]
     known = f"add publisher: NAME, where NAME is one of {', '.join(names)}" if names else ""
     known = f"add publisher: {names[0]}" if len(names) == 1 else known
@@ -46,7 +46,7 @@ def legal(case: Case) -> Iterator[Diagnostic]:
 
 
 def _condition(case: Case, index: int, edge: Edge) -> Diagnostic | None:
-    """Return the problem of the condition of an edge, at the column of the mistake, or None if it is valid."""
+    """Return a diagnostic at the mistake in the condition of an edge, or None if the condition is valid."""
     names, path = modes_in(case.robot, [edge.when]), case.edge(index, "when")
     if not edge.when:
         return None
@@ -64,7 +64,7 @@ def _condition(case: Case, index: int, edge: Edge) -> Diagnostic | None:
             found = case.problem("unknown-mode", f'there is no mode "{unknown}"', path, help)
         if found.span is None or found.span.length < len(edge.when):
             return found
-        # The expression is read without the blanks around it; quotes are part of the value's place in the file.
+        # The column is relative to the stripped expression; the place of the value in the file includes its quotes.
         start = len(edge.when) - len(edge.when.lstrip()) + problem.column + isinstance(value_at(case.tree, path), Text)
         span = found.span._replace(column=found.span.column + start, length=max(1, len(unknown)))
         return replace(found, span=span)
@@ -75,30 +75,30 @@ def _condition(case: Case, index: int, edge: Edge) -> Diagnostic | None:
 
 
 def holds(when: str, combination: Combination) -> bool:
-    """Return True if a legal condition is true in a combination of modes."""
+    """Return True if a valid condition is true in a combination of modes."""
     return not when or bool(evaluate(when, combination.__getitem__))
 
 
 def modes_in(robot: Robot, whens: Iterable[str]) -> list[str]:
-    """Return the modes that conditions name, in the order of the description."""
+    """Return the modes in some conditions, in the order of the description."""
     named = {name for when in whens for name in _NAME.findall(when)}
     return [mode for mode in robot.modes if mode in named]
 
 
 def combinations(modes: list[str]) -> Iterator[Combination]:
-    """Yield every way in which modes can be on and off."""
+    """Yield every combination of modes that are on or off."""
     for states in product((False, True), repeat=len(modes)):
         yield dict(zip(modes, states, strict=True))
 
 
 def in_words(combination: Combination) -> str:
-    """Return a combination as the end of a sentence: ' when "slam" is off'; empty without modes."""
+    """Return a combination as the end of a sentence, such as ' when "slam" is off'; empty without modes."""
     states = [f'"{mode}" is {"on" if on else "off"}' for mode, on in combination.items()]
     return f" when {' and '.join(states)}" if states else ""
 
 
 def check_modes(robot: Robot, modes: Mapping[str, bool]) -> Mapping[str, bool]:
-    """Return modes by name if the robot has all of them. Raises UnknownName."""
+    """Return ``modes`` unchanged, after checking that the robot has them. Raises UnknownName."""
     for name in modes:
         if name not in robot.modes:
             raise UnknownName("mode", name, robot.modes, robot.name, "it has none")
@@ -106,9 +106,9 @@ def check_modes(robot: Robot, modes: Mapping[str, bool]) -> Mapping[str, bool]:
 
 
 class Step(NamedTuple):
-    """A transform: a joint, an edge, or a turn in the list of publishers of a joint.
+    """A transform: a joint, an edge, or a turn, which is an entry in a joint's list of publishers.
 
-    ``edge`` is the index of an edge, None for a joint. ``joint`` is empty for an edge of its own. ``path`` is that of
+    ``edge`` is the index of an edge or turn, None for a joint. ``joint`` is empty for an edge. ``path`` is the path of
     the name of the parent.
     """
 
@@ -122,19 +122,19 @@ class Step(NamedTuple):
 
     @property
     def is_silent(self) -> bool:
-        """Whether it is a joint, or its turn, that nobody publishes."""
+        """Whether it is a joint or turn without a publisher."""
         return self.publisher.kind == UNPUBLISHED and self.joint != ""
 
     @property
     def owner(self) -> str:
-        """Who publishes it, in words."""
+        """The publisher in words."""
         static = f'static_transform_publisher "{self.publisher.name}"'
         name = static if self.publisher.kind == STATIC_TRANSFORM_PUBLISHER else self.publisher.name or "nobody"
         return f'{name} (joint "{self.joint}")' if self.joint else name
 
 
 def all_steps(case: Case, legal: bool = True) -> list[Step]:
-    """Return the transforms of joints, then those of edges and turns; with ``legal`` only those of valid conditions."""
+    """Return the transforms of joints, then of edges and turns; with ``legal`` only with valid conditions."""
     joints = case.robot.joints
     steps = [Step(one.parent, one.child, one.publisher, one.name, "", None, case.end(one, "parent")) for one in joints]
     for index, one in enumerate(case.robot.edges):
@@ -145,7 +145,7 @@ def all_steps(case: Case, legal: bool = True) -> list[Step]:
 
 
 def steps_in_modes(case: Case) -> tuple[list[Step], list[Step]]:
-    """Return the transforms that are published in some modes, and the turns of joints without a publisher."""
+    """Return the transforms with a publisher, and the turns of joints without one."""
     steps = all_steps(case)
     silent = [step for step in steps if step.is_silent and step.edge is not None]
     return [step for step in steps if not step.is_silent], silent
@@ -159,8 +159,8 @@ def active_in(published: Iterable[Step], combination: Combination) -> list[Step]
 def _claims(case: Case) -> dict[str, list[Step]]:
     """Return the transforms to each frame that is the child of an edge, joints first.
 
-    Any other frame is the child of a joint only, and has no other publisher. For a link with two parents, only the
-    first counts: the second parent is reported by its own rule. Edges with an invalid condition are left out.
+    Any other frame is the child of a joint only, so its publisher is unique. For a link with two parents, only the
+    first counts, because another rule reports that. Edges with an invalid condition are left out.
     """
     led_to = {edge.child for edge in case.robot.edges}
     steps = [step for step in all_steps(case) if step.child in led_to] if led_to else []
@@ -181,7 +181,7 @@ def _place(case: Case, step: Step) -> Path:
 
 
 def _turn_of_urdf(case: Case, joint: Joint) -> Path:
-    """Return the path of robot_state_publisher in a list of publishers, or an empty path if there is no such list."""
+    """Return the path of robot_state_publisher in a joint's list of publishers, or () without such a list."""
     path = case.publisher(joint)
     turns = value_at(case.tree, path) if path[-1] == "publisher" else None
     owners = [turn["by"] for turn in turns] if isinstance(turns, Seq) else []
@@ -191,7 +191,7 @@ def _turn_of_urdf(case: Case, joint: Joint) -> Path:
 @rule("two-publishers", "A frame has two publishers.", "Remove one, or give each a `when` without the other.", FRAMES)
 @rule("unpublished-edge", "No node publishes an edge; a warning in some modes.", "Name a publisher.", FRAMES)
 def one_publisher(case: Case) -> Iterator[Diagnostic]:
-    """Frames that have two publishers at once, and frames that have none in some combination of modes."""
+    """Report frames with two publishers at once, or without a publisher, in some combination of modes."""
     legal = {step.edge for step in all_steps(case) if step.joint or step.publisher.kind != UNPUBLISHED}
     bare = {edge.child for index, edge in enumerate(case.robot.edges) if index not in legal}
     for child, claims in _claims(case).items():
@@ -204,7 +204,7 @@ def one_publisher(case: Case) -> Iterator[Diagnostic]:
         for combination in combinations(modes):
             active = active_in(claims, combination)
             owners = [claim for claim in active if not claim.is_silent]
-            # An edge may publish a joint that is on no topic in another turn, not in this one.
+            # An edge may publish a joint whose turn has no publisher, but not in the modes of that turn.
             silent = [one for one in active if one.is_silent and any(one.joint == owner.joint for owner in owners)]
             if len(owners) > 1 or silent:
                 active = owners if len(owners) > 1 else [*silent, *owners]
@@ -230,12 +230,12 @@ def one_publisher(case: Case) -> Iterator[Diagnostic]:
 
 @Check
 def urdf_always(case: Case) -> Iterator[Diagnostic]:
-    """Conditions of robot_state_publisher, which publishes all of its URDF in every mode (bad-condition)."""
+    """Report conditions on robot_state_publisher, which publishes all of its URDF in every mode (bad-condition)."""
     claims = _claims(case) if case.robot.edges else {}
     for joint in case.robot.published_by(ROBOT_STATE_PUBLISHER):
         place = _turn_of_urdf(case, joint)
         when = value_at(case.tree, (*place[:-1], "when")) if place else None
-        # With another one the frame has two publishers, which is reported.
+        # If the frame has two publishers, another rule reports it.
         if place and when and len(claims.get(joint.child, ())) < 2:
             message = f'robot_state_publisher publishes joint "{joint.name}" in every mode, not only when {when}'
             help = 'leave the condition out, or choose by an argument of the build: publisher: "${publisher}"'
@@ -243,7 +243,7 @@ def urdf_always(case: Case) -> Iterator[Diagnostic]:
 
 
 def _static_publishers(case: Case) -> list[tuple[Joint, Publisher, Path]]:
-    """Return the joints that a static_transform_publisher publishes, always or in a turn, and where it is named."""
+    """Return the joints that a static_transform_publisher publishes, always or in a turn, and the path of its name."""
     joints = case.robot.published_by(STATIC_TRANSFORM_PUBLISHER)
     found = [(joint, joint.publisher, case.publisher(joint)) for joint in joints]
     for index, edge in enumerate(case.robot.edges):
@@ -254,9 +254,9 @@ def _static_publishers(case: Case) -> list[tuple[Joint, Publisher, Path]]:
 
 @Check
 def started(case: Case) -> Iterator[Diagnostic]:
-    """Joints whose publisher no artifact starts or feeds (unpublished-edge).
+    """Report joints whose publisher is neither started by an artifact nor reads one (unpublished-edge).
 
-    An output of an unknown format may be the missing one: that is reported alone.
+    Nothing is reported if an output has an unknown format, because that may be the missing artifact.
     """
     robot, outputs = case.robot, case.section("outputs").values()
     if any(one.backend not in case.formats for one in robot.outputs) or not any(map(is_listed, outputs)):
@@ -279,9 +279,9 @@ def started(case: Case) -> Iterator[Diagnostic]:
 
 @rule("planar-taken-as-fixed", help="Make it `type: floating`, with `publisher: NODE` or `{none: WHY}`.", topic=JOINTS)
 def planar(case: Case) -> Iterator[Diagnostic]:
-    """A warning: a planar joint is in the URDF, and robot_state_publisher takes it for a fixed one.
+    """A warning: a planar joint is in the URDF, and robot_state_publisher treats it as fixed.
 
-    ros/kdl_parser takes an unknown type for fixed, and robot_state_publisher sends it as static; floating it skips.
+    ros/kdl_parser treats unknown types as fixed, and robot_state_publisher sends them as static; floating is skipped.
     """
     has_urdf = bool(case.feeding(ROBOT_STATE_PUBLISHER))
     for joint in case.robot.joints:
@@ -294,7 +294,7 @@ def planar(case: Case) -> Iterator[Diagnostic]:
 @rule("bad-node-name", "ROS 2 refuses the name of a node.", "Use letters, digits, underscores; no digit first.", FRAMES)
 @rule("duplicate-node", "Two nodes have one name.", "Give each static_transform_publisher its own name.", FRAMES)
 def static_publishers(case: Case) -> Iterator[Diagnostic]:
-    """Joints that a static_transform_publisher cannot publish, and names of nodes that are invalid or not unique."""
+    """Report joints that a static_transform_publisher cannot publish, and node names that are invalid or repeated."""
     taken: dict[str, Path] = {ROBOT_STATE_PUBLISHER: ()}
     for key, entry in case.section("publishers").items():
         taken.setdefault((entry or {}).get("node", key), ("publishers", key))
@@ -318,7 +318,7 @@ def _pieces_with(steps: Iterable[Step], links: Collection[str]) -> list[set[str]
 
 @Check
 def known_frames(case: Case) -> Iterator[Diagnostic]:
-    """Edges that connect to no link: one of their names is misspelt (unknown-link)."""
+    """Report edges that are not connected to any link, because a name is misspelt (unknown-link)."""
     robot = case.robot
     misspelt = list(_misspelt_world(case))
     yield from misspelt
@@ -341,7 +341,7 @@ def _misspelt_world(case: Case) -> Iterator[Diagnostic]:
     for index, edge in enumerate(edges):
         for key, name in (("parent", edge.parent), ("child", edge.child)):
             meant = next((word for word in swaps(name) if word in WORLD_FRAMES), None)
-            # A frame that is attached to the robot, or leads to it, may have any name.
+            # A frame may have any name if it is attached to the robot or is an ancestor of it.
             is_free = name in case.robot.link or (key == "parent" and name in children)
             is_named = meant in children or any(meant == edge.parent for edge in edges)
             if meant and not is_free and (key == "parent" or (edge.parent in WORLD_FRAMES and is_named)):
@@ -351,7 +351,7 @@ def _misspelt_world(case: Case) -> Iterator[Diagnostic]:
 
 @rule("edge-cycle", help="Correct the parent or the child of an edge: frames are a tree.", topic=FRAMES)
 def no_cycle(case: Case) -> Iterator[Diagnostic]:
-    """Edges lead, with the joints between, back to where they began, in some combination of modes."""
+    """Edges and joints form a cycle in some combination of modes."""
     steps = _on_circles(steps_in_modes(case)[0]) if case.robot.is_tree and case.robot.edges else []
     modes = modes_in(case.robot, [step.when for step in steps])
     for combination in combinations(modes) if len(modes) <= MAX_MODES else ():
@@ -366,8 +366,8 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
 
 
 def _on_circles(steps: list[Step]) -> list[Step]:
-    """Return the transforms of circles, and those that lead from one to another."""
-    for start, end in (("parent", "child"), ("child", "parent")):  # first leave out roots, then leaves
+    """Return the transforms in cycles, and those on a path from one cycle to another."""
+    for start, end in (("parent", "child"), ("child", "parent")):  # first remove roots, then leaves
         after: dict[str, list[str]] = {}
         for step in steps:
             after.setdefault(getattr(step, start), []).append(getattr(step, end))
@@ -405,10 +405,10 @@ def _urdf_roots(case: Case) -> list[str]:
 
 @rule("split-tf", help="Publish the joint, or nothing below it.", topic=FRAMES)
 def one_tree(case: Case) -> Iterator[Diagnostic]:
-    """A warning: frames are published, but a joint above them is on no topic, always or in some mode."""
+    """A warning: frames are published, but no node publishes a joint above them, always or in some mode."""
     if not case.robot.is_tree or not case.robot.published_by(UNPUBLISHED):
         return
-    # Edges with an invalid condition count: the condition is reported, and not what follows from it.
+    # Include edges with an invalid condition, so that consequences of that mistake are not reported.
     published = [step for step in all_steps(case, legal=False) if not step.is_silent]
     links, reached = set(case.robot.link), {step.child for step in published}
     parts = _pieces_with(published, links)
@@ -416,7 +416,7 @@ def one_tree(case: Case) -> Iterator[Diagnostic]:
     for piece in (piece for piece in parts if piece != main):
         first = next((step for step in published if step.parent in piece and step.parent not in reached), None)
         names = quote(name for name in case.robot.link if name in piece)
-        if first is None:  # a circle, which has a rule of its own
+        if first is None:  # a cycle, which another rule reports
             continue
         if first.parent not in links:
             message = f'there is no link "{first.parent}": {names} would be cut off from the rest of the robot'
@@ -431,7 +431,7 @@ def one_tree(case: Case) -> Iterator[Diagnostic]:
 
 @Check
 def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
-    """Links that are cut off in some combination of modes alone, because a frame changes its parent (split-tf)."""
+    """Report links that are cut off only in some combination of modes: a frame changes its parent (split-tf)."""
     published, silent = steps_in_modes(case)
     modes = modes_in(case.robot, [step.when for step in (*published, *silent)])
     if not case.robot.is_tree or not modes:
@@ -440,7 +440,7 @@ def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
         whens: dict[str, list[str]] = {}
         for step in published:
             whens.setdefault(step.child, []).append(step.when)
-        if all(len(modes_in(case.robot, some)) <= MAX_MODES for some in whens.values()):  # else reported for a frame
+        if all(len(modes_in(case.robot, some)) <= MAX_MODES for some in whens.values()):  # else another rule reports it
             last = next(step for step in reversed(published) if step.when)
             message = f"the transforms depend on {len(modes)} modes together: too many to check"
             yield case.problem("too-many-modes", message, last.path, "use at most 10 modes", severity=WARNING)
@@ -449,14 +449,14 @@ def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
     for combination in combinations(modes):
         active = active_in(published, combination)
         reached = {step.child for step in active}
-        # A frame that is published in another mode is a gap, which is reported, unless nobody is to do it here.
+        # A gap is a frame that is published only in other modes, which another rule reports if no turn allows it.
         gaps = claimed - {step.child for step in active_in(silent, combination)}
         parts = _pieces_with(active, links)
         for whole in _pieces_with(published, links):
             inside = sorted((piece for piece in parts if piece <= whole), key=lambda piece: -len(piece & links))
             for piece in inside[1:]:
                 tops = piece - reached
-                if tops and not tops & gaps:  # without a top it is a circle
+                if tops and not tops & gaps:  # without a top it is a cycle
                     across = [step for step in published if (step.parent in piece) != (step.child in piece)]
                     lost = next(step for step in across if step not in active)
                     names = quote(name for name in case.robot.link if name in piece)
@@ -467,8 +467,8 @@ def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
 
 @rule("unknown-frame-id", help="Correct the name under `stamps`, or name the publisher of the frame.", topic=FRAMES)
 def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
-    """Messages are stamped with a frame that does not exist. As a warning: tf2 does not know it in some mode."""
-    robot, stamps = case.robot, list[tuple[str, str, Path]]()  # the frame, who stamps with it, and where
+    """Messages are stamped with a frame that does not exist; a warning if it is missing only in some mode."""
+    robot, stamps = case.robot, list[tuple[str, str, Path]]()  # the frame, its user, and the path
     for sensor in case.robot.sensors:
         place: Path = ("sensors", sensor.name)
         declared = exists(case.tree, (*place, "stamps"))
@@ -493,11 +493,11 @@ def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
             absent = [one for one in combinations(modes) if not active_in(steps, one)]
             turns = [step for step in silent if step.child == frame]
             if any(step.child == frame for step in steps):
-                # A gap in a mode is reported by its own rule, unless the description leaves it open.
+                # Another rule reports frames without a publisher in a mode, unless a turn says so.
                 absent = [one for one in absent if active_in(turns, one)]
             if absent:
                 reported.add(frame)
-                missing = {} if len(absent) == 2 ** len(modes) else absent[0]  # {} is always
+                missing = {} if len(absent) == 2 ** len(modes) else absent[0]  # {}: in all modes
                 message = f'{owner} stamps its messages with the frame "{frame}", which tf2 does not know'
                 message += in_words(missing)
                 way = "name a publisher of the frame for that mode" if missing else "name a publisher of the frame"

@@ -1,4 +1,4 @@
-"""Shapes: sizes out of proportion, scales of meshes, shapes far apart or inside each other, and materials."""
+"""Rules about shapes: sizes, scales of meshes, shapes far apart or inside each other, and materials."""
 
 from __future__ import annotations
 
@@ -22,30 +22,30 @@ from rosorin_compile.source.wording import phrase, quote, suggest
 from .case import Case, number
 from .joints import pieces
 
-# Meshes are in metres, millimetres (0.001) or inches (0.0254), seldom in units of their own; no unit of length that
-# drawings have is 100 m or a hundredth of a millimetre.
+# Meshes are in metres, millimetres (0.001) or inches (0.0254), seldom in other units; none of the units of CAD
+# programs is 100 m or a hundredth of a millimetre.
 LARGEST_SCALE, SMALLEST_SCALE = 100.0, 1e-5
-UNEVEN = 100.0  # an axis in another unit than the others; a unit cube that is scaled to a table top differs by 30
-# A length is this often the diagonal of the rest of the robot; millimetres for metres make 1000.
+UNEVEN = 100.0  # ratio of scales along two axes; even a unit cube that is scaled to a table top has only 30
+# Ratio of a length to the diagonal of the rest of the robot; millimetres instead of metres give 1000.
 OUT_OF_PROPORTION, SEVERAL_OUT_OF_PROPORTION = 10.0, 15.0
-LARGE = 2.0  # m; no robot is larger that has such shapes, and a plate on a small joint is not a mistake
-TINY = 0.005  # m; the smallest robots that people build on joints are centimetres
-ELSEWHERE = 0.25  # of the larger diagonal: collision that is a rough guess at the visual overlaps it at least nearly
-ENVELOPE = 4  # links in one shape: it is a box that keeps things away from a hand
+LARGE = 2.0  # m; a shorter length is no mistake, such as a plate on a small joint
+TINY = 0.005  # m; the smallest robots measure centimetres
+ELSEWHERE = 0.25  # of the larger diagonal: even rough collision shapes are this close to the visual shapes
+ENVELOPE = 4  # links inside one shape: it is a keep-out box, such as around a hand
 _SIDES = [side for side in product((-1, 0, 1), repeat=3) if any(side)]
-_CLEARANCE = 1e-9  # m; equal shapes in one place are not inside each other
+_CLEARANCE = 1e-9  # m; equal shapes in the same place are not inside each other
 _TURNS = [math.pi / 4 * step for step in range(8)]
-BRIGHTEST = 1.01  # a hundredth above one is rounding of a colour that was made by hand
+BRIGHTEST = 1.01  # a hundredth more than 1 is rounding
 MAX_RELATED = 3
 
 
 @rule("mesh-scale", "A warning: no unit explains the scale of a mesh.", "Check units.", NUMBERS, "link", "always")
 def mesh_scales(case: Case) -> Iterator[Diagnostic]:
-    """Scales of meshes that no unit explains."""
+    """Report scales of meshes that do not follow from a unit."""
     for link, path, shape in case.shapes():
         if not isinstance(shape.geometry, Mesh):
             continue
-        low, *_, high = sorted(factors := [abs(factor) for factor in shape.geometry.scale])  # a mirror is legal
+        low, *_, high = sorted(factors := [abs(factor) for factor in shape.geometry.scale])  # mirroring is allowed
         if low == 0 or not SMALLEST_SCALE <= high <= LARGEST_SCALE or high / low > UNEVEN:
             index = factors.index(high if high > LARGEST_SCALE else low)
             scale = ", ".join(map(number, shape.geometry.scale))
@@ -55,7 +55,7 @@ def mesh_scales(case: Case) -> Iterator[Diagnostic]:
 
 @rule("collision-elsewhere", "A warning: collision and visual are far apart.", "Fix `xyz`.", NUMBERS, "link", "always")
 def collision_elsewhere(case: Case) -> Iterator[Diagnostic]:
-    """Collision shapes away from the visual shapes of their link."""
+    """Report collision shapes that are far from the visual shapes of their link."""
     for link in case.robot.links:
         visual, collision = bounds_of(link.visual), bounds_of(link.collision)
         gap = visual.gap(collision) if visual and collision else 0.0
@@ -68,12 +68,12 @@ def collision_elsewhere(case: Case) -> Iterator[Diagnostic]:
 
 @rule("size-implausible", "A warning: a bare length dwarfs the robot.", "Write `120 mm`.", NUMBERS, "link", "always")
 def proportions(case: Case) -> Iterator[Diagnostic]:
-    """Distances and sizes without a unit that are out of proportion to the rest of the robot."""
+    """Report distances and sizes without a unit that are out of proportion to the rest of the robot."""
     robot = case.robot
     if not robot.is_tree:
         return
     distant = [joint for joint in robot.joints if max(map(abs, joint.origin.xyz)) > LARGE]
-    # Several mistakes hide each other: then compare with the robot without any of these distances.
+    # Several mistakes can hide each other: then compare with the robot without any of these distances.
     without_all = diagonal(robot, tuple(joint.name for joint in distant)) if len(distant) > 1 else 0.0
     for joint in distant:
         if not _is_world(robot, joint.parent):
@@ -82,7 +82,7 @@ def proportions(case: Case) -> Iterator[Diagnostic]:
             what = f'joint "{joint.name}" puts "{joint.child}" far away from "{joint.parent}"'
             yield from _lengths(case, what, case.joint(joint, "xyz"), joint.origin.xyz, rest)
     moved = [joint for joint in robot.joints if any(joint.origin.xyz)]
-    if len(moved) < 2:  # the robot is an object, or says nothing about its size
+    if len(moved) < 2:  # a single object, whose size cannot be judged
         return
     size = diagonal(robot)
     for link, path, shape in case.shapes():
@@ -117,10 +117,10 @@ def _lengths(case: Case, what: str, path: Path, values: Vector, rest: float) -> 
 
 @of_robot
 def diagonal(robot: Robot, without: tuple[str, ...] = ()) -> float:
-    """Return the diagonal (m) of the frames and shapes of a robot at zero.
+    """Return the diagonal (m) of the box around the frames and shapes of a robot, with joints at zero.
 
-    ``without`` names joints whose translations are ignored. Large shapes and those far from their link do not count:
-    they may be the mistake. Neither does the distance from a bare root, the world, to a distant robot.
+    ``without`` names joints whose translations are ignored. Large shapes and shapes far from their link are ignored,
+    because they may be the mistake, and so is the distance from a bare root (the world) to the robot.
     """
     if not robot.is_tree:
         return 0.0
@@ -133,7 +133,7 @@ def diagonal(robot: Robot, without: tuple[str, ...] = ()) -> float:
             step = joint.origin.transform()
             places[joint.child] = places[joint.parent].then(Transform(step.rows) if joint.name in without else step)
     points = [place.xyz for place in places.values()]
-    for name, place in places.items():  # a tree has a link of each name
+    for name, place in places.items():  # link names are unique in a tree
         for shape in (*robot.link[name].visual, *robot.link[name].collision):
             ball = ball_of(shape)
             bounds = bounds_of([shape]) if ball and max(2 * ball.radius, math.hypot(*ball.middle)) <= LARGE else None
@@ -143,14 +143,14 @@ def diagonal(robot: Robot, without: tuple[str, ...] = ()) -> float:
 
 
 def _is_world(robot: Robot, name: str) -> bool:
-    """Return True for a bare frame at the root: where a robot is in the world may be far from it."""
+    """Return True for a root without shapes, which may be the world: the robot may be far from it."""
     link = robot.link[name]
     is_bare = not (link.visual or link.collision or link.inertial)
     return is_bare and name not in robot.joint_to and not name.startswith("base")
 
 
 def longest(shape: Shape) -> tuple[Path, float, float]:
-    """Return the keys of the number of a shape's longest side, that side (m), and the number; nothing of a mesh."""
+    """Return the path of the longest size of a shape, that side (m), and the number; zeros for a mesh."""
     geometry, kind = shape.geometry, type(shape.geometry).__name__.lower()
     sides: list[tuple[Path, float, float]] = [((), 0.0, 0.0)]
     if isinstance(geometry, Box):
@@ -168,12 +168,12 @@ def longest(shape: Shape) -> tuple[Path, float, float]:
 
 @rule("two-in-one-place", help="Correct `xyz` of one, or remove it.", topic=NUMBERS, accept="joint", imported="always")
 def duplicates(case: Case) -> Iterator[Diagnostic]:
-    """A warning: two joints put links of the same shape into the same place, as a wheel that was copied."""
+    """A warning: two joints put links of the same shape into the same place, such as a copied wheel."""
     first: dict[Any, Joint] = {}
     for joint in case.robot.joints:
         link = case.robot.link.get(joint.child)
         shapes = (*link.visual, *link.collision) if link else ()
-        # A speck is a placeholder for a part that nobody drew.
+        # A tiny shape is a placeholder.
         if all((ball := ball_of(shape)) is not None and ball.radius <= TINY for shape in shapes):
             continue
         looks = (len(link.visual) if link else 0, *((shape.geometry, shape.pose) for shape in shapes))
@@ -190,12 +190,12 @@ def contained_links(case: Case) -> Iterator[Diagnostic]:
     """A warning: a link is entirely inside one shape of another link, with joints at zero; meshes are not examined."""
     robot = case.robot
     has_axes = all(any(joint.axis) for joint in robot.joints if joint.moves or joint.type == "planar")
-    if not (robot.is_tree and robot.mimics_resolve and has_axes):  # else no positions can be computed
+    if not (robot.is_tree and robot.mimics_resolve and has_axes):  # needed to compute positions
         return
     places = robot.poses_in_root({})
     ends = {link.name: points for link in robot.links if (points := _points(link, places[link.name]))}
     firsts = [*zip(*(points[0] for points in ends.values()), strict=True)] or [(0.0,)]
-    axis = max(range(len(firsts)), key=lambda axis: max(firsts[axis]) - min(firsts[axis]))  # the robot is longest in it
+    axis = max(range(len(firsts)), key=lambda axis: max(firsts[axis]) - min(firsts[axis]))  # the longest dimension
     order = sorted((points[0][axis], name) for name, points in ends.items())
     fixed = [(joint.parent, joint.child) for joint in robot.joints if joint.is_fixed]
     rigid = pieces([*zip(robot.link, robot.link, strict=True), *fixed])
@@ -228,7 +228,7 @@ def contained_links(case: Case) -> Iterator[Diagnostic]:
 
 
 def _points(link: Link, place: Transform) -> list[Vector]:
-    """Return points of the surface of all shapes of a link, seen from the root; none if one is a mesh."""
+    """Return points on the surfaces of all shapes of a link in the root frame; none if a shape is a mesh."""
     points: list[Vector] = []
     for shape in link.collision or link.visual:
         geometry, to_root = shape.geometry, place.then(shape.pose.transform())
@@ -248,10 +248,10 @@ def _points(link: Link, place: Transform) -> list[Vector]:
 
 
 def holds(geometry: Geometry, to_shape: Transform, points: Sequence[Vector]) -> bool:
-    """Return True if points, once moved by ``to_shape``, are all inside a box, a sphere or a cylinder."""
+    """Return True if all points, transformed by ``to_shape``, are inside a box, a sphere or a cylinder."""
     for point in points:
         x, y, z = to_shape.apply(point)
-        depth = -math.inf  # of the point; below zero outside
+        depth = -math.inf  # of the point; negative outside
         if isinstance(geometry, Box):
             (a, b, c), (d, e, f) = geometry.lower, geometry.upper
             depth = min(x - a, d - x, y - b, e - y, z - c, f - z)
@@ -265,7 +265,7 @@ def holds(geometry: Geometry, to_shape: Transform, points: Sequence[Vector]) -> 
 
 
 def _materials(case: Case) -> Iterator[tuple[str, Path, Path, Material]]:
-    """Yield materials, then those of visuals: what has it, its path, the path of its name, and the material."""
+    """Yield materials of the section, then of visuals: the owner, the path, the path of the name, and the material."""
     for one in case.robot.materials:
         yield f'the material "{one.name}"', ("materials", one.name), ("materials", one.name), one
     for link, path, shape in case.shapes():
@@ -288,7 +288,7 @@ def definitions(case: Case) -> Iterator[Diagnostic]:
 
 @rule("colour-range", help="Divide values of 0 to 255 by 255.", topic=NUMBERS, accept="link", imported="always")
 def colour_range(case: Case) -> Iterator[Diagnostic]:
-    """A warning: a part of a colour is below 0 or above 1."""
+    """A warning: a component of a colour is below 0 or above 1."""
     for what, path, _, material in _materials(case):
         parts = material.rgba or (0.5,) * 4
         index = max(range(4), key=lambda part: abs(parts[part] - 0.5))
@@ -299,7 +299,7 @@ def colour_range(case: Case) -> Iterator[Diagnostic]:
 
 @rule("unknown-material", help="Correct the name, or add it to `materials`.", topic=NUMBERS)
 def unknown_materials(case: Case) -> Iterator[Diagnostic]:
-    """A note: no material is defined under the name in a visual; a warning if the name is nearly a defined one."""
+    """A note: a visual names a material that is not defined; a warning if the name is similar to a defined one."""
     unknown: dict[str, list[Path]] = {}
     for _, _, path, material in _materials(case):
         if material.name and material.name not in case.robot.material:

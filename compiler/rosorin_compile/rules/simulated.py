@@ -1,7 +1,7 @@
-"""Names and elements that only MuJoCo reads: references resolve, names are unique by kind, elements are in place.
+"""Rules about names and elements that only MuJoCo reads: unknown and repeated names, misplaced elements.
 
-MuJoCo keeps names by kind: a site of a link and the frame of another one are both sites, an actuator of a joint and
-one of the section ``actuators`` are both actuators. Names that elements of MJCF bring count as well.
+Names are unique by kind in MuJoCo: sites of links and frames are both sites, actuators of joints and of the section
+``actuators`` are both actuators. Names in raw MJCF elements count as well.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ from rosorin_compile.source.xml.elements import Found, found_in
 from .case import Case, number
 from .urdf_elements import at_name, mjcf_texts
 
-BALL = "ball"  # a joint of several positions, as those of ENDS
-# The words of messages for the kinds of MuJoCo.
+BALL = "ball"  # a joint with several positions, like the keys of ENDS
+# Words in messages for MuJoCo's kinds of names.
 _WORDS: Mapping[str, str] = {**KINDS, KEY: "pose", "pair": "contact pair"}
 _KINDS = {word: kind for kind, word in KINDS.items()}
 _RULES = {JOINT: "unknown-joint", BODY: "unknown-link"}
-# The kinds of what gets its name in a section for a simulation, by the word of the schema.
+# MuJoCo's kinds of names for entries of sections, by the word in the schema.
 _DEFINED = {"actuator": ACTUATOR, "constraint": EQUALITY}
 
 
 class Named(NamedTuple):
-    """A name of a kind, and where it is given; ``key`` where that is a key of the description.
+    """A name, its kind and its path; ``key`` if the name is a key of the description.
 
-    ``derived``: the MJCF derives it from the name of a link or a joint.
+    ``derived``: the name is derived from the name of a link or a joint.
     """
 
     kind: str
@@ -47,7 +47,7 @@ class Named(NamedTuple):
 
 
 def several(case: Case) -> Mapping[str, str]:
-    """Return the joints of the MJCF that have several positions, and what each is: a ball, or free."""
+    """Return the kind (a ball, or free) of each MJCF joint with several positions, by name."""
     found = {joint.name: BALL for joint in case.robot.joints if joint.type == BALL}
     found |= {f"{joint.name}_R": BALL for joint in case.robot.joints if joint.type == "floating"}
     return found | {_free_joint(case.robot): "free"}
@@ -59,7 +59,7 @@ def _free_joint(robot: Robot) -> str:
 
 
 def _named(case: Case) -> Iterator[Named]:
-    """Yield the names in the MJCF of a robot, but for those of joints, bodies and shapes."""
+    """Yield the names in the MJCF of a robot, except names of joints, bodies and shapes."""
     robot = case.robot
     for link in robot.links:
         yield Named(SITE, link.name, case.link(link.name), derived=True)
@@ -93,7 +93,7 @@ def _named(case: Case) -> Iterator[Named]:
 
 
 class _Names:
-    """All names that the MJCF of a robot has, by kind; templates of sensors may bring others (``is_open``)."""
+    """All names in the MJCF of a robot by kind; templates of sensors may add unknown names (``is_open``)."""
 
     def __init__(self, case: Case) -> None:
         self.robot = robot = case.robot
@@ -109,16 +109,16 @@ class _Names:
             self.by_kind.setdefault(named.kind, set()).add(named.name)
 
     def has(self, kind: str, name: str) -> bool:
-        """Return True if there is something of a kind under a name, or may be."""
-        if kind == GEOM and len(self.shapes.get(name, ())) > 1:  # then none of them keeps that name in the MJCF
+        """Return True if a name of a kind exists, or may exist."""
+        if kind == GEOM and len(self.shapes.get(name, ())) > 1:  # repeated names are changed in the MJCF
             return any(named.kind == GEOM and named.name == name for named in self.all)
         return name in self.by_kind.get(kind, ()) or (self.is_open and kind not in (BODY, JOINT))
 
 
 def _shapes(case: Case) -> Mapping[str, list[Path]]:
-    """Return the paths of the shapes of each geom: their own names, and LINK_collision_1 and so on.
+    """Return the paths of shapes by the name of their geom, which is their name or LINK_collision_1 and so on.
 
-    A collision shape goes before a visual one of the same name.
+    Of shapes with the same name, collision shapes come before visual ones.
     """
     found: dict[str, list[Path]] = {}
     for purpose in ("collision", "visual"):
@@ -166,7 +166,7 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
 
 @rule("name-twice", help="Give one of them another name; in a part, names get its prefix.", topic=SIMULATED)
 def unique_names(case: Case) -> Iterator[Diagnostic]:
-    """Two things of one kind have one name in the MJCF: sites, cameras, sensors, tendons, elements."""
+    """Two entries of one kind have the same name in the MJCF: sites, cameras, sensors, tendons, elements."""
     names = list(_named(case))
     taken: dict[tuple[str, str], Path] = {}
     if any(named.kind == GEOM for named in names):
@@ -176,10 +176,10 @@ def unique_names(case: Case) -> Iterator[Diagnostic]:
         names.append(Named(JOINT, root, ("root", "joint"), key=False))
         taken[JOINT, root] = case.joint(case.robot.joint[root])
     if all(named.derived or named.path[0] in ("sensors", "poses") for named in names):
-        return  # nothing names something for a simulation alone
+        return  # no names for simulation only
     for named in names:
         first = taken.setdefault((named.kind, named.name), named.path)
-        # Two actuators beside joints are a matter of the output (mjcf-actuators).
+        # Two actuators at joints are checked with the output (mjcf-actuators).
         if first is not named.path and not named.derived and not (named.kind == ACTUATOR and named.key):
             message = f'the {_WORDS.get(named.kind, named.kind)} "{named.name}" occurs twice in the MJCF'
             message += ", where each frame is a site" if named.kind == SITE else ""
@@ -188,7 +188,7 @@ def unique_names(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("name-twice", message, named.path, related=related, key=key)
 
 
-# Elements for which a description has words, wherever they are, and the fix.
+# Elements that a description can express with keys, and the fix.
 _IN_WORDS = {
     "body": "make it a link, with a joint of type fixed where it does not move",
     "joint": "write it under joints of the description",
@@ -204,12 +204,12 @@ _IN_BODIES = ("geom", "site", "camera", "light", "frame", "replicate", "flexcomp
 @rule("mjcf-element", "MuJoCo, or another artifact, cannot take an element here.", "See the message.", SIMULATED)
 @rule("unknown-in-mjcf", "`mjcf` names something that does not exist.", "Correct the name.", SIMULATED)
 def mjcf_elements(case: Case) -> Iterator[Diagnostic]:
-    """Elements of `mjcf` that are out of place, and names in the others that nothing defines."""
+    """Report misplaced elements of `mjcf`, and unknown names in its other elements."""
     texts = [(path, found_in(text), top) for path, text, top in mjcf_texts(case)]
     if not texts:
         return
     names, own = _Names(case), f"{case.robot.name}_"
-    # <replicate> and <flexcomp> make names: those of their elements with something behind them.
+    # <replicate> and <flexcomp> generate names: the names of their elements with a suffix.
     made_of: list[tuple[str, str]] = []
     tags: set[str] = set()
     for _, elements, top in texts:
@@ -263,7 +263,7 @@ def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, Help] | None:
     return f"<{tag}> is no {'section of an MJCF' if top else 'element of a body'}", Suggestion(tag, known, "remove it")
 
 
-# The number of sizes that a site of each type has; further ones have no effect.
+# The number of sizes of a site by type; further sizes have no effect.
 _SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
 
 
@@ -283,7 +283,7 @@ def _mark_problems(tag: str, values: Mapping[str, Any]) -> Iterator[tuple[str, s
         return list(map(float, value)) if isinstance(value, tuple) else [value] if isinstance(value, float) else []
 
     if tag == "site":
-        count = 1 if "fromto" in values else _SIZES.get(str(values.get("type", "sphere")), 0)  # it gives the length
+        count = 1 if "fromto" in values else _SIZES.get(str(values.get("type", "sphere")), 0)  # sets the length
         if min(numbers("size")[:count], default=1.0) <= 0:
             yield "size", "has a size that is not above zero"
         return
@@ -313,7 +313,7 @@ def _mark_problems(tag: str, values: Mapping[str, Any]) -> Iterator[tuple[str, s
 
 @rule("body-value", help="Move it to the root link, or leave it out.", topic=SIMULATED)
 def bodies(case: Case) -> Iterator[Diagnostic]:
-    """A link has an attribute of a body that MuJoCo accepts of the root alone: `mocap`, `sleep`."""
+    """A link has an attribute that MuJoCo accepts only for the root: `mocap`, `sleep`."""
     world, root = case.robot.root_in_world.world, case.robot.root_in_world.values
     others = ", ".join(sorted(set(root) - {"align", "group"}))
     if "align" in root and others:

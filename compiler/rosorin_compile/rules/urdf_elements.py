@@ -1,7 +1,7 @@
-"""Raw elements of XML: whole and well formed; those for the URDF name what exists, once, where their readers look.
+"""Rules about raw XML elements: well-formed text, and for the URDF known names, no duplicates and the right parents.
 
-The reader of such an element ignores a name that it does not find: Gazebo keeps its default friction, a controller
-waits for a joint that never comes.
+Readers ignore elements with unknown names: Gazebo keeps its default friction, a controller waits for a missing joint
+forever.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from .case import Case
 from .joints import WORLD_FRAMES
 
 _MAX_RELATED = 3
-_AROUND = "elements"  # a tag that nobody closes by mistake
+_AROUND = "elements"  # a tag that no text closes by mistake
 _CLOSES = re.compile(r"</(.+)> does not close <(.+)>")
 
 
@@ -45,7 +45,7 @@ def urdf_texts(case: Case) -> Iterator[tuple[Path, str]]:
 
 
 def mjcf_texts(case: Case) -> Iterator[tuple[Path, str, bool]]:
-    """Yield each text of ``mjcf`` and of links with its path, and whether it is a section of the file."""
+    """Yield each text of ``mjcf`` and of links with its path, and whether it is a top-level section of the MJCF."""
     for index, text in enumerate(case.robot.mjcf):
         yield ("mjcf", index), text, True
     for link in case.robot.links:
@@ -55,7 +55,7 @@ def mjcf_texts(case: Case) -> Iterator[tuple[Path, str, bool]]:
 
 @rule("bad-xml", help="Write whole elements, such as `<gazebo>...</gazebo>`.", topic=NUMBERS)
 def well_formed(case: Case) -> Iterator[Diagnostic]:
-    """A text of `urdf_elements`, `mjcf` or `mjcf_elements` is not whole elements of XML."""
+    """A text of `urdf_elements`, `mjcf` or `mjcf_elements` is not made of complete XML elements."""
     from rosorin_compile.source.xml.markup import MarkupError, parse
 
     for path, text in (*urdf_texts(case), *((path, text) for path, text, _ in mjcf_texts(case))):
@@ -69,7 +69,7 @@ def well_formed(case: Case) -> Iterator[Diagnostic]:
             line, column = (span.line, span.column) if span else (1, 1)
             column -= len(_AROUND) + 2 if line == 1 else 0
             left = _CLOSES.fullmatch(reason)
-            if left and left[1] == _AROUND:  # it is closed too early: something within is still open
+            if left and left[1] == _AROUND:  # a child element is not closed
                 reason, line, help = f"<{left[2]}> is not closed", 0, f"add </{left[2]}>"
             elif left and left[2] == _AROUND:
                 reason = f"</{left[1]}> does not close an open element"
@@ -83,11 +83,11 @@ def well_formed(case: Case) -> Iterator[Diagnostic]:
 
 
 def at_name(made: Diagnostic, name: str, number: int) -> Diagnostic:
-    """Move a diagnostic to a name in a line of its text, if the file has it as it is."""
+    """Move a diagnostic to a name in a line of its text, if the file contains the line literally."""
     if made.span is None:
         return made
     span, column = made.span, made.span.column - 1
-    is_block = span.source.line(span.line)[column : column + 1] in ("|", ">")  # in YAML, its text begins a line below
+    is_block = span.source.line(span.line)[column : column + 1] in ("|", ">")  # a block scalar begins a line below
     line = span.line + number - (0 if is_block else 1)
     form = re.compile(rf"(?<![\w./-]){re.escape(name)}(?![\w./-])")
     found = form.search(span.source.line(line), column if line == span.line else 0)
@@ -96,20 +96,20 @@ def at_name(made: Diagnostic, name: str, number: int) -> Diagnostic:
 
 @rule("unknown-reference", help="Correct the name.", topic=NUMBERS)
 def unknown_names(case: Case) -> Iterator[Diagnostic]:
-    """A warning: `urdf_elements` name a link, joint or material that does not exist, or not in the URDF."""
+    """A warning: `urdf_elements` name a link, joint or material that does not exist or is not in the URDF."""
     mentions: dict[tuple[str, str], list[tuple[Reference, Path, int]]] = {}
     own: set[str] = set()
     materials = {*case.robot.material, *(shape.material for link in case.robot.links for shape in link.visual)}
     for path, text in urdf_texts(case):
-        described = False  # the children of a <material> come before it
+        described = False  # the last material was defined here; children come before their <material>
         for element in found_in(text):
             tags, name = element.tags, element.attributes.get("name")
             named = list(references(tags, element.attributes, element.text))
             if name and tags[0] not in REFERRING and tags[-1] in ("link", "joint", "body", "virtual_joint"):
-                own.add(name)  # of SDF within <gazebo>
+                own.add(name)  # a name of SDF within <gazebo>
             if tags[-2:] in (("material", "color"), ("material", "texture")):
                 described = True
-            elif tags[0] != "gazebo" and tags[-1] == "material" and name:  # in <gazebo> they are words of Gazebo
+            elif tags[0] != "gazebo" and tags[-1] == "material" and name:  # <gazebo> has Gazebo's names
                 materials |= {name} if described else set()
                 named.append(Reference(name, "material", "name", "the name of <material>"))
                 described = False
@@ -133,7 +133,7 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
             message, uses = f'{found.where} names the {kind} "{name}", which does not exist', sure or uses
             real = {*robot.link} if kind in (LINK, FRAME) else names[kind]
             help: Help = case.suggest(path, name, real, f"name a {kind} of the robot")
-            # Without its prefix, as in a part.
+            # Names without the prefix, as in a part.
             longer = sorted(one for one in real if one.endswith(name) and not one[: -len(name)][-1:].isalnum())
             help = suggest(*longer[:_MAX_RELATED]) if longer else help
         elif kind != "material" and carried and sure and name not in inside and name in both:
@@ -146,12 +146,12 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
         first, *others = [at_name(one, name, line) for one, (_, _, line) in zip(made, uses, strict=True)]
         places = dict.fromkeys(other.span for other in others[:_MAX_RELATED] if other.span != first.span)
         yield replace(first, related=(*(Related("also named here", place) for place in places), *first.related))
-        yield from (other for other in others if other.span == first.span)  # each use of a part that has the text
+        yield from (other for other in others if other.span == first.span)  # other uses of a part with this text
 
 
 @rule("duplicate-xml", help="Give each a name of its own; in a part, write `${prefix}` before it.", topic=NUMBERS)
 def duplicates(case: Case) -> Iterator[Diagnostic]:
-    """A warning: two elements of `urdf_elements` have one name where their reader takes one."""
+    """A warning: two elements of `urdf_elements` have the same name, but their reader uses only one."""
     first: dict[tuple[str, ...], Path] = {}
     for section in named_as("hardware block"):
         first |= {("<ros2_control>", name): (section, name) for name in case.section(section)}
@@ -165,7 +165,7 @@ def duplicates(case: Case) -> Iterator[Diagnostic]:
             if element.tag in ("ros2_control", "transmission"):
                 names.append((f"<{element.tag}>", element.get("name", "")))
             for child in element if element.tag == "gazebo" else ():
-                # In the newer Gazebo a plug-in is named by its class: there may be several of those that differ.
+                # In newer Gazebo, the name of a plug-in is its class: several are allowed if they differ.
                 same = [canonical(child)] if child.tag == "plugin" and "::" in child.get("name", "") else []
                 if child.tag in ("plugin", "sensor"):
                     names.append((f"<{child.tag}>", child.get("name", ""), element.get("reference", ""), *same))
@@ -176,13 +176,13 @@ def duplicates(case: Case) -> Iterator[Diagnostic]:
                 yield case.problem("duplicate-xml", message, path, "remove it, or write gazebo: [] in the sensor")
             elif before is not path:
                 one, two = case.tree.locate(before), case.tree.locate(path)
-                is_same = one.via is not None and one.span == two.span  # one text, which a part brings twice
+                is_same = one.via is not None and one.span == two.span  # the same text, from two uses of a part
                 related = [Related("the other one", one.via.span if is_same and one.via else one.span)]
                 message = f'two {what} of the robot are called "{name}"'
                 yield case.problem("duplicate-xml", message, path, related=related)
 
 
-# The parents in which an element of a URDF is read, and its reader.
+# The parents in which a URDF element is read, and its reader.
 _READ_IN: Mapping[str, tuple[tuple[str, ...], str]] = {
     "ros2_control": (("robot",), "ros2_control"),
     "gazebo": (("robot",), "Gazebo"),
@@ -190,7 +190,7 @@ _READ_IN: Mapping[str, tuple[tuple[str, ...], str]] = {
     "hardware": (("ros2_control",), "ros2_control"),
     **dict.fromkeys(("command_interface", "state_interface"), (("joint", "gpio", "sensor"), "ros2_control")),
 }
-# What Gazebo reads in a <gazebo> that refers to a link or a joint (gazebosim/sdformat: src/parser_urdf.cc).
+# Elements that Gazebo reads in a <gazebo> with a reference (gazebosim/sdformat: src/parser_urdf.cc).
 _OF_LINKS = {
     *("mu1", "mu2", "fdir1", "kp", "kd", "maxVel", "minDepth", "maxContacts", "laserRetro", "material"),
     *("turnGravityOff", "dampingFactor", "visual", "collision"),
@@ -199,27 +199,27 @@ _OF_JOINTS = {
     *("springStiffness", "springReference", "stopCfm", "stopErp", "fudgeFactor", "initialJointPosition", "cfmDamping"),
     *("implicitSpringDamper", "provideFeedback", "preserveFixedJoint", "disableFixedJointLumping"),
 }
-# What Gazebo reads in a <gazebo>, and nobody in these elements of a URDF.
+# Elements that Gazebo reads in a <gazebo>, but that no program reads in these URDF elements.
 _OF_GAZEBO, _OF_URDF = ("sensor", "plugin"), ("robot", "link", "joint", "visual", "collision")
-_FREE = ("plugin", "script", "shader", "meta")  # their contents are their own
+_FREE = ("plugin", "script", "shader", "meta")  # their contents are not SDF
 
 
 @cache
 def sdf_elements() -> Mapping[str, list[str]]:
-    """Return the elements of SDF by their parent, of all versions that are read."""
+    """Return the SDF elements by parent element, in all supported versions."""
     data: Any = json.loads(files.read_text(data_folder("schemas") / "sdf_elements.json"))
     return dict(data["elements"])
 
 
 @rule("misplaced-element", help="Move it where the message says, or correct its name.", topic=NUMBERS)
 def misplaced(case: Case) -> Iterator[Diagnostic]:
-    """A warning: an element of `urdf_elements` is where its reader does not look for it, or no element of SDF."""
+    """A warning: an element of `urdf_elements` is in a place where its reader ignores it, or is not part of SDF."""
     for path, text in urdf_texts(case):
         purposes = [str(step) for step in path if step in ("visual", "collision")]
         holder = purposes[0] if purposes else {"links": "link", "joints": "joint"}.get(str(path[0]), "robot")
         elements = found_in(text)
         for index, element in enumerate(elements):
-            # The elements that contain an element come after it: the last of them has the reference.
+            # Parents come after their children in the list: the outermost one has the reference.
             top = next(one for one in elements[index:] if len(one.tags) == 1)
             wrong = _misplaced(case, (holder, *element.tags), top.attributes.get("reference", ""))
             if wrong:
@@ -233,7 +233,7 @@ def misplaced(case: Case) -> Iterator[Diagnostic]:
 
 
 def _misplaced(case: Case, tags: tuple[str, ...], reference: str) -> tuple[str, Help] | None:
-    """Return the problem of an element in these parents, and the fix; None if it is read."""
+    """Return the problem of an element with these parents and the fix, or None if a reader reads it there."""
     *above, parent, tag = tags
     outer = set(tags[:-1])
     if not outer.isdisjoint(_FREE) or ":" in "".join(tags[1:]):
@@ -261,7 +261,7 @@ def _misplaced(case: Case, tags: tuple[str, ...], reference: str) -> tuple[str, 
 
 
 def _unknown_keys(case: Case, path: Path, elements: Any, parent: str) -> Iterator[Diagnostic]:
-    """Yield the keys of a sensor's elements that are not elements of SDF."""
+    """Report keys in a sensor's elements that are not SDF elements."""
     known = sdf_elements().get(parent, [])
     for name, value in elements.items() if isinstance(elements, Map) and known else ():
         if name in known:

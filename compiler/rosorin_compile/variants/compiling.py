@@ -1,4 +1,4 @@
-"""Compile the variants of a sweep in this process, in several, or by the workers of Dask. Nothing is written here."""
+"""Compile the variants of a sweep in this process, in child processes or on a Dask cluster, without writing them."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ from rosorin_compile.source.system import pip_install
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.version import __version__
 
-_lock = threading.Lock()  # a worker of Dask may have several threads
-_parsed: dict[Path, dict[Path, Any]] = {}  # the parsed files of descriptions, by current folder
+_lock = threading.Lock()  # a Dask worker may have several threads
+_parsed: dict[Path, dict[Path, Any]] = {}  # the cache of parsed description files, by current folder
 
 
 @dataclass(frozen=True)
 class Job:
-    """What all variants of a sweep have in common."""
+    """The input that all variants of a sweep share."""
 
     request: Request  # with the output folder of the sweep
     shared: dict[str, Any]
@@ -49,12 +49,12 @@ class Job:
     version: str = __version__
 
     def is_current(self, variant: Variant, record: Mapping[str, Any]) -> bool:
-        """Return True if a variant was written with the same arguments and from the same files as now."""
+        """Return True if a variant was written with its current arguments and from the current files."""
         same = (input_digest(path) == before for path, before in record["inputs"].items())
         return bool(record["key"] == self.key(variant)) and all(same)
 
     def key(self, variant: Variant) -> str:
-        """Return a digest of all that a variant depends on, except the contents of its input files."""
+        """Return a digest of everything that a variant depends on, except the contents of its input files."""
         packages = sorted((name, os.path.abspath(folder)) for name, folder in self.request.packages.items())
         job = [self.state, str(self.request.description.path), str(self.current), self.request.trust, packages]
         arguments = plain([self.shared, variant.arguments], typed=True)
@@ -62,7 +62,7 @@ class Job:
 
     @cached_property
     def state(self) -> str:
-        """A digest that changes when this tool, an installed package or the search path of packages changes."""
+        """A digest of the version of this tool, the installed packages and the search path of packages."""
         files = [path for folder in tool_folders().values() for path in folder.rglob("*") if path.suffix != ".pyc"]
         parts = [f"{one.metadata['Name']} {one.version}" for one in distributions()]
         parts += [f"{path} {path.stat().st_mtime_ns}" for path in files if path.is_file()]
@@ -80,7 +80,7 @@ class Result:
 
 
 def compile_variant(job: Job, variant: Variant) -> Result:
-    """Compile a variant; errors in it are part of the result. Raises ValueError in a worker of another version."""
+    """Compile a variant; its errors are part of the result. Raises ValueError in a worker of another version."""
     with _entered(job):
         start = time.time_ns()
         description = job.request.description
@@ -95,7 +95,7 @@ def compile_variant(job: Job, variant: Variant) -> Result:
             files = {}
             found.append(problem.diagnostic)
         entry = entry_of(variant, found, {name: digest(data) for name, data in files.items()})
-        # A diagnostic with a place in the list is outdated when rows move.
+        # A diagnostic with a position in the list of variants is outdated when rows move.
         mentioned = {place.get("file") for one in entry["diagnostics"] for place in (one, *one["related"])}
         listed = mentioned & {span.source.path for span in variant.arguments.value_spans.values()}
         inputs = map(os.path.abspath, (*compiled.inputs, *listed))
@@ -103,7 +103,7 @@ def compile_variant(job: Job, variant: Variant) -> Result:
 
 
 def compile_only(job: Job, variant: Variant) -> Compiled:
-    """Compile a variant for the Python API, without looking for mesh files. Raises ValueError as above."""
+    """Compile a variant for the Python API, without mesh files. Raises ValueError in a worker of another version."""
     with _entered(job):
         return replace(_compiled(job, variant), variant=variant)
 
@@ -112,7 +112,7 @@ def _compiled(job: Job, variant: Variant, search: Any = None) -> Compiled:
     if has_errors(variant.diagnostics):
         return Compiled(None, (), list(variant.diagnostics), ())
     arguments = Map(variant.arguments.span)
-    for source in (job.shared, variant.arguments):  # those of the variant replace those of all
+    for source in (job.shared, variant.arguments):  # arguments of the variant override shared ones
         for name, value in source.items():
             arguments[name] = value
             if isinstance(source, Map) and name in source.value_spans:
@@ -125,7 +125,7 @@ def _compiled(job: Job, variant: Variant, search: Any = None) -> Compiled:
 
 @contextmanager
 def _entered(job: Job) -> Iterator[None]:
-    """Work in the current folder of a job, in one thread at a time."""
+    """Run the block in the current folder of a job, in one thread at a time."""
     if job.version != __version__:
         raise ValueError(f"the worker has rosorin-compile {__version__}, not {job.version}")
     with _lock, Progress.hide_steps():
@@ -150,7 +150,7 @@ def entry_of(variant: Variant, found: list[Diagnostic], artifacts: Mapping[str, 
 
 
 def from_json(found: Mapping[str, Any], variants: str) -> Diagnostic:
-    """Return a diagnostic of an entry; ``variants`` names those that it is about."""
+    """Return a diagnostic from an entry of ``sweep.json``; ``variants`` names the variants that have it."""
 
     def span_of(place: Mapping[str, Any]) -> Span | None:
         text = ""
@@ -165,7 +165,7 @@ def from_json(found: Mapping[str, Any], variants: str) -> Diagnostic:
 
 
 def plain(value: Any, typed: bool = False) -> Any:
-    """Return an argument as JSON, a quantity as it was written. With ``typed``, values of different types differ."""
+    """Return an argument as JSON data, a quantity as its text. With ``typed``, values of different types differ."""
     made = value
     if isinstance(value, dict):
         made = {str(key): plain(item, typed) for key, item in value.items()}
@@ -192,12 +192,12 @@ def _content_digest(path: str, *_: int) -> str:
     return digest(read_bytes(path))
 
 
-_TIMEOUT = 10  # seconds in which a scheduler has to answer
+_TIMEOUT = 10  # seconds to wait for a scheduler
 Work = Callable[[Variant], Any]
 
 
 def connect(address: str) -> Any:
-    """Return a client of the Dask scheduler at an address. Raises OutputError."""
+    """Connect to the Dask scheduler at an address and return the client. Raises OutputError."""
     try:
         from distributed import Client
 
@@ -215,11 +215,11 @@ def connect(address: str) -> Any:
 def compile_in_order(
     variants: Iterable[Variant], work: Work, jobs: int = 1, client: Any = None, known: Work = lambda _: None
 ) -> Iterator[tuple[Variant, Any]]:
-    """Yield each variant with its result: that of ``known``, or else of ``work``; a diagnostic if its process died.
+    """Yield each variant with its result: from ``known``, or else from ``work``; a diagnostic if its process died.
 
     The work is done by ``jobs`` processes, or by a Dask client. Raises OutputError if the client fails.
     """
-    gc.enable()  # the command line disables it for commands that compile one robot
+    gc.enable()  # __main__ disables it for short runs
     pool: Any = _processes(jobs) if jobs > 1 and client is None else None
     if client is not None:
         jobs, pool = max(1, sum(client.nthreads().values())), client.get_executor(pure=False)
@@ -234,7 +234,7 @@ def compile_in_order(
                     pool = _processes(jobs)
                     result = pool.submit(work, variant)
             waiting.append((variant, result))
-            # Few results wait for their turn, so that memory does not grow with the list.
+            # Limit the number of waiting results, so that memory does not grow with the list.
             while waiting and (len(waiting) > 2 * jobs or not isinstance(head := waiting[0][1], Future) or head.done()):
                 yield _finished(*waiting.popleft(), work, client)
         while waiting:
@@ -245,7 +245,7 @@ def compile_in_order(
 
 
 def _finished(variant: Variant, result: Any, work: Work, client: Any) -> tuple[Variant, Any]:
-    """Wait for the result of a variant; if its process died, compile it again in a process of its own."""
+    """Wait for the result of a variant; if its process died, compile it again in a separate process."""
     try:
         return variant, result.result() if isinstance(result, Future) else result
     except (BrokenProcessPool, MemoryError):
@@ -265,7 +265,7 @@ def _finished(variant: Variant, result: Any, work: Work, client: Any) -> tuple[V
 
 
 def _processes(jobs: int) -> ProcessPoolExecutor:
-    # A forked process need not import anything, but forking is unsafe while other threads run.
+    # A forked process starts without imports, but forking is unsafe while other threads run.
     forks = sys.platform == "linux" and system.HAS_FORK and threading.active_count() == 1
     context = multiprocessing.get_context("fork" if forks else "spawn")
     Progress.wipe()

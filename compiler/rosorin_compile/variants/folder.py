@@ -1,7 +1,7 @@
-"""The output folder of a sweep: a folder per variant, ``sweep.json``, and a hidden folder with a record per variant.
+"""The output folder of a sweep: a subfolder per variant, ``sweep.json``, and a hidden folder with a record per variant.
 
-The folder of a variant is replaced in one step, so that it is complete after a kill at any moment. Its record, with the
-digests of inputs and artifacts, is written last.
+The folder of a variant is replaced in one step, so that it is complete even if this process is killed. Its record, with
+the digests of inputs and artifacts, is written last.
 """
 
 from __future__ import annotations
@@ -32,20 +32,20 @@ class VariantsFolder:
 
     @contextmanager
     def hold(self) -> Iterator[None]:
-        """Create the folder, and keep other runs from using it."""
+        """Create and lock the folder."""
         self._records.mkdir(parents=True, exist_ok=True)
         system.needs("fcntl", _NO_LOCKS)
         with (self._hidden / "lock").open("ab") as lock_file:
             try:
                 import fcntl
 
-                # Unlike that of flock, this lock is not inherited by worker processes, which may outlive a killed run.
+                # Unlike a flock, this lock is not inherited by worker processes, which may outlive a killed run.
                 fcntl.lockf(lock_file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except (BlockingIOError, PermissionError):
                 message = f"another run writes into {self.path}"
                 raise OutputError("output-busy", message, "wait until it ends, or name another folder") from None
             except (ImportError, OSError):
-                pass  # Windows, and some network drives
+                pass  # not supported on Windows and some network drives
             with suppress(FileNotFoundError), (self.path / INDEX).open("rb") as file:
                 if file.read(10) not in (b'{"sweep": ', b""):
                     raise _not_ours(self.path / INDEX)
@@ -58,7 +58,7 @@ class VariantsFolder:
         return sorted(path.stem for path in self._records.glob("*.json"))
 
     def record(self, name: str) -> dict[str, Any]:
-        """Return the record of a variant; one without a key if there is none or it is damaged."""
+        """Read the record of a variant; without a valid one, return a record with an empty key."""
         try:
             record = json.loads((self._records / f"{name}.json").read_bytes())
             entry = {**record["entry"], "artifacts": dict(record["entry"]["artifacts"])}
@@ -73,7 +73,7 @@ class VariantsFolder:
         return False
 
     def put(self, name: str, files: Mapping[str, bytes], record: Mapping[str, Any]) -> None:
-        """Make ``files`` the artifacts of a variant; files of others in its folder are kept."""
+        """Write ``files`` as the artifacts of a variant; foreign files in its folder are kept."""
         folder, known = self.path / name, set(self.record(name)["entry"]["artifacts"])
         if os.path.lexists(folder) and (folder.is_symlink() or not folder.is_dir()):
             raise OutputError("output-in-the-way", f"{folder} is not a folder", "move it away, or rename the variant")
@@ -81,7 +81,7 @@ class VariantsFolder:
             is_ours = path.is_file() and not path.is_symlink() and (may_replace(path) or path.read_bytes() == data)
             if os.path.lexists(path) and not is_ours:
                 raise _not_ours(path)
-        # After a kill from here on, the next run knows both the old and the new files as its own.
+        # If this process is killed from here on, the next run treats both old and new files as artifacts.
         artifacts = dict.fromkeys(sorted(known | set(files)), "")
         self._write_record(name, {"key": "", "inputs": {}, "entry": {"artifacts": artifacts}})
         if files:
@@ -97,7 +97,7 @@ class VariantsFolder:
             (self._records / f"{name}.json").unlink()
 
     def _remove(self, folder: Path, names: set[str]) -> None:
-        """Remove files of a variant, all in one step if there is nothing else in its folder."""
+        """Remove files of a variant, in one step if its folder contains no others."""
         if not names or not folder.is_dir():
             return
         if all(name in names or entry.is_dir(follow_symlinks=False) for name, entry in entries_below(folder)):
@@ -118,7 +118,7 @@ class VariantsFolder:
 
     @contextmanager
     def index(self, head: Mapping[str, object]) -> Iterator[Callable[[Mapping[str, Any]], object]]:
-        """Write ``sweep.json``: yield a function that adds an entry. The file is put into its place at the end."""
+        """Write ``sweep.json``: yield a function that adds an entry. The file is moved into place at the end."""
         new, place, before = self._hidden / "new-index.json", self.path / INDEX, iter(["\n"])
         with new.open("w", encoding="utf-8", newline="\n") as file:
             file.write(json.dumps({"sweep": 1, **head})[:-1] + ', "variants": [')

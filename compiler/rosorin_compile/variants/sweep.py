@@ -1,4 +1,4 @@
-"""Compile the variants of a list: as values, or each written into a folder of its own."""
+"""Compile the variants of a list, and return them or write each to a separate folder."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ from .variants import NAME, Variants, wrong_name
 if TYPE_CHECKING:
     from distributed import Client
 
-MAX_FAILED = 20  # variants whose errors are reported
+MAX_FAILED = 20  # the number of variants whose errors are reported
 _OF_VARIANT = ("output-not-ours", "output-in-the-way", "output-folder", "output-foreign", "output-name")
 
 
@@ -52,7 +52,7 @@ def sweep(
     *,
     trust: bool = False,
 ) -> Iterator[Compiled]:
-    """Compile a description with the arguments of each variant; nothing is written.
+    """Compile a description with the arguments of each variant, without writing files.
 
     Args:
         variants: A CSV or YAML file or a folder as in ``sweep --over``, arguments by name, or an iterable of pairs of a
@@ -98,7 +98,7 @@ def sweep(
 
 
 def _variant(entry: Any) -> Variant:
-    """Return the variant of a pair of a name and arguments, or of arguments with a name among them."""
+    """Create a variant from a pair of name and arguments, or from arguments that include ``name``."""
     if isinstance(entry, Mapping):
         name, arguments = entry.get(NAME, ""), {key: value for key, value in entry.items() if key != NAME}
     else:
@@ -112,10 +112,10 @@ def _variant(entry: Any) -> Variant:
 
 @dataclass(frozen=True)
 class WrittenVariants:
-    """The number of variants by their status; `sweep.json` in the folder lists them.
+    """The number of variants by status; `sweep.json` in the folder lists them.
 
-    ``complete`` is false if nothing or only a part was written; ``diagnostics`` has the reason. They contain the errors
-    of the first variants only; `sweep.json` has all.
+    ``complete`` is false if not all variants could be written; ``diagnostics`` has the reason and the errors of the
+    first variants; `sweep.json` has all errors.
     """
 
     description: str
@@ -144,17 +144,17 @@ def write_sweep(
 ) -> WrittenVariants:
     r"""Compile a description with the arguments of each variant, and write each variant to a separate folder.
 
-    The result has the number of variants by their status. Variants that are up to date are not compiled again.
+    The result has the number of variants by status. Variants that are up to date are not compiled again.
 
     Args:
         variants: A CSV or YAML file, or a folder with a file of arguments for each variant.
-        folder: The folder that gets a folder for each variant, and ``sweep.json``.
+        folder: The folder for ``sweep.json`` and a subfolder per variant.
         arguments: Arguments of all variants, which those of a variant override.
         jobs: The number of processes; by default one per core.
-        whole: The argument that takes each file of the folder ``variants``.
+        whole: The argument that is set to each file in the folder ``variants``.
         dask: The address of a Dask scheduler.
-        prune: Remove variants that are not in the list any more.
-        report: Receives each diagnostic as soon as it is known.
+        prune: Remove variants that are no longer in the list.
+        report: A function that is called with each diagnostic immediately.
 
     Example:
         >>> import rosorin_compile, tempfile
@@ -208,7 +208,7 @@ class _Writer:
         self.folder, self.edited = VariantsFolder(job.request.description.outputs), 0
         self.counts = dict.fromkeys(("made", "unchanged", "error"), 0)
         self.removed: list[str] = []
-        self.remarks: dict[str, tuple[str, int]] = {}  # by JSON: the first variant that has it, and how many have
+        self.remarks: dict[str, tuple[str, int]] = {}  # by JSON text: first variant with it, and the count
 
     def run(self, jobs: int | None, dask: str) -> None:
         """Compile all variants and write ``sweep.json``. Raises OutputError, LoadError."""
@@ -238,7 +238,7 @@ class _Writer:
             self.tell(Diagnostic("variant-outdated", WARNING, message, help="edit a copy elsewhere"))
 
     def _unchanged(self, variant: Variant) -> dict[str, Any] | None:
-        """Return the entry of a variant that need not be compiled, or None."""
+        """Return the entry of an up-to-date variant, or None if it must be compiled."""
         record = self.folder.record(variant.name)
         if not self.job.is_current(variant, record):
             return None
@@ -263,7 +263,7 @@ class _Writer:
         return result.entry
 
     def _report(self, entry: Mapping[str, Any]) -> None:
-        """Report the errors of a variant at once; keep warnings and notes, of which many variants have the same."""
+        """Report the errors of a variant; collect its warnings and notes, which repeat, until the end of the run."""
         for found in entry["diagnostics"]:
             if found["severity"] != ERROR:
                 first, count = self.remarks.get(json.dumps(found), (entry["name"], 0))

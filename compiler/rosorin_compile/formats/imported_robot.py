@@ -128,7 +128,7 @@ def convert_result(made: object, opened: Opened) -> Imported:
 
 
 def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
-    """Convert plain values to a tree; by default, values have the source position of the container. Raises TypeError."""
+    """Convert plain values to a tree; by default, values have the position of their container. Raises TypeError."""
     path = path or []
     if value is None or isinstance(value, (bool, float)):
         return value

@@ -77,7 +77,7 @@ def _open(path: Path, options: ReadOptions, asked: Span | None) -> tuple[Format,
         raise MarkupError(error("wrong-format", message, document.root.span, help))
     recognised = [one for one in _readable() if one.recognises is not None and one.recognises(document, path)]
     matching = [*recognised, *(one for one in _readable() if document.root.tag in one.roots)]
-    format = min(matching, key=lambda one: not FORMATS.is_own(one.name), default=None)  # plug-ins have the lowest priority
+    format = min(matching, key=lambda one: not FORMATS.is_own(one.name), default=None)  # plug-ins come last
     if format is None:
         raise MarkupError(_wrong_root(document))
     if stdin_of(path) is not None and format is not FORMATS.published_format():

@@ -189,7 +189,7 @@ def _panel(tree: Tree, drawn: Sequence[Line]) -> dict[str, Any]:
 
 
 def number_whys(edges: Iterable[Row | None]) -> dict[str, int]:
-    """Number the reasons why no node publishes an edge, for footnotes."""
+    """Return a footnote number for each reason why no node publishes an edge."""
     return {why: at for at, why in enumerate(dict.fromkeys(row.why for row in edges if row and row.why), 1)}
 
 

@@ -55,7 +55,7 @@ class RobotView:
 
 
 def load(request: Request) -> tuple[RobotView | None, list[Diagnostic], tuple[Path, ...]]:
-    """Read a robot in any format; return its view (None after errors), the diagnostics, and the files that were read."""
+    """Read a robot in any format; return its view (None after errors), diagnostics, and the files that were read."""
     understood, description = request.understand(), request.description
     case, own_files, diagnostics = understood.case, understood.expanded.files, understood.diagnostics
     if case is None:

@@ -175,7 +175,7 @@ class _Handler(BaseHTTPRequestHandler):
         host = hosts[0].lower() if len(hosts) == 1 else ""
         origin = self.headers.get("Origin", f"http://{host}").lower()
         foreign = self.headers.get("Sec-Fetch-Site", "none") not in ("none", "same-origin")
-        followed = self.path == "/" and self.headers.get("Sec-Fetch-Mode") == "navigate"  # following a link to the page is allowed
+        followed = self.path == "/" and self.headers.get("Sec-Fetch-Mode") == "navigate"  # a followed link
         if not self.server.is_mine(host) or origin != f"http://{host}" or (foreign and not followed):
             self.close_connection = True
             raise Refused(HTTPStatus.FORBIDDEN, "this robot is shown only to this machine")

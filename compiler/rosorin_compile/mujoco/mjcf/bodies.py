@@ -26,7 +26,7 @@ from rosorin_compile.model.shape import MERGED
 from rosorin_compile.source.cache import of_robot
 
 WORLD = "world"  # the root body of MuJoCo
-# Attributes of a contact pair that do not change the contact, besides the names of its geoms.
+# Attributes of a contact pair, besides its geoms, that only enable the contact (condim 1: without friction).
 TOUCHES: tuple[dict[str, str], ...] = ({}, {"condim": "1"})
 
 # Suffixes of the MuJoCo joints that represent one planar or floating joint, as in MuJoCo's URDF importer.

@@ -52,7 +52,7 @@ _OPEN = ("user", "data", "qpos", "qvel", "act", "ctrl", "mpos", "mquat", "vertex
 
 
 def main(job: str, request_file: str, answer: str, cpu_seconds: int) -> None:
-    """Run a job ("load", "prove" or other: read) with the JSON in ``request_file``, and write JSON to ``answer``."""
+    """Run a job ("load", "prove" or "read") with the JSON in ``request_file``, and write JSON to ``answer``."""
     _limit(cpu_seconds)
     request, here = json.loads(Path(request_file).read_text("utf-8")), Path(answer).parent
     if job == "load":
@@ -118,7 +118,7 @@ def reason(mujoco: Any, problem: Exception) -> tuple[str, bool]:
 
 
 def _proof(mujoco: Any, request: dict[str, Any], here: Path) -> dict[str, Any]:
-    """Compare the MJCF at ``path`` with the generated ``text``: fields, and motion if the fields can differ safely."""
+    """Compare the source at ``path`` with the generated ``text``: all fields, and motion if none of them affects it."""
     from .compare_models import STATES, TOLERANCE, Comparison
 
     given = {kind: {int(index): name for index, name in names.items()} for kind, names in request["names"].items()}

@@ -1,4 +1,4 @@
-"""Formats that a robot is written to and read from: ``FORMATS`` has their records by name, those of plug-ins last."""
+"""The formats for export and import: ``FORMATS`` has each ``Format`` by name, with formats of plug-ins at the end."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FORMATS", "Artifact", "Format", "Formats", "Opened", "plugged_diagnostics", "schema_names", "schema_text"]
 
-# The module of each format; its record is ``FORMAT`` there. It is imported when the format is first used.
+# The module that defines the ``FORMAT`` of each format; it is imported on first use.
 _PACKAGES = {
     "formats": ("urdf", "frames", "robot_model", "static_tf"),
     "importing": ("xacro",),
@@ -33,7 +33,7 @@ _PACKAGES = {
 _MODULES = {name: f"rosorin_compile.{package}.{name}" for package, names in _PACKAGES.items() for name in names}
 _MODULES |= {"sdf": "rosorin_compile.sdf", "template": "rosorin_compile.formats.templating"}
 _MODULES |= {"static_tf_json": _MODULES["static_tf"]}
-# The schemas that are not of a format, and their subjects.
+# JSON Schemas that do not belong to a format, with a description of each.
 _SCHEMAS = {
     "authoring": "a description as written, with expressions, parts and loops (default)",
     "description": "a description after includes, arguments and expressions are evaluated",
@@ -44,7 +44,7 @@ _SCHEMAS = {
 
 
 class Formats(Mapping[str, Format]):
-    """The formats by name, in the order of lists."""
+    """The formats by name, in the order in which lists show them."""
 
     def __getitem__(self, name: str) -> Format:
         return _built_in(name) or _plugged()[0][name]
@@ -68,17 +68,17 @@ class Formats(Mapping[str, Format]):
         return publisher in self[artifact.backend].feeds and not artifact.withheld
 
     def names_meshes(self, artifact: Artifact) -> bool:
-        """Return True if an artifact names meshes as URDF does; for a template the name of its file decides."""
+        """Return True if an artifact refers to meshes like a URDF; for a template, its file extension decides."""
         by_name = (one.meshes and artifact.file.endswith(one.endings) for one in self.values())
         return self[artifact.backend].meshes or any(by_name)
 
     def endings(self, *, include: bool = False) -> tuple[str, ...]:
-        """Return the extensions of robot files; with ``include``, of those that a description may include."""
+        """Return the file extensions for import or, with ``include``, for including in a description."""
         readable = [one for one in self.values() if one.load is not None and (one.include or not include)]
         return tuple(dict.fromkeys(ending for one in readable for ending in one.endings))
 
     def published_format(self) -> Format:
-        """Return the format that robot_state_publisher reads."""
+        """Return the format that robot_state_publisher reads (URDF)."""
         return next(one for one in self.values() if one.write and one.load and ROBOT_STATE_PUBLISHER in one.feeds)
 
 
@@ -99,7 +99,7 @@ def _built_in(name: str) -> Format | None:
 
 
 def _plugged() -> tuple[Mapping[str, Format], tuple[Diagnostic, ...]]:
-    """Return the formats of plug-ins by name, and diagnostics; without plug-ins, nothing is imported."""
+    """Return the formats of plug-ins by name, and diagnostics about invalid plug-ins."""
     if not any(plugin.group == "formats" for plugin in installed_plugins()):
         return {}, ()
     from .plugin_formats import plugin_formats
@@ -108,17 +108,17 @@ def _plugged() -> tuple[Mapping[str, Format], tuple[Diagnostic, ...]]:
 
 
 def plugged_diagnostics() -> tuple[Diagnostic, ...]:
-    """Return the diagnostics about formats of other packages."""
+    """Return the diagnostics about invalid formats of plug-ins."""
     return _plugged()[1]
 
 
 def schema_names() -> dict[str, str]:
-    """Return the names of the JSON Schemas of descriptions and artifacts, each with its subject."""
+    """Return the names of all JSON Schemas, with a description of each."""
     return {**_SCHEMAS, **{one.schema: f"the artifact {one.name}" for one in FORMATS.values() if one.schema}}
 
 
 def schema_text(name: str) -> str:
-    """Return a JSON Schema as text; those of descriptions contain the sections of plug-ins."""
+    """Return a JSON Schema as text; the schemas of descriptions include the sections of plug-ins."""
     if name == "description":
         return json.dumps(schema(), indent=2, ensure_ascii=False) + "\n"
     path = data_folder("schemas") / f"{name}.schema.json"

@@ -1,4 +1,4 @@
-"""Compile a robot: load and check it, search its meshes, and generate its artifacts. Nothing is written to disk."""
+"""Compile a robot: load and check it, find its meshes, and generate its artifacts, without writing them to disk."""
 
 from __future__ import annotations
 
@@ -47,13 +47,13 @@ Search = Callable[[Map, Sequence[Output]], "Searched"]
 
 
 class Understood(NamedTuple):
-    """A loaded robot: its tree and its model, each as far as it has no errors, and all diagnostics."""
+    """A loaded robot: the expanded tree, the lowered model (None after errors), and all diagnostics."""
 
     expanded: Expanded
     lowered: Lowered | None
     diagnostics: list[Diagnostic]
-    used: frozenset[Entry] = frozenset()  # the entries of ``accept`` that had an effect
-    imported: Imported | None = None  # the source, of a robot in another format
+    used: frozenset[Entry] = frozenset()  # entries of ``accept`` that suppressed a diagnostic
+    imported: Imported | None = None  # the imported file, if the robot is not a description
 
     @property
     def robot(self) -> Robot | None:
@@ -61,14 +61,14 @@ class Understood(NamedTuple):
 
     @property
     def case(self) -> Case | None:
-        """The robot with the positions of all its values, or None with errors."""
+        """The robot with the source positions of all values, or None after errors."""
         robot, tree, lowered = self.robot, self.expanded.tree, self.lowered
         return Case(robot, tree, lowered.places, collect(tree)) if robot and tree is not None and lowered else None
 
 
 @dataclass(frozen=True)
 class Variant:
-    """One robot of a list: its name, its arguments with their positions, the position of its name, and its errors."""
+    """A variant of a robot: its name, its arguments, the source position of its name, and its diagnostics."""
 
     name: str
     arguments: Map
@@ -78,17 +78,17 @@ class Variant:
 
 @dataclass(frozen=True)
 class Compiled:
-    """The robot and its artifacts, which exist only without errors, and all diagnostics.
+    """The result of a compilation: the robot and its artifacts, which are missing after errors, and all diagnostics.
 
-    A change of a file in ``inputs`` may change the result; ``missing`` are those that were not found. ``meshes`` are
-    None if they were not requested, and ``variant`` is set by ``sweep``.
+    The result depends on the files in ``inputs``, including the ``missing`` ones that were not found. ``meshes`` is
+    None if meshes were not requested. ``variant`` is set by ``sweep``.
     """
 
     robot: Robot | None
     artifacts: tuple[Artifact, ...]
     diagnostics: list[Diagnostic]
     inputs: tuple[Path, ...]
-    resolved: tuple[Resolved, ...] = ()  # where names of packages led
+    resolved: tuple[Resolved, ...] = ()  # folders of packages by name
     meshes: Searched | None = None
     variant: Variant | None = None
     missing: tuple[Path, ...] = ()
@@ -115,7 +115,7 @@ class Compiled:
 
 @dataclass(frozen=True)
 class Reading:
-    """The robot of a file in any format, all diagnostics, the files that were read, and the robot as a description."""
+    """The result of reading a robot in any format: the model, all diagnostics, the files that were read, the tree."""
 
     robot: Robot | None
     diagnostics: list[Diagnostic]
@@ -132,7 +132,7 @@ def _counted(diagnostics: Sequence[Diagnostic]) -> str:
 
 
 class RobotReader:
-    """Reads the robots in other formats that descriptions include."""
+    """Reads robots in other formats that a description includes."""
 
     def endings(self) -> tuple[str, ...]:
         return FORMATS.endings(include=True)
@@ -140,11 +140,11 @@ class RobotReader:
     def read(
         self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], entry: Map, tell: Tell, by: Span
     ) -> Imported:
-        """Read the robot of a file that an evaluated ``entry`` includes; ``by`` is its position."""
+        """Read the file of an evaluated include ``entry``; ``by`` is its source position."""
         call = entry if "macro" in entry else None
         options = ReadOptions(texts, packages, bool(entry.get("lenient")), tell=tell, call=call)
         imported = read_robot(path, options, by)
-        # The rules report notes that can be accepted again, for the whole robot.
+        # Notes that can be accepted are omitted, because the rules report them for the complete robot.
         new = [one for one in imported.diagnostics if one.severity != NOTE or one.rule not in rules.acceptable()]
         return imported._replace(diagnostics=new)
 
@@ -157,12 +157,12 @@ def understand(
     requested: Sequence[str] = (),
     cache: dict[Any, Any] | None = None,
 ) -> Understood:
-    """Load the description whose main file is ``path``; ``tell`` gets the warnings before any code is run."""
+    """Load and check the description at ``path``; ``tell`` receives warnings before untrusted code is run."""
     return judge(expand(path, arguments or {}, RobotReader(), tell, packages, cache), requested)
 
 
 def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
-    """Validate and lower an expanded tree, and check the rules; ``requested`` are names of outputs or of formats."""
+    """Validate and lower an expanded tree, and check the rules; ``requested`` are names of outputs or formats."""
     diagnostics = [*expanded.diagnostics, *plugged_functions()[1], *plugged_diagnostics()]
     diagnostics += [*plugged_sections().diagnostics, *rules.plugin_checks()[1]]
     if expanded.tree is None:
@@ -182,7 +182,7 @@ def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
             diagnostics += rules.check(lowered.robot, tree, lowered.places, FORMATS, scope, requested)
         except PluginFailed as problem:
             diagnostics.append(problem.diagnostic)
-    is_wrong = has_errors(diagnostics)  # then an argument whose use is an error would be reported as unused
+    is_wrong = has_errors(diagnostics)  # after an error, an argument can falsely seem unused
     merged = rules.merge_misspelt(diagnostics, tree, lowered.places) if is_wrong else diagnostics
     diagnostics = [*merged, *(() if is_wrong else expanded.unused)]
     found = apply(tree, diagnostics, rules.acceptable())
@@ -195,7 +195,7 @@ def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
 
 
 def understand_foreign(path: Path, options: ReadOptions) -> Understood:
-    """Load a robot in another format with only its published output, without checking any rules."""
+    """Load a robot in another format with only the output for robot_state_publisher, without checking rules."""
     imported = read_robot(path, options)
     expanded = _with_outputs(imported, [FORMATS.published_format().name])
     lowered = None if expanded.tree is None or has_errors(imported.diagnostics) else lower(expanded.tree)
@@ -204,7 +204,7 @@ def understand_foreign(path: Path, options: ReadOptions) -> Understood:
 
 
 def judge_foreign(path: Path, how: ReadOptions, requested: Sequence[str] = (), optional: bool = False) -> Understood:
-    """Load a robot in another format as the description that ``import`` would write, and check the rules."""
+    """Load a robot in another format like the description that ``import`` would write, and check the rules."""
     names = [format.name for format in FORMATS.values() if optional or not format.optional]
     return judge(_with_outputs(read_robot(path, how), [*names, *requested]), requested)
 
@@ -230,7 +230,7 @@ def compile_robot(
     *,
     exact: bool = False,
 ) -> Compiled:
-    """Compile the description whose main file is ``path``; ``exact`` prints all digits. Errors are diagnostics."""
+    """Compile the description at ``path``; ``exact`` prints numbers with all digits. Errors are diagnostics."""
 
     def with_all_digits(output: Output) -> Output:
         has_option = "number_format" in FORMATS[output.backend].options
@@ -259,7 +259,7 @@ def compile_robot(
 
 
 def emit(understood: Understood, path: Path, search: Search | None = None, requested: Sequence[str] = ()) -> Compiled:
-    """Generate the artifacts of a loaded robot, or the ``requested`` ones; ``search`` looks for its mesh files."""
+    """Generate all or the ``requested`` artifacts of a loaded robot; ``search`` finds its mesh files."""
     expanded, robot, diagnostics = understood.expanded, understood.robot, understood.diagnostics
     tree = expanded.tree
     if tree is None or robot is None:
@@ -268,7 +268,7 @@ def emit(understood: Understood, path: Path, search: Search | None = None, reque
     named = {output.name: output for output in robot.outputs}
     outputs = [named[name] for name in dict.fromkeys(requested or named)]
     if search is not None:
-        # An artifact that opens or measures meshes finds the same ones if other outputs are not generated.
+        # Search meshes for all outputs, so that an artifact does not depend on which others are requested.
         opening = any(format.opens or format.measures for format in (FORMATS[output.backend] for output in outputs))
         meshes = search(tree, robot.outputs if opening else outputs)
         robot, acceptable = meshes.add_to(robot), {**acceptable, "mesh-not-found": find_declared("mesh-not-found")}
@@ -284,7 +284,7 @@ def emit(understood: Understood, path: Path, search: Search | None = None, reque
         found += [d if d.span else replace(d, span=place.span, related=(*d.related, *place.stack())) for d in remarks]
         artifacts.append(Artifact(output.file, text, output.backend, output.name, format.is_withheld(output)))
     found, more = apply(tree, [*found, *unsupported_notes(tree, outputs, FORMATS)], acceptable)
-    if not requested:  # otherwise an entry of accept may be about another output
+    if not requested:  # an entry of accept can refer to an output that was not requested
         stages = ("",) if search is None else ("", "meshes")
         found += unused_entries(tree, understood.used | more, rules.acceptable(), stages)
     all_diagnostics, inputs = arrange([*diagnostics, *found]), (*expanded.files, *templates.read())
@@ -293,7 +293,7 @@ def emit(understood: Understood, path: Path, search: Search | None = None, reque
 
 
 def emit_published(understood: Understood, path: Path) -> Compiled:
-    """Return the URDF of a robot that was loaded with ``understand_foreign``; of a URDF, its own text."""
+    """Return the URDF of a robot that was loaded with ``understand_foreign``; a URDF file is returned unchanged."""
     compiled = emit(understood, path)
     if path.suffix.lower() in FORMATS.published_format().endings:
         text = read_text(path, errors="replace")

@@ -1,7 +1,7 @@
-"""The record of a format: a module that exports ``FORMAT``, or an entry point of another package (``docs/extend.md``).
+"""``Format``, the definition of a format in a module of this program or in a plug-in (``docs/extend.md``).
 
-A format carries the keys of the language that it ``covers``, without those that are ``unsupported`` and those that name
-another format (``mjcf``, ``gazebo``). A key includes all keys below it; "*" is any name of an entry.
+A format carries the keys of a description in ``covers``, except those in ``unsupported`` and those for a specific
+format (``mjcf``, ``gazebo``). A key includes all keys below it; "*" matches any name.
 """
 
 from __future__ import annotations
@@ -34,26 +34,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Artifact:
-    """One emitted file: its name in the output folder, its text, its format and the name of its output."""
+    """A generated file: its path in the output folder, its text, its format and the name of its output."""
 
     file: str
     text: str = field(repr=False)
     backend: str
     output: str
-    withheld: bool = False  # publishers must not read the file, although they read its format
+    withheld: bool = False  # not for publishers, although they read its format
 
 
 class Refusal(NamedTuple):
-    """Why an engine does not load an artifact; empty if it does."""
+    """The reason why an engine cannot load an artifact, or "" if it can."""
 
     reason: str = ""
     outdated: bool = False  # the engine is too old for the artifact
-    missing: str = ""  # the name of an engine that is not installed
+    missing: str = ""  # name of the engine if it is not installed
 
 
 _NUMBERS = "short (default): within 1e-12 of the largest in a vector; exact: reads back the same; six: %.6g or %.6f."
 NUMBER_FORMAT: Mapping[str, Any] = {"enum": ["short", "exact", "six"], "description": _NUMBERS}
-# The forms of boxes that height maps are cut into, for an option of formats that have no height maps.
+# Ways to split a height map into boxes, for formats without height maps.
 FORMS_OF_BOXES = ["rows", "merged", "grounded"]
 BOXES_OF_HEIGHT_MAPS = (
     "rows, one for each run of equal heights in a row; merged, equal heights along x and y; grounded, rows down to"
@@ -64,19 +64,19 @@ HEIGHT_MAPS: Mapping[str, Any] = {"enum": FORMS_OF_BOXES, "description": _HEIGHT
 _VISUALS = "from_collision: a link without a visual is seen as its collision shapes, a colour a link."
 VISUALS: Mapping[str, Any] = {"enum": ["from_collision"], "description": _VISUALS}
 
-# Distributions of ROS 2: those that artifacts can be written for. Those after Jazzy are taken to be as it is.
+# Supported ROS 2 distributions. Later ones are treated like Jazzy.
 HUMBLE, JAZZY = "humble", "jazzy"
 DISTRIBUTIONS = [HUMBLE, JAZZY, "kilted", "lyrical", "rolling"]
 
-# A description as plain values: what YAML would have, in SI units or as quantities ("40 mm").
+# A description as plain values like those of YAML, in SI units or as quantities ("40 mm").
 Description = Mapping[str, "Any"]
 Reasons = Mapping[str, "Unsupported | None"]
-Where = int | Span  # a line, or the place of an element
+Where = int | Span  # a line number or a source position
 Writer = Callable[["Robot", "Output", "Templates"], tuple[str, "list[Diagnostic]"]]
 
 
 class Placed(NamedTuple):
-    """A value of a description with its position in a file."""
+    """A value of a description with its source position."""
 
     value: Any
     span: Span
@@ -84,9 +84,9 @@ class Placed(NamedTuple):
 
 @dataclass(frozen=True)
 class Opened:
-    """A file to be read: its path, the options, its elements if it is XML, and the position that names it.
+    """A file to import: its path, the options, its elements if it is XML, and the source position that refers to it.
 
-    Lines and columns count from 1. ``text`` and ``source`` raise MarkupError, which the caller of a reader expects.
+    Lines and columns start at 1. ``text`` and ``source`` raise MarkupError, which a reader does not need to catch.
     """
 
     path: Path
@@ -104,21 +104,21 @@ class Opened:
 
     @property
     def xml(self) -> Document:
-        """The elements of an XML file. Raises ValueError for another one."""
+        """The elements of an XML file. Raises ValueError for any other file."""
         if self.document is None:
             raise ValueError(f"{self.path} is not XML")
         return self.document
 
     def at(self, value: Any, where: Where, column: int = 1, length: int = 1) -> Placed:
-        """Return a value of a description with its position, for diagnostics."""
+        """Attach a source position to a value, for diagnostics."""
         return Placed(value, self._span(where, column, length))
 
     def problem(self, message: str, where: Where = 1, column: int = 1, length: int = 1, help: str = "") -> MarkupError:
-        """Return the exception that a reader raises for a file that its format does not allow."""
+        """Return the exception for a reader to raise if the file is invalid."""
         return MarkupError(error("file-syntax", message, self._span(where, column, length), help))
 
     def left_out(self, what: str, where: Where, column: int = 1, length: int = 1, help: str = "") -> Diagnostic:
-        """Return the warning about content that a description cannot express."""
+        """Return a warning about content that a description cannot express."""
         return cannot_carry(what, self._span(where, column, length), help)
 
     def _span(self, where: Where, column: int, length: int) -> Span:
@@ -126,107 +126,107 @@ class Opened:
 
 
 def described_by(distribution: str) -> str:
-    """Return the distribution whose facts are used for a distribution of ROS 2."""
+    """Return the supported ROS 2 distribution that a distribution is treated like."""
     return HUMBLE if distribution == HUMBLE else JAZZY
 
 
 def cannot_carry(what: str, span: Span, help: str = "", many: bool = False, others: Sequence[Span] = ()) -> Diagnostic:
-    """Return the warning about content that the tree does not carry; ``many`` if ``what`` is a plural."""
+    """Return a warning about content that a description cannot express; ``many`` if ``what`` is a plural."""
     message = f"{what} {'are' if many else 'is'} not carried over"
     return Diagnostic("import-cannot-carry", WARNING, message, span, and_here(others), help)
 
 
 def describe(source: Provenance) -> str:
-    """Return where a value comes from as one line of printable text; empty if the description does not say."""
+    """Format the provenance of a value as one line, or return "" if the description does not define it."""
     head = ", ".join(part for part in (source.status.replace("_", "-"), source.measured) if part)
     text = ": ".join(part for part in (head, source.note) if part)
     return mask_controls(" ".join(text.split()))
 
 
 def xml_syntax(text: str) -> object:
-    """Return the elements of an XML text, for ``syntax``. Raises ValueError."""
+    """Parse XML for the comparison with ``syntax``. Raises ValueError."""
     return canonical(tree_of(text))
 
 
 class Asked(NamedTuple):
-    """The entry of ``outputs`` in the description of an imported robot, and a remark on what is unusual in it."""
+    """The entry of ``outputs`` in the description of an imported robot, and a remark on unusual options, or ""."""
 
     entry: Mapping[str, Any]
     remark: str = ""
 
 
-@dataclass(frozen=True, kw_only=True, repr=False, eq=False)  # such methods would be compiled at every start
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)  # generating methods would slow down every start
 class Format:
     """A format that is written, read, or both. Most fields are optional.
 
-    ``write`` raises TemplateProblem; ``read`` raises ValueError for a damaged text. ``view`` is compared with ``read``
-    of a text before it is written, and of the committed text; without them, artifacts are compared as text.
+    ``write`` raises TemplateProblem, ``read`` raises ValueError for a damaged text. ``view`` is compared with ``read``
+    of the new and of the committed artifact. Formats without them are compared as text.
     """
 
-    name: str  # its name under ``outputs``
-    word: str  # its name in sentences, such as "URDF", with its ``article``
+    name: str  # key under ``outputs``
+    word: str  # name in sentences, such as "URDF"; ``article`` is "a" or "an"
     article: str = ""
-    files: str = ""  # its files in a list of formats; default: the word and the root element
-    about: str = "another artifact"  # its purpose
-    rank: int = 1000  # its place in lists
-    options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # the JSON Schema of each key of its output
-    check: Callable[[Case, Output], Iterator[Diagnostic]] | None = None  # errors in an output that no schema finds
-    rules: tuple[Rule, ...] = ()  # the rules of its diagnostics; only of a format of another package
-    file: str = ""  # the usual name of a file; {} is the name of the robot
+    files: str = ""  # description of its files in lists; default: the word and the root element
+    about: str = "another artifact"  # purpose, for lists
+    rank: int = 1000  # position in lists
+    options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # JSON Schema of each option
+    check: Callable[[Case, Output], Iterator[Diagnostic]] | None = None  # errors that the schema cannot express
+    rules: tuple[Rule, ...] = ()  # rules of its diagnostics; for plug-ins only
+    file: str = ""  # default file name; {} is replaced by the name of the robot
     endings: tuple[str, ...] = ()
-    roots: tuple[str, ...] = ()  # the names of its root element, of XML
-    recognises: Callable[[Document, Path], bool] | None = None  # whether an XML file is of the format; before ``roots``
+    roots: tuple[str, ...] = ()  # root elements of an XML format
+    recognises: Callable[[Document, Path], bool] | None = None  # for XML files; overrides ``roots``
 
     write: Writer | None = None
     view: Callable[[Robot, Output], Any] | None = None  # what an artifact must contain: a reduced Robot or a dataclass
-    read: Callable[[str], Any] | None = None  # what the text of an artifact contains, as ``view``
-    rounding: tuple[float, float] = (0.0, 0.0)  # by how much (m, rad) ``view`` rounds numbers
-    partial: bool = False  # ``view`` leaves out some of what ``read`` finds: only its own leaves are compared
-    covers: tuple[str, ...] = ()  # the keys of the language that it is about; () for all
-    # The covered keys that an output does not carry, with the reason (None: it does); may depend on its options.
+    read: Callable[[str], Any] | None = None  # parses an artifact to the type of ``view``
+    rounding: tuple[float, float] = (0.0, 0.0)  # rounding of numbers in ``view`` (m, rad)
+    partial: bool = False  # ``view`` has fewer values than ``read``: compare only those
+    covers: tuple[str, ...] = ()  # keys of a description; () for all
+    # Covered keys that an output does not carry, with the reason (None: it does); can depend on its options.
     unsupported: Reasons | Callable[[Output], Reasons] = field(default_factory=dict)
     # Foreign files, for ``import``, ``include`` and ``diff``.
     load: Callable[[Opened], Imported | Description | tuple[Description, Sequence[Diagnostic]]] | None = None
-    include: bool = True  # a description may include such a file
+    include: bool = True  # whether a description can include such a file
     takes_arguments: bool = False
-    becomes: str = ""  # the format that it is once it is read (xacro: urdf)
-    # The sections that a companion file adds to the tree of a robot, and diagnostics.
+    becomes: str = ""  # format after preprocessing (xacro: urdf)
+    # Returns the sections that a companion file adds to the description of a robot, and diagnostics.
     join: Callable[[Opened, Map], tuple[Mapping[str, Any], Sequence[Diagnostic]]] | None = None
-    is_other: Callable[[Document], bool] | None = None  # whether a file is only such a companion of a robot
-    # The output in the description of an imported robot, from its tree, its version and a name for files.
+    is_other: Callable[[Document], bool] | None = None  # True for a companion file
+    # Returns the output for an imported robot, from its tree, its version and a base name for files.
     asked: Callable[[Map, str, str], Asked | None] | None = None
-    optional: bool = False  # that output is left out, with a remark, where the robot cannot be written so
-    engine_reads: bool = False  # its engine reads the sources: what this ignores in XML is not an error
-    # Compares an artifact in its engine with the source that it was imported from: its text, and its mesh files.
+    optional: bool = False  # omit that output, with a remark, if the robot cannot be written in this format
+    engine_reads: bool = False  # the engine itself parses the source, so ignored XML is not an error
+    # Compares an artifact with its imported source in the engine; takes the text and the mesh files.
     prove: Callable[[Imported, str, Mapping[str, str]], Proof] | None = None
     # Comparing two robots or two texts.
-    links: Callable[[Robot, Output], Collection[str]] | None = None  # the links that an output has
-    leaves_out: Callable[[Robot, str], bool] | None = None  # whether it has no such link by nature
-    why: str = ""  # the reason
-    adds: Callable[[Robot, str, Robot], bool] | None = None  # whether a link of a file stands for something else
-    brings: Callable[[Robot, Output], Sequence[str]] | None = None  # the XML elements made of words of the description
-    names_robot: bool = True  # its files have the name of the robot
-    names: Callable[[Output], Mapping[str, str]] | None = None  # names of links by those in an artifact
-    syntax: Callable[[str], object] | None = None  # a text without layout and comments. Raises ValueError, SyntaxError
-    schema: str = ""  # the JSON Schema of its texts, a name in ``schemas/``
-    data: Callable[[str], Any] | None = None  # the value for the schema, of a text that is not JSON. Raises ValueError
-    differ: Callable[[str, str], str] | None = None  # the difference between two texts with equal leaves, in words
-    shown: bool = True  # its text is for people: ``check`` prints how two of them differ
-    refusal: Callable[[str, Path], Refusal] | None = None  # why its engine does not load a text that is in a folder
-    # Files that an artifact needs.
-    located: bool = False  # its text depends on the folders of other artifacts: ``package`` does not copy it
-    meshes: bool = False  # it names meshes as URDF does
-    opens: Callable[[str], str] | None = None  # the file of a mesh as seen from the artifact; empty: not opened
-    copies: Callable[[Searched, Path], Searched] | None = None  # adds the contents of these files
-    embeds: bool = False  # it contains the meshes themselves
-    measures: bool = False  # its text depends on the sizes of meshes
-    beside: Callable[[str], Sequence[str]] | None = None  # the names of files that it needs in its folder
+    links: Callable[[Robot, Output], Collection[str]] | None = None  # links that an output contains
+    leaves_out: Callable[[Robot, str], bool] | None = None  # True if the format never contains a link
+    why: str = ""  # reason for ``leaves_out``
+    adds: Callable[[Robot, str, Robot], bool] | None = None  # True for a link in a file that is not a link of the robot
+    brings: Callable[[Robot, Output], Sequence[str]] | None = None  # XML elements generated from keys
+    names_robot: bool = True  # whether its files contain the name of the robot
+    names: Callable[[Output], Mapping[str, str]] | None = None  # names of links by names in an artifact
+    syntax: Callable[[str], object] | None = None  # parses without layout and comments; raises ValueError, SyntaxError
+    schema: str = ""  # name of its JSON Schema in ``schemas/``
+    data: Callable[[str], Any] | None = None  # parses a text that is not JSON for ``schema``; raises ValueError
+    differ: Callable[[str, str], str] | None = None  # describes the difference of two texts with equal values
+    shown: bool = True  # human-readable: ``check`` prints a diff
+    refusal: Callable[[str, Path], Refusal] | None = None  # loads a text in a folder with the engine
+    # Files that an artifact depends on.
+    located: bool = False  # contains paths of other artifacts, so ``package`` does not copy it
+    meshes: bool = False  # refers to meshes like a URDF
+    opens: Callable[[str], str] | None = None  # path of a mesh relative to the artifact, or "" if unsupported
+    copies: Callable[[Searched, Path], Searched] | None = None  # adds the contents of mesh files
+    embeds: bool = False  # contains the mesh data
+    measures: bool = False  # depends on the sizes of meshes
+    beside: Callable[[str], Sequence[str]] | None = None  # names of files that must be in the same folder
     # ROS.
-    feeds: tuple[str, ...] = ()  # the kinds of publishers that read it
-    withheld: Callable[[Output], bool] | None = None  # whether they must not read an output
-    folder: str = ""  # its folder in a package; empty: chosen by its file extension
-    deploys: bool = False  # ``deploy`` copies it there even if there is no copy yet
-    robot_of: Callable[[Path], str] | None = None  # the robot that a file was generated for, if no comment names it
+    feeds: tuple[str, ...] = ()  # kinds of publishers that read it
+    withheld: Callable[[Output], bool] | None = None  # True if publishers must not read an output
+    folder: str = ""  # folder in a ROS package; default: by file extension
+    deploys: bool = False  # ``deploy`` also copies it if there is no copy yet
+    robot_of: Callable[[Path], str] | None = None  # name of the robot in a file without a header comment
 
     @property
     def is_xml(self) -> bool:
@@ -234,7 +234,7 @@ class Format:
 
     @property
     def named(self) -> str:
-        """The word with its article, as in "robot.urdf is a URDF"."""
+        """The name with its article, such as "a URDF"."""
         return f"{self.article} {self.word}".strip()
 
     @property
@@ -243,7 +243,7 @@ class Format:
         return self.files or f"{self.word}{''.join(f' (<{root}>)' for root in self.roots)}"
 
     def compile(self, robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-        """Return the artifact of an output, and diagnostics. Raises ValueError for a format that is only read."""
+        """Return the text of an output, and diagnostics. Raises ValueError for a format without ``write``."""
         if self.write is None:
             raise ValueError(f"{self.word} is not written")
         return self.write(robot, output, templates)
@@ -255,13 +255,13 @@ class Format:
         return next((output for output in robot.outputs if output.backend == self.name), None)
 
 
-# Keys that name the formats that they are for: a reader of another one does not expect them.
+# Keys for one specific format, which other formats do not need to report as unsupported.
 ADDRESSED = {"mjcf": ("mjcf",), "mjcf_elements": ("mjcf",), "gazebo": ("sdf", "urdf"), "urdf_elements": ("urdf",)}
 # Keys that control how the description is read and checked, and keys that state the source of an entry's values.
 _TECHNICAL = ("args", "let", "include", "accept", "outputs", "rosorin_compile", "modes", "links.inertial.of.name")
 REMARKS = frozenset({"source", "stand_ins", "method", "reason", "about", "stamps"})
 
-# The keys that give a frame its place, and those that name the node that publishes it.
+# Keys for the pose of a frame, and keys for the node that publishes it.
 PLACES = (
     *("joints.parent", "joints.child", "joints.xyz", "joints.rpy", "sensors.parent", "sensors.frame"),
     *("sensors.xyz", "sensors.rpy", "sensors.optical.frame", "sensors.optical.xyz", "sensors.optical.rpy"),
@@ -271,7 +271,7 @@ _TURNS = (".static_transform_publisher", ".by.static_transform_publisher", ".whe
 NODES = tuple(f"{publisher}{turn}" for publisher in _PUBLISHER for turn in _TURNS)
 UNPUBLISHED = tuple(f"{publisher}.none" for publisher in _PUBLISHER)
 
-# The keys that each format of a whole robot covers.
+# Keys that every format for a complete robot covers.
 MODEL_KEYS = ("robot", "links", "joints", "materials", "sensors", "root", "actuators", "disabled_contacts")
 
 _GEOMETRY = (
@@ -282,11 +282,11 @@ SHAPES = tuple(f"links.{purpose}.{key}" for purpose in ("collision", "visual") f
 
 
 class Unsupported(NamedTuple):
-    """Why a format does not carry a key."""
+    """The reason why a format does not carry a key."""
 
     reason: str
-    quiet: bool = False  # a note would help nobody, because something else carries it
-    one_way: bool = False  # artifacts carry it, but not the robot that is read from one: ``diff`` does not compare it
+    quiet: bool = False  # do not report it to the user
+    one_way: bool = False  # written but not read back, so ``diff`` does not compare it
 
 
 def _quiet(reason: str, *keys: str) -> dict[str, Unsupported]:
@@ -294,7 +294,7 @@ def _quiet(reason: str, *keys: str) -> dict[str, Unsupported]:
 
 
 _CONTACTS = ("condim", "priority", "solmix", "solref", "solimp", "margin", "gap")
-# How MuJoCo sees and simulates a robot, in words that formats for other programs do not have.
+# Keys for MuJoCo without an equivalent in other formats.
 OF_MUJOCO: Mapping[str, Unsupported] = {
     **_quiet("how MuJoCo couples joints", *(f"joints.*.mimic.{key}" for key in ("name", *_CONTACTS))),
     **_quiet("how MuJoCo computes contacts", *(f"links.*.collision.*.contact.{key}" for key in _CONTACTS)),
@@ -307,7 +307,7 @@ OF_MUJOCO: Mapping[str, Unsupported] = {
     "links.*.collision.*.contact.friction.1": Unsupported("only sliding friction"),
     **{f"links.*.collision.*.contact.{key}": Unsupported("no bits of contacts") for key in ("contype", "conaffinity")},
 }
-# Who publishes a frame; the name of a sensor's joint matters to publishers alone. What frames sensors have is read.
+# Keys for publishers of frames. The frames of sensors are read back, but not the names of their joints.
 OF_PUBLISHERS: Mapping[str, Unsupported] = {
     **_quiet("for launch files", "joints.*.publisher", "sensors.*.publisher", "sensors.*.optical.publisher"),
     "sensors": Unsupported("sensors are read as links", one_way=True),
@@ -315,12 +315,12 @@ OF_PUBLISHERS: Mapping[str, Unsupported] = {
 
 
 def is_within(key: str, prefixes: Iterable[str]) -> bool:
-    """Return True if a key is one of some keys, or below one of them; "*" in these is any name."""
+    """Return True if a key is equal to or below one of ``prefixes``, in which "*" matches any name."""
     return any(f"{key}.".startswith(f"{prefix.replace('.*', '')}.") for prefix in prefixes)
 
 
 def reason(format: Format, output: Output, key: str, one_way: bool = False) -> Unsupported | None:
-    """Return why an output, or (``one_way``) the robot read from it, has no value at a key; None if it must have it."""
+    """Return why an output, or with ``one_way`` the robot read from it, lacks a key; None if it must have the key."""
     steps = key.split(".")
     if is_within(key, _TECHNICAL) or not REMARKS.isdisjoint(steps):
         return Unsupported("it is about the description", quiet=True)
@@ -335,12 +335,12 @@ def reason(format: Format, output: Output, key: str, one_way: bool = False) -> U
 
 
 def lacks(format: Format, key: str) -> bool:
-    """Return True if the robots that are read from artifacts of a format, by default options, have nothing at a key."""
+    """Return True if a robot that is read from an artifact of a format (default options) never has a key."""
     return reason(format, Output(format.name, format.name, ""), key, one_way=True) is not None
 
 
 def _table(format: Format, output: Output) -> Mapping[str, Unsupported | None]:
-    """Return what an output does not carry, and None for keys of links that this format and few others carry."""
+    """Return the reason for each unsupported key of an output, and None for each key that only some formats support."""
     found = dict(format.unsupported(output) if callable(format.unsupported) else format.unsupported)
     for name, formats in limited_fields(Link).items():
         if format.name in formats:
@@ -351,7 +351,7 @@ def _table(format: Format, output: Output) -> Mapping[str, Unsupported | None]:
 
 
 def notes(tree: Map, outputs: Iterable[Output], formats: Mapping[str, Format]) -> Iterator[Diagnostic]:
-    """Yield a note for each format of which no output carries keys that a description sets."""
+    """Yield a note for each format whose outputs do not carry a key that the description sets."""
     outputs = list(outputs)
     for name in dict.fromkeys(output.backend for output in outputs):
         some = [output for output in outputs if output.backend == name]
@@ -365,7 +365,7 @@ def notes(tree: Map, outputs: Iterable[Output], formats: Mapping[str, Format]) -
 
 
 def _places(value: Any, pattern: str) -> Iterator[Any]:
-    """Yield the values that are set at a key; "*" is each entry of a mapping or a list, 1 the second."""
+    """Yield the values at a key pattern; "*" matches each entry of a mapping or list, and 1 the second item."""
     step, _, rest = pattern.partition(".")
     if isinstance(value, list):
         inner = value if step == "*" else value[int(step) : int(step) + 1] if step.isdecimal() else []

@@ -1,4 +1,4 @@
-"""frames: every transform of the robot in one table, in Markdown that is also readable as plain text."""
+"""frames: a table of all transforms of the robot, in Markdown that is also readable as plain text."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ from .static_tf import FrameTable
 if TYPE_CHECKING:
     from .templating import Templates
 
-# The headers of the tables, and minimum widths: a new frame adds a line and changes no other one.
+# Column headers and minimum widths, so that a new frame does not change the other lines of the table.
 _FRAME_COLUMNS = {"parent": 18, "child": 18, "published by": 22, "motion": 6, "topic": 10, "x y z (m)": 35}
 _FRAME_COLUMNS |= {"roll pitch yaw (rad)": 35, "roll pitch yaw (deg)": 29, "when": 8}
 _POSE_COLUMNS = {"pose": 12, "joint": 18, "position": 26, "in degrees": 10, "pulse": 6}
-# Characters with a meaning in Markdown; an underscore only at the start or end of a word.
+# Special characters of Markdown; an underscore is special only at the start or end of a word.
 _MARKS = re.compile(r"[\\`*\[\]<>|~&#!]|(?<!\w)_|_(?!\w)")
 _CAPITAL = re.compile(r"(?<=[a-z])(?=[A-Z])")
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the list of all frames of a robot. Option: ``number_format`` (short, exact or six)."""
+    """Return the table of all frames of a robot. Option: ``number_format`` (short, exact or six)."""
     number, frames = number_format(output.options), _frames(robot)
     stamps = [(f"{sensor.name} ({sensor.type})", sensor.stamps) for sensor in robot.sensors]
     stamps += [(node.name, node.stamps) for node in robot.publishers]
@@ -107,9 +107,9 @@ def _stand_ins(robot: Robot) -> list[tuple[str, str]]:
     return [(reason, ", ".join(dict.fromkeys(name for why, name in found if why == reason))) for reason in reasons]
 
 
-@lru_cache(maxsize=1_000)  # a frame is the parent of the next one
+@lru_cache(maxsize=1_000)  # frame names repeat as parents
 def _escape(text: str) -> str:
-    """Return a text on one line that Markdown shows as it is, in a cell of a table too; blanks in names count."""
+    """Escape a text for a cell of a Markdown table; spaces in names are kept."""
     return _MARKS.sub(r"\\\g<0>", " ".join(map(str.strip, text.splitlines())))
 
 
@@ -137,7 +137,7 @@ def _edge(parent: str, child: str, who: str, topic: str, when: str, pose: Pose |
 
 
 def read(text: str) -> FrameTable:
-    """Return what the tables contain. Raises ValueError if a robot of several frames has no table."""
+    """Parse the tables. Raises ValueError if a robot with several frames has no table."""
     rows = list(_parse(text, _FRAME_COLUMNS))
     if not rows and not re.search(r"(?m)^The robot has one frame, .*\.$", text):
         raise ValueError("there is no table of frames")
@@ -158,7 +158,7 @@ def read(text: str) -> FrameTable:
 
 
 def _parse(text: str, headers: Iterable[str]) -> Iterator[dict[str, str]]:
-    """Yield the rows of the table with these headers. Raises ValueError for a row of another length."""
+    """Yield the rows of the table with these headers. Raises ValueError if a row has another number of cells."""
     inside = False
     for line in text.splitlines():
         parts = re.split(r"(?<!\\)\|", line) if "\\" in line else line.split("|")
@@ -194,7 +194,7 @@ FORMAT = Format(
 
 
 def _proof(robot: Robot) -> str:
-    """Return a paragraph about the publishers of all frames; empty if a frame is wrong or none is published."""
+    """Return a sentence that each frame has one publisher, or "" if that is not true or nothing is published."""
     found = frames_by_publishing(robot)
     if not found["published"] + found["gaps"] or found["wrong"]:
         return ""
@@ -212,10 +212,10 @@ def _proof(robot: Robot) -> str:
 
 
 def frames_by_publishing(robot: Robot) -> dict[str, list[str]]:
-    """Group the frames by how many nodes publish them, counted in every combination of modes.
+    """Group the frames by the number of nodes that publish them, over all combinations of modes.
 
-    They are ``published`` (by exactly one node), ``gaps`` (by none in some modes), ``never``, ``wrong`` (by several),
-    and ``unchecked`` (depending on too many modes).
+    Groups: ``published`` (by exactly one node), ``gaps`` (by none in some modes), ``never``, ``wrong`` (by several),
+    ``unchecked`` (depends on too many modes).
     """
     whens: dict[str, list[str]] = {}
     frames = [(one.child, "", one.publisher) for one in robot.joints if one.child not in robot.simulated_frames]
@@ -227,7 +227,7 @@ def frames_by_publishing(robot: Robot) -> dict[str, list[str]]:
         states = combinations(modes) if len(modes) <= MAX_MODES else ()
         try:
             counts = {sum(holds(when, state) for when in conditions) for state in states}
-        except ExpressionError:  # a robot that was made in Python may have an illegal condition
+        except ExpressionError:  # a robot constructed in Python can have an invalid condition
             counts = {2}
         kind = "gaps" if counts == {0, 1} else "published" if counts == {1} else "wrong" if counts else "unchecked"
         kinds[conditions] = kind if conditions and counts != {0} else "never"

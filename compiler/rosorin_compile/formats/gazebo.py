@@ -1,9 +1,9 @@
-"""Elements for Gazebo: sensors and drives as text, the blocks of a URDF, and elements of a URDF compared by meaning.
+"""Print sensors and actuators for Gazebo, the ``<gazebo>`` blocks of a URDF, and compare such elements.
 
-Gazebo turns a URDF to SDF with libsdformat. That drops every link without mass, merges what fixed joints hold together
-into one link (a sensor moves along, its reference stays good), names collisions after the link that they end up in, and
-joins all ``<gazebo>`` of a link or a joint (``gazebosim/sdformat@sdf14:src/parser_urdf.cc``; run with libsdformat 12).
-White space, comments, the order of different names and defaults of SDF mean nothing, but within a plug-in.
+Gazebo converts a URDF to SDF with libsdformat, which drops links without mass, merges links that are connected by fixed
+joints (sensors move along, and references to a merged link stay valid), names collisions after the merged link, and
+combines all ``<gazebo>`` blocks of a link or joint (``gazebosim/sdformat@sdf14:src/parser_urdf.cc``; tested with 12).
+A comparison ignores white space, comments, order and SDF defaults, except in a plug-in.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 DISTRIBUTIONS = GazeboSensor.FRAME_ELEMENTS
 
-# The defaults of SDF, by the last two elements of a path
+# SDF defaults by the last two tags of a path
 # (sdformat@sdf14:sdf/1.11/{sensor,lidar,camera,noise}.sdf).
 SDF_DEFAULTS = {
     "sensor": {"always_on": "false", "visualize": "false", "update_rate": "0", "pose": "0 0 0 0 0 0"},
@@ -53,14 +53,14 @@ SDF_TRUTH = {"1": "true", "0": "false", "True": "true", "False": "false"}
 
 
 def distribution(asked: object) -> str:
-    """Return which Gazebo an output asks for: ``true`` is Harmonic; empty for none."""
+    """Return the Gazebo release for an option: ``true`` means Harmonic, "" means none."""
     return "harmonic" if asked is True else str(asked or "")
 
 
 def sensor_lines(
     one: GazeboSensor, frame_id: str, number: NumberFormat, indent: str, pose: str, collisions: Sequence[str] = ()
 ) -> Iterator[str]:
-    """Yield the lines of a sensor; ``frame_id`` is the element that names its frame, ``pose`` its <pose>, if any."""
+    """Yield the lines of a sensor; ``frame_id`` is the tag for its frame, ``pose`` its <pose> element or ""."""
     inner = indent + "  "
     yield f"{indent}<sensor{attributes(name=one.name, type=one.type)}>"
     if pose:
@@ -95,7 +95,7 @@ def _lines(element: SdfElement, indent: str, number: NumberFormat, more: Sequenc
         yield f"{indent}</{name}>"
 
 
-# The plug-ins for actuators: gz-sim@gz-sim8:src/systems/{joint_position_controller,joint_controller,apply_joint_force}
+# Plug-ins for actuators: gz-sim@gz-sim8:src/systems/{joint_position_controller,joint_controller,apply_joint_force}
 _PLUGINS = {
     POSITION: ("joint-position-controller", "JointPositionController"),
     VELOCITY: ("joint-controller", "JointController"),
@@ -105,7 +105,7 @@ _OTHER_TARGETS = ("body", "crank_site", "joint_in_parent", "reference_site", "si
 
 
 def unsupported_drives(output: Output, quiet: bool = False) -> Mapping[str, Unsupported]:
-    """Return which keys of actuators an output does not carry; ``quiet`` if it needs none without Gazebo."""
+    """Return the unsupported keys of actuators of an output; with ``quiet``, none is reported if it has no plug-ins."""
     places = ("actuators.*", "joints.*.actuator")
     if distribution(output.options.get("gazebo")) in ("", CLASSIC):
         return dict.fromkeys(places, Unsupported("no drives; newer versions of Gazebo have plug-ins for them", quiet))
@@ -118,15 +118,15 @@ def unsupported_drives(output: Output, quiet: bool = False) -> Mapping[str, Unsu
 def drive_blocks(
     robot: Robot, joints: Mapping[str, str], rule: str, gazebo: str, number: NumberFormat, others: Iterable[str]
 ) -> tuple[list[str], list[Diagnostic]]:
-    """Return a ``<gazebo>`` for each drive of a joint that no ``others`` drive, and a warning without a plug-in."""
-    # An actuator with gains becomes a controller with the same law: kp * (command - position) - kv * speed or
-    # kv * (command - speed). Hardware blocks of ros2_control and plug-ins among ``others`` have precedence.
+    """Return a ``<gazebo>`` block for each actuator of a joint, and a warning for actuators without a plug-in."""
+    # An actuator with gains becomes a controller with the same control law: kp * (command - position) - kv * speed or
+    # kv * (command - speed). Joints of ros2_control blocks and plug-ins in ``others`` are skipped.
     blocks, without, taken = list[str](), list[str](), set[str]()
     if gazebo in ("", CLASSIC):
         return [], []
     for root in (tree_of(f"<all>{text}</all>") for text in others if "<ros2_control" in text or "<plugin" in text):
         taken |= {joint.get("name", "") for block in root.iter("ros2_control") for joint in block.iter("joint")}
-        # JointStatePublisher names joints, too.
+        # JointStatePublisher refers to joints without driving them.
         plugins = [plugin for plugin in root.iter("plugin") if "state" not in plugin.get("name", "").lower()]
         inner = (element for plugin in plugins for element in plugin.iter())
         taken |= {(element.text or "").strip() for element in inner if "joint" in element.tag.lower()}
@@ -136,13 +136,13 @@ def drive_blocks(
     without += [one.name for one in robot.actuators if "joint" not in one.targets]
     for actuator, joint in pairs:
         kind, name = actuator.type, joints.get(joint.name, "")
-        is_braked = actuator.damping and kind != POSITION  # a controller brakes only what it positions
+        is_braked = actuator.damping and kind != POSITION  # only position controllers have damping
         if name in taken:
             continue
         if not name or not joint.moves or kind not in _PLUGINS or is_braked:
             without.append(actuator.name or joint.name)
             continue
-        # The damping of a servo, which MuJoCo has at the joint, acts like kv; kv and kp are 1 by default in MuJoCo.
+        # Actuator damping, which MuJoCo applies at the joint, acts like kv. MuJoCo's default for kv and kp is 1.
         gains = {"p_gain": actuator.kv or 1.0} if kind == VELOCITY else {}
         if kind == POSITION:
             gains = {"p_gain": 1.0 if actuator.kp is None else actuator.kp, "d_gain": actuator.kv + actuator.damping}
@@ -166,11 +166,11 @@ _KEEPING = ("preserveFixedJoint", "disableFixedJointLumping")
 
 
 def gazebo_blocks(content: Content) -> tuple[list[str], list[Diagnostic]]:
-    """Return the <gazebo> blocks of an output, and what this Gazebo ignores."""
+    """Return the <gazebo> blocks of an output, and warnings for values that this Gazebo release ignores."""
     robot, number = content.robot, number_format(content.output.options)
     name, mounting = distribution(content.output.options["gazebo"]), _Mounting(content)
     blocks: list[str] = []
-    unseen: dict[tuple[str, str], list[str]] = {}  # the names of sensors that Gazebo drops, by why and what to do
+    unseen: dict[tuple[str, str], list[str]] = {}  # names of dropped sensors by reason and help
     for sensor, one in [(each, one) for each in robot.sensors for one in each.gazebo]:
         link, pose, collisions, reason = mounting.place(sensor, one)
         if reason[0]:
@@ -201,7 +201,7 @@ def _blocks_in(elements: Iterable[str]) -> Iterator[Element]:
 
 
 def _physics(content: Content) -> tuple[list[str], list[Diagnostic]]:
-    """Return the blocks for springs of joints and friction of links; Gazebo reads one coefficient a link."""
+    """Return the blocks for joint springs and for link friction, where Gazebo reads one coefficient per link."""
     robot, number = content.robot, number_format(content.output.options)
     own = {(block.get("reference", ""), inner.tag) for block in _blocks_in(robot.urdf_elements) for inner in block}
     values: dict[str, dict[str, float]] = {}
@@ -233,7 +233,7 @@ def _physics(content: Content) -> tuple[list[str], list[Diagnostic]]:
 
 
 class _Mounting:
-    """Finds the links of a URDF that sensors are in: Gazebo makes one link of what fixed joints hold together."""
+    """Finds the link of each sensor after Gazebo has merged the links that are connected by fixed joints."""
 
     def __init__(self, content: Content) -> None:
         self.content, self.above = content, {joint.child: joint for joint in content.joints}
@@ -242,7 +242,7 @@ class _Mounting:
         blocks = _blocks_in(text for text in elements if any(word in text for word in _KEEPING))
         kept = [one for one in blocks if any(one.findtext(word, "").strip() in ("true", "1") for word in _KEEPING)]
         self.kept = {one.get("reference", "") for one in kept}  # joints that are not merged
-        # Fixed joints that sensors measure at are not merged, where both ends have mass: that comes before all else.
+        # Fixed joints with a sensor are not merged if both links have mass. This affects all other merging.
         joints = {joint.name for joint in content.joints}
         at_joints = {one.link for sensor in robot.sensors for one in sensor.gazebo if one.at_joint} & joints
         self.measured: set[str] = set()
@@ -255,7 +255,7 @@ class _Mounting:
         joints = self.content.joints
         self.merging = {joint.child for joint in joints if joint.is_fixed and joint.name not in kept}
         self.below: dict[str, list[str]] = {}
-        for joint in sorted(joints, key=lambda joint: joint.name):  # urdfdom has them by name
+        for joint in sorted(joints, key=lambda joint: joint.name):  # urdfdom sorts joints by name
             if joint.child in self.merging:
                 self.below.setdefault(joint.parent, []).append(joint.child)
 
@@ -265,33 +265,33 @@ class _Mounting:
         return link
 
     def _pieces(self, top: str) -> Iterator[str]:
-        """Yield the links that one of Gazebo is made of, in the order of their collisions in it."""
+        """Yield the links that Gazebo merges into a link, in the order of their collisions."""
         yield top
         for child in self.below.get(top, ()):
             yield from self._pieces(child)
 
     def _dropped_with(self, link: str) -> str:
-        """Return the link without mass that Gazebo drops with all below it, this link among them; empty if none."""
+        """Return the massless link that Gazebo drops together with this link below it, or ""."""
         masses, link = self.content.masses, self._top(link)
         while any(piece in masses and masses[piece].mass > 0 for piece in self._pieces(link)):
             if link not in self.above:
                 return ""
-            link = self.above[link].parent  # even if it is merged: its moving children are dropped if it has no mass
+            link = self.above[link].parent  # a massless link is dropped with its moving children even if it is merged
         return link
 
     def _collisions(self, link: str) -> list[str]:
-        """Return what Gazebo calls the collisions of a link, which are numbered in the link that it becomes."""
+        """Return Gazebo's names for the collisions of a link, which are numbered within the merged link."""
         top = self._top(link)
         shapes = [(piece, shape) for piece in self._pieces(top) for shape in self.content.collisions(piece)]
         found = []
         for index, (piece, base) in enumerate((piece, shape.name or piece) for piece, shape in shapes):
-            # It takes every name that starts with the link's name for a name of that link.
+            # Gazebo assigns every name that starts with the name of the link to that link.
             name = base if base.startswith(top) else f"{top}_fixed_joint_lump__{base}"
             found += [f"{name}_collision{f'_{index}' if index else ''}"] if piece == link else []
         return found
 
     def place(self, sensor: Sensor, one: GazeboSensor) -> tuple[str, Pose, list[str], tuple[str, str]]:
-        """Return the link and pose of a sensor, the collisions that it feels, and why Gazebo drops it with a remedy."""
+        """Return the link and pose of a sensor, its contact collisions, and reason and help if Gazebo drops it."""
         carried, link, pose, names = self.content.carried, one.link, IDENTITY, list[str]()
         if one.at_joint:
             lost = "" if one.link in self.measured else sensor.frame
@@ -320,15 +320,15 @@ class _Mounting:
         return link, pose, names, reason
 
 
-# Elements of a URDF compared by meaning.
+# Comparison of URDF elements.
 
 _OF_NOISE = ("mean", "stddev", "bias_mean", "bias_stddev")
 _MEASURED = {"rate": "angular_velocity", "accel": "linear_acceleration"}
 
 
 def with_noise(text: str) -> str:
-    """Move the noise of an IMU to each axis, for the text of a ``<sensor>`` from Gazebo classic."""
-    # Up to version 1.4 of SDF <imu> has one <noise> with <rate> and <accel>, which readers of later versions ignore
+    """Convert the noise of an IMU in a ``<sensor>`` for Gazebo classic to noise of each axis."""
+    # Up to SDF 1.4, <imu> has one <noise> with <rate> and <accel>, which readers of later versions ignore
     # (gazebosim/sdformat@sdf12:sdf/1.4/imu.sdf).
     try:
         root = tree_of(text) if "<imu" in text and "<noise" in text else None
@@ -350,13 +350,13 @@ def with_noise(text: str) -> str:
     return ElementTree.tostring(root, "unicode") if root is not None and pairs else text
 
 
-_SIGNIFICANT = 9  # of numbers that are compared as texts: ``number_format: short`` is off by 1e-12
-_DIGITS = 10  # of metres and entries of a rotation, behind the point
+_SIGNIFICANT = 9  # significant digits of numbers that are compared; ``number_format: short`` has an error of 1e-12
+_DIGITS = 10  # decimals of metres and of elements of a rotation matrix
 Key = tuple[str, ...]
 
 
 def meanings(texts: Iterable[str], followers: Set[str] = frozenset()) -> Counter[Key]:
-    """Return the contents of some texts of elements, each with its count; ``followers`` are joints that mimic."""
+    """Count the elements in XML texts in a canonical form; ``followers`` are mimic joints."""
     found: Counter[Key] = Counter()
     for text in texts:
         try:
@@ -381,7 +381,7 @@ def _form(element: Element, followers: Set[str], above: str = "", lidar: bool = 
     if element.tag == "plugin":
         return ElementTree.canonicalize(ElementTree.tostring(element), strip_text=True)
     lidar = element.get("type") in ("gpu_lidar", "lidar") if element.tag == "sensor" else lidar
-    # A lidar has two names in the newer Gazebo, in the classic one only the first.
+    # Gazebo has two names for a lidar, of which Gazebo classic only supports the first.
     tag = "lidar" if element.tag == "ray" and lidar and above == "sensor" else element.tag
     values = dict(element.attrib)
     if tag == "joint" and values.get("name") in followers:
@@ -403,7 +403,7 @@ def _form(element: Element, followers: Set[str], above: str = "", lidar: bool = 
 
 
 def _pose(text: str) -> str:
-    """Return a pose in one spelling: its place and its rotation, which has several triples of angles."""
+    """Return the canonical form of a pose, because several triples of angles are the same rotation."""
     try:
         x, y, z, roll, pitch, yaw = map(float, text.split())
     except ValueError:
@@ -424,7 +424,7 @@ def _numbers(text: str) -> str:
 
 
 def followers_of(robot: Robot, humble: bool) -> frozenset[str]:
-    """Return the joints that follow another, which elements for distributions after Humble need not say."""
+    """Return the mimic joints that ros2_control elements need not declare, because the URDF does (after Humble)."""
     return frozenset(joint.name for joint in robot.joints if joint.mimic is not None and not humble)
 
 
@@ -435,12 +435,12 @@ def element_differences(one: Iterable[str], other: Iterable[str], followers: Set
 
 
 def spelt(key: Key) -> str:
-    """Return a key of ``meanings`` as an element."""
+    """Print a key of ``meanings`` as an XML element."""
     return f'<gazebo reference="{key[1]}">{key[-1]}' if key[0] == "gazebo" and len(key) > 3 and key[1] else key[-1]
 
 
 def words(key: Key) -> str:
-    """Return the text for a key of ``meanings`` in a message."""
+    """Print a key of ``meanings`` for a message."""
     if key[0] == "gazebo" and len(key) > 3:
         return f'<{key[3]}> of <gazebo reference="{key[1]}">' if key[1] else f"<{key[3]}> of <gazebo>"
     return f'<{key[0]} name="{key[1]}">' if len(key) > 2 else key[1][:80]

@@ -1,4 +1,4 @@
-"""A robot that was read from a file in another format, as a plain tree, and the options of reading it."""
+"""``Imported``, a robot that was read from a file in another format, and ``ReadOptions``."""
 
 from __future__ import annotations
 
@@ -29,25 +29,25 @@ if TYPE_CHECKING:
 
 _MAX_NAME = 60
 BEFORE, BESIDE, INSIDE, END = "before", "beside", "inside", "end"
-_LARGEST = 10**18  # from here on, YAML's whole numbers are floats (see ``load``)
+_LARGEST = 10**18  # larger integers are parsed as floats (see ``load``)
 
 
 @dataclass(frozen=True)
 class Comment:
-    """A comment of the source: its text as written, and its place."""
+    """A comment in the source, with its position in the description."""
 
     text: str
     span: Span
-    path: TreePath  # of its entry, or the longest prefix of it in the tree; of one before the root ("robot",)
-    where: str = BEFORE  # BEFORE, BESIDE (on its last line) or INSIDE the entry, or at the END of the file
+    path: TreePath  # path of its entry, as far as it is in the tree; ("robot",) before the root element
+    where: str = BEFORE  # BEFORE the entry, BESIDE its last line, INSIDE it, or at the END of the file
 
 
 class Outputs(NamedTuple):
-    """The entries of ``outputs`` of a description by format, and remarks on unusual ones."""
+    """The entries of ``outputs`` for an imported robot by format, and remarks on unusual ones."""
 
     entries: dict[str, Mapping[str, Any]]
     remarks: dict[str, str]
-    left_out: dict[str, str]  # formats that the description does not request, each with the reason
+    left_out: dict[str, str]  # formats without an output, with the reason
 
     @property
     def lines(self) -> list[str]:
@@ -55,21 +55,21 @@ class Outputs(NamedTuple):
 
 
 class Imported(NamedTuple):
-    """The tree of a robot (None if the source is broken), all diagnostics, and facts for those who write it."""
+    """The result of an import: the tree of the robot (None after errors), all diagnostics, and facts on the source."""
 
     tree: Map | None
     diagnostics: list[Diagnostic]
     comments: Sequence[Comment] = ()
-    files: tuple[Path, ...] = ()  # that were read, the source first
-    version: str = ""  # of the format, such as that of a URDF
-    format: str = ""  # its name; of a xacro that of its expansion
+    files: tuple[Path, ...] = ()  # all files that were read, starting with the source
+    version: str = ""  # version of the format in the source
+    format: str = ""  # name of the format; for xacro, of its expansion
     takes_arguments: bool = False  # arguments were passed to the file
-    unexpanded: bool = False  # a file with xacro elements was read as the URDF that its name promises
-    names: Mapping[str, Mapping[int, str]] = {}  # that objects of the source got, by kind and index, for the proof
+    unexpanded: bool = False  # a .urdf file has xacro elements, which were not expanded
+    names: Mapping[str, Mapping[int, str]] = {}  # names of source objects by kind and index, for ``Proof``
     checked: bool = True  # the tree was validated
-    mount: str = ""  # the link of another robot that joints of a called macro refer to
-    packages: Mapping[str, Path] = {}  # the folders of packages that kept elements may name
-    passed: frozenset[str] = frozenset()  # the keys of an include whose values the call of a macro got
+    mount: str = ""  # link of the including robot that the joints of a macro refer to
+    packages: Mapping[str, Path] = {}  # folders of packages for kept elements
+    passed: frozenset[str] = frozenset()  # keys of an include that were passed to a macro
 
     @property
     def file_name(self) -> str:
@@ -92,27 +92,27 @@ class Imported(NamedTuple):
 
 
 def file_name(name: str) -> str:
-    """Return the name of a robot as that of a file or folder: ASCII letters, digits, "_", "-" and "."."""
+    """Convert the name of a robot to a file name with only ASCII letters, digits, "_", "-" and "."."""
     made = re.sub(r"[^A-Za-z0-9._-]+", "_", name)[:_MAX_NAME].strip("._-")
     return made if made and isinstance(plain_scalar(made), str) else f"robot_{made}".strip("_")
 
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """Options of reading a file."""
+    """Options for importing a file."""
 
-    arguments: Mapping[str, str] = field(default_factory=dict)  # of a xacro file
-    packages: Mapping[str, Path] = field(default_factory=dict)  # folders of ROS packages by name, with precedence
+    arguments: Mapping[str, str] = field(default_factory=dict)  # arguments for a xacro file
+    packages: Mapping[str, Path] = field(default_factory=dict)  # folders of ROS packages by name, which take precedence
     lenient: bool = False  # accept a file that violates its specification if a robot can be read
-    environment: Mapping[str, str] | None = None  # the environment variables; default: those of this process
+    environment: Mapping[str, str] | None = None  # environment variables; default: those of this process
     tell: Callable[[Diagnostic], None] | None = None
-    checked: bool = True  # check the rules; not needed for artifacts that were just written
-    trust: bool = False  # the author of the file is trusted with running code
-    call: Map | None = None  # an evaluated include that calls a macro of a xacro: with ``macro``, ``with``, ``parent``
+    checked: bool = True  # check the rules
+    trust: bool = False  # allow the file to run code
+    call: Map | None = None  # evaluated include with ``macro``, ``with`` and ``parent`` to call a xacro macro
 
 
 def convert_result(made: object, opened: Opened) -> Imported:
-    """Convert the result of a reader: Imported, a description, or one with diagnostics. Raises TypeError for others."""
+    """Convert the result of a reader (Imported, or a description with or without diagnostics). Raises TypeError."""
     if isinstance(made, Imported):
         if not (made.tree is None or isinstance(made.tree, Map)):
             raise TypeError(f"the tree of what is imported is a Map, not {type(made.tree).__name__}")
@@ -128,7 +128,7 @@ def convert_result(made: object, opened: Opened) -> Imported:
 
 
 def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
-    """Return plain values as a tree; what has no place of its own has that of its container. Raises TypeError."""
+    """Convert plain values to a tree; by default, values have the position of their container. Raises TypeError."""
     path = path or []
     if value is None or isinstance(value, (bool, float)):
         return value
@@ -136,7 +136,7 @@ def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
         return as_tree(value.value, value.span, path)
     if len(path) > MAX_DEPTH:
         raise TypeError(f"{subject(path[:3])} is nested deeper than {MAX_DEPTH} levels")
-    if isinstance(value, str):  # text in the place of a number may have a unit, as in YAML
+    if isinstance(value, str):  # a text instead of a number can have a unit, as in YAML
         quantity = Quantity.parse(value) if unit_at(path) is not None else None
         return str(value) if quantity is None else quantity
     if isinstance(value, Mapping):
@@ -159,12 +159,12 @@ def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
 
 
 class Proof(NamedTuple):
-    """The differences between a source and its conversion, as texts by feature."""
+    """The differences between a source and its conversion in the engine, as texts by field."""
 
-    wrong: Mapping[str, Sequence[str]] = {}  # was not reported before
-    known: Mapping[str, Sequence[str]] = {}  # was reported before
-    said: str = ""  # a sentence about the result from the engine
-    unknown: str = ""  # why the engine did not answer
+    wrong: Mapping[str, Sequence[str]] = {}  # not reported by the import
+    known: Mapping[str, Sequence[str]] = {}  # already reported by the import
+    said: str = ""  # summary of the comparison
+    unknown: str = ""  # error, if the engine could not compare
 
     @property
     def texts(self) -> list[str]:
@@ -172,7 +172,7 @@ class Proof(NamedTuple):
 
 
 def comments_of(document: Document, paths: Mapping[int, TreePath]) -> list[Comment]:
-    """Return the comments of a document, in their order; ``paths`` leads from an element (by ``id``) to its entry."""
+    """Return the comments of a document in order; ``paths`` has the entry of each element by ``id``."""
     text = document.source.text
     found: list[tuple[Remark, TreePath, str]] = [(one, ("robot",), BEFORE) for one in document.before]
     waiting = [document.root]
@@ -189,9 +189,9 @@ def comments_of(document: Document, paths: Mapping[int, TreePath]) -> list[Comme
             same_line = "\n" not in text[(above.end if above else element.opened) : item.start]
             of, where = path, INSIDE
             if above is None and below is not None and element.tag in ("visual", "collision"):
-                where = BEFORE  # about the shape, not about its origin
+                where = BEFORE  # belongs to the shape, not to its origin
             elif same_line and (above is not None or "\n" in text[item.end : following]):
-                of, where = paths.get(id(above), path), BESIDE  # the element itself, if there is none above
+                of, where = paths.get(id(above), path), BESIDE  # or of the element itself
             elif below is not None:
                 of, where = paths.get(id(below), path), BEFORE
             found.append((item, of, where))

@@ -1,7 +1,7 @@
-"""Find the mesh, texture and other files that a description names.
+"""Find the meshes, textures and other files that a description refers to.
 
-The name in an artifact follows from the description alone: relative names stay, those of packages become
-``meshes/NAME/...``, where the files are copied to. An artifact that needs a missing file leaves it out.
+File names in an artifact depend only on the description: relative names are unchanged, files from ROS packages become
+``meshes/NAME/...``, where they are copied. An artifact omits missing files.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from . import FORMATS as RECORDS
 
 MESH, TEXTURE, OF_ELEMENT, OF_MESH = "mesh", "texture", "file", "file of a mesh"
 _PLURALS = {MESH: "meshes", TEXTURE: "textures", OF_ELEMENT: "files", OF_MESH: "files of meshes"}
-_PACKAGES = ("package", "model")  # schemes of addresses in packages
+_PACKAGES = ("package", "model")  # URI schemes for packages
 _TEXT_REFERENCES = {
     ".mtl": rb"^[ \t]*(?:map_\w+|bump|disp|decal|refl|norm)[ \t]+(?:.*[ \t])?(\S+)[ \t]*\r?$",
     ".dae": rb"<image\b[^>]*>\s*<init_from>\s*(?:<ref>)?\s*([^<>]+?)\s*<",
@@ -44,7 +44,7 @@ _TEXT_REFERENCES = {
 
 
 class NamedFile(NamedTuple):
-    """A file as a description names it, the places of the name, its kind, and whether a link collides with it."""
+    """A file name in a description, its source positions, its kind, and True if it is a collision mesh."""
 
     name: str
     spans: list[Span]
@@ -53,7 +53,7 @@ class NamedFile(NamedTuple):
 
     @property
     def address(self) -> tuple[str, str]:
-        """The scheme, empty for a path, and the rest; some write package:///NAME/FILE, and readers take it."""
+        """The URI scheme ("" for a path) and the rest; package:///NAME/FILE is accepted, as other programs do."""
         scheme, mark, rest = self.name.partition("://")
         return (scheme, rest.lstrip("/") if scheme in _PACKAGES else rest) if mark else ("", self.name)
 
@@ -63,23 +63,23 @@ class NamedFile(NamedTuple):
 
 
 class Found(NamedTuple):
-    """A file that was found, with the names by which artifacts refer to it, seen from the folder of the artifacts."""
+    """A file that was found, with its names in artifacts, relative to the folder of the artifacts."""
 
     named: NamedFile
     file: Path
-    places: tuple[str, ...]  # by which artifacts open it
-    beside: tuple[str, ...] = ()  # by which other artifacts name it
+    places: tuple[str, ...]  # names in artifacts that open it
+    beside: tuple[str, ...] = ()  # names in other artifacts
 
 
 class Searched(NamedTuple):
-    """The result of a search."""
+    """The result of a search for files."""
 
     found: tuple[Found, ...] = ()
-    missing: frozenset[str] = frozenset()  # names that no artifact can open
+    missing: frozenset[str] = frozenset()  # names without a usable file
     diagnostics: Sequence[Diagnostic] = ()
-    by_name: Mapping[str, Path] = MappingProxyType({})  # each file that was found
-    resolved: tuple[Resolved, ...] = ()  # where names of packages led
-    files: Mapping[str, bytes] = MappingProxyType({})  # that belong to the artifacts, by name
+    by_name: Mapping[str, Path] = MappingProxyType({})  # path of each file that was found
+    resolved: tuple[Resolved, ...] = ()  # folders of packages by name
+    files: Mapping[str, bytes] = MappingProxyType({})  # contents of files to write with the artifacts, by name
 
     def add_to(self, robot: Robot) -> Robot:
         opened = {one.named.name: one.places[0] for one in self.found if one.places and one.places[0] in self.files}
@@ -88,7 +88,7 @@ class Searched(NamedTuple):
 
 
 class Places(NamedTuple):
-    """Where to look: the main file of the description, the folder of its artifacts, folders of packages by name."""
+    """Where to search: the main file of the description, the folder of its artifacts, and folders of packages."""
 
     description: Path
     outputs: Path
@@ -96,35 +96,35 @@ class Places(NamedTuple):
     environment: Mapping[str, str]
 
     def meshes(self, tree: Map, outputs: Sequence[Output] = (), kind: str = MESH) -> Mapping[str, Path]:
-        """Return the files of all meshes, or textures, that are found, by their names."""
+        """Find all meshes, or textures, and return their paths by name."""
         return _Search(self, outputs, tree).run(named_files(tree, kind)).by_name
 
     def search(self, tree: Map, relative: bool = True) -> Searched:
-        """Search the meshes and textures of a foreign robot, as its file names them; ``relative`` names on request."""
+        """Search the meshes and textures of an imported robot by the names in its file; ``relative``: also paths."""
         named = [*named_files(tree, MESH), *named_files(tree, TEXTURE)]
         found = _Search(self, (), None).run([one for one in named if relative or not is_relative(one.name)])
         diagnostics = [d if d.severity == ERROR else replace(d, severity=WARNING) for d in found.diagnostics]
         return found._replace(diagnostics=diagnostics)
 
     def missing_paths(self, tree: Map, found: Container[str]) -> Iterator[Path]:
-        """Yield the paths of meshes that were not ``found``, for a program that waits for them."""
+        """Yield the expected paths of meshes that were not ``found``, to watch for them."""
         for one in named_files(tree, MESH):
             if one.name not in found and "://" not in one.name:
                 yield from (Path(span.source.path).parent / one.name for span in one.spans)
 
 
 def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
-    """Search the files that a description names and that the artifacts of these outputs need."""
+    """Search the files that a description refers to and that the given outputs need."""
     formats = [RECORDS[output.backend] for output in outputs]
     opening = [output for output in outputs if RECORDS[output.backend].opens is not None]
     naming, embeds = any(one.measures or one.meshes for one in formats), any(one.embeds for one in formats)
     if not (opening or naming or embeds):
         return Searched()
     named = named_files(tree, MESH)
-    for texture in named_files(tree, TEXTURE) if opening else ():  # one that only names textures opens none
+    for texture in named_files(tree, TEXTURE) if opening else ():  # formats that do not open textures do not need them
         is_named = naming and is_relative(urdf_file_name(texture.name))
         named += [texture] if is_named or any(opened_by(output, texture.name) for output in opening) else []
-    elements: dict[str, dict[Span, None]] = {}  # the files that elements of MJCF name
+    elements: dict[str, dict[Span, None]] = {}  # files in verbatim MJCF elements
     links = [link for link in (tree.get("links") or {}).values() if isinstance(link, Map)]
     for texts in (tree.get("mjcf"), *(link.get("mjcf_elements") for link in links)) if opening else ():
         for text, span in zip(texts, texts.value_spans, strict=True) if isinstance(texts, Seq) else ():
@@ -137,7 +137,7 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
 
 
 def read_files(searched: Searched, outputs: Sequence[Output], folder: Path) -> Searched:
-    """Add the contents of the files that belong to the artifacts in ``folder`` to the result of a search."""
+    """Add the contents of the files to write with the artifacts in ``folder`` to the result of a search."""
     if has_errors(searched.diagnostics):
         return searched
     contents, diagnostics, unreadable = dict[str, bytes](), [*searched.diagnostics], list[NamedFile]()
@@ -156,7 +156,7 @@ def read_files(searched: Searched, outputs: Sequence[Output], folder: Path) -> S
 
 
 def named_files(tree: Map, kind: str) -> list[NamedFile]:
-    """Return the meshes or the textures that a description names, each name once."""
+    """Return the meshes or textures that a description refers to, without duplicates."""
     found: dict[str, dict[Span, None]] = {}
     colliding: set[str] = set()
 
@@ -167,7 +167,7 @@ def named_files(tree: Map, kind: str) -> list[NamedFile]:
                 found.setdefault(entry[key], {})[entry.value_spans[key]] = None
                 colliding.update([entry[key]] if collides else ())
             for name, value in node.items():
-                visit(value if name != "mjcf" else None, collides or name == "collision")  # for MuJoCo alone
+                visit(value if name != "mjcf" else None, collides or name == "collision")  # only for MuJoCo
         for item in node if isinstance(node, Seq) else ():
             visit(item, collides)
 
@@ -177,7 +177,7 @@ def named_files(tree: Map, kind: str) -> list[NamedFile]:
 
 
 def references(mesh: Path) -> list[str]:
-    """Return the files that a mesh file names, and those that they name, relative to its folder."""
+    """Return the files that a mesh file refers to, directly and indirectly, relative to its folder."""
     ending = mesh.suffix.lower()
     try:
         data = files.read_bytes(mesh)
@@ -187,7 +187,7 @@ def references(mesh: Path) -> list[str]:
         else:
             found = re.findall(_TEXT_REFERENCES.get(ending, rb"(?!)"), data, re.IGNORECASE | re.MULTILINE)
             names = [line.decode("utf-8", "replace").replace("\\", "/") for line in found]
-    except (OSError, ValueError, AttributeError, TypeError):  # a damaged mesh is reported where it is read
+    except (OSError, ValueError, AttributeError, TypeError):  # a damaged mesh is reported when it is read
         return []
     if ending == ".obj":
         names = [name for line in names for name in ([line] if files.is_file(mesh.parent / line) else line.split())]
@@ -199,25 +199,25 @@ def references(mesh: Path) -> list[str]:
 
 
 def urdf_file_name(name: str) -> str:
-    """Return the name that a URDF has for a mesh or texture file: a file of a Gazebo model (model://) is copied."""
+    """Return the name of a mesh or texture file in a URDF, which is that of a copy for a Gazebo model (model://)."""
     scheme, mark, rest = name.partition("://")
     return f"meshes/{rest.lstrip('/')}" if mark and scheme == "model" and ".." not in rest.split("/") else name
 
 
 def is_relative(name: str) -> bool:
-    """Return True if the name of a file is relative, and no address."""
+    """Return True if the name of a file is a relative path."""
     return not (name.startswith("/") or "://" in name)
 
 
 def opened_by(output: Output, name: str, kind: str = MESH) -> str:
-    """Return the name by which an artifact opens a file, seen from the folder of the artifacts; "" if it does not."""
+    """Return the path of a file in an artifact, relative to the folder of the artifacts, or "" if not opened."""
     opens = RECORDS[output.backend].opens
     opened = "" if opens is None else name if kind == OF_ELEMENT else opens(name)
     return _relative_to(output.file, opened) if opened else ""
 
 
 def files_diagnostic(rule: str, what: str, help: str, severity: str, many: Sequence[NamedFile]) -> Diagnostic:
-    """Return one diagnostic about files of one kind, with the places of all of them."""
+    """Return one diagnostic about several files of a kind, with all their source positions."""
     names, spans, kind = [one.name for one in many], [span for one in many for span in one.spans], many[0].kind
     subject = f"{len(names)} {_PLURALS[kind]} ({first_of(names, 3)}) are" if len(names) > 1 else f"{kind} {names[0]} is"
     return Diagnostic(rule, severity, f"{subject} {what}", spans[0], and_here(spans[1:]), help, (EVERYTHING,))
@@ -226,7 +226,7 @@ def files_diagnostic(rule: str, what: str, help: str, severity: str, many: Seque
 class _Search:
     def __init__(self, places: Places, outputs: Sequence[Output], tree: Map | None) -> None:
         self.places, self.main = places, places.description.parent
-        self.sources: dict[Path, tuple[list[Path], dict[str, Path]]] = {}  # of meshes, of packages; by that of the file
+        self.sources: dict[Path, tuple[list[Path], dict[str, Path]]] = {}  # folders of meshes and packages by source
         for entry in (tree, *(tree.get("links") or {}).values()) if tree is not None else ():
             source = entry.get("source") if isinstance(entry, Map) else None
             if isinstance(source, Map) and ("folder" in source or "packages" in source):
@@ -242,7 +242,7 @@ class _Search:
         self.left_out = f", and left out of {first_of([one.file for one in self.opening], 2)}" if self.opening else ""
         self.finders: dict[Path, Packages] = {}
         self.found: list[Found] = []
-        self.taken: dict[str, tuple[NamedFile, Path]] = {}  # by the name in the folder of the artifacts
+        self.taken: dict[str, tuple[NamedFile, Path]] = {}  # by name relative to the folder of the artifacts
         self.resolved: dict[Resolved, None] = {}
         self.diagnostics: list[Diagnostic] = []
         self.absent: dict[tuple[str, str, str, str], list[NamedFile]] = {}  # by reason, help, severity and kind
@@ -276,8 +276,8 @@ class _Search:
                 self._absent(one, f"no file{self.left_out}", "name a file, or package://NAME/FILE", WARNING)
             return None
         else:
-            # A copy beside the artifacts may be outdated. What artifacts name outside of their folder is not copied:
-            # there they have to find it themselves.
+            # A copy in the folder of the artifacts may be outdated, so the source has priority. Files outside of that
+            # folder are not copied, so artifacts must find them at their path.
             sources = [place for folder in folders for place in self.sources.get(folder, self.main_source)[0]]
             near = () if self._leads_out(one) else (*folders, *sources, *_folders_above(one))
             artifacts = [_relative_to(output.file, one.name) for output in (*self.opening, *self.naming)]
@@ -296,7 +296,7 @@ class _Search:
         return None
 
     def _report_missing(self, one: NamedFile, scheme: str, rest: str) -> None:
-        severity = WARNING if self.opening or scheme == "model" else NOTE  # readers of a URDF know packages alone
+        severity = WARNING if self.opening or scheme == "model" else NOTE  # a URDF only has packages
         help, folders = "put the file next to the description, or correct the name", [*one.folders, self.main]
         if one.kind == OF_ELEMENT:
             what, severity = "not there: MuJoCo does not load the MJCF without it", ERROR
@@ -316,7 +316,7 @@ class _Search:
             what, severity = f"not there, as seen from {self.places.description.name}", WARNING
             if self.has_outputs:
                 what = "not there, neither as seen from the artifacts nor next to the description"
-            # The robot is complete without a texture; a mesh that import could not find was reported by import.
+            # Textures are optional, and the import has already reported a mesh that it did not find.
             if one.kind == TEXTURE or any(self.sources.get(folder, self.main_source)[0] for folder in folders):
                 what += self.left_out
             elif self.opening:
@@ -352,7 +352,7 @@ class _Search:
                 self._ambiguous(f"{what}, and differ", one.spans[0], first)
 
     def _check_other_folders(self, one: NamedFile, file: Path) -> None:
-        """Report a name that means one file in one folder of the description and another file in another one."""
+        """Report a file name for which different folders of the description have different files."""
         scheme, rest = one.address
         is_fixed = one.name.startswith("/") or (scheme and scheme not in _PACKAGES) or self._leads_out(one)
         for folder in () if len(one.folders) == 1 or is_fixed else one.folders:
@@ -393,7 +393,7 @@ class _Search:
 
 
 def _folders_above(one: NamedFile) -> Iterator[Path]:
-    """Yield the folders above a foreign robot that names a file: a path with ".." may begin in one of them."""
+    """Yield the folders above the file of an imported robot, where a path with ".." can start."""
     for span in one.spans:
         path = Path(os.path.abspath(span.source.path))
         if path.suffix not in ENDINGS:
@@ -401,7 +401,7 @@ def _folders_above(one: NamedFile) -> Iterator[Path]:
 
 
 def _relative_to(place: str, name: str) -> str:
-    """Return a name that is relative to an artifact relative to the folder of the artifacts."""
+    """Convert a name relative to an artifact to a name relative to the folder of the artifacts."""
     return posixpath.normpath(posixpath.join(posixpath.dirname(place), name))
 
 
@@ -410,7 +410,7 @@ def _is_inside(name: str) -> bool:
 
 
 def _plain(path: Path) -> Path:
-    """Return a path without dots: ".." leads out of the folder of the artifacts also if that does not exist yet."""
+    """Normalize "." and ".." in a path, also if the folder of the artifacts does not exist yet."""
     return Path(os.path.normpath(path))
 
 

@@ -1,4 +1,4 @@
-"""Formats of other packages: entry points whose records are validated, and whose functions are guarded."""
+"""Load formats from plug-ins: validate each ``Format``, and report exceptions of its functions as diagnostics."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .templating import TemplateProblem
 
 @cache
 def plugin_formats(built_in: tuple[Format, ...]) -> tuple[dict[str, Format], tuple[Diagnostic, ...]]:
-    """Return the formats of plug-ins, without names and files of those that are built in, and diagnostics."""
+    """Return the formats of plug-ins that do not conflict with built-in names and files, and diagnostics."""
     readable = [one for one in built_in if one.load is not None]
     files = {mark for one in readable for mark in (*one.endings, *(f"<{root}>" for root in one.roots))}
     names = {one.name for one in built_in}
@@ -101,7 +101,7 @@ def _converted(format: Format, name: str, result: Any, arguments: tuple[Any, ...
         if not isinstance(text, str):
             raise TypeError(f"write gives a text and diagnostics, and this text is of type {type(text).__name__}")
         if format.read is not None and not has_errors(diagnostics):
-            _converted(format, "read", format.read(text), ())  # its own reader has to understand it
+            _converted(format, "read", format.read(text), ())  # the reader of the format must accept the artifact
         return text, diagnostics
     if name in ("view", "read") and (not is_dataclass(result) or isinstance(result, type)):
         raise TypeError(f"view and read return a dataclass, such as a Robot, not {str(result)[:60]!r}")

@@ -1,7 +1,7 @@
-"""Read a robot from a file in any format; the name of the file and its content decide on the format.
+"""Import a robot from a file in any format, which is detected from the file name and the content.
 
-The tree of an imported robot is validated. Robots in use violate some rules, with an axis of length 2 or a box without
-thickness, and other programs read them: an entry of ``accept`` is added for each such violation. All others are errors.
+The tree of an imported robot is validated. Existing robots violate some rules that other programs do not enforce, for
+example with an axis of length 2, so an entry of ``accept`` is added for each such violation. All others are errors.
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ _OTHER_FORMATS = {
 
 
 def read_robot(path: Path, options: ReadOptions | None = None, asked: Span | None = None) -> Imported:
-    """Return the robot of a file in any format; ``asked`` is the place that names it. Problems are diagnostics."""
+    """Import a robot; ``asked`` is the source position that refers to the file. Problems are diagnostics."""
     Progress.step(f"reading {path.name}")
-    notes, more = list[Diagnostic](), plugged_diagnostics()  # a plug-in that failed might have read it
+    notes, more = list[Diagnostic](), plugged_diagnostics()  # a plug-in that failed may be the format of this file
     try:
         format, opened, notes = _open(path, options or ReadOptions(), asked)
         more = ()
@@ -89,7 +89,7 @@ def _open(path: Path, options: ReadOptions, asked: Span | None) -> tuple[Format,
 
 
 def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imported:
-    """Return a robot with the sections of a companion file of the format ``name``, or without a tree on errors."""
+    """Add the sections of a companion file in the format ``name`` to a robot; the tree is None after errors."""
     format, tree = FORMATS[name], imported.tree
     if format.join is None or tree is None:
         return imported
@@ -110,7 +110,7 @@ def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imp
             made["source"]["note"] = f"{note} and {Path(document.source.path).name}"
         for key, entries in sections.items():
             more = as_tree(entries, root, [key]).copy()
-            for name, entry in (made.get(key) or {}).items():  # entries that the tree has stay
+            for name, entry in (made.get(key) or {}).items():  # existing entries take precedence
                 more.put(name, entry, made[key].key_spans[name], made[key].value_spans[name])
             made.put(key, more, root, root)
         if options.checked:
@@ -122,7 +122,7 @@ def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imp
 
 
 def known_formats() -> str:
-    """Return the formats that are read, as the end of a sentence."""
+    """Return a list of the formats for import, as the end of a sentence."""
     *first, last = [one.listed for one in _readable()]
     return f"{', '.join(first)}, or {last}"
 
@@ -174,7 +174,7 @@ def _wrong_root(document: Document) -> Diagnostic:
 
 
 def outputs_of(imported: Imported, why: str = "") -> Outputs:
-    """Return the outputs for the description of an imported robot; ``why`` optional formats are left out."""
+    """Return the outputs for an imported robot; if ``why`` is not empty, it is the reason to omit optional formats."""
     made = Outputs({}, {}, {})
     for format in FORMATS.values():
         asked = format.asked and format.asked(imported.whole, imported.version, imported.file_name)
@@ -188,14 +188,14 @@ def outputs_of(imported: Imported, why: str = "") -> Outputs:
 
 
 def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
-    """Return the tree with entries in ``accept`` for the rules that it violates, or None, and diagnostics."""
+    """Add entries of ``accept`` for rule violations to a tree; return it, or None after errors, and diagnostics."""
     Progress.step("validating")
     invalid = [one for one in validate(tree, FORMATS) if one.severity == ERROR]
     if invalid:
         return None, invalid
     rules, problems, count = acceptable(), violations(tree), 0
-    names: dict[tuple[str, str], Span] = {}  # the place of the first violation of a rule by each entry
-    for _ in range(3):  # what lowering refuses hides violations of the rules
+    names: dict[tuple[str, str], Span] = {}  # source position of the first violation by rule and name
+    for _ in range(3):  # errors of lowering hide violations of rules
         for one in problems:
             if not one.of or one.severity != ERROR or one.rule not in rules:
                 continue
@@ -203,7 +203,7 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
             may = imported == "always" or (lenient and imported == "lenient")
             if one.rule == "mass-not-positive":
                 may = lenient or tree["links"][name]["inertial"]["mass"] == 0
-            if may:  # a link is the last of the names, the child of a joint
+            if may:  # the last name is a link, the child of a joint
                 names.setdefault((one.rule, name), one.span or tree.span)
         if len(names) == count:
             break
@@ -215,7 +215,7 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
         tree.put("accept", as_tree(entries, tree.span, ["accept"]), tree.span, tree.span)
         problems = violations(tree)
     found = [one for one in apply(tree, problems, rules).diagnostics if one.severity == ERROR or one.rule in rules]
-    for index, one in enumerate(map(Diagnostic.with_help, [*found])):  # all others are about descriptions
+    for index, one in enumerate(map(Diagnostic.with_help, [*found])):  # suggest --lenient where it helps
         is_of_lenient = one.severity == ERROR and one.rule in rules and rules[one.rule].imported == "lenient"
         if is_of_lenient and one.of and not lenient:
             found[index] = replace(one, help="; ".join(filter(None, (one.help, "--lenient takes it as it is"))))
@@ -223,7 +223,7 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
 
 
 def violations(tree: Map) -> list[Diagnostic]:
-    """Return the diagnostics of lowering and the rules, for a robot with its published output only."""
+    """Return the diagnostics of lowering and the rules for a robot with only its published output."""
     if "outputs" not in tree:
         format, tree = FORMATS.published_format(), tree.copy()
         outputs = {format.name: {"file": f"robot{format.endings[0]}"}}
@@ -235,7 +235,7 @@ def violations(tree: Map) -> list[Diagnostic]:
 
 
 def lower_artifact(tree: Map, diagnostics: Iterable[Diagnostic]) -> Robot:
-    """Return the robot of a tree that was read from an artifact of ours. Raises ValueError for a damaged one."""
+    """Lower a tree that was read from a generated artifact. Raises ValueError if it is damaged."""
     links = [*(tree.get("links") or ())]
     tree["accept"] = [{"rule": "shape-size", "of": links, "reason": ""}]
     wrong = [one.message for one in diagnostics if one.severity == ERROR and one.rule not in acceptable()]

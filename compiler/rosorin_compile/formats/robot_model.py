@@ -1,7 +1,7 @@
-"""robot_model: the geometry as plain numbers on one line, for a driver that needs no URDF to check its arm for contact.
+"""robot_model: JSON with joints and collision boxes, for a driver that checks its arm for collisions without a URDF.
 
-``schemas/robot_model.schema.json`` says what each value is. Numbers are exact: they read back as the same doubles. Such
-a file is read, too: it has joints, one box a link, a height map and the calibration of servos, but no masses.
+``schemas/robot_model.schema.json`` defines each value. Numbers are exact: they read back as the same doubles. A file
+can also be imported: it has joints, one box per link, a height map and the calibration of servos, but no masses.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _ANY_PULSE = 10**9
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
-    """Return the driver's model of a robot. Options: ``joints``, ``rename``, ``servos``, ``source``."""
+    """Return the JSON for a driver. Options: ``joints``, ``rename``, ``servos``, ``source``."""
     model, diagnostics = _model(robot, output)
     return json.dumps(model, allow_nan=False) + "\n", diagnostics
 
@@ -116,22 +116,22 @@ def _requested(robot: Robot, output: Output) -> list[Joint]:
 
 
 def _numbers(values: Iterable[Any]) -> list[float]:
-    """Return numbers as floats, so that they are printed as such; minus zero as zero."""
+    """Convert numbers to floats, so that they are printed with a decimal point, and minus zero to zero."""
     return [float(value) + 0.0 for value in values]
 
 
 def view(robot: Robot, output: Output) -> Robot:
-    """Return the robot that the model of an output must contain, under the names of this artifact."""
+    """Return the robot that the artifact must contain, with the names in the artifact."""
     return _robot_of(_model(robot, output)[0])
 
 
 def read(text: str) -> Robot:
-    """Return the robot that a driver's model of ours contains. Raises ValueError if it is damaged."""
+    """Parse a generated robot_model. Raises ValueError if it is damaged."""
     model = _finite_json(text)
     try:
         return _robot_of(model)
     except (AttributeError, KeyError, TypeError, ValueError):
-        for misfit in misfits_of(validator("robot_model"), model):  # a sentence about the damage
+        for misfit in misfits_of(validator("robot_model"), model):  # the message of the first violation
             raise ValueError(f"not a driver's model: {words_of(misfit)}") from None
         raise
 
@@ -148,9 +148,9 @@ def _finite_json(text: str) -> Any:
 def _robot_of(model: Mapping[str, Any]) -> Robot:
     tree = as_tree(_description(model, model["source"]), Source("the driver's model", "").span())
     for name, entry in model["joints"].items():
-        tree["joints"][name]["axis"] = entry["axis"]  # of fixed joints, too
+        tree["joints"][name]["axis"] = entry["axis"]  # also for fixed joints
     for group in (tree.get("servos") or {}).values():
-        group["pulse_range"] = [-_ANY_PULSE, _ANY_PULSE]  # which no model contains
+        group["pulse_range"] = [-_ANY_PULSE, _ANY_PULSE]  # not part of the file
     return lower_artifact(tree, ())
 
 
@@ -166,7 +166,7 @@ def _load(opened: Opened) -> Imported:
     for misfit in misfits_of(validator("robot_model"), model):
         message = f"not a driver's model: {subject(misfit.path) if misfit.path else 'the file'}: {words_of(misfit)}"
         wrong.append(error("wrong-format", message, start, "the file is to fit schemas/robot_model.schema.json"))
-    if not wrong:  # The format has no word for the limits of effort and velocity that the rules require.
+    if not wrong:  # The rules require limits of effort and velocity, which the format does not have.
         note = f"from {mask_controls(path.name)}: {model['source']}".removesuffix(": ")
         tree, wrong = accept(as_tree(_description(model, note, path.stem), start), lenient=True)
     return Imported(tree, wrong, files=(path,))
@@ -191,7 +191,7 @@ def _description(model: Mapping[str, Any], note: str, robot: str = "robot") -> d
     for name, shape in shapes:
         links.setdefault(name, {}).setdefault("collision", []).append(shape)
     sections = {"robot": robot, "source": {"status": "imported", "note": note}, "links": links, "joints": joints}
-    if "pulse_to_rad" in model:  # the pulses are those between the limits of the joints
+    if "pulse_to_rad" in model:  # the range of pulses follows from the joint limits
         entry = model["pulse_to_rad"]
         bounds = [value for name in entry["joints"] for value in (joints.get(name, {}).get("limit") or {}).values()]
         rad, zero = float(entry["rad_per_pulse"]), int(entry["zero"])
@@ -204,7 +204,7 @@ def _description(model: Mapping[str, Any], note: str, robot: str = "robot") -> d
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Find a servo group that does not exist."""
+    """Report a servo group that does not exist."""
     group, groups = output.options.get("servos"), {group.name for group in case.robot.servos}
     if group is not None and group not in groups:
         message = f'there is no servo group "{group}", which is requested by output "{output.name}"'

@@ -1,4 +1,4 @@
-"""ROS packages on disk: their files, and what they install."""
+"""Inspect ROS packages on disk: their files, and which files they install."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from typing import NamedTuple
 from rosorin_compile.source.files import exists, is_file, read_text, resolve
 
 MAX_FILES = 50_000
-_BUILT = ("build", "install", "log")  # colcon puts a file COLCON_IGNORE into each
+_BUILT = ("build", "install", "log")  # colcon also creates COLCON_IGNORE in each
 _SKIPPED = {"__pycache__", "node_modules"}
 _LAUNCH_ENDINGS = (".launch.py", "_launch.py", ".launch.xml", ".launch.yaml", ".launch.yml", ".launch")
 _NODES = ("robot_state_publisher", "tf2_ros")
 
 
 def package_of(folder: Path) -> tuple[Path, str] | None:
-    """Return the folder and the name of the package that a folder is in, or None."""
+    """Return the folder and name of the package that contains a folder, or None."""
     folder = resolve(folder)
     for place in (folder, *list(folder.parents)[:4]):
         if is_file(path := place / "package.xml"):
@@ -29,9 +29,9 @@ def package_of(folder: Path) -> tuple[Path, str] | None:
 
 
 def files_below(folder: Path, skip_built: bool) -> list[str]:
-    """Return the files below a folder by relative POSIX name, sorted; a folder with several names counts once.
+    """Return the sorted relative POSIX paths of the files below a folder; symlinked folders are visited once.
 
-    ``skip_built`` leaves out what colcon made and what links to folders lead to: nothing may be written there.
+    ``skip_built`` skips folders that colcon created and symlinked folders, where nothing must be written.
     Raises OSError, also if there are more than 50,000 files.
     """
     names: list[str] = []
@@ -56,21 +56,21 @@ def files_below(folder: Path, skip_built: bool) -> list[str]:
 
 
 def is_launch_file(name: str) -> bool:
-    """Return True if a file is a launch file, by its name."""
+    """Return True if a file name is that of a launch file."""
     return name.endswith(_LAUNCH_ENDINGS) or ("launch/" in name and name.endswith(".py"))
 
 
 class Missing(NamedTuple):
-    """A file that a package does not install: the file that decides it, and the line that would."""
+    """How to install a file that a package does not install: the build file to edit, and the line to add."""
 
     decided_by: str
     line: str
 
 
 def missing(package: Path, name: str, files: Sequence[str]) -> Iterator[tuple[str, Missing]]:
-    """Yield the files, relative to the package, that neither setup.py nor CMakeLists.txt names or could install.
+    """Yield the files, relative to the package, that setup.py or CMakeLists.txt does not install.
 
-    If a package has both, its build type decides which of them counts.
+    If a package has both, its build type determines which of them applies.
     """
     setup, cmake = package / "setup.py", package / "CMakeLists.txt"
     is_python = is_file(setup) and (not is_file(cmake) or "<build_type>ament_python<" in _text(package / "package.xml"))
@@ -90,9 +90,9 @@ def _text(path: Path) -> str:
 
 
 def _setup_installs(text: str, file: str) -> bool:
-    """Return True if setup.py names a file, as it is or with wildcards, or searches for files itself.
+    """Return True if setup.py contains the name of a file or a matching wildcard, or searches for files itself.
 
-    The folder and the name may be two texts, as in ``glob(os.path.join("launch", "*.py"))``.
+    The folder and the name can be separate strings, as in ``glob(os.path.join("launch", "*.py"))``.
     """
     if "data_files" not in text or re.search(r"rglob|os\.walk|iterdir|listdir", text):
         return True
@@ -106,7 +106,7 @@ def _setup_installs(text: str, file: str) -> bool:
 
 
 def undeclared_packages(package: Path, launch: Sequence[str]) -> list[str]:
-    """Return the packages whose nodes the ``launch`` texts start, and which package.xml does not name."""
+    """Return the packages that launch files (``launch`` are their texts) use and package.xml does not declare."""
     text = _text(package / "package.xml")
     declared = set(re.findall(r"<(?:exec_|run_)?depend[^<>]*>\s*([^<\s]+)\s*<", text))
     started = [name for name in _NODES if any(name in one for one in launch)]

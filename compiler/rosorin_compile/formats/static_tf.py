@@ -1,9 +1,9 @@
-"""static_tf: a ROS 2 launch file that starts the publishers of the frames, and static_tf_json: their arguments.
+"""static_tf: a ROS 2 launch file for the publishers of all frames; static_tf_json: their arguments as JSON.
 
 Each static edge is one ``static_transform_publisher`` with named flags (``ros2/geometry2@{humble,jazzy}:
-tf2_ros/src/static_transform_broadcaster_program.cpp``); its Euler angles are fixed-axis, as those of URDF. The rest of
-the frames is published by robot_state_publisher from the URDF. Launch's own ``and``, ``or`` and ``not`` take two
-arguments (one): ``ros2/launch@{humble,jazzy}: launch/launch/substitutions/boolean_substitution.py``.
+tf2_ros/src/static_transform_broadcaster_program.cpp``); its Euler angles are fixed-axis, as in URDF. All other
+frames are published by robot_state_publisher from the URDF. In launch files, ``and`` and ``or`` take two arguments and
+``not`` one: ``ros2/launch@{humble,jazzy}: launch/launch/substitutions/boolean_substitution.py``.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from .templating import Templates
 
 
-# The values of a mode. A condition of launch accepts 1 but not "on"; its and, or and not accept "on" but not 1.
+# The values of a mode: launch conditions accept 1 but not "on", while and, or and not accept "on" but not 1.
 STATES = ("true", "false", "True", "False")
 
 MODE, NOT, AND, OR, _IF = "mode", "not", "and", "or", "if"
@@ -53,46 +53,46 @@ ALWAYS, NEVER = ("true",), ("false",)
 _XYZ, _RPY = ("--x", "--y", "--z"), ("--roll", "--pitch", "--yaw")
 _FRAMES = _PARENT, _CHILD = "--frame-id", "--child-frame-id"
 _URDF_FILE, FRAME_PREFIX = "urdf_file", "frame_prefix"
-# The arguments that every launch file of this program has, with their help.
+# Arguments that every generated launch file has, with their help.
 ARGUMENTS = {
     "namespace": "the namespace of the nodes, such as left; empty: none",
     FRAME_PREFIX: "what stands before the name of each frame, such as left/; empty: nothing",
 }
 _EXECUTABLE = f"executable='{STATIC_TRANSFORM_PUBLISHER}',"
 _NODE = re.compile(rf"{_EXECUTABLE}\s+name=(.*),\s+namespace=.*\s+arguments=\[\n((?:.*\n)*?)\s+\],")
-# Numbers are printed with these decimals, or all digits with number_format exact.
+# Decimals of printed numbers; ``number_format: exact`` prints all digits.
 ROUNDING = (0.5 * 10.0**-METRE_DIGITS, 0.5 * 10.0**-RADIAN_DIGITS)
 
 
 class StaticTransform(NamedTuple):
-    """One static_transform_publisher: the name of its node, its frames, and its command line arguments."""
+    """A static_transform_publisher: the name of its node, its frames, and its command line arguments."""
 
     name: str
     parent: str
     child: str
     arguments: tuple[str, ...]
     source: Source
-    when: str = ""  # the condition over modes under which it is started, empty for always
+    when: str = ""  # condition in modes for starting it, or "" for always
 
     @property
     def edge(self) -> Edge:
-        """The transform with the digits that are printed."""
+        """The transform, rounded as printed."""
         return replace(read_arguments(self.name, list(self.arguments)), when=self.when)
 
     def words(self) -> Iterator[tuple[str, str, bool]]:
-        """Yield the arguments in pairs: the flag, the value, and whether that is the name of a frame."""
+        """Yield flag, value, and True if the value is the name of a frame, for each argument."""
         for flag, value in zip(self.arguments[::2], self.arguments[1::2], strict=True):
             yield flag, value, flag in _FRAMES
 
     def in_python(self) -> Iterator[tuple[str, str]]:
-        """Yield the arguments in pairs: the flag, and the value as Python; frames have the prefix."""
+        """Yield flag and value as Python source for each argument; frames have the prefix."""
         for flag, value, is_frame in self.words():
             yield flag, f"[{FRAME_PREFIX}, {value!r}]" if is_frame else repr(value)
 
 
 @dataclass(frozen=True)
 class FrameTable:
-    """The contents of a file of transforms, and where poses put joints."""
+    """The transforms in an artifact, and the joint positions of poses."""
 
     frames: tuple[Edge, ...]
     poses: tuple[JointPose, ...] = ()
@@ -102,7 +102,7 @@ StaticTransforms = tuple[list[StaticTransform], list[StaticTransform], list[Diag
 
 
 def static_transforms(robot: Robot, outputs: Iterable[Output] = ()) -> StaticTransforms:
-    """Return what static_transform_publishers publish: always and in some modes, joints first; and diagnostics."""
+    """Return the static_transform_publishers of a robot, always or in some modes, joints first; and diagnostics."""
     is_exact = any(output.options.get("number_format") == "exact" for output in outputs)
     always, in_modes, diagnostics = list[StaticTransform](), list[StaticTransform](), list[Diagnostic]()
     edges: list[tuple[Joint, Joint | Edge, str]] = []
@@ -127,7 +127,7 @@ def static_transforms(robot: Robot, outputs: Iterable[Output] = ()) -> StaticTra
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the launch file of a robot, with robot_state_publisher if an output is a URDF."""
+    """Return the launch file of a robot, including robot_state_publisher if there is a URDF output."""
     from . import FORMATS
 
     always, in_modes, diagnostics = static_transforms(robot, [output])
@@ -159,14 +159,14 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
 
 def view(robot: Robot, output: Output) -> FrameTable:
-    """Return what a file of static transforms must contain; conditions are not read back from Python."""
+    """Return the transforms that an artifact must contain, without conditions, which ``read`` does not parse."""
     always, in_modes, _ = static_transforms(robot, [output])
     has_conditions = output.backend == LIST.name
     return FrameTable(tuple(replace(one.edge, when=one.when if has_conditions else "") for one in (*always, *in_modes)))
 
 
 def read(text: str) -> FrameTable:
-    """Return the transforms of a launch file, which is parsed, never run. Raises ValueError for a damaged one."""
+    """Parse the transforms of a launch file, without running it. Raises ValueError if it is damaged."""
     default = re.search(rf"'{FRAME_PREFIX}',\s+default_value=(.*),", text)
     is_declared = default is not None and f"{FRAME_PREFIX} = LaunchConfiguration('{FRAME_PREFIX}')" in text
     nodes, edges = _NODE.findall(text), list[Edge]()
@@ -185,7 +185,7 @@ def read(text: str) -> FrameTable:
 
 
 def read_arguments(name: object, arguments: object) -> Edge:
-    """Return the transform of one static_transform_publisher. Raises ValueError for other than our arguments."""
+    """Parse the arguments of a static_transform_publisher. Raises ValueError unless they have the generated form."""
     if not isinstance(name, str) or not isinstance(arguments, list) or not all(isinstance(a, str) for a in arguments):
         raise ValueError("a static_transform_publisher has a name that is not text or arguments that are not texts")
     given = dict(zip(arguments[::2], arguments[1::2], strict=False))
@@ -197,7 +197,7 @@ def read_arguments(name: object, arguments: object) -> Edge:
 
 
 def check_numbers(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Yield an error if arguments of a program would be printed with six digits, possibly with an exponent."""
+    """Yield an error for a ``number_format`` other than exact, which command line arguments do not support."""
     if output.options.get("number_format", "exact") != "exact":
         message = f'the backend "{output.backend}" does not print numbers as {output.options["number_format"]}'
         help = "write exact, or leave it out: 7 decimals of metres, 8 of radians"
@@ -241,7 +241,7 @@ def write_list(robot: Robot, output: Output, templates: Templates) -> tuple[str,
 
 
 def read_list(text: str) -> FrameTable:
-    """Return the transforms of a list. Raises ValueError if the text is not such a file."""
+    """Parse the transforms of a static_tf_json file. Raises ValueError if it is damaged."""
     edges = []
     try:
         for node in json_of(text)["static_transform_publisher"]:
@@ -256,7 +256,7 @@ def read_list(text: str) -> FrameTable:
 
 
 def robot_of(path: Path) -> str:
-    """Return the robot that a list was generated for; empty if it is no such file. Raises OSError."""
+    """Return the name of the robot in a static_tf_json file, or "" for any other file. Raises OSError."""
     try:
         content = json_of(files.read_bytes(path, 1_000_000))
     except ValueError:
@@ -265,7 +265,7 @@ def robot_of(path: Path) -> str:
     return robot if isinstance(robot, str) else ""
 
 
-# The arguments of the nodes as data, for launch files that exist already: ``schemas/static_tf.schema.json``.
+# static_tf_json: arguments of the nodes for existing launch files (``schemas/static_tf.schema.json``).
 LIST = replace(
     FORMAT,
     name="static_tf_json",
@@ -285,7 +285,7 @@ LIST = replace(
 
 
 def free_names(names: Iterable[str], taken: Iterable[str], before: str) -> dict[str, str]:
-    """Return a launch argument for each name: itself, or one that begins with ``before`` where the name is taken."""
+    """Return a launch argument for each name, with the prefix ``before`` if the name is already taken."""
     names, taken = list(names), set(taken)
     free = {name: name for name in names if name not in taken}
     for name in names:
@@ -297,7 +297,7 @@ def free_names(names: Iterable[str], taken: Iterable[str], before: str) -> dict[
 
 
 def condition(robot: Robot, when: str) -> Condition:
-    """Return a condition over modes, decided one mode after the other (Shannon's expansion)."""
+    """Convert a condition in modes to a tree of two-argument operators (Shannon expansion)."""
     modes = modes_in(robot, [when])
     table = {tuple(states.values()): holds(when, states) for states in combinations(modes)}
 
@@ -320,7 +320,7 @@ def condition(robot: Robot, when: str) -> Condition:
 
 
 def in_frontends(condition: Condition, arguments: Mapping[str, str]) -> str:
-    """Return a condition for XML and YAML launch files, such as "$(and $(var slam) $(not $(var rviz)))"."""
+    """Print a condition for XML and YAML launch files, such as "$(and $(var slam) $(not $(var rviz)))"."""
     word, *operands = condition
     if word == MODE:
         return f"$(var {arguments[operands[0]]})"
@@ -329,7 +329,7 @@ def in_frontends(condition: Condition, arguments: Mapping[str, str]) -> str:
 
 
 def in_python(condition: Condition, arguments: Mapping[str, str], indent: int, before: int = 0) -> str:
-    """Return a condition for Python launch files, behind ``before`` columns of a line that is indented."""
+    """Print a condition for Python launch files; ``indent`` and ``before`` are the columns before it on its line."""
     word, *operands = condition
     if word == MODE or not operands:
         return f"LaunchConfiguration({arguments[operands[0]]!r})" if operands else repr(word)
@@ -342,12 +342,12 @@ def in_python(condition: Condition, arguments: Mapping[str, str], indent: int, b
 
 
 def if_condition(condition: Condition, arguments: Mapping[str, str], indent: int) -> str:
-    """Return the value of the ``condition`` of a node; ``indent`` is the column of the word ``condition``."""
+    """Print the ``condition`` argument of a node in Python; ``indent`` is its column."""
     return in_python((_IF, condition), arguments, indent, len("condition="))
 
 
 def import_substitutions(conditions: Iterable[Condition], *more: str) -> str:
-    """Return the import of the names that conditions take from ``launch.substitutions``, and of ``more``."""
+    """Return the import statement for ``launch.substitutions`` with the names in conditions, and ``more``."""
     names, waiting = set(more), list(conditions)
     while waiting:
         word, *operands = waiting.pop()

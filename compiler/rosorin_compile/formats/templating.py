@@ -1,7 +1,7 @@
-"""Jinja templates, where an undefined name is an error and XML is escaped, and the format ``template`` for users' own.
+"""Render Jinja templates, with errors for undefined names and with escaped XML; and the format ``template``.
 
-The templates of the program and of plug-ins are rendered in this process. The templates of a description come from
-strangers: they are rendered in a child process with limits, in the sandbox of Jinja, where they reach plain values.
+The templates of the program and of plug-ins are rendered in this process. The templates of a description may be
+untrusted, so they are rendered in a child process with resource limits, in Jinja's sandbox, with plain values only.
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ from .format import Format, describe
 
 MAX_TEMPLATE = 10_000_000  # bytes
 MAX_SECONDS = 5  # of CPU time
-MAX_MEMORY = 700_000_000  # bytes beyond what the interpreter and the robot take
+MAX_MEMORY = 700_000_000  # bytes, in addition to the interpreter and the robot
 MAX_OUTPUT = 50_000_000  # characters
 _OUT_OF_TIME = f"it takes more than {MAX_SECONDS} s of CPU time"
-_PATIENCE = 60  # seconds until a child is stopped: on a busy machine it waits for its turn
+_PATIENCE = 60  # s of wall-clock time, which can be much longer than the CPU time on a busy machine
 _XML = (".urdf", ".xml", ".sdf", ".svg", ".html", ".launch", ".srdf", ".xacro")
-# Jinja's name for a value of the model: 'rosorin_compile.model.robot.Sensor object'.
+# How Jinja's messages call a value of the model: 'rosorin_compile.model.robot.Sensor object'.
 _INTERNAL = r"'rosorin_compile\.[\w.]*\.(\w+) object'"
-# Started by -c: -m would look for modules in the working folder first, which may belong to a stranger.
+# Use -c, because -m would import modules from the working directory, which may be untrusted.
 _START_CHILD = "import sys, json; sys.path[:] = json.loads(sys.argv[1]);"
 _START_CHILD += "from rosorin_compile.formats.templating import render_request; render_request()"
 _OPTIONS: dict[str, Any] = dict.fromkeys(("trim_blocks", "lstrip_blocks", "keep_trailing_newline"), True)
@@ -65,7 +65,7 @@ class _BytecodeCache(jinja2.FileSystemBytecodeCache):
 
 
 class TemplateProblem(Exception):
-    """A template that is missing, wrong, or uses a name that does not exist; carries the diagnostic."""
+    """A template is missing, invalid, or uses an undefined name; carries the diagnostic."""
 
     def __init__(self, rule: str, message: str, span: Span | None = None, help: str = "") -> None:
         super().__init__(message)
@@ -73,8 +73,8 @@ class TemplateProblem(Exception):
 
 
 def attributes(**values: str) -> Markup:
-    """Return the attributes of an XML element, each with a space before it; the values are escaped."""
-    # A large robot has tens of thousands of them, and each expression of a template costs time.
+    """Return the attributes of an XML element, each preceded by a space, with escaped values."""
+    # Written in Python, because a large robot has tens of thousands of attributes, and template expressions are slow.
     text = "".join([f' {name}="{value}"' for name, value in values.items()])
     if text.count('"') != 2 * len(values) or "&" in text or "<" in text or ">" in text or "'" in text:
         text = "".join([f' {name}="{escape(value)}"' for name, value in values.items()])
@@ -82,7 +82,7 @@ def attributes(**values: str) -> Markup:
 
 
 def comment(text: str) -> str:
-    """Return text for an XML comment, which must not contain two hyphens in a row (XML 1.0, 2.5)."""
+    """Escape a text for an XML comment, which must not contain two consecutive hyphens (XML 1.0, 2.5)."""
     return re.sub("-(?=-)", "- ", f"{text} " if text.endswith("-") else text)
 
 
@@ -100,7 +100,7 @@ class Templates:
     comment = staticmethod(comment)
 
     def __init__(self, folder: Path | None = None, first: Path | None = None, package: str = "") -> None:
-        # If the first file of the description is a link, templates may also be where it leads to.
+        # If the main file of the description is a symlink, templates can also be in the folder of its target.
         self.folder, self.first, self.package_name = folder, first, package
         self.homes = homes(first) if first is not None else ()
         self.used: set[Path] = set()
@@ -116,7 +116,7 @@ class Templates:
         return Templates(Path(import_module(name).__path__[0], "templates"), package=name)
 
     def render(self, name: str, values: Mapping[str, Any]) -> str:
-        """Return the text of a template. Raises TemplateProblem with the place that fails."""
+        """Render a template. Raises TemplateProblem with the position of the error."""
         environment = jinja2.Environment(loader=jinja2.FunctionLoader(self.load), **_OPTIONS)  # noqa: S701 - is XML
         rendered = _rendered(environment, name, values) if self.package_name else self._in_child(name, values)
         for file in map(Path, rendered.inputs):
@@ -137,7 +137,7 @@ class Templates:
         raise TemplateProblem(rule, rendered.message, span)
 
     def _in_child(self, name: str, values: Mapping[str, Any]) -> _Rendered:
-        import pickle  # with subprocess they take as long to import as a small robot to compile
+        import pickle  # importing these and subprocess takes as long as compiling a small robot
         import signal
         import subprocess
 
@@ -150,7 +150,7 @@ class Templates:
         env = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
         paths, data = json.dumps([os.path.abspath(entry) for entry in sys.path if entry]), request.getvalue()
         command = [sys.executable, "-c", _START_CHILD, paths]
-        try:  # this Python, and arguments that no shell reads
+        try:  # runs this Python, without a shell
             done = subprocess.run(command, input=data, capture_output=True, timeout=_PATIENCE, env=env, check=False)  # noqa: S603
             if not done.returncode:
                 return _Rendered(*json.loads(done.stdout))
@@ -164,7 +164,7 @@ class Templates:
     def load(self, name: str) -> tuple[str, None, Any] | None:
         if self.folder is None:
             return None
-        with suppress(OSError, ValueError, RuntimeError):  # a name that no file can have, no UTF-8, a circular link
+        with suppress(OSError, ValueError, RuntimeError):  # invalid file name, not UTF-8, or a cycle of symlinks
             path = files.resolve(self.folder / name)
             if any(map(path.is_relative_to, (files.resolve(self.folder), *self.homes))) and files.is_file(path):
                 if path.stat().st_size > MAX_TEMPLATE:
@@ -175,18 +175,18 @@ class Templates:
 
 
 class _Rendered(NamedTuple):
-    """The text of a template, or the rule, message, template and line (0 if unknown) of a failure."""
+    """The rendered text of a template, or the rule, message, template and line (0 if unknown) of an error."""
 
     text: str = ""
     rule: str = ""
     message: str = ""
     template: str = ""
     line: int = 0
-    inputs: tuple[str, ...] = ()  # the files that were read or looked for
+    inputs: tuple[str, ...] = ()  # files that were read or searched
 
 
 class _OutOfTime(BaseException):
-    """The soft limit of CPU time is reached; not an Exception, which Jinja may catch."""
+    """The soft limit of the CPU time was reached. This is not an Exception, because Jinja could catch it."""
 
 
 def _rendered(environment: jinja2.Environment, name: str, values: Mapping[str, Any]) -> _Rendered:
@@ -199,12 +199,12 @@ def _rendered(environment: jinja2.Environment, name: str, values: Mapping[str, A
         return _Rendered("", "template-syntax", wrong.message or "not a template", wrong.name or name, wrong.lineno)
     except jinja2.TemplateNotFound as missing:
         return _Rendered("", "template-missing", "", str(missing.name))
-    except (Exception, _OutOfTime) as failure:  # a filter of Jinja raises any exception
+    except (Exception, _OutOfTime) as failure:  # filters of Jinja can raise any exception
         line, trace = 0, failure.__traceback__
         while trace is not None:
             if trace.tb_frame.f_code.co_filename == "<template>":  # Jinja's name for the code of templates
                 template = trace.tb_frame.f_globals.get("__jinja_template__")
-                # Jinja rewrites the lines of exceptions, but not when the time is up.
+                # Jinja rewrites the line numbers of exceptions, but not of _OutOfTime.
                 line = template.get_corresponding_lineno(trace.tb_lineno) if template else trace.tb_lineno
             trace = trace.tb_next
         rule = "template-unsafe" if isinstance(failure, SecurityError) else "template-failed"
@@ -214,7 +214,7 @@ def _rendered(environment: jinja2.Environment, name: str, values: Mapping[str, A
 
 
 def render_request() -> None:
-    """Render the template that standard input requests, in the child process; write the result to standard output."""
+    """Render the template of the request on standard input, in the child process, and print the result."""
     import pickle
     import signal
 
@@ -227,8 +227,8 @@ def render_request() -> None:
     with files.recording() as inputs:
         templates = Templates(folder, first=first)
         sandbox = ImmutableSandboxedEnvironment(loader=jinja2.FunctionLoader(templates.load), **_OPTIONS)
-        del sandbox.globals["lipsum"]  # any amount of text that no artifact needs
-        del sandbox.filters["random"]  # an artifact is the same each time
+        del sandbox.globals["lipsum"]  # generates random text
+        del sandbox.filters["random"]  # artifacts must be reproducible
         with suppress(ImportError):  # Windows, where the parent reports it
             import resource
 
@@ -238,7 +238,7 @@ def render_request() -> None:
             with suppress(OSError, ValueError):  # not Linux
                 used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
             memory = used + MAX_MEMORY
-            # A long operation in C sees only the hard limit.
+            # Only the hard limit interrupts a long operation in C.
             for kind, soft, hard in ((resource.RLIMIT_CPU, seconds, seconds + 1), (resource.RLIMIT_AS, memory, memory)):
                 allowed = resource.getrlimit(kind)[1]
                 most = hard if allowed == resource.RLIM_INFINITY else min(hard, allowed)
@@ -257,7 +257,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         return "", [error("template-not-named", f'output "{output.name}" names no template', None, help)]
     values = {"robot": robot, "output": output, "number": short, "exact": exact, "six": six, "fixed": to_fixed}
     values |= {"degrees": math.degrees, "radians": math.radians, "source": describe, "vector": vector}
-    values["kind"] = attrgetter("__class__.__name__")  # of a geometry, such as Box
+    values["kind"] = attrgetter("__class__.__name__")  # class name of a geometry, such as Box
     return templates.render(name, values), []
 
 

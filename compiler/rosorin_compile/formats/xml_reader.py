@@ -1,4 +1,4 @@
-"""Read XML elements of URDF, SDF and SRDF: attributes, numbers, misspelt words, and the mistakes in them."""
+"""Read XML elements of URDF, SDF and SRDF, and report invalid numbers and misspelled, missing or duplicate names."""
 
 from __future__ import annotations
 
@@ -22,26 +22,26 @@ from .format import Placed, cannot_carry
 from .imported_robot import ReadOptions
 
 ANGLES, LENGTHS, PLAIN = "rad", "m", ""
-UNITS = {ANGLES: (ANGLE, FULL_TURN), LENGTHS: (LENGTH, FAR)}  # the dimension, and the largest number without its unit
+UNITS = {ANGLES: (ANGLE, FULL_TURN), LENGTHS: (LENGTH, FAR)}  # dimension, and largest plausible number without a unit
 
-NAME = re.compile(r"""[^\s<>&"']+( +[^\s<>&"']+)*\Z""")  # a name in a description, as its schema has it
+NAME = re.compile(r"""[^\s<>&"']+( +[^\s<>&"']+)*\Z""")  # a name as in the schema of descriptions
 NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\Z")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,18}\Z")
 _NAME_IN_TAG = re.compile(r'(<[^\s>]+) name="[^"]*">')  # see ``named``
-# The elements of which a second one that differs is an error: readers would see another robot.
+# Elements for which a second, different one is an error, because other readers could use either.
 _DECIDING = ("origin", "pose", "parent", "child", "axis", "xyz", "limit", "mimic", "geometry", "mass", "inertia")
 _GATHERED = ("import-cannot-carry", "import-ignored")
 
 
 class _Size(NamedTuple):
     value: float  # rad or m
-    tag: str  # of its element
-    what: str  # its description
+    tag: str  # tag of its element
+    what: str  # description for messages
     span: Span
 
 
 class XmlReader:
-    """One reading of a file: collects diagnostics and which entry an element became."""
+    """The state of reading a file: collects diagnostics, and the entry of each element."""
 
     attributes: Collection[str] = ()  # all attributes of the format
 
@@ -65,10 +65,10 @@ class XmlReader:
         self.note("import-ignored", what, span)
 
     def lenient(self, rule: str, message: str, span: Span, help: Help, instead: str) -> bool:
-        """Report a mistake that --lenient reads as ``instead`` describes; return True if it is read."""
+        """Report a mistake that --lenient handles as described by ``instead``; return True with --lenient."""
         if not self.options.lenient:
             self.error(rule, message, span, f"{help if isinstance(help, str) else help()}; --lenient {instead}")
-        elif rule not in acceptable():  # otherwise the accepted rule reports it
+        elif rule not in acceptable():  # otherwise the rule itself reports it
             self.note(rule, f"{message}; --lenient {instead}", span)
         return self.options.lenient
 
@@ -87,7 +87,7 @@ class XmlReader:
         return bool(wrong)
 
     def all_diagnostics(self) -> list[Diagnostic]:
-        """Return all diagnostics, with those of one kind about what is left out or has no effect as one."""
+        """Return all diagnostics, merging those of a kind about content that is omitted or has no effect."""
         groups: dict[object, list[Diagnostic]] = {}
         for index, one in enumerate(self.diagnostics):
             kind = (_NAME_IN_TAG.sub(r"\1>", one.message), one.help) if one.rule in _GATHERED else index
@@ -95,7 +95,7 @@ class XmlReader:
         return [*(gather(some, (WARNING, NOTE))[0] for some in groups.values()), *self._other_units()]
 
     def single(self, element: Element, tag: str) -> Element | None:
-        """Return the only child of a tag, or None; a second one is an error if it decides on motion and differs."""
+        """Return the first child with a tag, or None; a second one that differs and affects motion is an error."""
         children = [child for child in element.children if child.tag == tag]
         for again in children[1:]:
             if canonical(tree_of(children[0].verbatim)) == canonical(tree_of(again.verbatim)):
@@ -113,7 +113,7 @@ class XmlReader:
         return element.attributes[name].value if name in element.attributes else None
 
     def need(self, element: Element, *names: str) -> None:
-        """Report required attributes that are missing, but not those that are reported as misspelt."""
+        """Report missing required attributes, except those that are reported as misspelled."""
         missing = [name for name in names if name not in element.attributes]
         if missing and not self.options.lenient:
             strange = [other for other in element.attributes if other not in self.attributes]
@@ -123,7 +123,7 @@ class XmlReader:
             self.error("missing-attribute", lacks(element, missing), element.span, help)
 
     def check(self, element: Element, tags: Collection[str], attributes: Collection[str], keep: Map | None) -> None:
-        """Report unknown attributes and children of an element: misspelt, kept in ``keep``, or not carried over."""
+        """Report unknown attributes and children of an element as misspelled or lost, or keep them in ``keep``."""
         self.check_attributes(element, attributes)
         for child in element.children:
             if child.tag in tags:
@@ -165,8 +165,8 @@ class XmlReader:
     def numbers(
         self, words: Sequence[Word], element: Element, name: str, span: Span, count: int, unit: str = "", tag: str = ""
     ) -> list[Placed] | None:
-        """Return the numbers of an attribute of an element, or of its text (no name), or None after an error."""
-        # A comma between numbers makes a word that is not a number, which is the better message.
+        """Parse the numbers of an attribute, or of the text if the name is empty; return None after an error."""
+        # An invalid number, such as one with a comma, is reported instead of the wrong count that it causes.
         if len(words) != count and (count == 1 or all(NUMBER.match(word.text) for word in words)):
             have = "is empty" if not words else f"has {count_of(len(words), 'number')}"
             message = f"{_described(element, name)} {have}; it takes {'one' if count == 1 else count}"
@@ -181,9 +181,9 @@ class XmlReader:
         return made
 
     def number(self, word: Word, element: Element, name: str, unit: str = "", tag: str = "") -> float | None:
-        """Return the number that a word is, or None after an error."""
-        # A number that looks like degrees or millimetres becomes a quantity with its unit, because the rules about such
-        # numbers are for descriptions. Those in elements with a tag are compared with the other numbers of the file.
+        """Parse a number, or report an error and return None."""
+        # A number that looks like degrees or millimetres becomes a quantity with its unit, because the rules for such
+        # numbers are for descriptions. Numbers with a ``tag`` are compared with the other numbers of the file.
         text = word.text
         if not NUMBER.match(text) or not math.isfinite(float(text)):
             wrong = "too large for a number" if NUMBER.match(text) else "not a number"
@@ -201,9 +201,9 @@ class XmlReader:
         return Quantity(value, dimension, f"{text} {unit}") if is_far else value
 
     def _other_units(self) -> Iterator[Diagnostic]:
-        """Yield warnings about numbers in degrees and in millimetres."""
-        # A large number alone proves nothing: wrists turn by 400 degrees, and "no limit" is written as 999999. In a
-        # drawing in millimetres most lengths are large. What does not move is a room or a plane.
+        """Yield warnings for numbers that are probably in degrees or millimetres."""
+        # A single large number proves nothing: a wrist can turn by 400 degrees, and 999999 means "no limit". In a file
+        # in millimetres, most lengths are large. A large model without moving joints can be a building.
         angles, lengths = self._sizes.values()
         degrees = [one for one in angles if FULL_TURN < one.value < 721 and _is_degrees(one)]
         sizes = sorted(one.value for one in lengths if one.tag != "limit")
@@ -251,12 +251,12 @@ def _described(element: Element, attribute: str) -> str:
 
 
 def lacks(element: Element, names: Sequence[str]) -> str:
-    """Return the message about attributes that an element lacks."""
+    """Return the message for missing attributes of an element."""
     return f"{name_of(element)} lacks the {plural('attribute', len(names))} {quote(names)}"
 
 
 def numbers(element: Element, name: str, count: int, unit: str, reading: XmlReader) -> Seq | None:
-    """Return the numbers of an attribute as a list, or None if it is missing or after an error."""
+    """Parse the numbers of an attribute; return None if it is missing or invalid."""
     attribute = element.attributes.get(name)
     if attribute is None:
         return None
@@ -274,5 +274,5 @@ def numbers(element: Element, name: str, count: int, unit: str, reading: XmlRead
 
 
 def put(entry: Map, key: str, value: Any, element: Element) -> None:
-    """Set a key whose value is that of a whole element."""
+    """Set a key of an entry, with the source position of an element."""
     entry.put(key, value, element.span, element.span)

@@ -1,5 +1,5 @@
-"""The robot for MuJoCo, and what MuJoCo says of it.
+"""Export to MuJoCo, and checks that run in MuJoCo.
 
-Formats: ``mjcf`` and ``scene``. ``simulate`` lets a robot stand, hold, drive and fall. ``physics`` checks what no body
-can be, and where links are inside each other. ``collisions`` finds the pairs of links that need no check.
+Formats: ``mjcf`` and ``scene``. ``simulation`` holds poses, drives and moves joints. ``physics`` finds implausible
+masses and sizes, and overlapping links. ``collisions`` computes the collision matrix for MoveIt.
 """

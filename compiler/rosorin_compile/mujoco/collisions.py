@@ -1,4 +1,4 @@
-"""Compute the collision matrix of a robot for MoveIt, and write the file that its description includes."""
+"""Compute the collision matrix of a robot for MoveIt, and write it to a file that the description can include."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ from .physics import require
 from .solids import Bodies, Meshes, Pair, read_meshes
 
 FILE = "collisions.yaml"
-FAR = 0.02  # m: links that stay farther apart than this are reported so, without the distance
-TOUCH = 1e-6  # m: faces that lie on each other touch, whatever the rounding of the poses made of it
-_ROUND, _MOST_ROUNDS = 200, 50  # states of a round
-_BLOCK = 1000  # states whose positions are in memory
-_NEAREST, _STARTS = 24, 3  # states of a pair that are measured, and from which it is brought nearer
-_FIRST_STEP, _HALVINGS = 0.1, 8  # of a joint's range, and how often it is halved when no step brings a pair nearer
-_BATCH = 8  # steps that are measured at once
-_FARTHEST = 10.0  # m: nothing of a robot is farther from its other parts
-_MESH_STATES = 5  # states in which the meshes of a pair are tested, besides their hulls
+FAR = 0.02  # m: above this distance, the matrix only contains the bound ("beyond"), not the distance
+TOUCH = 1e-6  # m: tolerance, because rounding can separate faces that coincide
+_ROUND, _MOST_ROUNDS = 200, 50  # random states per round, and the maximum number of rounds
+_BLOCK = 1000  # states that are held in memory at once
+_NEAREST, _STARTS = 24, 3  # states per pair whose distance is measured, and states from which descents start
+_FIRST_STEP, _HALVINGS = 0.1, 8  # initial step as a share of the joint range; halved when no step reduces the distance
+_BATCH = 8  # candidate steps that are measured at once
+_FARTHEST = 10.0  # m: maximum distance to measure, larger than a robot
+_MESH_STATES = 5  # states in which the meshes of a pair are tested in addition to their hulls
 
-State = dict[str, float]  # of joints that move by themselves, rad or m
-Planning = Any  # ros.srdf.planning.Planning, the robot as MoveIt plans with it: this layer does not import it
+State = dict[str, float]  # positions of the joints that are not mimic joints, in rad or m
+Planning = Any  # ros.srdf.planning.Planning, which this layer must not import
 
 
 @dataclass(frozen=True)
 class CollisionMatrix:
-    """The collision matrix of a robot. With an error among ``diagnostics`` it was not computed or not written."""
+    """The collision matrix of a robot. If ``diagnostics`` has an error, it was not computed or not written."""
 
     robot: str
     file: str
@@ -65,10 +65,10 @@ def compute_matrix(
     output: Path | None = None,
     force: bool = False,
 ) -> CollisionMatrix:
-    """Compute the pairs of links that need no check, and write them next to the description or to ``output``.
+    """Find the pairs of links that MoveIt need not check, and write them next to the description or to ``output``.
 
-    ``planning_of`` returns the robot as MoveIt plans with it. Raises RequestError without MuJoCo, or if ``output`` is
-    not a regular file.
+    ``planning_of`` returns the URDF and SRDF of a robot as MoveIt loads them, or None if the robot has no URDF output.
+    Raises MissingPackages if MuJoCo is not installed, and RequestError if ``output`` is not a regular file.
     """
     understood, path = request.understand(), output or request.description.path.parent / FILE
     case, errors = understood.case, tuple(one for one in understood.diagnostics if one.severity == "error")
@@ -137,20 +137,19 @@ moveit:
 
 
 class Search(Bodies):
-    """Finds the pairs that need no check, as MoveIt's assistant does, and a little more carefully.
+    """Search for the pairs of links that need no collision check, like MoveIt's Setup Assistant but stricter.
 
-    A pair keeps its first reason (moveit2: moveit_setup_srdf_plugins/src/compute_default_collisions.cpp):
+    A pair gets the first reason that applies (moveit2: moveit_setup_srdf_plugins/src/compute_default_collisions.cpp):
 
-    1. Adjacent: joined by one joint, or over links without shapes;
-    2. Default: in collision where every joint is at zero, or in the middle of limits that do not include zero;
-    3. Always: in more than a share of the 200 states of a round; rounds go on until one finds none;
-    4. Never: in none of the states of the rounds, and of the trials after them. From its nearest states, joints are
-       turned to bring a pair nearer still, and it must not come nearer than the clearance, nor depend on a joint
-       without bounds. What no joint moves against each other is measured once.
+    1. Adjacent: connected by a joint, or by several joints with only links without collision shapes between them.
+    2. Default: in collision with every joint at zero, or at mid-range if its limits do not include zero.
+    3. Always: in collision in more than a given share of the 200 states of a round, repeated until no pair is found.
+    4. Never: in collision in no random state. A descent from the nearest states must not bring the links closer than
+       the clearance, and all joints between them must have limits. Links that no joint moves are measured only once.
 
-    The states follow from the seed alone. ``found`` are the pairs that need no check, ``hit`` those that touched in a
-    state, ``only_hulls`` those whose hulls touch, and not their meshes. ``same`` are pairs with a result that is still
-    valid, None for one to be checked. Pairs are sorted by name.
+    The random states depend only on the seed. ``found`` has the pairs that need no check, ``hit`` those that touched in
+    a state, ``only_hulls`` those whose hulls touch but whose meshes do not. ``same`` has the results of an earlier
+    matrix that are still valid; None means that the pair must be checked. The names in a pair are sorted.
     """
 
     def __init__(
@@ -160,7 +159,7 @@ class Search(Bodies):
         self.model.geom_margin[:] = TOUCH
         self.geoms = {name: [n for n, solid in enumerate(self.solids) if solid.link == name] for name in self.names}
         self.planning, self.same, self.how = planning, dict(same or {}), planning.said.search
-        self.random = Random(self.how.seed)  # noqa: S311 - a search that anybody can repeat
+        self.random = Random(self.how.seed)  # noqa: S311 - the search must be reproducible
         joints = sorted(planning.joints.items())
         self.bounds = {name: ends for name, joint in joints if (ends := range_of(joint))}
         self.found: dict[Pair, DisabledCollision] = {}
@@ -211,12 +210,12 @@ class Search(Bodies):
         return [self.found[pair] for pair in sorted(self.found)]
 
     def _joints_between(self, pair: Pair) -> list[str]:
-        """Return the joints that move one link of a pair against the other; for a mimic joint, its leader."""
+        """Return the joints that change the relative pose of two links; a mimic joint is replaced by its leader."""
         moving = [joint for joint in self.planning.joints_between(*pair) if not joint.is_fixed]
         return list(dict.fromkeys(leader_of(self.planning.robot, joint).name for joint in moving))
 
     def _is_real(self, pair: Pair, states: Sequence[State]) -> bool:
-        """Return True if a pair touches in each of some states by its meshes, and not by their hulls alone."""
+        """Return True if the meshes of a pair touch in every state; else add the pair to ``only_hulls``."""
         for state in states:
             contacts = [solids for *solids, _ in self.contacts(self.rows([state])[0], TOUCH)]
             if not any(self.touches((a, b), state) for a, b in contacts if {a.link, b.link} == set(pair)):
@@ -225,7 +224,7 @@ class Search(Bodies):
         return True
 
     def distances(self, pair: Pair, states: Sequence[State], most: float) -> Iterator[float]:
-        """Yield the distance (m) of a pair in each state, up to ``most``; contacts with a large margin miss some."""
+        """Yield the distance (m) between two links in each state, at most ``most``; contacts would miss some pairs."""
         geoms, measure = list(product(self.geoms[pair[0]], self.geoms[pair[1]])), self.mujoco.mj_geomDistance
         places = [slice(7 * number, 7 * number + 7) for number in map(self.names.index, pair)]
         for row in self.rows(states, pair):
@@ -235,7 +234,7 @@ class Search(Bodies):
             yield min(gaps, default=most)
 
     def _states(self, count: int) -> Iterator[tuple[State, dict[Pair, float]]]:
-        """Yield random states, in which the links are placed, and the open pairs that touch there with their depth."""
+        """Yield random states with the undecided pairs that touch and their depth (m); links are in that state."""
         for first in range(0, count, _BLOCK):
             block, bounds = range(min(_BLOCK, count - first)), self.bounds.items()
             states = [{name: low + self.random.random() * (high - low) for name, (low, high) in bounds} for _ in block]
@@ -248,7 +247,7 @@ class Search(Bodies):
                 yield state, touching
 
     def _nearest_states(self, pairs: Sequence[Pair]) -> dict[Pair, list[State]]:
-        """Return the random states in which the spheres around the shapes of two links were nearest, nearest first."""
+        """Return, for each pair, the random states with the nearest bounding spheres of its geoms, nearest first."""
         import numpy as np
 
         geoms = [list(product(self.geoms[first], self.geoms[second])) for first, second in pairs]
@@ -269,8 +268,8 @@ class Search(Bodies):
         return {pair: [states[number] for number in numbers[:, index]] for index, pair in enumerate(pairs)}
 
     def approach(self, pair: Pair, joints: Sequence[str], states: Sequence[State]) -> float:
-        """Return how near (m) a pair comes from some states, joints turned one by one and together."""
-        chance = Random(f"{self.how.seed} {' '.join(pair)}")  # noqa: S311 - whatever else is searched
+        """Return the smallest distance (m) of a pair that a pattern search over ``joints`` reaches from ``states``."""
+        chance = Random(f"{self.how.seed} {' '.join(pair)}")  # noqa: S311 - does not depend on the other pairs
         measured = zip(self.distances(pair, states, _FARTHEST), states, strict=True)
         low, high = ({name: ends[which] for name, ends in self.bounds.items()} for which in (0, 1))
         nearest = math.inf
@@ -283,12 +282,12 @@ class Search(Bodies):
                     steps += [step, {name: -turn for name, turn in step.items()}]
                 while steps:
                     turned = []
-                    for step in steps[:_BATCH]:  # each joint by a share of its range, as far as it goes
+                    for step in steps[:_BATCH]:  # move each joint by a share of its range, clamped to its limits
                         moves = {n: state[n] + turn * share * (high[n] - low[n]) for n, turn in step.items()}
                         turned.append({**state, **{n: min(high[n], max(low[n], at)) for n, at in moves.items()}})
                     distances = enumerate(self.distances(pair, turned, _FARTHEST), 1)
                     done, nearer = next(((n, d) for n, d in distances if d < best - TOUCH), (len(turned), best))
-                    if nearer < best:  # the steps after it start there
+                    if nearer < best:  # the remaining steps start from this state
                         best, state, is_nearer = nearer, turned[done - 1], True
                     steps = steps[done:]
                 share = share if is_nearer else share / 2
@@ -302,5 +301,5 @@ def _never(pair: Pair, distance: float) -> DisabledCollision:
 
 
 def _rounded(length: float) -> float:
-    """Return a length (m) to the tenth of a millimetre, on which engines agree from machine to machine."""
+    """Round a length (m) to 0.1 mm, so that the file is the same on every machine."""
     return round(length, 4) + 0.0

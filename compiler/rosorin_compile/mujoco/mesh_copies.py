@@ -1,8 +1,8 @@
-"""Copy the meshes and textures that an MJCF opens to the folder of the artifacts.
+"""Copy the meshes and textures that an MJCF refers to into the folder of the artifacts.
 
-MuJoCo reads binary STL, OBJ, MSH and PNG, which are copied. An ASCII STL becomes a binary one; DAE, glTF and GLB become
-OBJ, which needs trimesh. A converted file has the SHA-256 of its source in its first line, and a machine without
-trimesh uses the copy that already exists. Without either it is an error: the MJCF never depends on what is installed.
+Binary STL, OBJ, MSH and PNG files are copied, because MuJoCo reads them. ASCII STL is converted to binary STL; DAE,
+glTF and GLB are converted to OBJ with trimesh. A converted file has the SHA-256 of its source in its first line.
+Without trimesh, an existing copy of the same source is used, and it is an error if there is none.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from rosorin_compile.source.files import read_bytes
 from rosorin_compile.source.progress import Progress
 
 MAX_BYTES = 500_000_000
-MAX_STL_TRIANGLES = 200_000  # of MuJoCo
-MAX_COORDINATE = 2.0**30  # in the unit of the file; MuJoCo computes no hull beyond it
-MIN_VERTICES = 4  # distinct ones, of MuJoCo
-FLAT = 1e-9  # of its length: a mesh that is thinner has no hull
+MAX_STL_TRIANGLES = 200_000  # a limit of MuJoCo
+MAX_COORDINATE = 2.0**30  # in the unit of the file; MuJoCo computes no convex hull above it
+MIN_VERTICES = 4  # distinct vertices; a limit of MuJoCo
+FLAT = 1e-9  # thickness relative to the length, below which MuJoCo computes no convex hull
 _MARK = "made by rosorin-compile of SHA-256 "
 _PNG_START, _PNG_END = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"
 _OBJ_FACE = re.compile(rb"(?:^|[\r\n])[ \t]*f[ \t]+([^\r\n]*)")
@@ -35,7 +35,7 @@ _STL_TRIANGLE = struct.Struct("<12x9f2x")
 
 
 def copy_meshes(searched: Searched, outputs: Path) -> Searched:
-    """Add the files that the MJCF opens to the result of a search, or to ``missing``, reported."""
+    """Read and convert the files that the MJCF needs; report unusable files and add them to ``missing``."""
     files, missing, converted = dict(searched.files), set(searched.missing), list[NamedFile]()
     failed: dict[tuple[str, str, str, str], list[NamedFile]] = {}  # by rule, reason, help and kind of file
     found = [one for one in searched.found if one.named.kind != OF_MESH]
@@ -63,7 +63,7 @@ def copy_meshes(searched: Searched, outputs: Path) -> Searched:
 
 
 def check_for_mujoco(data: bytes, ending: str, collides: bool = False) -> None:
-    """Raise UnreadableMesh for a file that MuJoCo does not load; of a mesh that ``collides`` it needs the hull."""
+    """Raise UnreadableMesh if MuJoCo cannot load a file, or cannot compute the hull of a mesh that ``collides``."""
     check_content(data)
     if ending == ".png" and not (data.startswith(_PNG_START) and data.endswith(_PNG_END)):
         raise UnreadableMesh("it is not a complete PNG", "export it again, as PNG")
@@ -88,14 +88,14 @@ def check_for_mujoco(data: bytes, ending: str, collides: bool = False) -> None:
         help = "use a thin box in place of the mesh, or the mesh as visual only"
         raise UnreadableMesh("all its points are in one plane, and MuJoCo computes no hull of it", help)
     if ending == ".obj":
-        count = len(coordinates) // 3  # faces count from 1, or backwards from -1
+        count = len(coordinates) // 3  # vertex indices in faces start at 1, or at -1 counting backwards
         faces = b"\n".join(_OBJ_FACE.findall(data))
         if not all(1 <= abs(index) <= count for index in map(int, set(_OBJ_INDEX.findall(faces)))):
             raise UnreadableMesh("it has a face with a vertex that does not exist")
 
 
 def _is_flat(points: list[Vector]) -> bool:
-    """Return True if points are in one plane: that of the first point, the farthest, and the farthest from both."""
+    """Return True if all points are in the plane of the first point, the farthest, and the farthest off their axis."""
     rest = [minus(point, points[0]) for point in points]
     axis = max(rest, key=norm)
     normal = max((cross(axis, point) for point in rest), key=norm)
@@ -104,7 +104,7 @@ def _is_flat(points: list[Vector]) -> bool:
 
 
 def _copies(found: Found, outputs: Path) -> tuple[dict[str, bytes], bool]:
-    """Return the copies of a file by name, and whether one of them was converted now. Raises UnreadableMesh."""
+    """Return the contents of each copy of a file by name, and True if this call converted it. Raises UnreadableMesh."""
     try:
         if found.file.stat().st_size > MAX_BYTES:
             raise UnreadableMesh(f"it is larger than {MAX_BYTES:,} bytes", "reduce the number of triangles")
@@ -138,7 +138,7 @@ def _binary_stl(data: bytes, mark: str) -> bytes:
 
 
 def _obj(path: Path, mark: str, existing: bytes) -> bytes:
-    """Convert a mesh to OBJ with trimesh; without trimesh return the existing copy if it was made of the same bytes."""
+    """Convert a mesh to OBJ with trimesh; without trimesh, return the existing copy if its source has not changed."""
     try:
         TriangleMesh.require_packages()
         import numpy as np
@@ -152,7 +152,7 @@ def _obj(path: Path, mark: str, existing: bytes) -> bytes:
             return existing
         message = f"MuJoCo does not read its format, and {reason.message}"
         raise UnreadableMesh(message, f"{reason.help}; or export it as STL or OBJ", reason.rule) from None
-    # Each vertex once, with as many digits as MuJoCo keeps.
+    # MuJoCo stores vertices as 32-bit floats, so duplicates are merged at that precision.
     corners, faces = np.unique(triangles.reshape(-1, 3).astype(np.float32), axis=0, return_inverse=True)
     lines = [f"# {mark}", *("v " + " ".join(f"{value + 0.0:.9g}" for value in corner) for corner in corners.tolist())]
     lines += ["f " + " ".join(map(str, face)) for face in (faces.reshape(-1, 3) + 1).tolist()]

@@ -1,11 +1,11 @@
-"""Check the physics of a robot: sizes, masses and holes of its meshes, and overlaps at rest and while joints move.
+"""Check meshes (size, mass, holes) and collisions between links, at rest and while joints move.
 
-Neighbours overlap at their joint in most robots: a cover, a shared housing, a shaft in its bearing. An overlap in every
-tested position, and not in full, is a design and part of one note, and so are neighbours with a corner in each other.
+Adjacent links overlap at their joint in most robots: a cover, a shared housing, a shaft in its bearing. One note
+therefore lists the links that partly overlap in every tested position, and adjacent links with a small overlap.
 
-Each joint is moved alone over its range, from zero and from each named pose. A part that it drives deep into its
-neighbour over a good part of the range is a warning, for then an axis or an origin is wrong, else a note: limits are
-often a little wider than the parts allow. Parts that are not neighbours are one note: planners know how to avoid them.
+Each joint is moved alone over its range, from zero and from each named pose. If it moves a link deep into an adjacent
+link over much of the range, an axis or an origin is probably wrong, which is a warning. A smaller collision is a note,
+because limits are often slightly too wide. One note lists the non-adjacent links, which motion planners avoid.
 """
 
 from __future__ import annotations
@@ -36,28 +36,28 @@ from rosorin_compile.source.wording import count_of, phrase
 from .mjcf.bodies import nearest_to_zero, range_of, weld_groups
 from .solids import Meshes, MeshShape, Overlap, Pair, Positions, Scene, Solid, read_meshes, solids_of
 
-# The packages that are imported, and their names for pip.
+# Names of required modules, and the arguments of pip that install them.
 _NEEDED = {"mujoco": "'mujoco>=3.12'", "numpy": "numpy", "scipy": "scipy", "trimesh": "trimesh", "collada": "pycollada"}
-_LONGEST, _SHORTEST = 20.0, 1e-3  # m: no part of a robot is longer, or shorter
-_TIMES = 200.0  # longer than all else in the robot: millimetres are 1,000 times, and parts are not all of a size
+_LONGEST, _SHORTEST = 20.0, 1e-3  # m: plausible lengths of a part
+_TIMES = 200.0  # times the rest of the robot: a mesh in millimetres is 1,000 times too long, a large part is not
 _HEAVIEST, _LIGHTEST = 25_000.0, 1.0  # kg/m^3: osmium has 22,600, air 1.2
-_FAR_INERTIA = 1.2  # of that of all mass at the farthest corner
-_OUTSIDE = 0.1  # of the longest side of the box, beyond which a centre of mass is outside
-_APART = 0.25  # of the longest side: the largest gap between the boxes of collision shapes and of visuals
+_FAR_INERTIA = 1.2  # largest radius of gyration, relative to the distance from the centre of mass to the farthest point
+_OUTSIDE = 0.1  # tolerance for a centre of mass outside the bounding box, relative to its longest side
+_APART = 0.25  # largest gap between the boxes of collision shapes and visuals, relative to the longest side
 
-_MOST_INSIDE = 0.9  # of its volume: no bearing and no cover holds a part like that
-_CORNER = 0.2  # of its volume: less is a corner at a joint
+_MOST_INSIDE = 0.9  # share of volume: more than a bearing or a cover encloses
+_CORNER = 0.2  # share of volume: a smaller overlap is normal at a joint
 _SHOWN = 5  # names in a note
-_STEP, _MOST_STEPS, _SLIDE_STEPS = math.radians(5), 72, 24  # of a hinge, and of a slide
-_MOST_STATES = 20_000  # of all sweeps together: then steps grow
-_GROWTH = 0.3  # of the volume of the part that moves: it is driven into the other one
-_BLOCKED = 0.25  # of the range: less is a limit that is too wide
+_STEP, _MOST_STEPS, _SLIDE_STEPS = math.radians(5), 72, 24  # step (rad) and step limit of a revolute joint; prismatic
+_MOST_STATES = 20_000  # limit for all joints together; beyond it, steps are larger
+_GROWTH = 0.3  # share of the volume of the moved link that must enter the adjacent link for a warning
+_BLOCKED = 0.25  # share of the joint range; a shorter collision means only that a limit is too wide
 _HALVINGS = 8
 
 
 @dataclass(frozen=True)
 class CheckedPhysics:
-    """The result of the check of one robot."""
+    """The result of ``check_physics`` for one robot."""
 
     robot: str
     file: Annotated[str, "its first file"]
@@ -67,7 +67,7 @@ class CheckedPhysics:
 
 
 def missing_packages() -> str:
-    """Return the packages to install, as arguments of pip; empty if nothing is missing."""
+    """Return the missing packages as arguments of pip, or "" if all are installed."""
     return " ".join(pip_name for name, pip_name in _NEEDED.items() if not is_installed(name))
 
 
@@ -80,7 +80,7 @@ def require(command: str) -> None:
 def check_physics(
     robot: FilePath | Request, arguments: Values = None, packages: Packages = None, *, trust: bool = False
 ) -> CheckedPhysics:
-    """Find links that collide at rest or while joints move, and masses that do not fit the meshes, with MuJoCo."""
+    """Find links that collide at rest or while joints move, and masses that do not match the meshes, with MuJoCo."""
     require("check physics")
     import numpy as np
 
@@ -90,7 +90,7 @@ def check_physics(
     found = [one for one in understood.diagnostics if one.severity == "error"]
     if case is not None:
         files = Places(description.path, description.outputs, request.packages, os.environ)
-        # numpy warns about huge numbers, which have rules of their own.
+        # Other rules report the huge numbers that numpy warns about.
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
             shapes, meshes, found = read_meshes(case, files.meshes(case.tree, case.robot.outputs))
@@ -105,7 +105,7 @@ def check_physics(
 
 
 class OverlapFinder:
-    """Finds overlapping links for the viewer, with mesh files by name; the scene is built at the first request."""
+    """Finds overlapping links for the viewer. ``files`` are mesh files by name; the first call builds the scene."""
 
     def __init__(self, case: Case, files: Mapping[str, Path]) -> None:
         self.case, self.files = case, files
@@ -113,7 +113,7 @@ class OverlapFinder:
         self.lacking = missing_packages
 
     def pairs(self, positions: Mapping[str, Any]) -> list[list[str]]:
-        """Return the pairs of links that overlap at joint positions, without neighbours."""
+        """Return the pairs of non-adjacent links that overlap at joint positions (rad or m)."""
         if self.scene is None:
             _, meshes, _ = read_meshes(self.case, self.files)
             self.scene = Scene(self.case.robot, meshes)
@@ -121,7 +121,7 @@ class OverlapFinder:
 
 
 def _check_meshes(case: Case, shapes: Sequence[MeshShape], meshes: Meshes) -> Iterator[Diagnostic]:
-    """Yield a diagnostic for each link or mesh that cannot be right; ``meshes`` are those that could be read."""
+    """Yield a diagnostic for each link or mesh with implausible values; unreadable meshes are not in ``meshes``."""
     read = [shape for shape in shapes if shape.mesh in meshes]
     skipped = {shape.link for shape in shapes if shape.mesh not in meshes}
     boxes = [bounds_of([shape]) for link in case.robot.links for shape in link.collision]
@@ -151,7 +151,7 @@ def _check_meshes(case: Case, shapes: Sequence[MeshShape], meshes: Meshes) -> It
 
 
 def _check_link(case: Case, meshes: Meshes, link: Link) -> Iterator[Diagnostic]:
-    """Yield warnings about the mass, alone or with what is fixed to it, the inertia and the shapes of a link."""
+    """Yield warnings about the mass, inertia and shapes of a link, also together with the links fixed to it."""
     import numpy as np
 
     group = next(group for group in weld_groups(case.robot).values() if link.name in group)
@@ -202,7 +202,7 @@ def _check_link(case: Case, meshes: Meshes, link: Link) -> Iterator[Diagnostic]:
 
 
 class State(NamedTuple):
-    """Zero (without a name) or a pose, with joint positions (rad or m) and the overlaps there."""
+    """A named pose, or the zero position with the name "": joint positions (rad or m) and overlaps."""
 
     name: str
     positions: Positions
@@ -210,7 +210,7 @@ class State(NamedTuple):
 
 
 class Member(NamedTuple):
-    """A finding that a note sums up: the names that ``accept`` may list, a text, and a path."""
+    """A finding that a note summarizes: the names that ``accept`` can list, its text, and its path."""
 
     names: tuple[str, ...]
     text: str
@@ -218,13 +218,13 @@ class Member(NamedTuple):
 
 
 def note(case: Case, rule: str, members: Iterable[Member], message: str, key: bool = False) -> Iterator[Diagnostic]:
-    """Yield a note with the count and names of members, and a diagnostic for each that is accepted by name."""
+    """Yield one note with the count and names of the findings, and a diagnostic for each finding accepted by name."""
     rest: dict[tuple[str, ...], Member] = {}
     for member in members:
         found = Diagnostic(rule, NOTE, "", of=member.names)
         if is_accepted(case.tree, found, acceptable()):
             yield found
-        else:  # of a joint only the first finding
+        else:  # report only the first finding for each joint
             rest.setdefault(member.names[:1] if rule == "joints-meet-parts" else (*member.names, member.text), member)
     if rest:
         text = message.format(count=len(rest), names=first_of([one.text for one in rest.values()], _SHOWN))
@@ -233,7 +233,7 @@ def note(case: Case, rule: str, members: Iterable[Member], message: str, key: bo
 
 
 def check_overlaps(case: Case, scene: Scene) -> Iterator[Diagnostic]:
-    """Yield diagnostics for parts that overlap at rest, and for those that joints drive into each other."""
+    """Yield diagnostics for links that overlap at rest, and for links that a joint moves into collision."""
     poses = [("", nearest_to_zero(case.robot)), *((pose.name, pose.positions) for pose in case.robot.poses)]
     states = [State(name, positions, next(scene.overlaps([positions]))) for name, positions in poses]
     always = set.intersection(*(set(state.overlaps) for state in states))
@@ -249,7 +249,7 @@ def check_overlaps(case: Case, scene: Scene) -> Iterator[Diagnostic]:
         steps, start = max(2, round(factor * counts[joint])), state.positions.get(joint.name, 0.0)
         lower, upper = ranges[joint]
         every = [lower + (upper - lower) * index / steps for index in range(steps + 1)]
-        # From the start to each end; a start outside the range is left at once.
+        # Move away from the start in both directions. A start outside the range is not tested again.
         positions = [p for p in reversed(every) if p < start] + [p for p in every if p > start]
         moved = list(scene.overlaps([{**state.positions, joint.name: position} for position in positions]))
         always = always.intersection(*moved)
@@ -276,7 +276,7 @@ def check_overlaps(case: Case, scene: Scene) -> Iterator[Diagnostic]:
         elif not scene.touches(overlap.solids, at):
             hulls.append(member)
             continue
-        # It is reported at its cause: a pose, the joint between neighbours, or the shape.
+        # Report the overlap at its likely cause: the pose, the joint between adjacent links, or the shape.
         between, pose = scene.joint_of(pair), where[0].name
         path = ("poses", pose) if pose else case.joint(between, "xyz") if between else _path(case, inner)
         names = quote([state.name for state in where if state.name], _SHOWN)
@@ -304,7 +304,7 @@ def _shapes_of(case: Case, *solids: Solid) -> list[tuple[str, TreePath]]:
 
 
 def _name(case: Case, solid: Solid) -> str:
-    """Return the name of a shape: its kind, its number among several, and whether it is a stand-in."""
+    """Return a shape for messages: its kind, its number if the link has several, and whether it is a stand-in."""
     shapes, place = case.robot.link[solid.link].collision, case.stands_in(_path(case, solid))
     geometry = shapes[solid.number].geometry
     if isinstance(geometry, Mesh):
@@ -316,7 +316,7 @@ def _name(case: Case, solid: Solid) -> str:
 def _driven(
     case: Case, scene: Scene, state: State, joint: Joint, overlaps: Mapping[float, Mapping[Pair, Overlap]], pair: Pair
 ) -> Member | Diagnostic | None:
-    """Return the collision of two links that a joint causes, or None; adjacent links only if they overlap more."""
+    """Return the collision of two links that a joint causes, or None; adjacent links must overlap more than at rest."""
     moved, still = pair if pair[0] in scene.robot.subtree(joint.child) else pair[::-1]
     start, is_neighbour, least = state.positions.get(joint.name, 0.0), scene.joint_of(pair) == joint, 0.0
 
@@ -348,7 +348,7 @@ def _driven(
     inside = max(scene.share(moved, still, at(position)) for position in hits) - max(0.0, least - _GROWTH)
     if inside < _CORNER:
         return None
-    tested = hits[:: 1 + len(hits) // 4]  # for more than the hulls of meshes
+    tested = hits[:: 1 + len(hits) // 4]  # testing the meshes themselves is slow
     is_real = any(scene.touches(overlaps[position][pair].solids, at(position)) for position in tested)
     is_grave = is_real and inside >= _GROWTH and len(hits) >= _BLOCKED * len(overlaps)
     outer, inner = sorted(overlaps[far][pair].solids, key=lambda solid: solid.link == moved)

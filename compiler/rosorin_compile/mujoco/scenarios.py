@@ -1,7 +1,7 @@
-"""The robot in MuJoCo: it holds its poses, drives, moves its joints over their ranges, and swings without damping.
+"""Simulate scenarios in MuJoCo: hold each pose, drive, move each joint over its range, and swing without damping.
 
-Each scenario starts again and returns numbers, which ``simulation`` compares with limits. One that diverges has
-``broken``, when and why, and no numbers.
+Each scenario resets the simulation and returns measurements, which ``simulation`` compares with limits. If the
+simulation diverges, the result has only ``broken``, the time and the reason.
 """
 
 from __future__ import annotations
@@ -24,25 +24,25 @@ from .mjcf.bodies import HOME, body_name, home_of, leader_of, range_of
 POSITION, VELOCITY, FORCE = "position", "velocity", "force"
 FIXED, FREE = "fixed", "free"
 _SAMPLE = 0.005  # s between two samples, rounded to a whole number of steps
-_SPEED_UP = 0.002  # s in which our servo brings the robot to speed: stiff, so that errors are those of the robot
-_OVER_DAMPING = 500  # how much stiffer than the damping of its joint such a servo is at least
-_STEER = 200.0  # rad/s: the frequency of our steering servo with the inertia at its joint, without damping
-_FAR = 1e6  # m: beyond any distance to the floor
-_LAST = 0.25  # s at the end of a scenario over which is averaged
-_RAMP, _DRIVING = 0.5, 2.0  # s until a drive is at its speed, and at speed, of which the second half counts
+_SPEED_UP = 0.002  # s: time constant of an added wheel servo, stiff so that it adds no error to the measurements
+_OVER_DAMPING = 500  # smallest ratio of the gain of an added wheel servo to the damping of its joint
+_STEER = 200.0  # rad/s: undamped natural frequency of an added steering servo
+_FAR = 1e6  # m: larger than any distance to the floor
+_LAST = 0.25  # s at the end of a scenario, over which measurements are averaged
+_RAMP, _DRIVING = 0.5, 2.0  # s of acceleration, and s at constant speed, of which the second half is measured
 _SWING = 0.5  # s
-_PUSH = 0.5  # rad/s, or a tenth of it in m/s: the speed that joints swing from
-_SWEEP_SPEED, _SLIDE_SPEED = 1.0, 0.1  # rad/s and m/s at most, and half of the limit of the joint
-_TURN, _CATCH_UP = 0.1, 0.05  # rad or m that joints without a range are moved, and s in which a speed corrects an error
-_SHORTEST, _LONGEST, _AT_END = 0.25, 4.0, 0.4  # s from one end to the other, and there
+_PUSH = 0.5  # rad/s, or a tenth of it in m/s: initial speed of a swinging joint
+_SWEEP_SPEED, _SLIDE_SPEED = 1.0, 0.1  # rad/s and m/s: upper bounds; also at most half the velocity limit of the joint
+_TURN, _CATCH_UP = 0.1, 0.05  # rad or m: half range of a joint without limits; s: time constant of velocity control
+_SHORTEST, _LONGEST, _AT_END = 0.25, 4.0, 0.4  # s: bounds for the move to an end of the range, and time at that end
 
 
 @dataclass(frozen=True)
 class Actuator:
-    """An actuator of the model, and the joint that it drives (empty: something else).
+    """An actuator of the model; ``joint`` is empty if it does not drive a joint.
 
-    Its force is ``gain`` * control + bias: it is a servo for the position or velocity that the bias depends on with
-    ``stiffness``. ``targets`` are the lowest and the highest target for the joint, empty if any is possible.
+    Its force is ``gain`` * control + bias. If the bias depends on the position or the velocity, with the factor
+    ``stiffness``, it is a servo. ``targets`` are the lowest and highest target of the joint, empty if unlimited.
     """
 
     number: int
@@ -55,24 +55,24 @@ class Actuator:
     targets: tuple[float, ...]
 
     def control(self, target: float) -> float:
-        """Return the control that makes a length (rad or m) or speed the target of the servo."""
+        """Return the control value for a target: actuator length (rad or m) or speed (rad/s or m/s)."""
         return -(self.offset + self.stiffness * target) / self.gain
 
 
 class World:
     """A robot in MuJoCo, fixed to the world or free on a floor. Lengths in m, angles in rad.
 
-    ``joints`` are those that move and have a single coordinate, ``own`` those of the drive that got a servo here,
-    because no actuator of the robot drives them, ``targets`` the positions of the joints that are held. ``broken`` is
-    when and why the simulation diverged, or empty.
+    ``joints`` are the moving joints with one coordinate. ``own`` are the joints of the drive for which this class
+    added a servo, because the robot has no actuator for them. ``targets`` are the target positions of the joints with a
+    position servo. ``broken`` is the time and reason if the simulation diverged, else empty.
     """
 
     def __init__(
         self, mujoco: Any, robot: Robot, text: str, base: str, folder: Path, meshes: Mapping[str, bytes] | None = None
     ) -> None:
-        """Compile the MJCF in ``text``; ``folder`` is that of its file, ``meshes`` the contents of files by name.
+        """Compile an MJCF. ``folder`` is where its relative paths start, ``meshes`` are file contents by name.
 
-        Raises ValueError with the reason of MuJoCo.
+        Raises ValueError with MuJoCo's message.
         """
         self.mujoco, self.robot, self.base = mujoco, robot, base
         self.joints = [joint for joint in robot.joints if joint.moves]
@@ -80,7 +80,7 @@ class World:
         spec: Any = mujoco.MjSpec.from_string(text, assets=dict(meshes or {}))
         spec.modelfiledir = str(folder)
         for key in list(spec.keys):
-            spec.delete(key)  # states come from the poses of the description
+            spec.delete(key)  # the poses of the description are used instead of keyframes
         if base == FREE:
             floor = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05])
         self.model = spec.compile()
@@ -90,7 +90,7 @@ class World:
         self.data = mujoco.MjData(self.model)
         self.link_of: dict[int, str] = {self.model.body(body_name(robot, name)).id: name for name in robot.link}
         self.actuators = self._actuators()
-        self.servos = {(one.joint, one.kind): one for one in reversed(self.actuators)}  # the first of several
+        self.servos = {(one.joint, one.kind): one for one in reversed(self.actuators)}  # reversed: the first one wins
         self.chunk = max(1, round(_SAMPLE / self.model.opt.timestep))
         self.sample = self.chunk * float(self.model.opt.timestep)
 
@@ -112,7 +112,7 @@ class World:
         return actuators
 
     def _add_servos(self, spec: Any, drive: Drive) -> tuple[str, ...]:
-        """Add a servo for each joint of the drive that has none; return the joints."""
+        """Add a servo for each wheel and steering joint without one, and return the names of these joints."""
         mujoco, added = self.mujoco, []
         existing = {(one.joint, one.kind) for one in self._actuators()}
         mass_per_wheel = float(self.model.body_mass.sum()) / len(drive.wheels)
@@ -133,7 +133,7 @@ class World:
         return tuple(added)
 
     def reset(self, positions: Mapping[str, float]) -> None:
-        """Start again at joint positions, everything at rest and held there; on the floor if there is one."""
+        """Restart at rest at joint positions (rad or m) and hold them; a free robot is placed on the floor."""
         model, data, self.broken = self.model, self.data, ""
         self.mujoco.mj_resetData(model, data)
         for joint in self.joints:
@@ -152,21 +152,21 @@ class World:
         self.targets = {one.joint: self.position(one.joint) for one in servos if one.joint in self.robot.joint}
 
     def hold(self, joint: str, position: float) -> None:
-        """Set the target of the position servos of a joint."""
+        """Set the target (rad or m) of the position servos of a joint."""
         for one in self.actuators:
             if (one.joint, one.kind) == (joint, POSITION):
                 self.data.ctrl[one.number] = one.control(position * one.gear)
                 self.targets[joint] = position
 
     def turn(self, joint: str, speed: float, seconds: float) -> None:
-        """Set the speed (rad/s) of a wheel for some seconds: a position servo is moved on."""
+        """Command the speed (rad/s) of a wheel; for a position servo, advance the target by ``seconds`` of motion."""
         if servo := self.servos.get((joint, VELOCITY)):
             self.data.ctrl[servo.number] = servo.control(speed * servo.gear)
         elif joint in self.targets:
             self.hold(joint, self.targets[joint] + speed * seconds)
 
     def run(self, seconds: float, before: Callable[[float], None] = lambda _: None) -> Iterator[float]:
-        """Simulate and yield the time (s) of each ``sample`` until it is ``broken``; ``before`` is called first."""
+        """Simulate and yield the time (s) after each sample, until ``broken``; ``before(time)`` can set controls."""
         import numpy as np
 
         data, start = self.data, self.data.time
@@ -191,7 +191,7 @@ class World:
             yield data.time - start
 
     def contacts(self) -> tuple[list[tuple[str, str]], list[str]]:
-        """Return the pairs of links that touch each other, sorted, and the links that touch the floor."""
+        """Return the sorted pairs of links that touch each other, and the links that touch the floor."""
         pairs, on_floor = set[tuple[str, str]](), set[str]()
         for contact in self.data.contact:
             bodies = self.model.geom_bodyid[contact.geom].tolist()
@@ -204,58 +204,58 @@ class World:
         return float(self.data.joint(joint).qpos[0])
 
     def place(self, link: str) -> tuple[Any, Any]:
-        """Return the pose of a link in the world: a rotation (3, 3), and a place (3,) in metres."""
+        """Return the pose of a link in the world: a rotation matrix (3, 3) and a position (3,) in metres."""
         body = self.data.body(body_name(self.robot, link))
         return body.xmat.reshape(3, 3).copy(), body.xpos.copy()
 
 
 @dataclass
 class Result:
-    """The result of a scenario; ``broken`` is when and why the simulation diverged, and nothing is measured then."""
+    """The result of a scenario. If the simulation diverged, only ``broken`` is set, to the time and the reason."""
 
     broken: str = field(default="", kw_only=True)
 
 
 @dataclass
 class PoseTrial(Result):
-    """A pose that was held, and what was measured at the end."""
+    """The result of holding a pose, measured at the end."""
 
     pose: str
     positions: Mapping[str, float]
-    errors: dict[str, float] = field(default_factory=dict)  # the mean error of each joint (rad or m)
-    drift: float = 0.0  # how far the base moved over the floor (m)
-    turned: float = 0.0  # how far it turned (rad)
-    leans: float = 0.0  # how far it leans over (rad)
-    ripple: float = 0.0  # how much its height changes (m)
+    errors: dict[str, float] = field(default_factory=dict)  # mean error of each joint (rad or m)
+    drift: float = 0.0  # horizontal displacement of the base (m)
+    turned: float = 0.0  # yaw of the base relative to the start (rad)
+    leans: float = 0.0  # tilt of the base relative to the start (rad)
+    ripple: float = 0.0  # peak-to-peak height of the base (m)
     touches: list[tuple[str, str]] = field(default_factory=list)  # links that touch each other
     stands_on: list[str] = field(default_factory=list)  # links that touch the floor
 
 
 @dataclass
 class Driven(Result):
-    """A command that was driven, scaled to the limits of the wheels, and the velocity that was measured."""
+    """The result of a velocity command, scaled down to the limits of the wheels, with the measured velocity."""
 
     command: str
     commanded: Twist
     measured: Twist = field(default_factory=Twist)
-    off: float = 0.0  # the largest error of a commanded part of the velocity, as a share of it
-    cross: float = 0.0  # the largest part that was not commanded (m/s or rad/s)
-    ripple: float = 0.0  # the change of the height (m)
+    off: float = 0.0  # largest relative error of a commanded velocity component
+    cross: float = 0.0  # largest velocity component that was not commanded (m/s or rad/s)
+    ripple: float = 0.0  # peak-to-peak height (m)
 
 
 class End(NamedTuple):
-    """An end of a range, and what was measured there."""
+    """One end of a joint range, and the measurements there. Positions and errors are in rad or m."""
 
-    target: float  # rad or m, as the error and the position
+    target: float
     error: float
     touches: list[tuple[str, str]]
-    first_touch: tuple[str, str] | None = None  # the first contact on the way
-    touch_position: float = 0.0  # of the joint at that contact
+    first_touch: tuple[str, str] | None = None  # first pair of links that touched during the motion
+    touch_position: float = 0.0  # joint position at that contact
 
 
 @dataclass
 class Swept(Result):
-    """A joint that was moved over its range, first to the lower end."""
+    """The result of moving a joint to the lower and then to the upper end of its range."""
 
     joint: str
     ends: list[End] = field(default_factory=list)
@@ -263,14 +263,14 @@ class Swept(Result):
 
 @dataclass
 class Swung(Result):
-    """The energy of the robot without damping, friction, actuators and contacts; without gravity where it is free."""
+    """The energy error without damping, friction, actuators and contacts, and without gravity if the base is free."""
 
-    change: float = 0.0  # the largest, as a share of the largest kinetic energy
-    lightest: str = ""  # the joint that moves the least inertia
+    change: float = 0.0  # largest change of the total energy, relative to the largest kinetic energy
+    lightest: str = ""  # joint with the smallest inertia
 
 
 def run_scenarios(world: World, seconds: float) -> dict[str, Any]:
-    """Run all scenarios and return the fields of ``Simulated``; each pose is held for ``seconds``."""
+    """Run all scenarios and return their results as fields of ``Simulated``; each pose is held for ``seconds``."""
     robot, poses, commands = world.robot, poses_of(world.robot), list[tuple[str, Twist]]()
     if robot.drive is not None and world.base == FREE:
         commands = [("forward", Twist(vx=0.3)), ("sideways", Twist(vy=0.3)), ("turn", Twist(wz=1.0))]
@@ -292,13 +292,13 @@ def run_scenarios(world: World, seconds: float) -> dict[str, Any]:
 
 
 def poses_of(robot: Robot) -> list[tuple[str, Mapping[str, float]]]:
-    """Return the poses to hold: home first (if none is named so, zero as near as the limits allow), then the rest."""
+    """Return the poses to hold, home first. The default home is zero, or the nearest position within the limits."""
     others = [(pose.name, pose.positions) for pose in robot.poses if pose.name != HOME]
     return [(HOME, home_of(robot).positions), *others]
 
 
 def hold(world: World, pose: str, positions: Mapping[str, float], seconds: float) -> PoseTrial:
-    """Leave the robot to its actuators in a pose for some seconds."""
+    """Hold a pose with the actuators for some seconds, and measure errors at the end."""
     import numpy as np
 
     root, robot = world.robot.root, world.robot
@@ -329,11 +329,11 @@ def _yaw(turn: Any) -> float:
 
 
 def drive(world: World, positions: Mapping[str, float], command: str, twist: Twist) -> Driven:
-    """Drive a command from a pose: half a second to get to speed, a second to settle, and one that counts."""
+    """Drive with a velocity command from a pose: accelerate for 0.5 s, settle for 1 s, then measure for 1 s."""
     import numpy as np
 
     driving, scale = world.robot.driving, 1.0
-    for name, speed in driving.speeds(twist).items():  # as fast as the wheels can
+    for name, speed in driving.speeds(twist).items():  # scale the command down to the wheel limits
         servo, limit = world.servos.get((name, VELOCITY)), world.robot.joint[name].limit
         ends = [*map(abs, servo.targets if servo else ()), limit.known_value("velocity") if limit else None]
         fastest = min(filter(None, ends), default=math.inf)
@@ -345,7 +345,7 @@ def drive(world: World, positions: Mapping[str, float], command: str, twist: Twi
     world.reset({**positions, **angles})
 
     def state(time: float) -> tuple[float, ...]:
-        """Return the time, and x, y, height and yaw of the centre of the drive."""
+        """Return the time (s), and x, y, z (m) and yaw (rad) of the centre of the drive."""
         turn, place = world.place(driving.frame)
         return (time, *(place + turn @ centre), _yaw(turn))
 
@@ -374,7 +374,7 @@ def drive(world: World, positions: Mapping[str, float], command: str, twist: Twi
 
 
 def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
-    """Return the joints that a servo can move, with the ends of their range, or of ``_TURN`` without one (rad or m)."""
+    """Return the joints with a servo, except wheels, and the ends of their motion (limits, or home +- ``_TURN``)."""
     found, wheels = [], {*world.own, *(world.robot.drive.wheels if world.robot.drive is not None else ())}
     home = home_of(world.robot).positions
     for joint in (joint for joint in world.joints if joint.name not in wheels):
@@ -389,7 +389,7 @@ def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
 
 
 def undriven_joints(world: World) -> tuple[str, ...]:
-    """Return the joints that nothing drives, but casters and rollers; none if it is unknown what actuators drive."""
+    """Return the joints without an actuator, except casters and rollers; () if an actuator drives other than joints."""
     drive, driven = world.robot.drive, {one.joint for one in world.actuators}
     driven |= {name for names in drive.joints.values() for name in names} | {*drive.steering} if drive else set()
     idle = [joint for joint in world.joints if joint.mimic is None and not (drive and joint.type == "continuous")]
@@ -397,7 +397,7 @@ def undriven_joints(world: World) -> tuple[str, ...]:
 
 
 def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tuple[float, float]) -> Swept:
-    """Move a joint from a pose to its lower end, and from there to its upper one."""
+    """Move a joint from a pose to the lower end of its range, and from there to the upper end."""
     velocity = joint.limit.known_value("velocity") if joint.limit else None
     speed = min(_SLIDE_SPEED if joint.type == "prismatic" else _SWEEP_SPEED, velocity / 2 if velocity else math.inf)
     world.reset(positions)
@@ -429,7 +429,7 @@ def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tupl
 
 
 def swing(world: World, positions: Mapping[str, float]) -> Swung:
-    """Let the robot swing from a pose with nothing that gives or takes energy, and measure it (Runge-Kutta)."""
+    """Let the robot swing without energy input or loss, and measure the change of its energy (Runge-Kutta)."""
     mujoco, free, joints = world.mujoco, copy.copy(world), world.joints
     free.model = model = copy.copy(world.model)
     for name in ("CONTACT", "EQUALITY", "LIMIT", "FRICTIONLOSS", "ACTUATION", "DAMPER"):
@@ -438,7 +438,7 @@ def swing(world: World, positions: Mapping[str, float]) -> Swung:
     model.opt.integrator = int(mujoco.mjtIntegrator.mjINT_RK4)
     model.opt.density = model.opt.viscosity = 0.0
     if world.base == FREE:
-        model.opt.gravity[:] = 0.0  # a fall would hide all else
+        model.opt.gravity[:] = 0.0  # the energy of a fall would hide the error
     free.data = mujoco.MjData(model)
     free.reset(positions)
     for index, joint in enumerate(joints):

@@ -1,4 +1,4 @@
-"""Run all scenarios of one robot in MuJoCo, compare their results with limits, and print them as tables."""
+"""Run all scenarios for a robot in MuJoCo, compare the results with limits, and format them as tables."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ from .scenarios import FIXED, FREE, Driven, PoseTrial, Result, Swept, Swung, Wor
 
 _TIPPED = 0.2  # rad
 _SHOWN = 3  # names
-_LEAST = 5e-3  # m/s or rad/s: less is not reported
+_LEAST = 5e-3  # m/s or rad/s: smaller velocity components are not printed
 
 
 class Limit(NamedTuple):
-    """A limit: its number, its unit, and what it is of."""
+    """A limit for a measurement: its value, its unit, and what it applies to."""
 
     value: float
     unit: str
@@ -69,10 +69,10 @@ class Timing:
 
 @dataclass(frozen=True)
 class Simulated:
-    """The behaviour of a robot in MuJoCo. Lengths are in m, angles in rad, velocities in m/s and rad/s.
+    """The results of simulating a robot in MuJoCo. Lengths are in m, angles in rad, velocities in m/s and rad/s.
 
-    Without ``poses`` the robot could not be simulated, and ``diagnostics`` has the reason. ``inputs`` are the files
-    that the robot was read from.
+    If ``poses`` is empty, the robot could not be simulated, and ``diagnostics`` has the reason. ``inputs`` are the
+    files that the robot was read from.
     """
 
     robot: Annotated[str, "the name of the robot"]
@@ -103,15 +103,15 @@ def simulate(
     timing: bool = True,
     trust: bool = False,
 ) -> Simulated:
-    """Simulate a robot in MuJoCo: at rest, in its poses, driving, and along the ranges of its joints.
+    """Simulate a robot in MuJoCo: hold its poses, drive it, and move each joint over its range.
 
-    Each result beyond a limit is among the ``diagnostics``. Without ``poses`` the robot could not be simulated.
+    Each measurement above its limit is a diagnostic. If ``poses`` is empty, the robot could not be simulated.
 
     Args:
         base: ``fixed`` to the world, or ``free`` on a floor; by default a robot with a drive is free.
-        seconds: How long each pose is held, 0.5 to 600 s.
+        seconds: How long to hold each pose, 0.5 to 600 s.
         limits: Limits by name, as in ``simulate --limit``, in m, rad, m/s and rad/s.
-        timing: Measure the speed of the simulation, which differs between runs.
+        timing: Return the speed of the simulation, which differs between runs.
     """
     request = Request.of(robot, arguments, packages, trust=trust)
     used = dict(LIMITS)
@@ -164,7 +164,7 @@ def simulate(
 
 
 def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
-    """Yield what is beyond the limits, at the lines of the description."""
+    """Yield a diagnostic for each measurement above its limit, with its position in the description."""
     limits, robot = {name: limit.value for name, limit in result.limits.items()}, case.robot
 
     def broken(where: str, trial: Result, path: TreePath) -> Diagnostic:
@@ -252,14 +252,14 @@ def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
 
 
 def _twist(twist: Sequence[float]) -> str:
-    """Return the parts of a velocity that are not zero, such as "0.3 m/s forward"."""
+    """Return the nonzero components of a velocity as text, such as "0.3 m/s forward"."""
     words = ("m/s forward", "m/s to the left", "rad/s")
     parts = [f"{value:.2g} {word}" for value, word in zip(twist, words, strict=True) if abs(value) > _LEAST]
     return ", ".join(parts) or "rest"
 
 
 def tables(result: Simulated) -> str:
-    """Return the results of the scenarios as tables with aligned columns."""
+    """Format the results of the scenarios as tables with aligned columns."""
 
     def row(name: str, trial: Result, *cells: str) -> Sequence[str]:
         return (name, f"broke {trial.broken.partition(':')[0]}") if trial.broken else (name, *cells)
@@ -296,12 +296,12 @@ def tables(result: Simulated) -> str:
 
 
 def about(result: Simulated) -> str:
-    """Return one line about the engine, the base and the time step."""
+    """Return a line with the version of MuJoCo, the kind of base and the time step."""
     base = "on a floor" if result.base == FREE else "its base held"
     return f"simulated in MuJoCo {result.mujoco}, {base}, in steps of {1000 * result.timestep:g} ms"
 
 
 def summary(result: Simulated) -> str:
-    """Return the number of scenarios of each kind."""
+    """Return a line with the number of scenarios of each kind."""
     counts = {"pose": len(result.poses), "drive command": len(result.drive), "range": len(result.ranges)}
     return ", ".join(count_of(count, word) for word, count in counts.items() if count)

@@ -1,7 +1,7 @@
-"""The collision shapes of a robot as solids, and its links as floating bodies in MuJoCo.
+"""Find overlaps between the collision shapes of links, with each link as a floating body in MuJoCo.
 
-Every body is placed by the kinematics of the robot, so that nothing depends on joints of MuJoCo or on which neighbours
-it lets collide. Meshes are their convex hulls, as in simulators.
+The poses of the bodies come from the kinematics of the robot, so that MuJoCo's joints and its contact filter for
+adjacent bodies have no effect. Meshes are replaced by their convex hulls, as in simulators.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from rosorin_compile.source.progress import Progress
 
 from .mjcf.bodies import half_sizes, weld_groups
 
-Floats = Any  # an array of numpy, which is imported where it is used
+Floats = Any  # a numpy array; numpy is an optional dependency
 Meshes = Mapping[Mesh, Any]  # readable meshes as ``trimesh.Trimesh`` in metres
-Positions = Mapping[str, Any]  # of joints in rad or m; of a joint with several coordinates, a sequence
-Pair = tuple[str, str]  # two links; in a scene the link nearer to the root is first
+Positions = Mapping[str, Any]  # joint positions in rad or m; a sequence for a joint with several coordinates
+Pair = tuple[str, str]  # two links; in a ``Scene``, the link nearer to the root is first
 
-_LEAST = 5e-4  # m: smaller overlaps come from printed digits and from the search for the depth
-_SMALLEST = 1e-6  # m: a smaller shape is a point
-_FILLING, _ON_SURFACE, _TESTED = 600, 4_000, 150  # points: in a link, on a mesh, tested against a mesh
-_MEMORY = 2**28  # bytes for contacts: parts that fill each other have many
+_LEAST = 5e-4  # m: smaller overlaps are caused by rounding in files and in MuJoCo
+_SMALLEST = 1e-6  # m: a smaller shape has no volume
+_FILLING, _ON_SURFACE, _TESTED = 600, 4_000, 150  # numbers of points: in a link, on a mesh, tested against a mesh
+_MEMORY = 2**28  # bytes for contacts: links inside each other have many
 
 
 class MeshShape(NamedTuple):
-    """A shape with a mesh: its link, "collision" or "visual", and its index there."""
+    """A mesh shape: its link, its purpose ("collision" or "visual"), and its index in that list of shapes."""
 
     link: str
     purpose: str
@@ -46,10 +46,10 @@ class MeshShape(NamedTuple):
 def read_meshes(
     case: Case, files: Mapping[str, Path], colliding: Collection[str] | None = None
 ) -> tuple[list[MeshShape], Meshes, list[Diagnostic]]:
-    """Read the meshes of all shapes, or of the collision shapes with one of some files.
+    """Read the meshes of all shapes, or only of the collision shapes that use a file in ``colliding``.
 
-    ``files`` are paths by the names in the description. Return the shapes, the meshes, and a warning for each that
-    cannot be read.
+    ``files`` maps file names in the description to paths. Return the shapes, the meshes, and a warning for each mesh
+    that cannot be read.
     """
     import numpy as np
     import trimesh
@@ -74,7 +74,7 @@ def read_meshes(
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A collision shape, its index in ``link.collision``, its place in the link, and ``trimesh.Trimesh`` of a mesh."""
+    """A shape with volume: its index in the shapes of the link, its pose in the link, and its ``trimesh.Trimesh``."""
 
     link: str
     number: int
@@ -84,20 +84,20 @@ class Solid:
 
     @property
     def size(self) -> list[float]:
-        """The sizes of the geom of a primitive in MuJoCo."""
+        """The three values of the ``size`` of a MuJoCo geom (m), for a primitive shape."""
         sizes = half_sizes(self.shape.geometry)
         return [*sizes, *[sizes[0]] * (3 - len(sizes))]
 
     @cached_property
     def hull(self) -> Any:
-        """The convex hull as a ``trimesh.Trimesh`` in the frame of the shape, or None for a flat mesh."""
+        """The convex hull in the frame of the shape as a ``trimesh.Trimesh``, or None for a flat mesh."""
         from trimesh import creation
 
         geometry = self.shape.geometry
         if isinstance(geometry, Mesh):
             try:
                 return self.mesh.convex_hull
-            except (RuntimeError, ValueError):  # of Qhull
+            except (RuntimeError, ValueError):  # raised by Qhull
                 return None
         if isinstance(geometry, Box):
             return creation.box(geometry.size)
@@ -107,14 +107,14 @@ class Solid:
         return creation.icosphere(3).apply_scale(self.size)
 
     def in_link(self, points: Floats) -> Floats:
-        """Transform points (n, 3) from the frame of the shape to that of its link."""
+        """Transform points (n, 3) from the frame of the shape to the frame of its link."""
         return TriangleMesh.place(points, self.place.rows, self.place.xyz)
 
     def contains(self, points: Floats, exact: bool = False) -> Any:
-        """Return which points (n, 3) in the frame of the link are inside the hull, or ``exact`` inside the mesh.
+        """Return a mask (n,) of the points (n, 3) inside the hull, or inside the mesh if ``exact``.
 
-        Inside a mesh its triangles wind around a point: their solid angles (A. Van Oosterom, J. Strackee, 1983) add up
-        to a full sphere, of either sign. With holes the sum is in between (A. Jacobson, L. Kavan, O. Sorkine-Hornung,
+        A point is inside a mesh if the solid angles of the triangles (A. Van Oosterom, J. Strackee, 1983) add up to
+        more than half a sphere, which also works for meshes with holes (A. Jacobson, L. Kavan, O. Sorkine-Hornung,
         "Robust inside-outside segmentation using generalized winding numbers", 2013).
         """
         import numpy as np
@@ -134,7 +134,7 @@ class Solid:
         return (points @ normals.T <= (normals * self.hull.triangles[:, 0]).sum(axis=1)).all(axis=1)
 
     def sample(self, count: int, generator: Any) -> Floats:
-        """Return at most ``count`` random points (n, 3) inside the hull, in the frame of the link."""
+        """Return up to ``count`` random points (n, 3) inside the hull, in the frame of the link."""
         lower, upper = self.hull.bounds
         points = lower + generator.random((4 * count, 3)) * (upper - lower)
         return self.in_link(points[self._in_hull(points)][:count])
@@ -155,27 +155,27 @@ def solids_of(shapes: Sequence[Shape], link: str, meshes: Meshes) -> list[Solid]
 
 
 class Overlap(NamedTuple):
-    """The depth (m) of two links in each other, and the solids where it is deepest, in the order of the pair."""
+    """The overlap of two links: the largest depth (m), and the two solids there, in the order of the pair."""
 
     depth: float
     solids: tuple[Solid, Solid]
 
 
 class Bodies:
-    """Floating bodies in MuJoCo, one for each link. ``solids`` are in the order of the geoms."""
+    """Links as floating bodies in MuJoCo. ``solids`` has the same order as the geoms of the model."""
 
     def __init__(
         self, robot: Robot, shapes: Mapping[str, Sequence[Shape]], meshes: Meshes, excluded: Iterable[Pair] = ()
     ) -> None:
-        """Build the bodies of links with their shapes; ``excluded`` pairs never touch."""
+        """Build one body for each link in ``shapes``; pairs in ``excluded`` are never in contact."""
         self.mujoco = mujoco = import_module("mujoco")
         self.robot = robot
-        self.kinematics = replace(robot, edges=()).kinematics  # by the joints alone
+        self.kinematics = replace(robot, edges=()).kinematics  # without the frames of other nodes
         self.names, self.solids = list(shapes), list[Solid]()
         self.solids_of = {name: solids_of(shapes[name], name, meshes) for name in shapes}
         spec: Any = mujoco.MjSpec()
         spec.memory = _MEMORY
-        for name, solids in self.solids_of.items():  # with a prefix, for MuJoCo has a body "world"
+        for name, solids in self.solids_of.items():  # names need a prefix, because MuJoCo reserves "world"
             body = spec.worldbody.add_body(name=f"link {name}", explicitinertial=True, mass=1, inertia=[1, 1, 1])
             body.add_freejoint()
             for solid in solids:
@@ -194,7 +194,7 @@ class Bodies:
         self.data: Any = mujoco.MjData(self.model)
 
     def rows(self, states: Sequence[Positions], names: Sequence[str] = ()) -> Floats:
-        """Return the poses of all bodies, or of some, in states of the same joints: a row a state, 7 numbers a body."""
+        """Return the poses (x y z qw qx qy qz) of the bodies in ``names``, by default all: a row for each state."""
         import numpy as np
 
         names, joints = names or self.names, states[0].keys() if states else ()
@@ -209,12 +209,12 @@ class Bodies:
         return rows.reshape(len(states), 7 * len(names))
 
     def put(self, row: Floats) -> None:
-        """Place all bodies as in a row of ``rows``."""
+        """Move all bodies to the poses in a row of ``rows``."""
         self.data.qpos[:] = row
         self.mujoco.mj_kinematics(self.model, self.data)
 
     def contacts(self, row: Floats, farthest: float) -> Iterator[tuple[Solid, Solid, float]]:
-        """Place all bodies and yield the solids that touch, with their distance (m, below zero) up to ``farthest``."""
+        """Move all bodies, and yield the solids and distance (m, negative: overlap) of contacts up to ``farthest``."""
         self.put(row)
         self.mujoco.mj_collision(self.model, self.data)
         contact = self.data.contact
@@ -223,9 +223,9 @@ class Bodies:
                 yield self.solids[first], self.solids[second], distance
 
     def overlaps(self, states: Sequence[Positions], farthest: float = -_LEAST) -> Iterator[dict[Pair, Overlap]]:
-        """Place all bodies in each of several states of the same joints, and yield the pairs that touch there.
+        """Move all bodies to each state, and yield the pairs of links that overlap, in the order of the bodies.
 
-        Pairs are in the order of the bodies; distances (m) go up to ``farthest``, by default inside each other.
+        Pairs up to a distance of ``farthest`` (m) are included. All states must have the same joints.
         """
         for row in self.rows(states):
             overlaps: dict[Pair, Overlap] = {}
@@ -237,13 +237,13 @@ class Bodies:
             yield overlaps
 
     def move(self, points: Floats, source: Solid, target: Solid) -> Floats:
-        """Transform points (n, 3) from the link of one solid to that of another."""
+        """Transform points (n, 3) from the link frame of ``source`` to the link frame of ``target``."""
         turns, places = self.data.xmat, self.data.xpos
         old, new = (int(self.model.geom_bodyid[self.solids.index(solid)]) for solid in (source, target))
         return (points @ turns[old].reshape(3, 3).T + places[old] - places[new]) @ turns[new].reshape(3, 3)
 
     def touches(self, solids: tuple[Solid, Solid], positions: Positions) -> bool:
-        """Return True if a corner or the middle of a triangle of a shape is inside the other, not only in its hull."""
+        """Return True if a vertex or triangle centre of a mesh is inside the other mesh, and not only in its hull."""
         import numpy as np
 
         if all(solid.mesh is None for solid in solids):
@@ -263,11 +263,11 @@ class Bodies:
 
 
 class Scene(Bodies):
-    """The collision shapes of a robot; links that are fixed to each other or disabled never touch."""
+    """The collision shapes of a robot, without contacts between links fixed to each other and disabled pairs."""
 
     def __init__(self, robot: Robot, meshes: Meshes) -> None:
         shapes, groups = {link.name: link.collision for link in robot.walk()}, weld_groups(robot)
-        self.top = {name: top for top, names in groups.items() for name in names}  # the link that a link is fixed to
+        self.top = {name: top for top, names in groups.items() for name in names}  # topmost link of each fixed group
         moving = [joint for joint in robot.joints if not joint.is_fixed]
         self.joint_between = {frozenset((self.top[joint.parent], joint.child)): joint for joint in moving}
         fixed = [pair for names in groups.values() for pair in combinations(names, 2)]
@@ -280,7 +280,7 @@ class Scene(Bodies):
         return self.joint_between.get(frozenset((self.top[pair[0]], self.top[pair[1]])))
 
     def share(self, small: str, large: str, positions: Positions, exact: bool = False) -> float:
-        """Return the share (0 to 1) of the volume of a link inside the hulls of another, or ``exact`` its meshes."""
+        """Return the share (0 to 1) of the volume of ``small`` inside the hulls of ``large``; ``exact``: the meshes."""
         import numpy as np
 
         inner, outer = self.solids_of[small], self.solids_of[large]

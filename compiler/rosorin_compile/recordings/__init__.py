@@ -1,7 +1,7 @@
 """Compare recordings of a running robot with its description.
 
-``bags`` and ``tf2_echo_text`` read messages into a ``Recording``; ``expected`` lists the edges that the description
-calls for; ``judge`` and ``judge_edges`` compare the two and yield findings; ``results`` shows them.
+``bags`` and ``tf2_echo_text`` read messages into a ``Recording``. ``expected`` lists the edges in the description.
+``judge`` and ``judge_edges`` compare the two and yield findings. ``results`` formats them.
 """
 
 from __future__ import annotations

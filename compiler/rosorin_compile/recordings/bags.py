@@ -22,9 +22,9 @@ from .series import APART, SECOND, EdgeKey, Gap, Times
 
 SUFFIXES = (".mcap", ".db3")
 _FAR = 2**62  # ns; beyond the range of any clock
-_STEP = 16_384  # messages between two reports of progress
+_STEP = 16_384  # messages between progress updates
 
-Topic = tuple[int, str, str]  # to read: the kind of its messages, its name and their type
+Topic = tuple[int, str, str]  # kind of the messages, name of the topic, message type
 
 
 class Unreadable(Exception):
@@ -41,13 +41,13 @@ _TYPES = (
     *("std_msgs/msg/String", "rosgraph_msgs/msg/Clock", "std_msgs/msg/Header"),
 )
 _NAMES = ("tf", "tf_static", "joint_states", "robot_description", "clock")
-# The frame_id of these messages, if there is one, is not a place.
+# Messages whose frame_id does not refer to a frame.
 _NOT_PLACED = {f"sensor_msgs/msg/{name}" for name in ("Joy", "BatteryState", "TimeReference", "Temperature")}
 _NOT_PLACED |= {"sensor_msgs/msg/JointState", "diagnostic_msgs/msg/DiagnosticArray"}
 
 
 def read(paths: Sequence[Path], recording: Recording) -> None:
-    """Read a rosbag2 folder, or the files of one that has no metadata.yaml, into a recording. Raises Unreadable."""
+    """Read a rosbag2 folder, or the files of a folder without metadata.yaml, into a recording. Raises Unreadable."""
     try:
         from rosbags.rosbag2 import Reader  # noqa: F401
     except ImportError:
@@ -62,7 +62,7 @@ def read(paths: Sequence[Path], recording: Recording) -> None:
 
 
 class _Bag:
-    """An open rosbag2 folder or file: number of messages, and time of the first and the last (ns)."""
+    """An open rosbag2 folder or file, with its number of messages, and the time (ns) of the first and the last."""
 
     def __init__(self, path: Path, stack: ExitStack) -> None:
         from rosbags.rosbag2 import Reader
@@ -84,13 +84,13 @@ class _Bag:
                 if (one.topic, one.msgtype, one.ext, one.digest) not in listed:  # rosbags would skip its messages
                     raise ValueError(f"metadata.yaml contradicts the files about {one.topic}")
         except Exception as cause:
-            for inner in sorted(path.iterdir()) if is_folder(path) else ():  # rosbags does not name the damaged file
+            for inner in sorted(path.iterdir()) if is_folder(path) else ():  # rosbags reports no file name
                 if inner.suffix in SUFFIXES and is_file(inner):
                     _Bag(inner, stack)
             raise self._damaged(cause) from None
 
     def _damaged(self, cause: Exception, where: str = "") -> Unreadable:
-        """Return the error for anything that rosbags raises: damaged files make it fail in many ways."""
+        """Convert any exception of rosbags, which raises many types for damaged files."""
         path, reason = self.path, " ".join(str(cause).split())[:300].rstrip(".") or type(cause).__name__
         is_mcap = path.suffix == ".mcap" or any(path.glob("*.mcap"))
         repair = "mcap recover FILE" if is_mcap else "ros2 bag reindex FOLDER"
@@ -102,7 +102,7 @@ class _Bag:
     ) -> Iterator[tuple[Topic, int, Any]]:
         """Yield each message: topic, time of arrival (ns), content (only the header for sensors). Raises Unreadable."""
         connections = [connection for connection in self.reader.connections if connection.id in topics]
-        if not connections:  # rosbags would read all
+        if not connections:  # an empty list would select all topics
             return
         deserialize, where = self.types.deserialize_cdr, ""
         try:
@@ -136,7 +136,7 @@ class _Bag:
         return topics
 
     def _has_header(self, connection: Any) -> bool:
-        """Return True if the messages of a connection begin with a std_msgs/Header that names a place."""
+        """Return True if the messages of a connection start with a std_msgs/Header with a frame."""
         if fields := self.types.fielddefs.get(connection.msgtype):
             has_header = bool(fields[1]) and str(fields[1][0][1][1]) == _TYPES[_HEADER]
             return has_header and connection.msgtype not in _NOT_PLACED
@@ -145,14 +145,14 @@ class _Bag:
 
 
 class _Reader:
-    """Reads messages into a recording, and detects whether the recorder had another clock than the stamps."""
+    """Reads messages into a recording, and detects whether the recorder and the stamps use different clocks."""
 
     def __init__(self, recording: Recording) -> None:
         self.recording, self.arrivals, self.ticks = recording, array("q"), Rows()
-        self._edges: dict[tuple[bool, str, str], Rows] = {}  # by frames as they were recorded
+        self._edges: dict[tuple[bool, str, str], Rows] = {}  # by frame names as recorded
 
     def read(self, bags: Sequence[_Bag]) -> None:
-        """Read all bags between the two requested times; of latched topics also what came before."""
+        """Read all bags within the requested times; for latched topics, also earlier messages."""
         recording, options = self.recording, self.recording.description.options
         first, end, count = bags[0].start, max(bag.end for bag in bags), sum(bag.count for bag in bags)
         start = first if options.since is None else first + int(options.since * SECOND)
@@ -181,7 +181,7 @@ class _Reader:
             for one in content.transforms:
                 header, static = one.header, kind == _TF_STATIC
                 rows = self._edges.get((static, header.frame_id, one.child_frame_id))
-                if rows is None:  # the first transform with these names of its frames
+                if rows is None:  # first transform between these frames
                     parent, child = recording.tree_frame(header.frame_id), recording.tree_frame(one.child_frame_id)
                     rows = recording.edges.setdefault(EdgeKey(static, parent, child), Rows())
                     self._edges[static, header.frame_id, one.child_frame_id] = rows
@@ -197,7 +197,7 @@ class _Reader:
             recording.add_header(received, _ns(content.stamp), name, message_type, content.frame_id)
 
     def finish(self) -> None:
-        """Finish the recording, in the clock of the stamps if the recorder had another one."""
+        """Finish the recording; convert times of arrival to the clock of the stamps if that is a different one."""
         recording, clock = self.recording, self._other_clock()
         arrivals = np.sort(np.frombuffer(self.arrivals, np.int64))
         if len(arrivals):
@@ -207,15 +207,15 @@ class _Reader:
             recording.start, recording.end = min(recording.start, int(arrivals[0])), int(arrivals[-1])
         steps = np.diff(arrivals)
         used = len(recording.headers) + bool(recording.positions) + len({key.static for key in recording.edges})
-        if len(steps) and used > 1:  # one topic alone tells nothing about the others
+        if len(steps) and used > 1:  # a single topic is not sufficient
             recording.silence = Gap(float(steps.max() / SECOND), int(arrivals[steps.argmax()]))
         recording.finish(clock)
 
     def _other_clock(self) -> Times | None:
-        """Return times of arrival and the clock of the stamps then (2, n), or None if the recorder had the same clock.
+        """Return times of arrival and times of the stamp clock (2, n), or None if both are the same clock.
 
-        All topics have to be far off: a single one indicates a fault of its node. If the clock of a simulation was
-        recorded, most topics are enough: a node without use_sim_time is a separate fault.
+        All topics must differ by a large offset, because a single one indicates a fault of its node. If /clock was
+        recorded, most topics are sufficient, because a node without use_sim_time is a separate fault.
         """
         recording, parts = self.recording, dict[str, list[Times]]()
         streams = [("/tf", rows) for key, rows in recording.edges.items() if not key.static]
@@ -239,7 +239,7 @@ class _Reader:
         if "/clock" in topics:
             times = topics["/clock"]
             return times[:, np.argsort(times[0], kind="stable")]
-        # The newest stamp that is not of a transform: localisation dates those ahead.
+        # The newest stamp except for transforms, because localisation stamps those ahead.
         placed = [times for topic, times in topics.items() if topic != "/tf"] or [topics["/tf"]]
         times = np.concatenate(placed, axis=1)
         times = times[:, np.argsort(times[0], kind="stable")]

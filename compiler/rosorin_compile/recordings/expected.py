@@ -13,9 +13,9 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLIS
 from rosorin_compile.model.joint import SEVERAL_COORDINATES
 from rosorin_compile.rules.publishers import MAX_MODES, combinations, holds, modes_in
 
-# Messages carry doubles; differences below a micrometre or microradian come from the conversion to quaternions.
+# Differences below 1e-6 m or rad are caused by the conversion to quaternions.
 EXACT = 1e-6
-# number_format six rounds each angle by up to half a millionth; a rotation has three of them and a rounded axis.
+# number_format six rounds each angle by up to 5e-7 rad; a rotation has three angles and a rounded axis.
 SIX_ANGLE = 4e-6
 
 
@@ -38,8 +38,8 @@ class Options:
 class Expected:
     """An edge that should be published.
 
-    ``transform`` is its value, of a moving joint that at position zero; None if only the publisher knows it. Values may
-    differ by 1e-6 m and by ``radians``.
+    ``transform`` is its value (at position zero for a moving joint), or None if only the publisher knows it. The
+    tolerance is 1e-6 m and ``radians``.
     """
 
     parent: str
@@ -58,7 +58,7 @@ class Expected:
 
     @property
     def value(self) -> tuple[str, bool, Transform | None]:
-        """Everything that is compared."""
+        """The values that are compared with a recording."""
         return self.parent, self.moving, self.transform
 
     @property
@@ -69,7 +69,7 @@ class Expected:
 
     @property
     def advice(self) -> str:
-        """The suggestion that its node should publish it."""
+        """The help text that its node should publish it."""
         return f"{self.owner} should publish {self.name}"
 
 
@@ -83,7 +83,7 @@ class Description:
 
     @cached_property
     def by_child(self) -> Mapping[str, tuple[Expected, ...]]:
-        """The expected edges into each frame in any mode that is possible."""
+        """The expected edges by child frame, over all possible modes."""
         by_child: dict[str, list[Expected]] = {}
         possible = list(self._combinations())
         for edge in self.edges:
@@ -99,7 +99,7 @@ class Description:
     def edge_like(
         self, parent: str, child: str, static: bool | None = None, first: Transform | None = None
     ) -> Expected | None:
-        """Return the described edge that is most like a recorded one; modes may give several for one frame."""
+        """Return the described edge that best matches a recorded one; a frame can have several because of modes."""
 
         def unlikeness(edge: Expected) -> tuple[bool, bool, float]:
             far = 1.0
@@ -111,20 +111,20 @@ class Description:
         return min(self.by_child.get(child, ()), key=unlikeness, default=None)
 
     def top(self, frame: str) -> str:
-        """Return the topmost frame that published joints lead to from a frame."""
+        """Follow published joints from a frame towards the root, and return the topmost frame."""
         while above := next((edge for edge in self.by_child.get(frame, ()) if edge.joint is not None), None):
             frame = above.parent
         return frame
 
     def owners(self, child: str) -> str:
-        """Return the nodes that may publish the edge into a frame."""
+        """Return the nodes that can publish the edge to a frame."""
         edges = self.by_child.get(child, ())
         active = [edge for edge in edges if any(edge in way for _, way in self.ways())] if len(edges) > 1 else edges
         return " or ".join(dict.fromkeys(edge.owner for edge in active or edges))
 
     @cached_property
     def joint_names(self) -> frozenset[str]:
-        """The joints that /joint_states should name: those that robot_state_publisher moves, except followers."""
+        """The joints that /joint_states should contain: all that robot_state_publisher moves, except mimic joints."""
         published = self.robot.published_by(ROBOT_STATE_PUBLISHER)
         return frozenset(self.leader(joint) for joint in published if joint.moves)
 
@@ -164,7 +164,7 @@ def _edges(robot: Robot) -> Iterator[Expected]:
 
 
 def _joint_edge(joint: Joint, edge: Any, when: str, by_urdf: bool, radians: float) -> Expected:
-    """Return the edge of a joint; only its publisher knows the value of a joint with several degrees of freedom."""
+    """Return the expected edge of a joint; it has no value if the joint has several degrees of freedom."""
     free = joint.type in SEVERAL_COORDINATES and not by_urdf
     value = None if free else joint.transform(0.0)
     place = ("joint", joint.name)

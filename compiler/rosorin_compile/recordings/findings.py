@@ -1,4 +1,4 @@
-"""Findings: the rules about recordings, diagnostics that report them, and the wording of their numbers."""
+"""Create findings of rules about recordings, and format their numbers."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic,
 from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.rule_registry import find_declared
 
-# The help of a rule is that of its findings unless they have a better one.
+# The help of a rule is the default for its findings.
 
 YEAR = 365.25 * 86400.0  # s
-_NEAR = math.radians(2.0)  # tolerance within which a turn is called a half turn or a quarter turn
+_NEAR = math.radians(2.0)  # tolerance for a half turn or a quarter turn
 _AXES = ("x", "y", "z")
 _WEIGHT = {ERROR: 0, WARNING: 1, NOTE: 2}
 
@@ -24,7 +24,7 @@ def problem(
 ) -> Diagnostic:
     """Return a finding about a subject (an edge, topic or joint); ``evidence`` is printed below the message.
 
-    Help and severity are those of the rule unless others are given.
+    By default, help and severity are those of the rule.
     """
     related, known = tuple(Related(line, None) for line in evidence), find_declared(rule)
     usual = known.help[:1].lower() + known.help[1:].rstrip(".").replace("`", "")
@@ -32,7 +32,7 @@ def problem(
 
 
 def sort_findings(findings: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Return each finding once, the most serious first, otherwise in the order in which they were found."""
+    """Remove duplicate findings, and sort by severity; the order is otherwise unchanged."""
     unique: dict[tuple[object, ...], Diagnostic] = {}
     for finding in findings:
         unique.setdefault((finding.rule, finding.of, finding.message), finding)
@@ -53,7 +53,7 @@ def seconds(value: float) -> str:
 
 
 def rate_text(rate: float | None) -> str:
-    """Return a rate in Hz, or "-" if it is not known."""
+    """Format a rate in Hz, or return "-" if it is unknown."""
     return "-" if rate is None or math.isnan(rate) else f"{rate:.1f} Hz"
 
 
@@ -65,7 +65,7 @@ def share(part: int, total: int) -> str:
 
 
 def pose_text(transform: Transform) -> str:
-    """Return a transform as metres and degrees."""
+    """Format a transform in metres and degrees."""
     xyz = " ".join(_short(value, 6) for value in transform.xyz)
     rpy = " ".join(_short(math.degrees(value), 3) for value in transform.rpy())
     return f"{xyz} m, {rpy} deg"
@@ -79,9 +79,9 @@ def _short(value: float, digits: int) -> str:
 
 
 def difference(described: Transform, recorded: Transform) -> tuple[float, float, str]:
-    """Return the distance between two transforms in metres and radians, and the difference in words.
+    """Return the distance between two transforms in m and rad, and a description of the difference.
 
-    Moves are along the axes of the parent, turns about the axes of the described child.
+    Translations are along the axes of the parent, rotations about the axes of the described child.
     """
     move = [b - a for a, b in zip(described.xyz, recorded.xyz, strict=True)]
     axis, angle = described.turn_to(recorded)
@@ -105,7 +105,7 @@ def difference(described: Transform, recorded: Transform) -> tuple[float, float,
 
 
 def value_rule(described: Transform, recorded: Transform) -> str:
-    """Return the rule for a wrong value: a half turn about z is a sensor mounted backwards."""
+    """Return the rule for a wrong value; a half turn about z suggests a sensor that is mounted backwards."""
     axis, angle = described.turn_to(recorded)
     backwards = abs(angle - math.pi) <= _NEAR and _main_axis(axis) == "z"
     return "mounted-backwards" if backwards else "edge-wrong-value"

@@ -1,4 +1,4 @@
-"""Judge a recording: all findings, the most serious first. Edges are judged in ``judge_edges``."""
+"""Compare a recording with its description, and return findings by severity (``judge_edges`` compares edges)."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ _STATES, _ROBOT = "/joint_states", "/robot_description"
 _FAR_AHEAD = 1.2
 # Clocks that differ by less than this fraction, or by less than this many seconds, count as the same.
 _SIMILAR, _NEAR = 0.1, 0.1
-_FAILS = 0.05  # share of failed lookups from which on they are reported; a few messages are overtaken
-# Messages of these packages are about a place; the header of others may be only a stamp.
+_FAILS = 0.05  # share of failed lookups that is reported; a few are normal, because messages overtake each other
+# Packages whose messages have a meaningful frame; in other messages, only the stamp of the header may be used.
 _PLACED = ("sensor_msgs", "geometry_msgs", "nav_msgs", "visualization_msgs", "vision_msgs", "stereo_msgs")
 _IMAGES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/CameraInfo")
 # The messages of the sensor types that ship with the tool (parts/sensors.yaml).
@@ -45,7 +45,7 @@ _MESSAGES = {
 }
 _OF_SENSORS = {each for types in _MESSAGES.values() for each in types}
 
-Leads = Sequence[tuple[str, float]]  # name of a stream, and how far it is dated ahead (s)
+Leads = Sequence[tuple[str, float]]  # name of a stream, and how far ahead of arrival it is stamped (s)
 
 
 def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
@@ -53,7 +53,7 @@ def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnosti
     Progress.step("judging the recording")
     findings = list(recording.troubles)
     prefix = check_prefix(recording)
-    if prefix is not None:  # nothing else is known about frames with other names
+    if prefix is not None:  # frames with other names cannot be compared
         findings += [prefix, *_clocks(recording), *_joints(recording)]
         return sort_findings([*findings, *_robot_description(recording, artifacts)])
     findings += dropped_transforms(recording)
@@ -87,7 +87,7 @@ def _nothing_compared(recording: Recording, has_tree: bool) -> Iterator[Diagnost
 
 
 def _joints(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield the faults of the joint states."""
+    """Yield the findings for joint states."""
     states, robot = recording.joints, recording.description.robot
     moving = [series for series in recording.series.values() if series.compared and not series.constant]
     if not states.pace.count:
@@ -159,7 +159,7 @@ def _robot_description(recording: Recording, artifacts: Sequence[Artifact]) -> I
 
 
 def _answers(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield the answers of tf2_echo that differ from the description, and questions that were never answered."""
+    """Yield findings for answers of tf2_echo that differ from the description, and for queries without an answer."""
     judged = [_answer(recording, answer) for answer in recording.answers]
     nothing = not recording.series and all(found and found.rule == "not-compared" for found in judged)
     yield from (replace(finding, severity=ERROR) if nothing else finding for finding in judged if finding)
@@ -173,14 +173,14 @@ def _answers(recording: Recording) -> Iterator[Diagnostic]:
 
 
 def answer_outcome(recording: Recording, answer: Answer) -> str:
-    """Return in a few words how an answer of tf2_echo compares with the description."""
+    """Return a short text for how an answer of tf2_echo compares with the description."""
     if (finding := _answer(recording, answer)) is None:
         return "as described"
     return "not compared" if finding.rule == "not-compared" else "not as described"
 
 
 def _answer(recording: Recording, answer: Answer) -> Diagnostic | None:
-    """Return the finding about an answer of tf2_echo, for its first printed form that differs, or None."""
+    """Return the finding for the first printed form of a tf2_echo answer that differs, or None."""
     description, robot, name = recording.description, recording.description.robot, answer.name
     known = description.frames | set(robot.link)
     for frame in (answer.source, answer.target):
@@ -219,7 +219,7 @@ def _answer(recording: Recording, answer: Answer) -> Diagnostic | None:
 
 
 def _clocks(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield the faults of the clocks that stamp."""
+    """Yield the findings for the clocks of stamps."""
     moving = [one for one in recording.series.values() if not one.static and not one.has_two_sources]
     streams: list[tuple[str, Pace]] = [(f"{one.name}{one.by_owner}", one.pace) for one in moving]
     streams += [("/joint_states", recording.joints.pace)] if recording.joints.pace.count else []
@@ -259,7 +259,7 @@ def _are(names: Sequence[str]) -> str:
 
 
 def _other(recording: Recording, leads: Leads) -> Iterator[Diagnostic]:
-    """Yield the findings for streams with other clocks: those behind, and those ahead."""
+    """Yield the findings for streams with a different clock, behind or ahead."""
     for ahead in (False, True):
         group = [(name, abs(lead)) for name, lead in leads if (lead > 0) == ahead]
         if not group:
@@ -274,7 +274,7 @@ def _other(recording: Recording, leads: Leads) -> Iterator[Diagnostic]:
 
 
 def _ahead(leads: Leads) -> Iterator[Diagnostic]:
-    """Yield the findings for streams that are dated ahead; each clock once."""
+    """Yield the findings for streams that are stamped ahead of arrival, one for each clock."""
     waiting = sorted((one for one in leads if one[1] > _FAR_AHEAD), key=lambda one: -one[1])
     while waiting:
         most = waiting[0][1]
@@ -287,7 +287,7 @@ def _ahead(leads: Leads) -> Iterator[Diagnostic]:
 
 
 def _sensors(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield the faults of the frames of stamped messages; those of one frame share a finding."""
+    """Yield the findings for frames of stamped messages, one for each frame."""
     failing: dict[str, list[tuple[FrameUse, Lookup]]] = {}
     late: dict[str, list[FrameUse]] = {}
     for use in recording.uses:
@@ -327,7 +327,7 @@ def _sensors(recording: Recording) -> Iterator[Diagnostic]:
 
 
 def _severity(use: FrameUse) -> str:
-    """Return the severity of a wrong frame: an error if the message is about a place. Text does not name types."""
+    """Return the severity of a wrong frame: an error if messages of that type depend on the frame."""
     return ERROR if not use.type or use.type.split("/")[0] in _PLACED else WARNING
 
 
@@ -357,7 +357,7 @@ def _slashed(recording: Recording, use: FrameUse) -> Diagnostic:
 
 
 def _not_as_declared(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield the sensors whose frame no message has while all messages of their types have another one."""
+    """Yield a finding for each sensor whose frame no message has, if all messages of its types have another frame."""
     suspects: dict[tuple[str, ...], list[Sensor]] = {}
     sensors = recording.description.robot.sensors
     for sensor in sensors:

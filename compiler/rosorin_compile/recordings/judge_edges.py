@@ -1,4 +1,4 @@
-"""Judge the recorded edges: values, parents, topics and modes, and edges that are missing, late or stale."""
+"""Check recorded edges: values, parents, topics and modes, and edges that are missing, late or stale."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from .findings import YEAR, difference, pose_text, problem, rate_text, seconds, 
 from .recording import Recording
 from .series import APART, SECOND, Leaps, Series, transform_from
 
-_REPEATED = 0.4  # share of repeated stamps from which on a stream is published twice
+_REPEATED = 0.4  # share of repeated stamps that indicates two publishers
 _FEW = 3
-_LATE = 1.0  # an edge on /tf that comes within this time (s) was there before the recording
+_LATE = 1.0  # s: an edge on /tf that arrives within this time was published before the recording started
 
 
 def edges(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield the faults of the recorded edges."""
+    """Yield the findings for recorded edges."""
     repeated, strange = list[Series](), list[Series]()
     for child, group in recording.into.items():
         if child in recording.description.by_child:
@@ -60,7 +60,7 @@ def edges(recording: Recording) -> Iterator[Diagnostic]:
 
 
 def dropped_transforms(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield the transforms that tf2 drops because of the names of their frames."""
+    """Yield a finding for transforms that tf2 drops because of their frame names."""
     for (static, parent, child), count in recording.dropped.items():
         many = f"{count_of(count, 'transform')} on {'/tf_static' if static else '/tf'}"
         why = f'"{child}" is published under itself' if parent == child and child else "a frame has no name"
@@ -69,7 +69,7 @@ def dropped_transforms(recording: Recording) -> Iterator[Diagnostic]:
 
 
 def _frame(recording: Recording, child: str, group: Sequence[Series]) -> Iterator[Diagnostic]:
-    """Yield the faults of the parents and topics of one frame that is described."""
+    """Yield the findings for the parents and topics of a frame in the description."""
     expected = recording.description.by_child[child]
     parents, described = list(dict.fromkeys(one.parent for one in group)), [edge.parent for edge in expected]
     if len(parents) > 1:
@@ -98,7 +98,7 @@ def _frame(recording: Recording, child: str, group: Sequence[Series]) -> Iterato
 
 
 def _not_published(recording: Recording, series: Series) -> Diagnostic | None:
-    """Return the finding for an edge that the description has, but that no node should publish now."""
+    """Return the finding for an edge of the description that no node should publish in these modes."""
     description = recording.description
     conditions = [edge.when for edge in description.edges if edge.child == series.child]
     message, help = f"{series.name} was published, but ", "look what --mode says, and what runs"
@@ -118,7 +118,7 @@ def _evidence(series: Series) -> str:
 
 
 def _values(recording: Recording, series: Series) -> Iterator[Diagnostic]:
-    """Yield values that are not transforms, differ from the description, or contradict each other."""
+    """Yield findings for values that are not transforms, differ from the description, or contradict each other."""
     name, edge = series.name, series.edge
     if series.bad:
         message = f"{name}: {share(series.bad, series.pace.count)} are not transforms (NaN, or a quaternion not of "
@@ -143,16 +143,16 @@ def _values(recording: Recording, series: Series) -> Iterator[Diagnostic]:
 
 
 def leaps_text(leaps: Leaps) -> str:
-    """Return the reason why a stream seems to have two sources."""
+    """Return a text for why a stream seems to have two sources."""
     if leaps.contradict:
         return f"{share(leaps.contradictions, leaps.steps)} stamps come twice with different values"
     return f"{share(leaps.returns, leaps.steps)} samples leap back to where it was, by {leaps.largest:.3g} m or rad"
 
 
 class Way(NamedTuple):
-    """A combination of modes with the edges that should be there.
+    """A combination of modes with its expected edges.
 
-    ``others`` are recorded edges of other modes, each with the one that should be there; ``text`` names the modes.
+    ``others`` are recorded edges of other modes, each with the expected edge; ``text`` describes the modes.
     """
 
     modes: Mapping[str, bool]
@@ -163,7 +163,7 @@ class Way(NamedTuple):
 
 
 def best_way(recording: Recording) -> Way:
-    """Return the combination of modes with the fewest missing edges, and of those the one that fits best."""
+    """Return the combination of modes with the fewest missing edges; among those, the one that matches best."""
     ways = []
     fitting = [one.edge for one in recording.series.values() if one.edge and one.has_parent and not one.wrong]
     for modes, edges in recording.description.ways():
@@ -176,7 +176,7 @@ def best_way(recording: Recording) -> Way:
 
 
 def other_modes(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield the edges of one combination of modes among those of another one."""
+    """Yield a finding for recorded edges that belong to different modes than the others."""
     way = best_way(recording)
     for edge, own in way.others:
         message = f"{edge.name} is as described when {edge.when or 'no mode says otherwise'}, but the others are those "
@@ -185,10 +185,10 @@ def other_modes(recording: Recording) -> Iterator[Diagnostic]:
 
 
 def check_prefix(recording: Recording) -> Diagnostic | None:
-    """Return the finding for frames that all have another prefix than the description and --prefix, or None."""
+    """Return the finding if all frames have a different prefix than the description and --prefix, or None."""
     frames, description = recording.tree_frames, recording.description
     known, requested = description.frames | set(description.robot.link), description.options.prefix
-    # The common prefix is one behind which at least half of the frames are known.
+    # A prefix counts if at least half of the frames without it are in the description.
     counts = Counter(name[:at] for name in frames for at in range(1, len(name)) if name[at:] in known)
     fitting = [text for text, count in counts.items() if 2 * count >= len(frames) and not frames & known]
     prefix = next((text for text in fitting if all(name.startswith(text) for name in frames)), "")
@@ -203,11 +203,11 @@ def check_prefix(recording: Recording) -> Diagnostic | None:
 
 
 def missing(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield the edges that were not published, those of one node together."""
+    """Yield the findings for edges that were not published, one for each node."""
     if not recording.complete:
         return
     way, description, silent = best_way(recording), recording.description, frozenset[str]()
-    if recording.joints.pace.count:  # joints that /joint_states leaves out have a finding of their own
+    if recording.joints.pace.count:  # missing joints in /joint_states are a separate finding
         silent = description.joint_names - recording.joints.reported.keys()
     no_static = recording.timed and not any(series.static for series in recording.series.values())
     if no_static and (static := [edge.name for edge in way.missing if not edge.moving]):
@@ -237,7 +237,7 @@ def missing(recording: Recording) -> Iterator[Diagnostic]:
 
 
 def stale(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield the moving edges whose newest sample was too old; those of one node share a finding."""
+    """Yield the findings for moving edges whose newest sample was too old, one for each node."""
     limit, silence, end = recording.description.options.stale, recording.silence, recording.end
     for series in recording.series.values():
         if series.age is not None and series.edge and not series.static and limit < series.age <= YEAR:
@@ -261,7 +261,7 @@ def stale(recording: Recording) -> Iterator[Diagnostic]:
             return False
         if (step := pace.step) is None:
             return True
-        # A clock that was set has a finding of its own.
+        # A clock that was set is a separate finding.
         of_recorder = silence.seconds > _LATE and abs(step.size - silence.seconds) < _LATE
         return not of_recorder and min(step.before, step.after) >= -APART
 
@@ -281,7 +281,7 @@ def stale(recording: Recording) -> Iterator[Diagnostic]:
 
 
 def _by_owner(series: Iterable[Series]) -> Iterable[list[Series]]:
-    """Group edges by the node that publishes them; an edge without a node is a group by itself."""
+    """Group edges by the node that publishes them; an edge without a known node is a separate group."""
     groups: dict[str, list[Series]] = {}
     for one in series:
         groups.setdefault(one.owner or one.name, []).append(one)
@@ -294,10 +294,10 @@ def _names(group: Sequence[Series], first: Series) -> str:
 
 
 def late(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield the moving edges that came some time after the start; those of one node share a finding."""
+    """Yield the findings for moving edges that first arrived long after the start, one for each node."""
 
     def waited(series: Series) -> float:
-        """Return how long (s) the recording ran before the first transform, without a pause of the recorder."""
+        """Return the time (s) from the start to the first transform, without a pause of the recorder."""
         time, silence = recording.since_start(series.pace.first), recording.silence
         return time - (silence.seconds if silence.seconds > _LATE and series.pace.first > silence.at else 0.0)
 

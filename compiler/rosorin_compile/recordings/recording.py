@@ -1,4 +1,4 @@
-"""A recording: messages as they were read, then sorted by edge, joint and topic."""
+"""``Recording``, which collects messages and sorts them by edge, joint and topic."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ _NO_TIMES: Times = np.empty(0, np.int64)
 
 
 class Rows:
-    """The messages of one edge, of one joint, or of one frame of a topic."""
+    """The messages of an edge, of a joint, or of a frame on a topic."""
 
     def __init__(self) -> None:
         self._times = array("q")
         self._values, self._width = array("d"), 0
 
     def add(self, received: int, stamp: int, values: Sequence[float] = ()) -> None:
-        """Add a message: times in ns, and its numbers, always as many."""
+        """Add a message: times in ns, and a fixed number of values."""
         self._times.extend((received, stamp))
         self._values.extend(values)
         self._width = len(values)
@@ -39,14 +39,14 @@ class Rows:
         return np.asarray(np.frombuffer(self._times, np.int64).reshape(-1, 2).T, np.int64)
 
     def messages(self, clock: Times | None) -> Messages:
-        """Return the messages; ``clock`` (2, n) converts times of arrival (ns, ascending) to those of another clock."""
+        """Return the messages; ``clock`` (2, n) maps times of arrival (ns, ascending) to another clock."""
         received, stamps = self.times
         received = received if clock is None else np.interp(received, *clock).astype(np.int64)
         return Messages(received, stamps, np.frombuffer(self._values, np.float64).reshape(len(stamps), self._width))
 
 
 class Reading(NamedTuple):
-    """One form in which tf2_echo prints a transform: None where it is not printed; tolerances are half a digit."""
+    """One form in which tf2_echo prints a transform (None: not printed); tolerances are half of the last digit."""
 
     xyz: Vector | None
     turn: Transform | None
@@ -55,9 +55,9 @@ class Reading(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """An answer of tf2_echo: the pose of ``target`` in ``source``, and the line of the text where it begins.
+    """An answer of tf2_echo: the pose of ``target`` in ``source``, and the number of its first line in the text.
 
-    ``why`` is the reason why tf2 had no answer. ``positions`` are those of the joints as far as they are known.
+    ``why`` is the reason if tf2 had no answer. ``positions`` are the known joint positions (rad or m).
     """
 
     source: str
@@ -73,7 +73,7 @@ class Answer(NamedTuple):
 
 
 class FrameRow(NamedTuple):
-    """One frame of view_frames: rate in Hz, and the age of its newest transform in s, None if it is not known."""
+    """A frame in view_frames: rate in Hz, and the age of its newest transform in s, or None if unknown."""
 
     parent: str
     child: str
@@ -84,18 +84,18 @@ class FrameRow(NamedTuple):
 
 @dataclass
 class FrameUse:
-    """The messages of a topic that name one frame. Times are ns."""
+    """The messages on a topic with the same frame. Times are in ns."""
 
     topic: str
     type: str
     frame: str
     pace: Pace
-    slashed: int = 0  # messages that name it with a leading "/"
+    slashed: int = 0  # messages with a leading "/" in the frame
     early: int = 0  # messages that arrived before the frame was in the tree
-    ready: int | None = None  # when the frame was in the tree
-    waited_for: str = ""  # the edge that came last
+    ready: int | None = None  # time when the frame was in the tree
+    waited_for: str = ""  # edge that arrived last
     lookups: dict[str, Lookup] = field(default_factory=dict)
-    slowest: dict[str, Series] = field(default_factory=dict)  # the edge that failed most lookups, by their target
+    slowest: dict[str, Series] = field(default_factory=dict)  # edge that caused most failed lookups, by target frame
 
 
 class Recording:
@@ -112,23 +112,23 @@ class Recording:
         self.topics: dict[str, str] = {}
         self.edges: dict[EdgeKey, Rows] = {}
         self.states, self.positions = Rows(), dict[str, Rows]()  # messages of /joint_states, and positions by joint
-        self.short_states = 0  # with fewer positions than names
+        self.short_states = 0  # joint states with fewer positions than names
         self.headers: dict[tuple[str, str, str], Rows] = {}  # topic, type, frame
         self.slashed: dict[tuple[str, str], int] = {}  # topic, frame
         self.descriptions = dict[bytes, None]()  # the texts of /robot_description
         self.troubles = list[Diagnostic]()
         self.answers, self.refused, self.rows = list[Answer](), list[Answer](), list[FrameRow]()
-        self.dropped: dict[EdgeKey, int] = {}  # transforms that tf2 drops: of a frame to itself, or without a name
-        self.tree_frames: set[str] = set()  # with their prefix
+        self.dropped: dict[EdgeKey, int] = {}  # transforms that tf2 drops: parent equals child, or an empty name
+        self.tree_frames: set[str] = set()  # names with the prefix
         self.series: dict[EdgeKey, Series] = {}
         self.parents: dict[str, str] = {}
         self.uses: list[FrameUse] = []
         self.joints: JointStates
 
     def frame(self, name: str) -> str:
-        """Return a recorded frame as the description names it: without a leading "/" and without the prefix.
+        """Return the name in the description for a recorded frame, without a leading "/" and without the prefix.
 
-        robot_state_publisher prefixes all links: a link without the prefix is a different frame.
+        A link without the prefix is a different frame, because robot_state_publisher prefixes all links.
         """
         name = name.removeprefix("/")
         prefix = self.description.options.prefix
@@ -137,7 +137,7 @@ class Recording:
         return name.removeprefix(prefix)
 
     def tree_frame(self, name: str) -> str:
-        """Return a recorded frame of a transform as the description names it, and remember its full name."""
+        """Return the name in the description for a frame of a transform, and record its full name."""
         self.tree_frames.add(name.removeprefix("/"))
         return self.frame(name)
 
@@ -145,7 +145,7 @@ class Recording:
         """Add a joint state: times in ns, positions in rad or m."""
         self.states.add(received, stamp)
         self.short_states += 0 < len(positions) < len(names)
-        for name, position in zip(names, positions, strict=False):  # no positions if only velocities or efforts came
+        for name, position in zip(names, positions, strict=False):  # a message can have only velocities or efforts
             self.positions.setdefault(name, Rows()).add(received, stamp, (position,))
 
     def add_header(self, received: int, stamp: int, topic: str, message_type: str, frame: str) -> None:
@@ -156,9 +156,9 @@ class Recording:
             self.slashed[topic, name] = self.slashed.get((topic, name), 0) + 1
 
     def finish(self, clock: Times | None = None) -> None:
-        """Sort the messages that were read, and compare the transforms with the description.
+        """Sort the messages, and compare the transforms with the description.
 
-        ``clock`` (2, n) converts times of arrival (ns, ascending) to those of another clock.
+        ``clock`` (2, n) maps times of arrival (ns, ascending) to another clock.
         """
         pace = Pace(*self.states.messages(clock)[:2], self.start, self.timed)
         states = {name: rows.messages(clock) for name, rows in self.positions.items()}
@@ -209,7 +209,7 @@ class Recording:
         return by_child
 
     def chain(self, frame: str, target: str) -> list[Series] | None:
-        """Return the recorded edges from a frame up to another one, or None if they do not lead there."""
+        """Return the recorded edges from a frame up to ``target``, or None if there is no path."""
         chain: list[Series] = []
         while frame != target:
             parent = self.parents.get(frame)
@@ -220,7 +220,7 @@ class Recording:
         return chain
 
     def _look_up_all(self, use: FrameUse) -> None:
-        """Look up a frame, at each message that names it, in the root of the robot and in the frame above that."""
+        """Look up a frame, for each message with that frame, in the root of the robot and in the parent of the root."""
         start, base = self.start, self.description.top(use.frame)
         chain = self.chain(use.frame, base)
         if chain is None:
@@ -229,7 +229,7 @@ class Recording:
             use.ready = start
             for series in chain:
                 came = series.pace.first
-                if series.static and series.pace.first_stamp > 0:  # a recorder that joins later gets it late
+                if series.static and series.pace.first_stamp > 0:  # a recorder that joins later receives it late
                     came = min(came, series.pace.first_stamp)
                 elif not series.static and came - start <= SECOND:  # it was available before
                     came = start
@@ -244,9 +244,9 @@ class Recording:
 
 
 def _look_up(use: FrameUse, chain: Sequence[Series], target: str) -> None:
-    """Look up a frame in ``target`` at the stamp of each message, with what had arrived by then.
+    """Look up a frame in ``target`` at the stamp of each message, with the transforms received by then.
 
-    tf2 answers if each moving edge has samples on both sides of the stamp (tf2/src/time_cache.cpp).
+    tf2 can answer if each moving edge has samples on both sides of the stamp (tf2/src/time_cache.cpp).
     """
     moving = [series for series in reversed(chain) if not series.static]
     begin = max([series.pace.first_stamp for series in moving] + [use.ready or 0])

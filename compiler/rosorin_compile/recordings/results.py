@@ -1,4 +1,4 @@
-"""The result of verify: plain values (schemas/recording.schema.json), tables for people, and JUnit XML for CI."""
+"""The result of verify as JSON values (schemas/recording.schema.json), as text tables, and as JUnit XML for CI."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from .findings import rate_text, seconds
 _EDGE_HEAD = ("edge", "by", "topic", "seen", "rate", "largest gap", "age, oldest", "value")
 _SENSOR_HEAD = ("topic", "frame", "seen", "rate", "placed in", "at its stamp", "tree behind, most")
 _MAX_ROWS = 200
-_NO_TIME = 0.5e-3  # s; stamps ahead by less are within the accuracy of reading a clock
-# Errors that tell nothing about the robot: there was too little to compare.
+_NO_TIME = 0.5e-3  # s: smaller offsets are within the accuracy of reading a clock
+# Errors for recordings with too little data to compare.
 _TOO_LITTLE = {"recording-empty", "recording-foreign", "recording-type", "recording-no-static", "frames-prefixed"}
 _TOO_LITTLE |= {"text-not-understood", "text-frames", "not-compared"}
 
 
 @dataclass(frozen=True)
 class RecordedEdge:
-    """One edge on one topic, or one that is missing."""
+    """An edge on a topic, or a missing edge."""
 
     parent: Annotated[str, "The parent frame."]
     child: Annotated[str, "The child frame."]
@@ -43,13 +43,13 @@ class RecordedEdge:
 
     @property
     def name(self) -> str:
-        """Parent and child as text."""
+        """The parent and child as text."""
         return f"{self.parent} -> {self.child}"
 
 
 @dataclass(frozen=True)
 class RecordedJoint:
-    """A joint of /joint_states."""
+    """A joint in /joint_states."""
 
     name: Annotated[str, "Its name."]
     lowest: Annotated[float | None, "The lowest position in radians or metres."]
@@ -60,7 +60,7 @@ class RecordedJoint:
 
 @dataclass(frozen=True)
 class Lookup:
-    """Lookups at the exact stamps of the messages on their arrival."""
+    """Results of looking up the frame of each message at its stamp, at its time of arrival."""
 
     target: Annotated[str, "The requested frame."]
     asked: Annotated[int, "The number of lookups."]
@@ -71,7 +71,7 @@ class Lookup:
 
 @dataclass(frozen=True)
 class RecordedSensor:
-    """The messages of a topic that name one frame."""
+    """The messages on a topic with the same frame."""
 
     topic: Annotated[str, "The topic."]
     type: Annotated[str, "Its type; empty if unknown."]
@@ -109,7 +109,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Verified:
-    """A recording compared with a description.
+    """The result of comparing a recording with a description.
 
     If the comparison was not possible, ``data`` is None and ``diagnostics`` has the reason.
     """
@@ -130,12 +130,12 @@ class Verified:
     data: Any = field(default=None, repr=False, compare=False)
 
     def fails(self, strict: bool = False) -> bool:
-        """Return True if the robot that ran is not the described one; ``strict`` treats warnings as errors."""
+        """Return True if the recorded robot differs from the description; ``strict`` treats warnings as errors."""
         return any(one.severity == "error" or (strict and one.severity == "warning") for one in self.findings)
 
 
 def table(result: Verified) -> list[str]:
-    """Return the edges, the stamped messages and the answers of tf2_echo as tables."""
+    """Format the edges, the stamped messages and the answers of tf2_echo as tables."""
     lines: list[str] = []
     edges, sensors = list[Sequence[str]](), list[Sequence[str]]()
     for edge in result.edges:
@@ -160,7 +160,7 @@ def table(result: Verified) -> list[str]:
 
 
 def summary(result: Verified, name: str, strict: bool) -> str:
-    """Return the last line: the size of the recording, and the outcome."""
+    """Return the last line of the output, with the size of the recording and the outcome."""
     edges = len({edge.child for edge in result.edges if edge.topic})
     parts = [count_of(result.messages, "message")] if result.messages else []
     parts += [f"{result.seconds:.1f} s"] if result.seconds else []
@@ -178,7 +178,7 @@ def summary(result: Verified, name: str, strict: bool) -> str:
 
 
 def _age(edge: RecordedEdge) -> str:
-    """Return the mean age of an edge, or how far it is dated ahead, and the largest age of its newest stamp."""
+    """Format the mean age of an edge (or how far ahead it is stamped) and the largest age of its newest stamp."""
     if edge.mean_age is None:
         return "-" if edge.oldest is None else "no stamp"
     if edge.other_clock:
@@ -195,7 +195,7 @@ def _columns(rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def as_junit(result: Verified, strict: bool = False) -> str:
-    """Return a result as JUnit XML: a test case for each edge, topic and joint that fails if it has an error."""
+    """Format a result as JUnit XML, with a test case for each edge, topic and joint, which fails for an error."""
     names = [edge.name for edge in result.edges] + [answer.name for answer in result.answers]
     names += [use.topic for use in result.sensors]
     cases: dict[str, list[Finding]] = {mask_controls(name): [] for name in names}

@@ -1,4 +1,4 @@
-"""Streams of messages: rates, gaps, clocks, second sources; joint states, and the transforms of one edge.
+"""Analyse streams of messages (rates, gaps, clocks, duplicate sources), joint states, and the transforms of an edge.
 
 Quaternions are (x, y, z, w) as in ROS.
 """
@@ -24,32 +24,32 @@ Times = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 SECOND = 1_000_000_000
-SLICES = 240  # time slices in which a recording is divided
-JUMP = SECOND // 10  # a stamp further behind the previous one jumped back; messages may overtake each other by less
-SIMULATED = 10**8 * SECOND  # wall clocks show more (1973); simulations begin at zero
-APART = 60.0  # stamps and arrivals that are always further apart than this (s) are from two clocks
+SLICES = 240  # time slices of a recording
+JUMP = SECOND // 10  # a larger decrease of the stamp is a jump; messages can overtake each other by less
+SIMULATED = 10**8 * SECOND  # stamps below (1973) are from a simulation, which starts at zero
+APART = 60.0  # s: stamps and arrivals that always differ by more are from two clocks
 
-# A step of the clock is searched in slices of at least 0.8 s, with three slices on each side of it.
+# Steps of a clock are detected in slices of at least 0.8 s, with three slices on each side.
 _SLICE, _SIDE = 8 * SECOND // 10, 3
-# The smallest step (s). If both sides are in the past, a smaller change than DELAY may be a transmission delay.
+# The smallest step (s). If stamps are in the past on both sides, a change below DELAY can be a transmission delay.
 _STEP, _DELAY = 0.25, 5.0
-AHEAD = 0.1  # stamps ahead of their arrival by less (s) are within the accuracy of reading two clocks
+AHEAD = 0.1  # s: stamps ahead of their arrival by less are within the accuracy of two clocks
 # tf2 drops transforms whose squared quaternion deviates more from 1 (tf2/src/buffer_core.cpp).
 _NORM_TOLERANCE = 10e-3
-TREMBLING = 0.02  # a servo that holds its position moves by up to this (rad or m)
-_SLIDING = 1e-3  # tolerance of the position of a sliding follower (m)
+TREMBLING = 0.02  # rad or m: a servo that holds a position moves by up to this
+_SLIDING = 1e-3  # m: tolerance for the position of a prismatic mimic joint
 _BEYOND = 1e-6
 
 
 class Gap(NamedTuple):
-    """A duration in s, and the time in ns when it began or was observed."""
+    """A duration in s, and the time in ns when it started or was observed."""
 
     seconds: float = 0.0
     at: int = 0
 
 
 class Step(NamedTuple):
-    """A step of the clock that stamps: when (ns), and how far ahead of arrival (s) it stamped before and after."""
+    """A step of the clock of stamps: its time (ns), and how far stamps were ahead of arrival (s) before and after."""
 
     time: int
     before: float
@@ -58,21 +58,21 @@ class Step(NamedTuple):
 
 
 class Pace:
-    """Rates, gaps and ages of one stream of messages in order of arrival. Times are ns, ages and gaps s.
+    """Rates, gaps and ages of a stream of messages in order of arrival. Times are in ns, ages and gaps in s.
 
-    ``start`` is the start of the recording; ``timed`` tells whether arrival times are known.
+    ``start`` is the start of the recording; ``timed`` is True if arrival times are known.
     """
 
     def __init__(self, received: Times, stamps: Times, start: int, timed: bool) -> None:
         self.received, self.stamps, self.start, self.timed = received, stamps, start, timed
         self.count = len(received)
-        stamped = stamps != 0  # zero means that there is no stamp
+        stamped = stamps != 0  # zero means no stamp
         self.zeros = self.count - int(np.count_nonzero(stamped))
         self.first, self.last = (int(received[0]), int(received[-1])) if self.count else (0, 0)
         self.first_stamp = int(stamps[0]) if self.count else 0
         self.newest = int(stamps.max(initial=0))
         span = self.last - self.first
-        self.rate = (self.count - 1) * SECOND / span if self.count > 1 and span > 0 else math.nan  # messages a second
+        self.rate = (self.count - 1) * SECOND / span if self.count > 1 and span > 0 else math.nan  # Hz
         ahead = (stamps - received)[stamped] / SECOND
         self.most_ahead, self.least_ahead = float(ahead.max(initial=-math.inf)), float(ahead.min(initial=math.inf))
         self.mean_age = -float(ahead.mean()) if timed and len(ahead) else math.nan
@@ -85,18 +85,18 @@ class Pace:
         # The age of the newest stamp just before each arrival.
         newest, came = np.maximum.accumulate(stamps[stamped]), received[stamped]
         self.oldest = _longest(came - np.concatenate((newest[:1], newest[:-1])), came)
-        # The first messages of a simulation may have its time zero.
+        # The first messages of a simulation can have a stamp of zero.
         begins = self.first_stamp == 0 and self.newest < SIMULATED and self.zeros <= max(1, self.count // 20)
         self.unstamped = self.zeros > 0 and not begins
-        # Of another clock, all stamps are far from their arrival and advance as time does.
+        # With a different clock, all stamps are far from their arrival and advance at the same rate.
         limit = APART if self.newest - self.first_stamp > span / 2 > 0 else YEAR
         self.other_clock = timed and len(ahead) > 0 and (self.least_ahead > APART or self.most_ahead < -limit)
 
     @property
     def alternates(self) -> bool:
-        """Return True if short and long steps alternate while every second message is regular: two sources.
+        """Return True if short and long steps alternate but every second message is regular, as with two sources.
 
-        The jitter of one source spreads over two steps as over one; of two sources, two steps are one period.
+        With two sources, two steps are one period, and vary less than single steps; with one source, they do not.
         """
         one, two = np.diff(self.stamps) / SECOND, (self.stamps[2:] - self.stamps[:-2]) / SECOND
         if len(one) < 20 or one.sum() <= 0:
@@ -114,10 +114,10 @@ class Pace:
 
     @cached_property
     def step(self) -> Step | None:
-        """The largest step of the clock that stamps, else its drift, or None if it has neither.
+        """The largest step of the clock of stamps, else its drift, or None if it has neither.
 
-        The lead of a slice is the most that a stamp was ahead of its arrival; no message arrives before it is sent.
-        Growing delays are not a step: the leads on both sides of it have to be steady.
+        The lead of a slice is the largest difference of stamp and arrival, that of the message with the shortest delay.
+        The leads on both sides of a step must be steady, so that growing delays are not a step.
         """
         width = slice_width(int(self.received.max(initial=self.start)) - self.start, _SLICE)
         leads = np.full(SLICES, -np.inf)
@@ -139,7 +139,7 @@ class Pace:
 
 
 def slice_width(span: int, width: int = SECOND // 10) -> int:
-    """Return the width (ns) of the slices of a recording that is ``span`` ns long: at least ``width``."""
+    """Return the width (ns) of the time slices for a recording of ``span`` ns, at least ``width``."""
     while span // width >= SLICES:
         width *= 2
     return width
@@ -161,8 +161,8 @@ def _drift(leads: Floats, start: int) -> Step | None:
 
 
 _LOOK_BACK = 6
-LEAP = 5e-3  # a value that leaps by this (m or rad) and returns to an earlier one came from another source
-# A stream has two sources if at least this share of steps, and of leaps, and this number lead back.
+LEAP = 5e-3  # m or rad: a value that changes by this and returns to an earlier value has another source
+# A stream has two sources if at least this share of steps, share of leaps, and number of leaps return.
 _SHARE, _RETURNING, _FEWEST = 0.2, 0.45, 4
 _FEWEST_REPEATED = 3
 
@@ -174,7 +174,7 @@ def _largest_difference(one: Floats, other: Floats) -> Floats:
 
 
 class Leaps:
-    """Leaps of a stream back to where it was shortly before, and different values with the same stamp.
+    """Leaps of a stream back to an earlier value, and different values with the same stamp.
 
     ``values`` (n, k) are in order of arrival; ``distance`` compares two rows, ``leap`` is the smallest leap.
     """
@@ -194,16 +194,16 @@ class Leaps:
         self.contradictions, self.leaps, self.returns = len(again), len(leaping), len(returned)
         self.largest = float(far[returned - 1].max(initial=0.0))
         first = min([*again[:1], *returned[:1]], default=0)
-        self.pair = values[first - 1 : first + 1]  # the first two that contradict each other, if there are any
+        self.pair = values[first - 1 : first + 1]  # first contradicting values, if any
         self.contradict = self.contradictions >= _FEWEST_REPEATED  # stamps often occur with two values
         returns = self.returns >= _FEWEST and self.returns > max(_SHARE * self.steps, _RETURNING * self.leaps)
         self.two = self.contradict or returns  # the stream seems to have two sources with different values
 
 
 class Messages(NamedTuple):
-    """Messages in order of arrival: times in ns (n,), and the numbers (n, k) of each.
+    """Messages in order of arrival: times in ns (n,), and values (n, k).
 
-    Those of a transform are x, y, z in m and a quaternion; that of a joint state is a position in rad or m.
+    The values of a transform are x, y, z in m and a quaternion; the value of a joint state is a position in rad or m.
     """
 
     received: Times
@@ -217,9 +217,9 @@ class Messages(NamedTuple):
 
 @dataclass
 class Reported:
-    """The positions of a joint in rad or m: the range, and how many there are, exceed the limits, or are not numbers.
+    """Statistics of the positions of a joint (rad or m): range, and counts of all, beyond limits, and not numbers.
 
-    A follower was compared with its leader ``followed`` times and was wrong ``off`` times, by at most ``farthest``.
+    A mimic joint was compared with its leader ``followed`` times and was wrong ``off`` times, by at most ``farthest``.
     """
 
     lowest: float
@@ -233,11 +233,11 @@ class Reported:
 
 
 class JointStates:
-    """All messages of /joint_states: ``pace`` is that of all, ``states`` has the positions of each joint."""
+    """All messages on /joint_states: ``pace`` covers all messages, ``states`` has the positions of each joint."""
 
     def __init__(self, robot: Robot, pace: Pace, states: Mapping[str, Messages]) -> None:
         self.robot, self.pace = robot, pace
-        self.leaps = Leaps(np.empty(0, np.int64), np.empty((0, 1)))  # of the first joint with two values
+        self.leaps = Leaps(np.empty(0, np.int64), np.empty((0, 1)))  # leaps of the first joint with two sources
         self._states: dict[str, Messages] = {}  # by joint, ordered by stamp
         self.reported: dict[str, Reported] = {}
         for name, messages in states.items():
@@ -255,7 +255,7 @@ class JointStates:
                 self._compare_follower(joint, robot.joint[joint.mimic.joint])
 
     def limits(self, name: str) -> tuple[float, float]:
-        """Return the limits of a joint (rad or m), infinite where there are none."""
+        """Return the limits of a joint (rad or m), infinite if it has none."""
         joint = self.robot.joint.get(name)
         if joint is None or joint.limit is None or joint.type == "continuous":
             return -np.inf, np.inf
@@ -265,7 +265,7 @@ class JointStates:
     def position(self, joint: Joint, stamps: Times, received: Times) -> tuple[Floats, Flags]:
         """Return the positions (n,) that robot_state_publisher used for a joint at stamps (n,), and which are known.
 
-        Of several messages with a stamp it is the one received at about that time. A reported position of a follower
+        If several messages have a stamp, the one received closest to ``received`` counts. The position of a mimic joint
         takes precedence over that of its leader (``callbackJointState`` of robot_state_publisher).
         """
         positions, known = np.zeros(len(stamps)), np.zeros(len(stamps), bool)
@@ -281,7 +281,7 @@ class JointStates:
         return np.where(known, positions, joint.mimic.multiplier * leader + joint.mimic.offset), known | there
 
     def _compare_follower(self, joint: Joint, leader: Joint) -> None:
-        """Count how often a follower was not where its leader puts it; turns of the leader have to be unambiguous."""
+        """Count how often a mimic joint did not follow its leader, for unambiguous turns of the leader."""
         turns, mimic, states = leader.type == "continuous", joint.mimic, self._states[joint.name]
         if mimic is None or (turns and not float(mimic.multiplier).is_integer()):
             return
@@ -296,7 +296,7 @@ class JointStates:
 
 
 class EdgeKey(NamedTuple):
-    """One edge on one topic; ``static`` is True for /tf_static."""
+    """An edge on a topic; ``static`` is True for /tf_static."""
 
     static: bool
     parent: str
@@ -304,9 +304,9 @@ class EdgeKey(NamedTuple):
 
 
 class Series:
-    """One edge on one topic: /tf_static if it is ``static``, otherwise /tf. ``edge`` is the described edge.
+    """The samples of an edge on /tf_static (``static``) or /tf. ``edge`` is the edge in the description.
 
-    An edge that is ``listed`` is only in view_frames, with the ``age`` of its newest transform (s) if it is known.
+    A ``listed`` edge is only in view_frames, with the ``age`` of its newest transform (s) if known.
     """
 
     def __init__(
@@ -318,16 +318,16 @@ class Series:
         self.listed = False
         self.age: float | None = None
         square = np.square(samples.values[:, 3:]).sum(axis=1)
-        good = np.isfinite(samples.values[:, :3]).all(axis=1) & (np.abs(square - 1.0) <= _NORM_TOLERANCE)  # as for tf2
+        good = np.isfinite(samples.values[:, :3]).all(axis=1) & (np.abs(square - 1.0) <= _NORM_TOLERANCE)  # as in tf2
         self.bad = int(np.count_nonzero(~good))
         self.first_bad = int(samples.received[~good][0]) if self.bad else 0
         self.samples = samples = samples if not self.bad else Messages(*(values[good] for values in samples))
         places, turns = samples.values[:, :3], _normalised(samples.values[:, 3:])
         self.edge = edge = description.edge_like(parent, child, static, samples.transform(0) if len(turns) else None)
-        self.owner = description.owners(child)  # the node that should publish it, if known
+        self.owner = description.owners(child)  # node that should publish it, if known
         self.by_owner = f" ({self.owner})" if self.owner else ""
         self.constant = static or (edge is not None and not edge.moving)
-        self.has_parent = edge is not None and edge.parent == parent  # as it is described
+        self.has_parent = edge is not None and edge.parent == parent  # as in the description
         self.compared = self.by_state = self.wrong = self.others = 0
         self.first_wrong: tuple[Transform, Transform, int] | None = None  # recorded, described, time of arrival (ns)
         self.first_other: Transform | None = None
@@ -361,17 +361,17 @@ class Series:
 
     @property
     def has_two_sources(self) -> bool:
-        """Return True if two nodes seem to publish different values; an edge that follows its joint may leap."""
+        """Return True if two nodes seem to publish different values, unless the edge correctly follows its joint."""
         return not self.constant and self.leaps.two and not (self.compared and not self.wrong)
 
 
 def _expected_values(
     edge: Expected, origin: Transform, samples: Messages, joints: JointStates
 ) -> tuple[Floats, Floats, int]:
-    """Return the described values of samples, xyz (n, 3) and quaternions (n, 4), and how many joint states gave them.
+    """Return the expected values of samples, xyz (n, 3) and quaternions (n, 4), and the number with a joint state.
 
-    Without the joint state of its stamp, a sample is compared with the position at which the joint is nearest to it:
-    a transform that no position produces is wrong whatever the joint states were.
+    A sample without a joint state is compared with the nearest transform that the joint can produce, because a
+    transform that no position produces is always wrong.
     """
     count, joint = len(samples.stamps), edge.joint
     w, x, y, z = origin.quaternion()
@@ -391,13 +391,13 @@ def _expected_values(
 
 
 def transform_from(pose: Floats) -> Transform:
-    """Return a position and a quaternion (7,) as a transform."""
+    """Convert a position and a quaternion (7,) to a transform."""
     px, py, pz, x, y, z, w = pose.tolist()
     return Transform.of_quaternion((px, py, pz), (w, x, y, z))
 
 
 def _distance(one: Floats, other: Floats) -> Floats:
-    """Return the distance (n,) of poses (n, 7): m, or rad where that is more. q and -q are the same rotation."""
+    """Return the distance (n,) between poses (n, 7): the maximum of m and rad. q and -q are the same rotation."""
     metres = _largest_difference(one[:, :3], other[:, :3])
     radians = 2.0 * np.minimum(*(_largest_difference(one[:, 3:], sign * other[:, 3:]) for sign in (1, -1)))
     return np.asarray(np.maximum(metres, radians), np.float64)

@@ -20,10 +20,10 @@ from .findings import problem
 from .recording import Answer, FrameRow, Reading, Recording, Rows
 from .series import SECOND, EdgeKey
 
-# Colours and other controls of a terminal, and window titles (ECMA-48, 5.4 and 8.3.89).
+# Terminal escape sequences for colours, other controls and window titles (ECMA-48, 5.4 and 8.3.89).
 _CONTROL = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|\][^\x07\x1b]*(?:\x07|\x1b\\)|[@-Z\\^_=>()][0-9A-B]?)")
 _TIME = r"\d{1,2}:\d\d:\d\d(?:[.,]\d+)?Z?"
-# Prefixes of lines: a time (script, ts, logs), a border of tmux, a quotation.
+# Line prefixes: a time (script, ts, logs), a border of tmux, a quotation mark.
 _PREFIXES = (
     re.compile(rf"\[?(?:\d{{4}}-\d\d-\d\d[T ]|[A-Z][a-z]{{2}} +\d{{1,2}} )?{_TIME}\]? ?"),
     re.compile(r"\[?\d{6,}\.\d+\]? "),
@@ -59,7 +59,7 @@ _DOT_TIME = re.compile(r'"Recorded at time: ([\d.]+)"')
 
 
 def plain_lines(text: str) -> list[str]:
-    r"""Return the lines of a text without colours and without a prefix that nearly all of them have.
+    r"""Split a text into lines, without colours and without a prefix that nearly all lines have.
 
     >>> plain_lines("\x1b[32m> At time 0.0\x1b[0m\r\n> - Matrix:")
     ['At time 0.0', '- Matrix:']
@@ -73,7 +73,7 @@ def plain_lines(text: str) -> list[str]:
 
 
 def read_text(text: str, recording: Recording) -> None:
-    """Read a text into a recording; parts that cannot be read are troubles of the recording."""
+    """Read a text into a recording; parts that cannot be parsed are added to ``troubles`` of the recording."""
     _TextReader(recording).read("\n".join(plain_lines(text)))
 
 
@@ -93,9 +93,9 @@ class _TextReader:
             kind = str(item.lastgroup)
             if kind == "topic":
                 words = [word for word in item["words"].split() if not word.startswith("-")]
-                words.sort(key=lambda word: not word.startswith("/"))  # others may be values of options
+                words.sort(key=lambda word: not word.startswith("/"))  # words without "/" can be values of options
                 self.topic = words[0] if words else ""
-            elif kind == "question":  # the lines below answer it
+            elif kind == "question":  # the next lines are its answer
                 if self.blocks:
                     self._pair()
                 self.questions.append((self._frame(item["source"]), self._frame(item["target"])))
@@ -109,7 +109,7 @@ class _TextReader:
                 self.blocks.append((line, block))
                 for match in _FORM_LINE.finditer(item[0]):
                     form = _FORMS[match[1]]
-                    if form in block:  # without a time above it, a repeated form begins another answer
+                    if form in block:  # a repeated form starts a new answer, even without a time
                         block = {}
                         self.blocks.append((line + item[0].count("\n", 0, match.start()), block))
                     block[form] = _NUMBER.findall(match[2])
@@ -137,7 +137,7 @@ class _TextReader:
         return self.recording.tree_frame(frame.strip("'\""))
 
     def _pair(self) -> None:
-        """Assign answers to the questions above them."""
+        """Assign answers to the commands above them."""
         questions, blocks = self.questions, self.blocks
         self.questions, self.blocks = [], []
         options = self.recording.description.options
@@ -159,7 +159,7 @@ class _TextReader:
                 self._trouble("text-not-understood", line, message)
 
     def _tree(self, item: re.Match[str], kind: str, line: int) -> None:
-        """Read the frames of view_frames."""
+        """Parse the frames of view_frames."""
         recording, text = self.recording, item[0]
         if "No tf data received" in text:
             help = "look whether anything runs, and with the ROS_DOMAIN_ID of the robot"
@@ -219,9 +219,9 @@ def _stamp(header: Mapping[str, Any]) -> int:
 
 
 def _readings(forms: dict[str, list[str]]) -> Iterator[Reading]:
-    """Yield the complete forms of an answer. Rounding errors of the numbers of a rotation add up.
+    """Yield the complete forms of an answer, with the sum of the rounding errors of a rotation as tolerance.
 
-    All solutions that are printed as roll, pitch, yaw are the same rotation.
+    All printed solutions of roll, pitch, yaw are the same rotation.
     """
     counts = {"xyz": 3, "matrix": 16, "quaternion": 4, "degree": 3, "radian": 3}
     printed = {}  # the numbers, and half of their last printed digit
@@ -247,7 +247,7 @@ def _readings(forms: dict[str, list[str]]) -> Iterator[Reading]:
             half *= unit
         try:
             turn = Transform.of_quaternion((0.0, 0.0, 0.0), (w, x, y, z))
-        except ValueError:  # its length is zero
+        except ValueError:  # a quaternion with length zero
             continue
         complete = True
         yield Reading(at, turn, far, errors * half + SIX_ANGLE)

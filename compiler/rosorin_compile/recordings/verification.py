@@ -1,4 +1,4 @@
-"""Compare a recording of a running robot with its description, and draw its rates and gaps."""
+"""Compare a recording of a running robot with its description, and draw the rates and gaps of its messages."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _LETTERS = 46
 
 
 def verify_recording(request: Request, source: str, options: Options, pose: str = "") -> Verified:
-    """Compare a recording with a robot whose joints are in a named pose, if any.
+    """Compare a recording with a robot, whose joints are in the named ``pose`` if not empty.
 
     Raises RequestError for a mode, node or pose that the robot does not have, and for invalid times.
     """
@@ -82,19 +82,19 @@ def verify(
     standard_input: Callable[[], bytes] = lambda: b"",
     case: Case | None = None,
 ) -> Verified:
-    """Compare a recording with a robot and its compiled artifacts; ``case`` has the places of its description.
+    """Compare a recording with a robot and its artifacts; ``case`` has the source positions of the description.
 
     ``source`` is a rosbag2 folder, one of its files, a text file, or "-" for text on standard input. Raises Unreadable.
     """
     description = Description(robot, options)
-    with np.errstate(all="ignore"):  # a recording may contain any number
+    with np.errstate(all="ignore"):  # a recording can contain inf and nan
         if source == "-":
             recording = _read_text(description, standard_input(), "standard input")
         else:
             recording = _read_path(description, Path(source))
         findings, edges = judge(recording, artifacts), {edge.name: edge for edge in description.edges}
         for number, finding in enumerate(findings):
-            if case is not None and (edge := edges.get(finding.of[0])):  # about an edge, also to where it is defined
+            if case is not None and (edge := edges.get(finding.of[0])):  # add the source position of an edge
                 path = edge.place if edge.joint is None else case.places.get(("joint", edge.joint.name), ())
                 place = Related("described here", case.tree.locate(path, key=True).span)
                 findings[number] = replace(finding, related=(*finding.related, place))
@@ -145,7 +145,7 @@ def _read_text(description: Description, data: bytes, name: str) -> Recording:
 
 
 def _result(recording: Recording, findings: Sequence[Diagnostic], source: str) -> Verified:
-    """Return a recording and its findings as a result of plain values."""
+    """Convert a recording and its findings to a result with JSON values."""
     way, states, sensors = best_way(recording), recording.joints.pace, list[RecordedSensor]()
     has_times = recording.timed and recording.messages
     if states.count:
@@ -177,7 +177,7 @@ def _result(recording: Recording, findings: Sequence[Diagnostic], source: str) -
 
 
 def _copy(record: type[_Record], *sources: object, **values: Any) -> _Record:
-    """Return a record of the attributes of these names; numbers that are not finite become None."""
+    """Create a record from the attributes of several objects; numbers that are not finite become None."""
     for name in (one.name for one in fields(record) if one.name not in values):  # type: ignore[arg-type]
         value = next((getattr(source, name) for source in sources if hasattr(source, name)), None)
         values[name] = None if isinstance(value, float) and not math.isfinite(value) else value
@@ -185,10 +185,10 @@ def _copy(record: type[_Record], *sources: object, **values: Any) -> _Record:
 
 
 def _edges(recording: Recording, described: Mapping[str, Expected]) -> Iterator[RecordedEdge]:
-    """Yield the edges, those of the description first."""
+    """Yield the edges of a recording, starting with those in the description."""
     for child in dict.fromkeys([*described, *recording.into]):
         edge, owner = described.get(child), ""
-        if edge is not None:  # a recording does not tell which of several nodes it was
+        if edge is not None:  # the publisher is unknown if there are several candidates
             known = [edge] if recording.description.options.modes else recording.description.by_child[child]
             owner = " or ".join(dict.fromkeys(one.publisher.name for one in known))
         for series in recording.into.get(child, ()):
@@ -201,7 +201,7 @@ def _edges(recording: Recording, described: Mapping[str, Expected]) -> Iterator[
 
 
 def _value(series: Series) -> str:
-    """Return in a few words how the value of an edge compares with the description."""
+    """Return a short text for how the value of an edge compares with the description."""
     if series.edge is None:
         return "not described"
     if series.edge.parent != series.parent:
@@ -220,8 +220,8 @@ def _value(series: Series) -> str:
 
 
 def as_svg(recording: Recording) -> str:
-    """Return the picture of a recording. Raises ValueError if it has no times of arrival."""
-    # Label and pace of each row, and whether its pauses are gaps: those of a static edge are not.
+    """Draw a recording as SVG. Raises ValueError if it has no times of arrival."""
+    # Label and pace of each row, and whether pauses are gaps, which is not the case for static edges.
     streams = [(series.name, series.pace, True) for series in recording.series.values() if not series.static]
     streams += [("/joint_states", recording.joints.pace, True)] if recording.joints.pace.count else []
     streams += [(f"{use.topic} {use.frame}", use.pace, True) for use in recording.uses]
@@ -245,7 +245,7 @@ def as_svg(recording: Recording) -> str:
 
 
 def _gaps(counts: Times, pace: Pace, width: int) -> list[tuple[float, float]]:
-    """Return start and length, as shares of the picture, of the pauses that are longer than three usual steps."""
+    """Return start and length, relative to the width, of pauses that are longer than three typical steps."""
     usual = (pace.last - pace.first) / max(1, pace.count - 1)
     edges = [-1, *np.flatnonzero(counts).tolist(), len(counts)]
     spans = [(before + 1, after - before - 1) for before, after in itertools.pairwise(edges)]

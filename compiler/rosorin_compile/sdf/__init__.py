@@ -1,7 +1,7 @@
-"""SDF: the robot for Gazebo and Drake.
+"""SDF, the format of Gazebo and Drake.
 
-``content`` is what an SDF contains, ``write`` writes it. ``read`` reads foreign files: ``models`` (numbers, poses,
-included files, nested models and names) and ``read_joints`` (what hangs on what, and joints).
+``content`` determines which links become links or frames, ``write`` prints the file. ``read`` imports an SDF, with
+``models`` for numbers, poses, includes, nested models and names, and ``read_joints`` for joints.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ __all__ = ["FORMAT"]
 
 
 def _call(module: str, name: str, *arguments: Any) -> Any:
-    """Import a module on demand and call a function in it: few runs need all modules."""
+    """Import a module on demand and call a function in it, because few runs need all modules."""
     return getattr(import_module(f"{__name__}.{module}"), name)(*arguments)
 
 
 def _asked(tree: Map, version: str, name: str) -> Asked | None:  # noqa: ARG001
-    """Return the output for a robot that is imported from an SDF, or None for other robots."""
+    """Return the SDF output to write for a robot that was imported from an SDF, or None for other robots."""
     options = (tree.get("outputs") or {}).get("sdf")
     return None if options is None else Asked({"file": "", **options} | {"file": f"{name}.sdf"})
 

@@ -1,11 +1,11 @@
-"""What an SDF contains of a robot: its links and frames, and the elements that the language has no key for.
+"""Determine which links and frames an SDF of a robot contains, and sort the XML elements kept in the description.
 
 In SDF, a link without an inertial has a mass of 1 kg, so links without mass become frames; those that move stay links
 and get a minimal mass. A root link called "world" without mass and shapes is the world.
 
-What a URDF for Gazebo can contain as well (plugins, sensors, ...) is read into a ``<gazebo>`` of the robot. Gazebo puts
+Elements that a URDF for Gazebo can contain too (plugins, sensors, ...) are kept in a ``<gazebo>`` block. Gazebo inserts
 its contents into the model, or into the link or joint that it refers to (``sdformat@sdf12:src/parser_urdf.cc``).
-Other elements are in an ``<sdf>`` of the robot, a link, a joint or a shape, with the same contents.
+All other elements are kept in an ``<sdf>`` block of the robot, a link, a joint or a shape.
 """
 
 from __future__ import annotations
@@ -29,24 +29,24 @@ if TYPE_CHECKING:
     from rosorin_compile.rules.case import Case
 
 
-FOLLOWERS = "1.11"  # the first version with a word for mimic
+FOLLOWERS = "1.11"  # first version with <mimic>
 OLDEST, NEWEST = "1.9", "1.12"
-UNLIMITED = 1e16  # larger limits count as no limit
-FREE = ("floating", "planar")  # joints that SDF cannot express: the child is free to move in the world
-# For massless links that move: too small to affect the motion, large enough for engines (kg, kg*m^2).
+UNLIMITED = 1e16  # readers of SDF ignore larger limits
+FREE = ("floating", "planar")  # SDF has no such joints, so the child link is free to move in the world
+# Inertial of moving massless links (kg, kg*m^2): too small to affect the motion, large enough for physics engines.
 LEAST = Inertial(1e-6, IDENTITY, 1e-9, 1e-9, 1e-9)
 WORLD = "world"
 RESERVED = re.compile(r"__.*__\Z")
 
-# What SDF 1.9 has in a model, a link and a joint without a key in the language, and Gazebo takes out of a <gazebo>.
+# Elements of SDF 1.9 that a description has no key for, and that Gazebo accepts in a <gazebo> block.
 OF_MODEL = ("plugin", "static", "self_collide", "allow_auto_disable", "enable_wind")
 OF_LINK = (
     *("sensor", "gravity", "enable_wind", "self_collide", "kinematic", "must_be_base_link", "velocity_decay"),
     *("light", "particle_emitter", "projector", "audio_source", "audio_sink", "battery"),
 )
 OF_JOINT = ("sensor", "physics")
-# Words of Gazebo classic for all collisions of a link: each with the element of a <collision>, the part of its
-# <surface> that contains it, and its count of numbers.
+# Elements of Gazebo classic that apply to all collisions of a link, each with the name of the element in a <collision>,
+# the part of the <surface> that contains it, and the number of values.
 OF_COLLISIONS: Mapping[str, tuple[str, str, int]] = {
     "laserRetro": ("laser_retro", "", 1),
     "maxContacts": ("max_contacts", "", 1),
@@ -58,10 +58,10 @@ OF_COLLISIONS: Mapping[str, tuple[str, str, int]] = {
     "maxVel": ("max_vel", "contact", 1),
     "minDepth": ("min_depth", "contact", 1),
 }
-_FOR_CONVERSION = ("preserveFixedJoint", "disableFixedJointLumping", "disableJointLumping")  # of a URDF to an SDF
+_FOR_CONVERSION = ("preserveFixedJoint", "disableFixedJointLumping", "disableJointLumping")  # for URDF to SDF
 _POSED = ("sensor", "light", "particle_emitter", "projector", "audio_source", "visual", "collision")
 _SHORT = 80
-# The sizes of solids, with how many numbers each is.
+# Size elements of each geometry, with their number of values.
 SOLIDS = {
     "box": {"size": 3},
     "cylinder": {"radius": 1, "length": 1},
@@ -73,16 +73,16 @@ SOLIDS = {
 
 
 class Content(NamedTuple):
-    """The links of an SDF with their inertials, and its frames with what they are attached to."""
+    """The inertials of the links of an SDF, and the link or frame that each frame is attached to."""
 
     inertials: Mapping[str, Inertial]
     attached: Mapping[str, str]
-    carrier: Mapping[str, str]  # the link of SDF for each link: itself or the one that it is a frame of
+    carrier: Mapping[str, str]  # SDF link for each link of the robot: itself, or the link that its frame moves with
     canonical: str  # the canonical link of the model
-    weightless: tuple[str, ...]  # links that have the least mass
+    weightless: tuple[str, ...]  # moving links without mass, which get ``LEAST``
 
     def in_order(self, links: Iterable[str]) -> Iterator[str]:
-        """Yield links in their order, but a frame after what it is attached to: else Drake 1.51 misplaces it."""
+        """Yield links in order, but each frame after the frame that it is attached to, as Drake 1.51 requires."""
         out: set[str] = set()
         for name in links:
             waiting = [name] if name in self.carrier else []
@@ -92,7 +92,7 @@ class Content(NamedTuple):
             out.update(waiting)
 
     def has_joint(self, joint: Joint) -> bool:
-        """Return True if a joint is a <joint>: not where a frame is attached, nor where a link is free to move."""
+        """Return True if a joint is written as a <joint>, not as an attached frame or a free link."""
         merged = joint.parent == self.attached.get(joint.child) or joint.child == self.attached.get(joint.parent)
         return not merged and joint.type not in FREE
 
@@ -102,8 +102,8 @@ def _has_mass(inertial: Inertial | None) -> bool:
 
 
 def world_of(robot: Robot) -> str:
-    """Return the link that is the world itself, or an empty text."""
-    if not robot.is_tree:  # reported by a rule
+    """Return the name of the root link if it represents the world, else ""."""
+    if not robot.is_tree:  # a rule reports this
         return ""
     root = robot.link[robot.root]
     is_bare = not (_has_mass(root.inertial) or root.visual or root.collision)
@@ -111,7 +111,7 @@ def world_of(robot: Robot) -> str:
 
 
 def content_of(robot: Robot) -> Content:
-    """Return which links of a robot are links of its SDF, and which are frames."""
+    """Determine which links of a robot become links in SDF and which become frames."""
     world = world_of(robot)
     links = [link.name for link in robot.walk() if link.name != world]
     own = {name: inertial for name in links if (inertial := robot.link[name].inertial) and _has_mass(inertial)}
@@ -119,7 +119,7 @@ def content_of(robot: Robot) -> Content:
     attached: dict[str, str] = {}
 
     def attach_down() -> None:
-        """Attach what has no mass to what it is fixed to, from the root down."""
+        """Attach massless links to the parent that they are fixed to, from the root down."""
         for name in links:
             above = robot.joint_to.get(name)
             if name not in carrier and above is not None and above.is_fixed and above.parent in carrier:
@@ -139,7 +139,7 @@ def content_of(robot: Robot) -> Content:
 
 
 def version_of(robot: Robot, output: Output) -> str:
-    """Return the version of an output as text: YAML reads 1.9 as a number."""
+    """Return the SDF version of an output as text, because YAML parses 1.9 as a number."""
     asked = output.options.get("version")
     if asked is not None:
         return "1.10" if asked == 1.1 else str(asked)
@@ -147,7 +147,7 @@ def version_of(robot: Robot, output: Output) -> str:
 
 
 def joint_names(robot: Robot) -> Mapping[str, str]:
-    """Return the name of each joint in the SDF, whose links, frames and joints share their names."""
+    """Return the name of each joint in the SDF, where links, frames and joints share a namespace."""
     taken, names = {*robot.link, *robot.joint}, {}
     for name in robot.joint:
         names[name] = name
@@ -158,7 +158,7 @@ def joint_names(robot: Robot) -> Mapping[str, str]:
 
 
 def view(robot: Robot, output: Output) -> Robot:
-    """Return what an SDF has to contain at least: frames, what joints may do, masses, and what collides."""
+    """Return the contents that the SDF of a robot must have: frames, joint limits, masses and collision shapes."""
     followers = version_of(robot, output) in (FOLLOWERS, NEWEST)
     names, world = joint_names(robot), world_of(robot)
     links, joints, form = list[Link](), list[Joint](), str(output.options.get("height_maps", "rows"))
@@ -167,7 +167,7 @@ def view(robot: Robot, output: Output) -> Robot:
         is_mesh = any(isinstance(solid.geometry, Mesh) for solid in solids)
         bare = () if is_mesh else tuple(Shape(solid.geometry, solid.pose) for solid in solids)
         links.append(Link(link.name, link.inertial if _has_mass(link.inertial) else None, (), bare))
-    # A link that no joint of the SDF holds is read as one that floats in the world, and so is the root then.
+    # A link without a joint in the SDF is read as floating in the world, and then the root is, too.
     loose, around = [one for one in robot.joints if one.type in FREE and one.parent != world], world or WORLD
     while not world and around in robot.link:
         around += "_"
@@ -183,7 +183,7 @@ def view(robot: Robot, output: Output) -> Robot:
             limit = joint.limit if joint.moves else None
             if limit is not None:
                 known = [limit.known_value(key) for key in ("lower", "upper", "effort")]
-                # SDF treats large limits as no limit; the margin is for limits that are rounded up when printed.
+                # Readers of SDF ignore large limits. The margin is for limits that were rounded when printed.
                 lower, upper, effort = (None if one is None or abs(one) >= 0.99 * UNLIMITED else one for one in known)
                 limit = Limit(None, None, effort) if joint.type == "continuous" else Limit(lower, upper, effort)
             name, axis = (names[joint.name], joint.axis) if joint.moves else ("", (1.0, 0.0, 0.0))
@@ -192,7 +192,7 @@ def view(robot: Robot, output: Output) -> Robot:
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Find names that no model, link, frame or joint of an SDF can have."""
+    """Report names that SDF does not allow for a model, link, frame or joint."""
     robot, world = case.robot, world_of(case.robot)
     found = [("link", link.name, case.link(link.name)) for link in robot.links if link.name != world]
     found += [("joint", joint.name, case.joint(joint)) for joint in robot.joints]
@@ -207,7 +207,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
 
 
 def wrap(tag: str, texts: Sequence[str], **attributes: str) -> Text:
-    """Return elements in an element around them."""
+    """Wrap XML elements in an element."""
     names = "".join(f" {key}={attribute_value(value)}" for key, value in attributes.items())
     if len(texts) == 1 and "\n" not in texts[0] and len(texts[0]) < _SHORT:
         return Text(f"<{tag}{names}>{texts[0]}</{tag}>")
@@ -215,13 +215,13 @@ def wrap(tag: str, texts: Sequence[str], **attributes: str) -> Text:
 
 
 def keep(entry: dict[str, Any], element: Element, text: str) -> int:
-    """Add a text to the elements that an entry keeps and return its index; ``element`` is its place."""
+    """Add XML to ``urdf_elements`` of an entry, with the source position of ``element``, and return its index."""
     entry.setdefault("urdf_elements", []).append(Placed(text, element.span))
     return len(entry["urdf_elements"]) - 1
 
 
 class Kept(NamedTuple):
-    """Elements as text by name, numbers for all collisions of a link by their words, and the tags of other elements."""
+    """Kept elements: XML by link or joint, values for all collisions of a link by tag, and tags not written."""
 
     model: list[str]
     links: dict[str, list[str]]
@@ -231,7 +231,7 @@ class Kept(NamedTuple):
 
 
 def sort_elements(robot: Robot, carrier: Mapping[str, str], joints: Collection[str]) -> Kept:
-    """Sort the elements for Gazebo; ``carrier`` is the link of the SDF for each link, ``joints`` its joints."""
+    """Sort the kept elements by their place in SDF; ``carrier`` is as in ``Content``, ``joints`` are the SDF joints."""
     found = Kept([element.verbatim for element in own_elements(robot.urdf_elements)[0]], {}, {}, {}, {})
     waiting = [(link.name, element) for link in robot.links for element in own_elements(link.urdf_elements)[0]]
     blocks = list(_elements(robot.urdf_elements, "gazebo"))
@@ -241,7 +241,7 @@ def sort_elements(robot: Robot, carrier: Mapping[str, str], joints: Collection[s
         if tag in _FOR_CONVERSION:
             continue
         if tag in OF_COLLISIONS and not is_own:
-            with suppress(ValueError):  # else it is damaged
+            with suppress(ValueError):  # invalid values are reported as not written
                 words = element.get("value") or element.text
                 numbers_of(words, OF_COLLISIONS[tag][2])
                 numbers = " ".join(words.split())
@@ -260,7 +260,7 @@ def sort_elements(robot: Robot, carrier: Mapping[str, str], joints: Collection[s
 
 
 def collision_elements(numbers: Mapping[str, str], present: Collection[str]) -> list[str]:
-    """Return the elements of a collision for the words of its link, without those that are ``present``."""
+    """Return the <collision> elements for the Gazebo classic values of a link, except for ``present`` tags."""
     made, parts = list[str](), dict[str, str]()
     for word, (name, part, _) in OF_COLLISIONS.items():
         text = f"<{name}>{numbers[word]}</{name}>" if word in numbers else ""
@@ -273,10 +273,10 @@ def collision_elements(numbers: Mapping[str, str], present: Collection[str]) -> 
 
 
 def own_elements(texts: Sequence[str], *within: str) -> tuple[list[Element], Mapping[str, list[str]]]:
-    """Return the contents of the <sdf> of an entry: elements, and of those at the paths ``within`` their texts."""
+    """Return the elements in the <sdf> blocks of an entry; the children of the paths ``within`` as XML by path."""
     found, inner = list[Element](), dict[str, list[str]]()
     waiting = [("", block) for block in _elements(texts, "sdf")]
-    for above, block in waiting:  # which grows
+    for above, block in waiting:  # the loop appends to the list
         for element in block.children:
             path = f"{above}/{element.tag}".lstrip("/")
             if path in within:
@@ -289,18 +289,18 @@ def own_elements(texts: Sequence[str], *within: str) -> tuple[list[Element], Map
 
 
 def _elements(texts: Sequence[str], tag: str) -> Iterator[Element]:
-    """Yield the elements of a tag among those that an entry keeps."""
+    """Parse kept XML and yield the top-level elements with a tag."""
     for text in texts:
         if f"<{tag}" in text:
             try:
                 document = parse(Source("", f"<all>{text}</all>"))
-            except MarkupError:  # too large: the rules found it well formed
+            except MarkupError:  # too large; rules have already checked the syntax
                 continue
             yield from (block for block in document.root.children if block.tag == tag)
 
 
 def _relative_to(element: Element, frame: str) -> str:
-    """Return an element of a frame of its link: its pose becomes relative to that frame."""
+    """Return an element as XML with its pose relative to a frame instead of its link."""
     pose = next((child for child in element.children if child.tag == "pose"), None)
     text, word, at = element.verbatim, f' relative_to="{frame}"', element.opened - element.start
     if element.tag not in _POSED or (pose is not None and {"relative_to", "frame"} & pose.attributes.keys()):

@@ -1,7 +1,7 @@
-"""Models of an SDF: nested and included models, the files and names in them, and the poses of their contents.
+"""Resolve the nested and included models of an SDF, with their files, names and poses.
 
-A model is a scope: its links, frames, joints and models share their names; ``other::name`` leads into a nested model.
-A pose is relative to another of these, in the end to the frame of the outermost model (``__model__``).
+A model is a scope: its links, frames, joints and models share a namespace, and ``other::name`` is in a nested model.
+A pose can be relative to any of these; the root of all poses is the frame of the outermost model (``__model__``).
 Source: http://sdformat.org/tutorials?tut=pose_frame_semantics.
 """
 
@@ -35,17 +35,17 @@ LINK, FRAME, JOINT, MODEL = "link", "frame", "joint", "model"
 OWN = "__model__"
 _NAMING = ("relative_to", "frame", "attached_to", "expressed_in")
 _VERSIONS = [f"1.{minor}" for minor in range(4, 13)]
-_DEEPEST = 20  # nested models: more is a circle of includes
+_DEEPEST = 20  # nested models; more indicates a cycle of includes
 _INFINITE = re.compile(r"[-+]?(?:inf|infinity)\Z", re.I)
 _POSE_ATTRIBUTES = ("relative_to", "frame", "rotation_format", "degrees")
 _ROUNDING = 1e-15  # as in ``Pose``: smaller numbers of a pose are rounding errors
-MAX_MODELS = 1_000  # the files that a robot may consist of, each inclusion counted
-MAX_ELEMENTS = 200_000  # in these files
+MAX_MODELS = 1_000  # limit of includes
+MAX_ELEMENTS = 200_000  # limit of elements in all files
 _ROS_PATHS = ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")
 
 
 class WrittenPose(NamedTuple):
-    """A pose: its transform, its numbers with their places (empty if only computed), and its <pose> element."""
+    """A pose: its transform, its numbers with source positions (empty if computed), and its <pose> element."""
 
     transform: Transform
     xyz: Sequence[Placed] = ()
@@ -53,7 +53,7 @@ class WrittenPose(NamedTuple):
     element: Element | None = None
 
     def entry(self, span: Span) -> dict[str, Any]:
-        """Return the keys ``xyz`` and ``rpy`` of an entry, each unless it is zero."""
+        """Return the keys ``xyz`` and ``rpy`` for an entry, each omitted if it is zero."""
         xyz = self.xyz or [Placed(clean_number(value), span) for value in self.transform.xyz]
         rpy = self.rpy or [Placed(clean_number(value), span) for value in self.transform.rpy()]
         keys = (("xyz", xyz), ("rpy", rpy))
@@ -61,17 +61,17 @@ class WrittenPose(NamedTuple):
 
 
 def clean_number(value: float) -> float:
-    """Return a calculated number without rounding errors."""
+    """Remove the rounding error of a computed number."""
     return 0.0 if abs(value) < _ROUNDING else float(f"{value:.15g}")
 
 
 def is_true(text: str) -> bool:
-    """Return True if a text of SDF is true."""
+    """Return True if an SDF value is true."""
     return text.lower() in ("1", "true")
 
 
 def name_span(element: Element) -> Span:
-    """Return the position of the name of an element, or of the element."""
+    """Return the source position of the name of an element, or of the element if it has no name."""
     return element.attributes["name"].span if "name" in element.attributes else element.span
 
 
@@ -83,9 +83,9 @@ class Node:
     name: str
     element: Element
     scope: Scope
-    written: WrittenPose  # its pose as written
-    called: str = ""  # its name in the description
-    inner: Scope | None = None  # the scope of a model
+    written: WrittenPose  # pose as in the file
+    called: str = ""  # name in the description
+    inner: Scope | None = None  # contents of a model
 
     @property
     def child(self) -> Element | None:
@@ -94,7 +94,7 @@ class Node:
 
 @dataclass(eq=False)
 class Scope:
-    """A model: its element, file and version, and what its names refer to; ``including`` is the <include> of it."""
+    """The namespace of a model, with its element, file and version; ``including`` is its <include>, if any."""
 
     element: Element
     file: Path
@@ -115,7 +115,7 @@ class Scope:
 
     @property
     def prefix(self) -> str:
-        """The text before the names of its contents in the description."""
+        """The prefix in the description for names in this model."""
         if self.outer is None:
             return ""
         return self.outer.prefix if self.is_merged else f"{self.outer.prefix}{self.name}_"
@@ -127,7 +127,7 @@ class Scope:
                 yield from node.inner.all_nodes()
 
     def find(self, name: str) -> Node | None:
-        """Return the node that a name refers to, or None."""
+        """Resolve a name, or return None if it does not exist."""
         if name in self.nodes:
             return self.nodes[name]
         first, colon, rest = name.partition("::")
@@ -139,13 +139,13 @@ class Scope:
 
 
 def relative_to(pose: Element | None) -> Attribute | None:
-    """Return the attribute of a <pose> that names another frame."""
+    """Return the attribute of a <pose> with the frame that it is relative to, or None."""
     found = None if pose is None else pose.attributes.get("relative_to") or pose.attributes.get("frame")
     return found if found is not None and found.value else None
 
 
 class SdfReader(XmlReader):
-    """One reading of an SDF and of the files that it includes; ``files`` are all of them, the first one first."""
+    """The state of importing an SDF. ``files`` has the main file, followed by the included files."""
 
     def __init__(self, options: ReadOptions, file: Path) -> None:
         super().__init__(options)
@@ -174,13 +174,13 @@ class SdfReader(XmlReader):
         return found[0] if found else None
 
     def limit(self, element: Element | None, tag: str, unit: str) -> Placed | None:
-        """Return a limit, or None if it is missing or infinite, or after an error."""
+        """Return a limit, or None if it is missing, infinite or invalid; report errors."""
         child = None if element is None else self.single(element, tag)
         found = None if child is None or _INFINITE.match(child.text) else self.one(element, tag, unit)
         return found if found is not None and abs(found.value) < UNLIMITED else None
 
     def pose(self, element: Element | None) -> WrittenPose:
-        """Return the pose of a <pose>; a missing or empty one is the identity."""
+        """Parse a <pose>; a missing or empty one is the identity."""
         none = WrittenPose(Transform(), element=element)
         if element is None or not words(element):
             return none
@@ -207,7 +207,7 @@ class SdfReader(XmlReader):
         return WrittenPose(Pose((x, y, z), (a, b, c)).transform(), xyz, rpy, element)
 
     def rest(self, element: Element, read: Collection[str], attributes: Collection[str] = ()) -> list[Element]:
-        """Return the children that the caller does not read; report misspelt ones."""
+        """Return the children with tags that the caller does not read, and report misspelled tags."""
         known = {*read, *sdf_elements().get(element.tag, ())}
         tags = [child.tag for child in element.children if child.tag in known or correction(child.tag, known) is None]
         self.check(element, {*known, *tags}, attributes, None)
@@ -221,7 +221,7 @@ class SdfReader(XmlReader):
             yield from filter(None, self.environment.get(variable, "").split(os.pathsep))
 
     def open_included(self, file: Path, asked: Span) -> Document | None:
-        """Return a file that is included, and count it; None after an error, and when too much is included."""
+        """Parse an included file, or return None after an error or above the limits of includes and elements."""
         if self._is_too_much:
             return None
         try:
@@ -239,10 +239,10 @@ class SdfReader(XmlReader):
         return None
 
     def find_file(self, uri: str, including: Path) -> tuple[Path | None, str, str]:
-        """Return the file of an address, or None with the reason (empty if it is not found) and what to do.
+        """Return the file for a URI, or None with the reason ("" if it does not exist) and the help.
 
-        Only files in the folder of the first file, in packages and models found by name, and in folders that the user
-        names (``--package``, environment) may be included: the SDF may be of unknown origin.
+        Because an SDF may be untrusted, only files in its folder, in packages and models found by name, and in folders
+        that the user specifies (``--package``, environment) can be included.
         """
         if re.match(r"https?://", uri):
             return None, "", "download the model, and name the file: nothing is fetched from the net"
@@ -366,7 +366,7 @@ class SdfReader(XmlReader):
     # Names and places
 
     def require(self, scope: Scope, name: str, span: Span, what: str) -> Node | None:
-        """Return the node that a name refers to, or None after an error."""
+        """Resolve a name, or report an error and return None if it does not exist."""
         node = self.canonical(scope) if name == OWN else scope.find(name)
         if node is None:
             help = Suggestion(name, [*scope.nodes], none="the model has nothing with a name")
@@ -374,7 +374,7 @@ class SdfReader(XmlReader):
         return node
 
     def base(self, node: Node) -> tuple[str, Span]:
-        """Return the name of the frame that a pose is relative to, and the place of that name."""
+        """Return the name of the frame that the pose of a node is relative to, and its source position."""
         attribute = relative_to(node.written.element)
         if attribute is None and node.kind == FRAME:
             attribute = node.element.attributes.get("attached_to")
@@ -397,7 +397,7 @@ class SdfReader(XmlReader):
         return self._poses[node]
 
     def base_pose(self, node: Node, visited: tuple[Node, ...] = ()) -> Transform:
-        """Return the pose in the outermost model of the frame that a node is relative to."""
+        """Return the pose, in the outermost model, of the frame that the pose of a node is relative to."""
         name, span = self.base(node)
         if name in (OWN, ""):
             return self.model_pose(node.scope, visited or (node,))
@@ -406,7 +406,7 @@ class SdfReader(XmlReader):
         return Transform() if found is None else self.node_pose(found, visited or (node,))
 
     def link_of(self, node: Node, visited: tuple[Node, ...] = ()) -> Node | None:
-        """Return the link that a node moves with, or None after an error, or if there is none."""
+        """Return the link that a node moves with, or None if there is none; report errors."""
         if node.kind == LINK:
             return node
         if node in visited or len(visited) > 1000:
@@ -426,7 +426,7 @@ class SdfReader(XmlReader):
         return None if found is None else self.link_of(found, visited)
 
     def canonical(self, scope: Scope, visited: tuple[Node, ...] = ()) -> Node | None:
-        """Return the link that represents a model: the one that it names, or the first."""
+        """Return the canonical link of a model: the one that it specifies, or the first link."""
         attribute = scope.element.attributes.get("canonical_link")
         if attribute is not None and attribute.value:
             what = f"canonical_link of {name_of(scope.element)}"
@@ -437,9 +437,9 @@ class SdfReader(XmlReader):
         return next(links, None) or next(filter(None, inner), None)
 
     def text_of(self, element: Element, scope: Scope, owner: Element | None = None) -> str:
-        """Return an element as it is, with the names that the description gives to the frames in it.
+        """Return an element as XML, with references to frames renamed as in the description.
 
-        ``owner`` is the <pose> of an element that becomes one of the frame that the pose is relative to.
+        ``owner`` is a <pose> whose relative_to is removed, because its element is moved to that frame.
         """
         made = element.verbatim
         if owner is not None and not owner.content:
@@ -467,7 +467,7 @@ def _with_unit(one: Placed, unit: str) -> Placed:
 
 
 def _model_in(folder: Path) -> Path | None:
-    """Return the newest SDF that the model.config of a folder names, or its model.sdf."""
+    """Return the SDF with the highest version in the model.config of a folder, or its model.sdf."""
     listed: list[Element] = []
     if is_file(config := folder / "model.config"):
         with suppress(MarkupError):

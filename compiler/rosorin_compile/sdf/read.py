@@ -1,8 +1,8 @@
-"""Read an SDF into the tree of a description (http://sdformat.org/spec, versions 1.4 to 1.12).
+"""Import an SDF as a description (http://sdformat.org/spec, versions 1.4 to 1.12).
 
-What libsdformat refuses is refused, and so is what it accepts silently although it cannot be right: misspelt words, a
-second element where one is taken. Nested and included models are resolved: their names get the name of the model
-before them. What the language has no key for is kept as it is (``elements``).
+Input that libsdformat rejects is an error, and so are mistakes that it silently accepts, such as misspelled or
+duplicate elements. Nested and included models are merged, with the name of the model as a prefix. Elements that a
+description has no key for are kept as XML (``urdf_elements``).
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ _READ = ("link", "frame", "joint", "model", "include", "pose")
 _IN_INCLUDE = ("uri", "name", "pose", "static", "placement_frame", "plugin")
 _NEWER = ("1.10", "1.11", "1.12")
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-_OUTLINE = "polyline"  # a geometry may have several: one within another is a hole in it
-_WATER = 1000  # kg/m^3, the density of an inertial that is to be computed and has none
+_OUTLINE = "polyline"  # a geometry can have several, where an inner one is a hole
+_WATER = 1000  # kg/m^3: the default density for a computed inertial
 
 
 def read_sdf(opened: Opened) -> Imported:
-    """Return the robot of an SDF."""
+    """Import the robot of an SDF."""
     reading, document = SdfReader(opened.options, opened.path), opened.xml
     top = reading.top(document.root, opened.path)
     sections = None if top is None else _Robot(reading, top).read()
@@ -56,7 +56,7 @@ def read_sdf(opened: Opened) -> Imported:
     version = ".".join(map(str, top.version))
     output = {"file": "robot.sdf", **({"version": version} if version in _NEWER else {})}
     tree.put("outputs", as_tree({"sdf": output}, tree.span), tree.span, tree.span)
-    for element in document.root.iter():  # comments in an element that has no entry belong to the entry around it
+    for element in document.root.iter():  # a comment in an element without an entry belongs to the entry of its parent
         above = reading.paths.get(id(element.parent))
         if above is not None and "urdf_elements" not in above:
             reading.paths.setdefault(id(element), () if above == ("robot",) else above)
@@ -65,7 +65,7 @@ def read_sdf(opened: Opened) -> Imported:
 
 
 def read(text: str) -> Robot:
-    """Return the robot that an SDF of ours contains. Raises ValueError if it is damaged."""
+    """Parse a generated SDF. Raises ValueError if it is damaged."""
     document = parse_artifact(text, "sdf")
     try:
         imported = read_sdf(Opened(Path("robot.sdf"), ReadOptions(checked=False), document))
@@ -77,16 +77,16 @@ def read(text: str) -> Robot:
 
 
 class _Robot:
-    """Makes the sections of a description from a model."""
+    """Converts a model to the sections of a description."""
 
     def __init__(self, reading: SdfReader, top: Scope) -> None:
         self.reading, self.top = reading, top
         self.bodies = Bodies(reading, top)
         self.entries = Entries({}, {}, {})
-        self.holder: dict[str, Any] = {"urdf_elements": []}  # the elements of the robot
+        self.holder: dict[str, Any] = {"urdf_elements": []}  # elements kept as XML for the robot
         self.constraints: dict[str, Placed] = {}
         static = [top.element.get("static"), *(one.text for one in top.element.children if one.tag == "static")]
-        self.of_pieces = "fixed" if any(map(models.is_true, static)) else "floating"  # the joints of loose pieces
+        self.of_pieces = "fixed" if any(map(models.is_true, static)) else "floating"  # joints of unconnected parts
 
     def read(self) -> dict[str, Any] | None:
         top, reading, bodies, links = self.top, self.reading, self.bodies, self.entries.links
@@ -106,7 +106,7 @@ class _Robot:
                 if node.called != first:
                     message = f'the {node.kind} "{first}" is called "{node.called}" in the description'
                     reading.note("import-changed", message, node.element.span)
-        # The world is a link if the model is joined to it or is in several pieces.
+        # The world becomes a link if the model has a joint to it or several unconnected parts.
         roots, world = bodies.roots(), ""
         if len(roots) > 1 or any(joint.parent is None for joint in bodies.joints):
             world = WORLD
@@ -171,7 +171,7 @@ class _Robot:
                 rest += [] if self._is_constraint(child, scope) else [child]
             elif scope is self.top or child.tag == "plugin":
                 gazebo.append(child)
-            else:  # what a nested model has is for that model alone, except for plugins
+            else:  # only applies to the nested model, which is merged
                 reading.cannot_carry(f"<{child.tag}> of {name_of(element)} within", child.span)
         for child in gazebo if scope is not self.top and not scope.is_merged else ():
             message = f"{name_of(child)} becomes one of the robot: names in it stay as they are"
@@ -186,7 +186,7 @@ class _Robot:
                 self._keep_elements(node.inner)
 
     def _is_constraint(self, element: Element, scope: Scope) -> bool:
-        """Add a ball constraint of Drake; return False if the element is none between two links."""
+        """Import a ball constraint of Drake between two links; return False for any other element."""
         words = {child.tag.removeprefix(f"{element.tag}_"): child for child in element.children}
         if element.tag != "drake:ball_constraint" or not {"body_A", "body_B", "p_AP"} <= words.keys():
             return False
@@ -252,7 +252,7 @@ class _Robot:
         self.entries.links[link.called]["inertial"] = Placed(made, span)
 
     def _placed(self, pose: Element | None, link: Node, at_frame: bool = True) -> tuple[Node, WrittenPose]:
-        """Return the frame of the body that a pose in a link is relative to, or the link, and the pose in it."""
+        """Return the link or an attached frame, and a pose relative to it; convert poses relative to other frames."""
         written, base, attribute = self.reading.pose(pose), link, models.relative_to(pose)
         if attribute is not None and pose is not None:
             what = f"relative_to of {name_of(pose)}"
@@ -286,7 +286,7 @@ class _Robot:
             reading.lenient("missing-attribute", message, element.span, 'add name="..."', "takes it without")
         elif not NAME.match(attribute.value):
             reading.cannot_carry(f'the name "{attribute.value}" of <{element.tag}>', attribute.span)
-        elif attribute.value != f"{owner.called}_{element.tag}_{len(shapes) + 1}":  # as we name shapes without a name
+        elif attribute.value != f"{owner.called}_{element.tag}_{len(shapes) + 1}":  # not the generated name
             made["name"] = Placed(attribute.value, attribute.span)
         made |= placed.entry(element.span)
         self._details(element, solid, made, link)
@@ -306,7 +306,7 @@ class _Robot:
         for tag, inner in more.items():
             rest += [wrap(tag, [reading.text_of(child, link.scope) for child in inner])] if inner else []
         for child in reading.rest(element, ("pose", "geometry", "material"), ("name",)):
-            # A surface that has nothing but the same friction in both directions is a contact.
+            # A surface that only has equal friction in both directions becomes a ``contact``.
             ode = _only_descendant(child, "friction", "ode") if child.tag == "surface" else None
             found = {one.tag: reading.one(ode, one.tag) for one in ode.children} if ode is not None else {}
             mu, other = found.get("mu"), found.get("mu2")
@@ -318,7 +318,7 @@ class _Robot:
             keep(made, element, wrap("sdf", rest))
 
     def _look(self, material: Element, made: dict[str, Any], link: Node) -> list[Element]:
-        """Set the colour and the image of a visual; return what else its material has."""
+        """Set the colour and the image of a visual, and return the other elements of its material."""
         diffuse, ambient = (self._colour(material, tag) for tag in ("diffuse", "ambient"))
         read = ["diffuse"]
         if diffuse is not None:
@@ -340,7 +340,7 @@ class _Robot:
         return None if values is None or child is None else Placed([*values, Placed(1, child.span)][:4], child.span)
 
     def _solid(self, geometry: Element, made: dict[str, Any], link: Node) -> Element | None:
-        """Set the shape of an entry and return its element; None after an error."""
+        """Set the geometry of a shape and return its element, or report an error and return None."""
         reading = self.reading
         children = [child for child in geometry.children if child.tag != "empty"] or geometry.children
         if len(children) > 1 and {child.tag for child in children} != {_OUTLINE}:
@@ -383,7 +383,7 @@ class _Robot:
 
 
 def _only_descendant(element: Element, *tags: str) -> Element | None:
-    """Return the element at the end of a path of tags, if nothing else is in the elements on the way."""
+    """Return the element at a path of tags, or None unless it is the only descendant on each level."""
     for tag in tags:
         if [child.tag for child in element.children] != [tag]:
             return None

@@ -1,8 +1,8 @@
-"""Bodies and joints of an SDF, and the joints as entries of ``joints``.
+"""Import the joints of an SDF, and the frames that are attached to links, as entries of ``joints``.
 
-A body is a link with the frames that are attached to it. Its top is what a joint names as its child, or what the other
-members of the body are relative to; the others hang on what their poses are relative to, or on the top. A joint whose
-child is not at the joint gets an intermediate link.
+A body is a link with its attached frames. The topmost member of a body is the child of a joint, or the member that the
+others are relative to. The parent of each other member is the member that its pose is relative to, or the topmost one.
+If the child of a joint does not have its origin on the joint axis, an intermediate link is added.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from . import models
 from .content import OF_JOINT, WORLD, keep, wrap
 from .models import FRAME, JOINT, LINK, OWN, Node, Scope, SdfReader, WrittenPose
 
-_NEAR = 1e-10  # m, and entries of rotations: smaller values are rounding errors
+_NEAR = 1e-10  # m, or elements of a rotation matrix: smaller values are rounding errors
 _TYPES = ("revolute", "continuous", "prismatic", "fixed", "ball")
 _NOT_CARRIED = ("screw", "gearbox", "universal", "revolute2")
 _LIMIT = ("lower", "upper", "effort", "velocity")
 _DYNAMICS = ("damping", "friction", "spring_stiffness", "spring_reference")
-# The last five have no effect on the joints that are read.
+# The last five have no effect on the supported types of joints.
 _READ = (
     *("pose", "parent", "child", "axis"),
     *("axis2", "thread_pitch", "screw_thread_pitch", "gearbox_ratio", "gearbox_reference_body"),
@@ -36,7 +36,7 @@ _MIMIC = (*_USUAL_MIMIC, "reference")
 
 
 class Entries(NamedTuple):
-    """The entries of links and joints by name, and elements for Gazebo by the link or joint that they refer to."""
+    """The entries of links and joints by name, and elements for <gazebo> blocks by the name of the link or joint."""
 
     links: dict[str, dict[str, Any]]
     joints: dict[str, Placed]
@@ -44,7 +44,7 @@ class Entries(NamedTuple):
 
 
 class Joined(NamedTuple):
-    """A joint of an SDF: its node, type and ends, the parent None for the world; the pose of the child at the joint."""
+    """A joint of an SDF; ``parent`` is None for the world, ``there`` is the pose of the child in the joint frame."""
 
     node: Node
     kind: str
@@ -89,11 +89,11 @@ class Bodies:
             self._tops.setdefault(link, path[-1])
 
     def pose(self, node: Node | None) -> Transform:
-        """Return the pose of a node in the model; None is the world."""
+        """Return the pose of a node in the model; None represents the world."""
         return self.world.inverse() if node is None else self.reading.node_pose(node)
 
     def body_of(self, node: Node | None) -> Node | None:
-        """Return the link that a node moves with, or None for the world, and after an error."""
+        """Return the link that a node moves with, or None for the world or after an error."""
         return None if node is None else self._body.get(node)
 
     def _join(self, node: Node) -> None:
@@ -129,7 +129,7 @@ class Bodies:
                 reading.cannot_carry(name_of(node.element), node.element.span)
 
     def _end(self, node: Node, end: str) -> tuple[Node | None, Span] | None:
-        """Return the link or frame at an end of a joint, None for the world, with its place; None after an error."""
+        """Return an end of a joint (None: the world) and its source position, or report an error and return None."""
         text, reading, name = self.reading.text(node.element, end), self.reading, name_of(node.element)
         if text is None:
             help = f"add <{end}>LINK</{end}>"
@@ -149,7 +149,7 @@ class Bodies:
         return found if is_member else None
 
     def parent_of(self, node: Node) -> Node | None:
-        """Return the member that a node hangs on within its body, or None for the top."""
+        """Return the parent of a node within its body, or None for the topmost member."""
         body = self.body_of(node)
         top = self._tops.get(body) if body is not None else None
         return None if top is node else self._base_in_body(node) or top
@@ -159,7 +159,7 @@ class Bodies:
         return [self._tops[link] for link in self.links if link not in held]
 
     def local_pose(self, node: Node, parent: Node | None) -> WrittenPose:
-        """Return the pose of a node in what it hangs on, as written if it is written relative to that."""
+        """Return the pose of a node in its parent, with the numbers of the file if they are relative to the parent."""
         above = self.pose(parent)
         if self.reading.base_pose(node) == above:
             return node.written
@@ -167,14 +167,14 @@ class Bodies:
 
 
 class Joints:
-    """Reads the joints of a model into entries."""
+    """Converts the joints of a model to entries."""
 
     def __init__(self, bodies: Bodies, entries: Entries) -> None:
         self.bodies, self.entries, self.reading = bodies, entries, bodies.reading
-        self.stand_ins: dict[str, dict[str, Span]] = {}  # the joints and where, by key
+        self.stand_ins: dict[str, dict[str, Span]] = {}  # source positions by key of the limit and name of the joint
 
     def read(self, world: str) -> None:
-        """Fill the entries of all joints; ``world`` is the link that is the world."""
+        """Add the entries of all joints; ``world`` is the name of the link that represents the world."""
         for joint in self.bodies.joints:
             self.reading.paths[id(joint.node.element)] = ("joints", joint.node.called)
             self._joint(joint, joint.parent.called if joint.parent is not None else world)
@@ -188,7 +188,7 @@ class Joints:
             self.reading.diagnostics.append(Diagnostic("import-stand-in", NOTE, message, span, (), help))
 
     def fix(self, node: Node, parent: str, pose: WrittenPose, kind: str = "fixed") -> None:
-        """Add a joint that the SDF does not have: of a frame, or of a link in the world."""
+        """Add a joint that does not exist in the SDF, for a frame or for a link in the world."""
         name, taken = f"{node.called}_joint", {joint.node.called for joint in self.bodies.joints}
         while name in taken | self.entries.joints.keys():
             name += "_"
@@ -240,9 +240,9 @@ class Joints:
             self.fix(joint.child, child, WrittenPose(joint.there, element=joint.child.written.element))
 
     def _direction(self, node: Node, axis: Element | None) -> tuple[Vector, list[Placed] | None] | None:
-        """Return the direction of an axis in the frame of its joint, and its numbers if they are that; None: an error.
+        """Return the direction of an axis in the joint frame, and its numbers if not converted, or None after an error.
 
-        SDF before 1.5 has it in the frame of the model, and SDF up to 1.6 if use_parent_model_frame is true.
+        It is in the model frame before SDF 1.5, and up to SDF 1.6 if use_parent_model_frame is true.
         """
         xyz = None if axis is None else self.reading.single(axis, "xyz")
         numbers = None if xyz is None else self.reading.all_of(xyz, 3)
@@ -291,7 +291,7 @@ class Joints:
             entry["urdf_elements"] = [text, *entry.get("urdf_elements", ())]
 
     def _limit(self, name: str, entry: dict[str, Any], axis: Element | None, span: Span) -> None:
-        """Set the limit, with stand-ins for values that other formats require and the SDF lacks."""
+        """Set the limit of a joint, with stand-ins for missing values that other formats require."""
         limit = self.reading.single(axis, "limit") if axis is not None else None
         kind = entry["type"].value
         unit = "m" if kind == "prismatic" else "rad"
@@ -318,7 +318,7 @@ class Joints:
             self.reading.paths.setdefault(id(limit), ("joints", name, "limit"))
 
     def _mimic(self, element: Element, node: Node, entry: dict[str, Any]) -> None:
-        """Set the joint that a joint follows: position = multiplier * (leader - reference) + offset."""
+        """Set ``mimic`` of a joint: position = multiplier * (leader - reference) + offset."""
         reading = self.reading
         attribute = element.attributes.get("joint")
         if attribute is None or not attribute.value:
@@ -333,7 +333,7 @@ class Joints:
                 reading.cannot_carry(name_of(element), element.span)
             return
         made: dict[str, Any] = {"joint": Placed(leader.called, attribute.span)}
-        for key in _MIMIC:  # a child, or for Drake an attribute
+        for key in _MIMIC:  # a child element, or an attribute in files for Drake
             of_drake, number = element.attributes.get(key), reading.one(element, key)
             if of_drake is not None:
                 found = reading.numbers(of_drake.words(), element, key, of_drake.span, 1)

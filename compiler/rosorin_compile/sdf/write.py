@@ -1,8 +1,8 @@
-"""The SDF of a robot, as text.
+"""Write the SDF of a robot.
 
-It contains all frames: what has mass is a ``<link>``, and the rest are ``<frame attached_to>`` (see ``content``).
-Each pose has the numbers of the description: a joint is placed in its parent, the child at the joint, a shape in its
-own frame. Readers: libsdformat 12 and Drake 1.51.
+It contains all frames: links with mass become a ``<link>``, all others a ``<frame attached_to>`` (see ``content``).
+Poses have the numbers of the description: a joint is relative to its parent, the child to the joint, a shape to its
+link. Tested with libsdformat 12 and Drake 1.51.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from . import content as contents
 from .content import FOLLOWERS, LEAST, NEWEST, OLDEST, SOLIDS, WORLD, collision_elements, own_elements
 
 MODEL = "__model__"
-_FRAME_ID = "frame_id"  # the element of 1.12; earlier Gazebo versions have different ones
+_FRAME_ID = "frame_id"  # tag in SDF 1.12; earlier Gazebo versions use others
 _LOOPS = ("connect", "weld")
-# Three points that are not collinear hold two bodies together like a weld (m); one is a ball joint.
+# Points (m) for ball constraints: three that are not collinear are equivalent to a weld, one is a ball joint.
 _CORNERS = ((0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.1, 0.0))
 _ROUNDING = 1e-12
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -38,16 +38,16 @@ _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
     """Return the SDF of a robot.
 
-    Options: ``number_format`` (short, exact or six), ``version`` (1.9 to 1.12; default the first with all words),
-    ``height_maps`` (the form of their boxes), ``visuals`` (from_collision, where a link has none), ``gazebo`` (false,
-    or which Gazebo: harmonic, fortress or classic; by default sensors in the words of SDF alone).
+    Options: ``number_format`` (short, exact or six), ``version`` (1.9 to 1.12, by default the oldest that suffices),
+    ``height_maps`` (how to split them into boxes), ``visuals`` (from_collision: also for links without visuals),
+    ``gazebo`` (false, harmonic, fortress or classic; by default, sensors have only standard SDF elements).
     """
     writer = _Writer(with_visuals(robot) if output.options.get("visuals") == "from_collision" else robot, output)
     return "".join(f"{line}\n" for line in writer.lines()), writer.diagnostics()
 
 
 def _element(start: str, lines: Iterable[str], indent: str) -> list[str]:
-    """Return an element with lines in it, without those that are empty; its tag is the first word of ``start``."""
+    """Return the lines of an element with the content ``lines`` (empty ones omitted); ``start`` is its start tag."""
     return [f"{indent}<{start}>", *filter(None, lines), f"{indent}</{start.split(' ')[0]}>"]
 
 
@@ -56,7 +56,7 @@ def _indented(texts: Iterable[str], indent: str) -> list[str]:
 
 
 class _Writer:
-    """Writes one robot; ``names`` are the names of its joints in the SDF."""
+    """Prints the SDF of a robot; ``names`` has the name of each joint in the SDF."""
 
     def __init__(self, robot: Robot, output: Output) -> None:
         self.robot, self.gazebo = robot, output.options.get("gazebo")
@@ -67,16 +67,16 @@ class _Writer:
         carrier = self.content.carrier
         self.shapes = {purpose: self._named(purpose) for purpose in ("visual", "collision")}
         self.joints = {joint.name: self.names[joint.name] for joint in robot.joints if self.content.has_joint(joint)}
-        others = [text for text in robot.urdf_elements if "<ros2_control" not in text]  # which no SDF has
+        others = [text for text in robot.urdf_elements if "<ros2_control" not in text]  # not supported in SDF
         gazebo = distribution(self.gazebo)
         drives, self.idle = drive_blocks(robot, self.joints, "sdf-cannot-say", gazebo, self.number, others)
         self.kept = contents.sort_elements(
             replace(robot, urdf_elements=(*robot.urdf_elements, *drives)), carrier, self.joints
         )
         self.loops = [one for one in robot.constraints if one.tag in _LOOPS and one.values.get("active") is not False]
-        self.open: list[str] = []  # loops that are not written
-        self.unseen: dict[str, list[str]] = {}  # names of sensors by the reason
-        self.sensors: dict[str, list[str]] = {}  # texts by the link, or "joint NAME"
+        self.open: list[str] = []  # kinematic loops that are not written
+        self.unseen: dict[str, list[str]] = {}  # names of sensors that are not written, by reason
+        self.sensors: dict[str, list[str]] = {}  # XML by link or "joint NAME"
         for sensor in robot.sensors if self.gazebo is not False else ():
             for one in sensor.gazebo:
                 self._sensor(sensor, one)
@@ -97,7 +97,7 @@ class _Writer:
         return found
 
     def pose(self, pose: Pose, relative_to: str = "") -> str:
-        """Return a <pose>, or an empty text for one that moves nothing."""
+        """Return a <pose>, or "" if it is the identity and not relative to another frame."""
         base = attributes(relative_to=relative_to) if relative_to else ""
         if pose == IDENTITY:
             return f"<pose{base}/>" if relative_to else ""
@@ -170,7 +170,7 @@ class _Writer:
         return _element(start, [f"        {pose}{geometry}", *_indented(texts, "        ")], "      ")
 
     def _geometry(self, solid: Shape, kept: Sequence[str]) -> str:
-        """Return the element of a geometry; ``kept`` is what else is in that of a mesh."""
+        """Return the element of a geometry; ``kept`` are additional elements of a mesh."""
         shape, number, tag = solid.geometry, self.number, type(solid.geometry).__name__.lower()
         sizes = {key: getattr(shape, key) for key in SOLIDS[tag]}
         texts = {key: numbers(size, number) if isinstance(size, tuple) else number(size) for key, size in sizes.items()}
@@ -180,7 +180,7 @@ class _Writer:
         return f"<{tag}>{inner}{''.join(kept)}</{tag}>"
 
     def _look(self, visual: Shape, more: Sequence[str]) -> str:
-        """Return the contents of a material; ``more`` is what the description has for SDF alone."""
+        """Return the contents of a material; ``more`` are the elements kept in the description for SDF."""
         rgba, texture, parts = self.robot.colour(visual), self.robot.texture(visual), list[str]()
         if rgba is not None:
             is_own = any(text.startswith("<ambient") for text in more)
@@ -224,7 +224,7 @@ class _Writer:
         return [*lines, *_indented(more.get("axis", ()), "        ")]
 
     def _closed(self) -> Iterator[str]:
-        """Yield a ball or fixed joint for each kinematic loop, or constraints for Drake, which refuses such joints."""
+        """Yield a ball or fixed joint for each kinematic loop, or constraints for Drake, which rejects such joints."""
         places = self.robot.poses_in_root({})
         taken = {link.name for link in self.robot.links} | set(self.names.values())
         for loop in self.loops:
@@ -254,7 +254,7 @@ class _Writer:
                 yield from _element(f"{word}{attributes(name=f'{name}_{number}' if number else name)}", lines, "    ")
 
     def _loop_ends(self, loop: Entry) -> tuple[str, str, Transform] | None:
-        """Return the links of a constraint and its place in the first (joints at zero), or None without such links."""
+        """Return the two links of a constraint and its pose in the first (joints at zero), or None if unsupported."""
         if "relpose" in loop.values:
             return None
         marks = [(link.name, mark) for link in self.robot.links for mark in link.marked if mark.tag == "site"]
@@ -290,7 +290,7 @@ class _Writer:
         self.sensors.setdefault(where, []).append(with_noise("\n".join(lines)))
 
     def diagnostics(self) -> list[Diagnostic]:
-        """Return what the SDF does not contain, or contains in another form."""
+        """Return a warning for each property that the SDF lacks or approximates."""
         robot, content, found = self.robot, self.content, list[Diagnostic]()
 
         def lost(message: str, names: Sequence[str], help: str, rule: str = "sdf-cannot-say") -> None:

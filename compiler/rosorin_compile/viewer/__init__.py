@@ -1,1 +1,1 @@
-"""A robot to look at: its page (``view``), pictures (``picture``), and the tree of its frames (``frames``)."""
+"""Show a robot: an interactive page (``view``), pictures (``picture``), and the tree of frames (``frames``)."""

@@ -1,7 +1,7 @@
-"""Changes as a picture: the page of a robot, with its previous version drawn under it, and a list of what changed.
+"""Write a page that shows the changes of robots, as an overlay on the previous version and as a list.
 
-``check`` draws what is committed under what was compiled, ``diff`` one robot under another one; one page may hold
-several robots.
+``check`` overlays the compiled robot on the committed one, ``diff`` overlays the second robot on the first. A page can
+have several robots.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ COMMITTED = "what is committed"
 
 
 class Picture(NamedTuple):
-    """One robot of a page: its current version, its previous version (None if there is none), and the differences.
+    """A robot on a page: its current version, its previous version or None, and the differences.
 
-    ``files`` are the meshes of before by name; ``inputs`` the files that the page is made of.
+    ``files`` are the mesh files of the previous version by name, ``inputs`` the files that the page depends on.
     """
 
     shown: RobotView
@@ -46,7 +46,7 @@ class Picture(NamedTuple):
 
 
 class ChangesPage(NamedTuple):
-    """A page that was written: how many robots it shows, and what is left out of it; no robot: nothing was written."""
+    """The result of writing a page: the number of robots (0: nothing was written), and omitted files."""
 
     file: Path
     robots: int = 0
@@ -55,7 +55,7 @@ class ChangesPage(NamedTuple):
 
 
 class Pictures:
-    """The robots of one page, in the order in which they are added."""
+    """The robots on a page, in the order in which they are added."""
 
     def __init__(self, file: Path, meshes: bool = True, max_megabytes: float | None = None) -> None:
         self.file = file
@@ -63,7 +63,7 @@ class Pictures:
         self.taken: list[Picture] = []
 
     def take(self, request: Request, compiled: Compiled, found: Committed) -> None:
-        """Add the changes of one robot since its artifacts were committed."""
+        """Add a robot with the changes since its artifacts were committed."""
         shown, outputs = load(request)[0], request.description.outputs
         comparison, committed, meshes = found.comparison, found.committed, found.meshes
         if shown is None:
@@ -87,7 +87,7 @@ class Pictures:
         self.taken.append(Picture(shown, before, old_files, inputs, changes, notes, summary))
 
     def take_sides(self, requests: Sequence[Request], found: Difference, prefix: str | None) -> None:
-        """Add the second of two robots over the first one, if both can be shown; ``prefix`` is that of the second."""
+        """Add the differences of two robots, if both can be shown; ``prefix`` is that of the second robot."""
         first, second = (load(request)[0] for request in requests)
         if first is None or second is None:
             return
@@ -104,7 +104,7 @@ class Pictures:
         self.taken.append(Picture(second, overlay, first.meshes, inputs, changes, notes, summary))
 
     def write(self) -> ChangesPage:
-        """Write the page, robots that changed first. Raises OutputError."""
+        """Write the page, with changed robots first. Raises OutputError."""
         if not self.taken:
             return ChangesPage(self.file)
         ordered = sorted(self.taken, key=lambda one: not (one.changes or one.notes))
@@ -129,7 +129,7 @@ class Pictures:
 
 
 def change_data(change: Change, robots: Iterable[Robot]) -> Data:
-    """Return a change as data of the page, with the frame at which it is visible."""
+    """Return the JSON data for a change, with the frame where it is visible."""
     _, is_colour, values = change.text.rpartition(" colour ")
     colours = _colours(*values.split(" -> ")) if is_colour and " -> " in values else None
     return _entry(change.words(), _frame(change.kind, change.name, robots), change.artifacts, colours)
@@ -141,14 +141,14 @@ def _entry(text: str, frame: str, artifacts: Sequence[str], colours: Data | None
 
 
 def _colours(was: object, became: object) -> Data:
-    """Return two colours as the page draws them: red, green, blue and alpha each, or None for another text."""
+    """Parse two colours (red, green, blue and alpha); return None for other values."""
     texts = {"was": str(was).split(), "is": str(became).split()}
     return {key: [*map(float, numbers)] if len(numbers) == 4 else None for key, numbers in texts.items()}
 
 
 def _frame(kind: str, name: str, robots: Iterable[Robot]) -> str:
-    """Return the frame at which a change is to be seen; empty if there is none."""
-    plain = name.split(" when ")[0].split(" below ")[0]  # the row of a publisher that takes turns
+    """Return the frame where a change is visible, or "" if there is none."""
+    plain = name.split(" when ")[0].split(" below ")[0]  # without the condition of a publisher
     frames: list[str] = []
     for robot in robots:
         frames += [robot.joint[name].child] if kind == "joint" and name in robot.joint else []

@@ -1,8 +1,8 @@
-"""Overlays: one robot drawn under another one, and which links moved, for a page of changes.
+"""Compute which links moved between two versions of a robot, and which old shapes to draw, for a page of changes.
 
-Links that moved themselves are distinguished from those that were only carried. A shape that is where it was is not
-drawn twice. The robot of committed artifacts is the compiled one with old values put back: where frames were, how
-joints moved and which shapes links had is read from the artifacts, all else is as compiled.
+A link that moved relative to its parent is distinguished from a link that moved with its parent. Unchanged shapes are
+drawn only once. The previous robot is the compiled one with the old frames, joints and shapes from the committed
+artifacts; everything else is as compiled.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ from rosorin_compile.model import HeightMap, Joint, Link, Mesh, Pose, Robot, Sha
 from rosorin_compile.model.geometry import pose_of
 from rosorin_compile.model.joint import Mimic
 
-# How a link changed. A carried link is attached to a link that moved.
+# How a link changed. A carried link moved with its parent.
 MOVED, CARRIED, SHAPED, NEW, REMOVED = "moved", "carried", "shaped", "new", "removed"
 PURPOSES = ("visual", "collision")
 _LEAST = 1e-9  # m and rad
 
 
 class Overlay(NamedTuple):
-    """The old robot, under the names of the new one, and the changes of its links.
+    """The old robot, with the names of the new one, and the changes of its links.
 
-    ``how`` has the links that did not stay, by name; ``shapes`` the shapes of old links that are elsewhere or gone, by
-    link and purpose; ``at`` is the old root in the new one. ``frames`` are the frames at which something is to be
-    seen, by the name that a comparison has for it.
+    ``how`` has the changed links by name, ``shapes`` the old shapes that moved or were removed, by link and purpose.
+    ``at`` is the pose of the old root in the new one. ``frames`` has the frame where a change is visible, by the name
+    of the change in a comparison.
     """
 
     old: Robot
@@ -46,7 +46,7 @@ class Overlay(NamedTuple):
     frames: Mapping[str, str] = {}
 
     def with_meshes(self, changed: Collection[str]) -> Overlay:
-        """Return the overlay plus the links whose mesh files are in ``changed`` (names as in the description)."""
+        """Return the overlay with the links whose mesh files are in ``changed`` (names as in the description)."""
         how, shapes = dict(self.how), dict(self.shapes)
         for link, purpose in product(self.old.links, PURPOSES):
             others = [s for s in getattr(link, purpose) if isinstance(s.geometry, Mesh) and s.geometry.file in changed]
@@ -56,11 +56,11 @@ class Overlay(NamedTuple):
 
 
 def of_two(difference: RobotDifference, prefix: str | None) -> Overlay:
-    """Return the first of two robots under the second one; ``prefix`` is that of the second one."""
+    """Return the overlay of two robots; ``prefix`` is the prefix of names in the second one."""
     a, b = difference.sides
     pairing = pair_sides(a, b, difference.tolerance, prefix)
     first, second = pairing.a.robot, pairing.b.robot
-    # The common names keep the order of links and joints: so the second robot's own names are known.
+    # Common names are in the order of links and joints, which yields the names in the second robot.
     links, joints = (
         {common.name: own.name for common, own in zip(getattr(second, kind), getattr(b.robot, kind), strict=True)}
         for kind in ("links", "joints")
@@ -77,7 +77,7 @@ def of_two(difference: RobotDifference, prefix: str | None) -> Overlay:
 
 
 def _apart(names: Sequence[str], shared: Mapping[str, str]) -> dict[str, str]:
-    """Return the second robot's names for those of the first one; a name that it uses otherwise gets another one."""
+    """Map names of the first robot to names of the second; rename those that mean something else in the second."""
     taken = set(shared.values())
     return {name: shared.get(name, f"{name} (before)" if name in taken else name) for name in names}
 
@@ -91,15 +91,15 @@ def moves(
 ) -> Overlay:
     """Return the change of each link between two robots that use the same names for the same links.
 
-    ``tolerance`` (m, rad) is not a difference, besides what ``precisions`` leave open; ``unknown`` are links that the
-    format of one of the two cannot contain.
+    Differences within ``tolerance`` (m, rad) or the rounding in ``precisions`` are ignored. ``unknown`` are links that
+    the format of either robot cannot contain.
     """
     tolerance = max(tolerance, _LEAST)
     a, b = Bodies(old, precisions[0]), Bodies(new, precisions[1])
-    # What is taken to be where it was: a root, or the first link that both have; else none.
+    # The reference that counts as unmoved: a root, or the first common link, if any.
     names = [new.root, old.root, *(link.name for link in new.walk())]
     anchor = next((name for name in names if name in a.top and name in b.top), "")
-    # One of two formats may have no word for a purpose at all.
+    # A format may not support visuals or collision shapes at all.
     purposes = [p for p in PURPOSES if all(any(getattr(x, p) for x in robot.links) for robot in (old, new))]
     how: dict[str, str] = {}
     for link in new.walk():
@@ -107,7 +107,7 @@ def moves(
         if name not in a.top:
             how[name] = NEW
             continue
-        # The nearest link above that both have.
+        # The nearest common ancestor link.
         above = next((j.parent for j in reversed(new.chain(name)) if j.parent in a.top), anchor)
         ways = (side.joints_between(side.top[above], side.top[name]) or [] for side in (a, b))
         first, second = ([joint.mimic for joint in way] for way in ways)
@@ -137,7 +137,7 @@ def moves(
 
 
 def _gone(a: Bodies, b: Bodies, name: str, purpose: str, tolerance: float, mate: str | None = None) -> list[Shape]:
-    """Return the shapes of a link of ``a`` that no link fixed to it, or to ``mate``, has in ``b``."""
+    """Return the shapes of a link in ``a`` that do not exist in ``b`` on a link fixed to it or to ``mate``."""
     pieces, around = _pieces(a, name, purpose), list[Solid]()
     mate = name if mate is None else mate
     if not mate:
@@ -149,7 +149,7 @@ def _gone(a: Bodies, b: Bodies, name: str, purpose: str, tolerance: float, mate:
 
 
 def _pieces(side: Bodies, name: str, purpose: str) -> list[tuple[Shape, Solid]]:
-    """Return the solids of a link in its own frame, each as a shape, too."""
+    """Return the shapes of a link, each with its solid in the frame of the link."""
     shapes = [solid for shape in getattr(side.robot.link[name], purpose) for solid in shape.solids()]
     pieces = pieces_of(name, shapes, side.precision, capsules=False)
     return [(shape, piece.solid) for shape, piece in zip(shapes, pieces, strict=True)]
@@ -159,9 +159,9 @@ _GRID = frozenset(field.name for field in fields(HeightMap))
 
 
 def robot_before(robot: Robot, pairs: Sequence[Pair]) -> Robot:
-    """Return the robot of the artifacts as they were; the robot itself if they describe no tree.
+    """Return the previous robot of the artifacts, or ``robot`` unchanged if they do not describe a tree.
 
-    A frame that is new in one artifact, and was in another before, is not new.
+    A frame that is new in one artifact but was already in another is not new.
     """
     known = {name for pair in pairs for name in links_of(pair.old)}
     before = _Before(robot, [pair.old for pair in pairs])
@@ -181,7 +181,7 @@ class _Before:
         self.start = robot
         self.links = {link.name: link for link in robot.links}
         self.joints = {joint.child: joint for joint in robot.joints}
-        # Not every format has the names of all joints.
+        # Some formats do not have the names of all joints.
         entries = [(thing, entry) for side in sides for thing, entry in side.items()]
         self.names = {str(of["child"]): name for (kind, name), of in entries if kind == "joint" and "child" in of}
 
@@ -191,7 +191,7 @@ class _Before:
         return made if made.is_tree else self.start
 
     def undo(self, difference: Difference, old: Leaves) -> None:
-        """Put the old value of a difference back, if the model has a place for it."""
+        """Restore the old value of a difference, if the model can express it."""
         (kind, name, quantity), was = difference.address, difference.old
         link, joint = self.links.get(name), self.joints.get(name)
         if not quantity and kind in ("frame", "link") and " " not in name:
@@ -220,7 +220,7 @@ class _Before:
             self.links[name] = replace(link, **changed)
 
     def _add(self, name: str, old: Leaves) -> None:
-        """Add a link that was removed, with the joint that placed it."""
+        """Add a link that was removed, with the joint to its parent."""
         entry = old.get(("link", name), {})
         self.links.setdefault(name, Link(name, **{key: entry[key].shapes for key in PURPOSES if key in entry}))
         frame = old.get(("frame", name), {})
@@ -233,7 +233,7 @@ class _Before:
 
 
 def _joint(joint: Joint, quantity: str, value: Any, entry: Mapping[str, Any]) -> Joint:
-    if not quantity:  # one that an artifact names only where it moves
+    if not quantity:  # the artifact only lists moving joints
         return replace(joint, type="fixed" if value is None else value.get("type", "fixed"))
     if quantity == "type":
         return replace(joint, type=value or "fixed")
@@ -247,7 +247,7 @@ def _joint(joint: Joint, quantity: str, value: Any, entry: Mapping[str, Any]) ->
 
 
 def _shapes(now: Sequence[Shape], old: Shapes, new: Shapes) -> tuple[Shape, ...]:
-    """Return the shapes of a link as they were; those of other frames, which an artifact may have there, are not."""
+    """Restore the old shapes of a link, except for shapes that an artifact merged into it from other frames."""
     before, after = ([_bare(solid) for solid in side.solids()] for side in (old, new))
     rest = match(before, after)
     added = [after[at] for at in rest.new]
@@ -258,9 +258,9 @@ def _shapes(now: Sequence[Shape], old: Shapes, new: Shapes) -> tuple[Shape, ...]
     back = [before_now[at] for at in rest.old]
     if own:
         return (*(piece for at, piece in enumerate(here) if at not in own), *back)
-    return tuple(now) if rest.old and rest.new else (*now, *back)  # with both, another frame has the difference
+    return tuple(now) if rest.old and rest.new else (*now, *back)  # if both, another frame changed
 
 
 def _bare(solid: Solid) -> Solid:
-    """Return a solid without its looks and names, except that of its file."""
+    """Return a solid without appearance and names, except for its mesh file."""
     return solid._replace(rgba=None, words=tuple(word for word in solid.words if word.startswith("file ")))

@@ -1,4 +1,4 @@
-"""A robot as the data of its page: the model, where each frame is defined, and its meshes; and its page as a file."""
+"""Convert a robot to the data of its page (model, meshes, sources of all numbers), and write the page to a file."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
     from rosorin_compile.model import Robot
     from rosorin_compile.rules.case import Case
 
-_EXPLAINED = 300  # links; of more than that a page on disk does not say where each number comes from
+_EXPLAINED = 300  # links; the page of a larger robot does not contain the sources of its numbers
 
 
 @dataclass(frozen=True)
 class RobotView:
-    """A robot to look at: its data for the page, its mesh and image files by name, and the files of its description."""
+    """A robot for a page: its JSON data, its mesh and image files by name, and the files of its description."""
 
     case: Case
     data: Data
@@ -41,11 +41,11 @@ class RobotView:
 
     @property
     def robot(self) -> Robot:
-        """The model."""
+        """The model of the robot."""
         return self.case.robot
 
     def explain(self, frame: str) -> list[str]:
-        """Return where the numbers of a frame come from, as ``explain`` does; nothing for a foreign robot."""
+        """Return the lines of ``explain`` for a frame; empty for a robot that is not a description."""
         expanded, lowered = self.understood.expanded, self.understood.lowered
         if expanded.scope is None or lowered is None:
             return []
@@ -55,7 +55,7 @@ class RobotView:
 
 
 def load(request: Request) -> tuple[RobotView | None, list[Diagnostic], tuple[Path, ...]]:
-    """Read a robot, in any format, for its page: return it unless it has errors, the diagnostics, and the files."""
+    """Read a robot in any format; return its view (None after errors), diagnostics, and the files that were read."""
     understood, description = request.understand(), request.description
     case, own_files, diagnostics = understood.case, understood.expanded.files, understood.diagnostics
     if case is None:
@@ -76,17 +76,17 @@ def load(request: Request) -> tuple[RobotView | None, list[Diagnostic], tuple[Pa
 
 
 def _place(span: Span) -> Data:
-    """Return a place in a description as the page has it, with the whole path for an editor."""
+    """Return a source position as JSON data, with the absolute path for an editor."""
     file = span.source.path
     return {"file": file, "line": span.line, "column": span.column, "path": os.path.abspath(file)}
 
 
 def on_disk(shown: RobotView, embedding: Embedding | None) -> Data:
-    """Return the data of a page to be shared, without absolute paths; meshes are added to ``embedding``, if given."""
+    """Return the data for a page without absolute paths, to share it; meshes are added to ``embedding`` if not None."""
     data = dict(shown.data)
     if embedding is not None:
         data.update(tables(shown.robot, shown.meshes, embedding))
-    table: dict[str, int] = {}  # most lines are those of several links
+    table: dict[str, int] = {}  # most lines occur for several links
     links = list(data["links"])
     for number, link in enumerate(links if len(links) <= _EXPLAINED else ()):
         Progress.step("explaining", number, len(links))
@@ -96,7 +96,7 @@ def on_disk(shown: RobotView, embedding: Embedding | None) -> Data:
 
 
 def nameless(data: Data, named: Iterable[Path] = ()) -> Data:
-    """Return data without paths of this machine: files are named from here, or by their names alone."""
+    """Replace absolute paths in JSON data by paths relative to the working directory, or by file names."""
     places = [entry["where"]["file"] for entry in (*data["links"], *data.get("warnings", ())) if "where" in entry]
     here, names = Path.cwd(), dict[str, str]()
     for path in map(Path, dict.fromkeys([*places, *map(str, named)])):
@@ -124,9 +124,9 @@ def nameless(data: Data, named: Iterable[Path] = ()) -> Data:
 
 @dataclass(frozen=True)
 class Page:
-    """A page of a robot that was written, with its size in ``bytes``. Without ``written`` there are errors.
+    """The result of writing the page of a robot, with its size in ``bytes``; not ``written`` after errors.
 
-    ``left_out`` names the meshes and images that it does not show, and why.
+    ``left_out`` has the meshes and images that the page lacks, with the reason.
     """
 
     robot: str
@@ -147,11 +147,11 @@ def view(
     max_megabytes: float | None = None,
     trust: bool = False,
 ) -> Page:
-    """Write one HTML page that shows a robot in a browser, without a network or any other file.
+    """Write a self-contained HTML page that shows a robot in a browser, without network access.
 
     Args:
         meshes: Embed the meshes.
-        max_megabytes: The largest size of all embedded meshes; by default 40.
+        max_megabytes: The maximum total size of embedded meshes in MB, by default 40.
 
     Example:
         >>> import rosorin_compile, tempfile

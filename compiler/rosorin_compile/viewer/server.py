@@ -1,7 +1,7 @@
-"""The server of the page: one robot, its meshes and the origins of its numbers, updated when files change.
+"""Serve the page of a robot, with its meshes and the sources of its numbers, and update it when files change.
 
-A foreign page in the same browser cannot read it: requests are answered only under the names of this machine
-(which a foreign page that points its own name here does not have), and answers are never sent to another origin.
+Other websites in the same browser cannot read it: the server only accepts requests with a Host header of this machine
+(which protects against DNS rebinding), and never allows cross-origin access.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ if TYPE_CHECKING:
 Data = dict[str, Any]
 
 LOOPBACK = "127.0.0.1"
-PORT = 8642  # where no other page is; else the system chooses one
+PORT = 8642  # default; if it is in use, the system chooses a port
 _LARGEST = 1_000_000  # bytes of a request
-_BEAT = 1.0  # seconds between two checks whether a page is still open
-_PATIENCE = 60.0  # seconds that a browser may take for a request
-_HTTP = 80  # the port that browsers leave out of names
+_BEAT = 1.0  # s between checks whether a page is still open
+_PATIENCE = 60.0  # s, timeout of a request
+_HTTP = 80  # browsers omit this port in the Host header
 _HOST = re.compile(r"(?:\[([0-9a-f:.]{2,45})\]|([0-9a-z._-]{1,253}))(?::([0-9]{1,5}))?")
 _TEXT = "text/plain; charset=utf-8"
 _HEADERS = {
@@ -59,11 +59,11 @@ _HEADERS = {
 
 
 class Refused(Exception):
-    """A request is not answered: the HTTP status and the reason."""
+    """A request is refused, with an HTTP status and a reason."""
 
 
 class Page:
-    """What is served at present; one thread follows the files, others answer pages. ``listeners`` counts open pages."""
+    """The current content; one thread watches files, others answer requests. ``listeners`` counts open pages."""
 
     def __init__(self) -> None:
         self.change = threading.Condition()
@@ -78,32 +78,32 @@ class Page:
         self.touching: Callable[[Mapping[str, Any]], list[list[str]]] | None = None
 
     def notify(self) -> None:
-        """Notify every page that is open: another version of the robot, or an error now."""
+        """Notify every open page of a new version of the robot or of an error."""
         with self.change:
             self.changes += 1
             self.change.notify_all()
 
     def events(self) -> bytes:
-        """Return the present state as events for a page."""
+        """Return the current state as server-sent events."""
         text = f"event: robot\ndata: {json.dumps(self.version)}\n\n"
         text += f"event: problem\ndata: {json.dumps({'text': self.problem})}\n\n" if self.problem else ""
         return text.encode()
 
 
 def _address(text: str) -> Any:
-    """Return an IP address, or None for another name."""
+    """Parse an IP address, or return None for a host name."""
     with suppress(ValueError):
         return ip_address(text)
     return None
 
 
 def is_loopback(host: str) -> bool:
-    """Return True if an address is of this machine alone."""
+    """Return True if an address is a loopback address."""
     return host == "localhost" or bool(getattr(_address(host), "is_loopback", False))
 
 
 class Server(ThreadingHTTPServer):
-    """Answers pages: ``host`` is an address of this machine."""
+    """The HTTP server; ``host`` is an address of this machine."""
 
     daemon_threads = True
 
@@ -115,15 +115,15 @@ class Server(ThreadingHTTPServer):
         self.port = int(self.server_address[1])
 
     def server_bind(self) -> None:
-        """Take the port, without a look-up of the name of the address."""
+        """Bind the port without a reverse DNS lookup."""
         self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         self.socket.bind(self.server_address)
         self.server_address = self.socket.getsockname()
 
     def is_mine(self, name: str) -> bool:
-        """Return True if a Host header names this server: another site can point only names of its own here.
+        """Return True if a Host header is a name of this server, which excludes DNS rebinding by other websites.
 
-        A server for this machine alone has the names of loopback; else also addresses, and the name of the machine.
+        On a loopback address, only loopback names are accepted; otherwise also IP addresses and the host name.
         """
         found = _HOST.fullmatch(name)
         if found is None or int(found[3] or _HTTP) != self.port:
@@ -134,11 +134,11 @@ class Server(ThreadingHTTPServer):
         return _address(bare) is not None or bare in ("localhost", self.host.lower(), machine, f"{machine}.local")
 
     def handle_error(self, request: object, client_address: object) -> None:
-        """Print nothing if a browser went away."""
+        """Ignore errors after a browser has closed the connection."""
 
 
 def bound(page: Page, host: str, port: int | None) -> Server:
-    """Return a server at a port; without one at the usual, or where that is taken at any. Raises OSError."""
+    """Start a server at a port, by default ``PORT`` or, if that is in use, any free port. Raises OSError."""
     if port is None:
         with suppress(OSError):
             return Server(page, host, PORT)
@@ -153,7 +153,7 @@ class _Handler(BaseHTTPRequestHandler):
     timeout = _PATIENCE
 
     def log_message(self, format: str, *args: object) -> None:
-        """Print nothing: the terminal is for the messages of the compiler."""
+        """Do not log requests, because the terminal shows the messages of the compiler."""
 
     def do_GET(self) -> None:
         self._answer(self._get)
@@ -170,12 +170,12 @@ class _Handler(BaseHTTPRequestHandler):
             self._send(f"{why}\n".encode(), _TEXT, status)
 
     def _check_origin(self) -> None:
-        """Refuse a request that came by a foreign name, or from a page of somebody else."""
+        """Refuse a request with a foreign Host header, or from a page of another origin."""
         hosts = self.headers.get_all("Host", [])
         host = hosts[0].lower() if len(hosts) == 1 else ""
         origin = self.headers.get("Origin", f"http://{host}").lower()
         foreign = self.headers.get("Sec-Fetch-Site", "none") not in ("none", "same-origin")
-        followed = self.path == "/" and self.headers.get("Sec-Fetch-Mode") == "navigate"  # a link to the page
+        followed = self.path == "/" and self.headers.get("Sec-Fetch-Mode") == "navigate"  # a followed link
         if not self.server.is_mine(host) or origin != f"http://{host}" or (foreign and not followed):
             self.close_connection = True
             raise Refused(HTTPStatus.FORBIDDEN, "this robot is shown only to this machine")
@@ -191,7 +191,7 @@ class _Handler(BaseHTTPRequestHandler):
             self._json(page.explain(parse_qs(url.query).get("frame", [""])[0]))
         elif url.path == "/events":
             self._events()
-        elif url.path == "/favicon.ico":  # browsers request it by themselves
+        elif url.path == "/favicon.ico":  # browsers always request it
             self._send(b"", "image/x-icon")
         elif url.path.startswith("/mesh/") and file is not None:
             try:
@@ -205,7 +205,7 @@ class _Handler(BaseHTTPRequestHandler):
         size = self.headers.get("Content-Length", "")
         fits = size.isascii() and size.isdecimal() and len(size) <= len(str(_LARGEST)) and int(size) <= _LARGEST
         if not fits or self.headers.get_content_type() != "application/json":
-            self.close_connection = True  # the rest of the request is not read
+            self.close_connection = True  # because the request body is not read
             raise Refused(HTTPStatus.BAD_REQUEST, "this is not a question about the robot")
         content = self.rfile.read(int(size))
         if self.path != "/touching":
@@ -226,7 +226,7 @@ class _Handler(BaseHTTPRequestHandler):
         page, seen = self.server.page, -1
         self._head("text/event-stream", HTTPStatus.OK, Connection="close")
         page.listeners += 1
-        try:  # a browser requests nothing more on this connection: if it can be read, it was closed
+        try:  # the browser sends nothing more, so a readable socket means that it was closed
             while not select.select([self.connection], [], [], 0)[0] or self.connection.recv(1, socket.MSG_PEEK):
                 with page.change:
                     page.change.wait_for(lambda: page.changes != seen, _BEAT)  # noqa: B023
@@ -254,11 +254,11 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.write(content)
 
 
-_INTERVAL = 0.15  # seconds between two looks at the files
+_INTERVAL = 0.15  # s between checks of the files
 
 
 class LiveRobot:
-    """One robot that is shown while its files change; ``contacts`` returns the engine that finds overlapping links."""
+    """Compiles and serves a robot while its files change; ``contacts`` returns a finder of overlapping links."""
 
     def __init__(self, request: Request, console: Console, contacts: Callable[[RobotView], Any]) -> None:
         self.console = console
@@ -266,15 +266,15 @@ class LiveRobot:
         self.contacts = contacts
         self.inputs = WatchedFiles()
         self.page = Page()
-        self.numbers: dict[Path, str] = {}  # of mesh files: an older page still finds its own ones
-        self.lock = threading.Lock()  # explanations and contacts are computed for one robot at a time
+        self.numbers: dict[Path, str] = {}  # permanent ids of mesh files, so that an older page can still load them
+        self.lock = threading.Lock()  # for explanations and contacts, which are not thread-safe
 
     def serve(self, server: Server, open_browser: bool) -> None:
         """Serve the page until Ctrl-C or SIGTERM, also while the robot has errors."""
         import gc
         import signal
 
-        gc.enable()  # it is off in short runs
+        gc.enable()  # the CLI turns it off for short runs
         signal.signal(signal.SIGTERM, signal.default_int_handler)
         host = server.host
         name = "localhost" if host == LOOPBACK else f"[{host}]" if ":" in host else host
@@ -301,7 +301,7 @@ class LiveRobot:
             server.socket.close()
 
     def compile(self) -> None:
-        """Read the robot, and notify the pages; after an error they keep the last one."""
+        """Read the robot and notify the pages; after an error, they keep the last valid version."""
         Progress.begin()
         shown, diagnostics, inputs = load(self.request)
         Progress.wipe()
@@ -309,7 +309,7 @@ class LiveRobot:
         self.console.show(errors)
         for file in inputs:
             with suppress(OSError):
-                files.read_bytes(file)  # what the page requests later is followed, too
+                files.read_bytes(file)  # also watch files that the page requests later
         page = self.page
         if shown is None:
             if not page.text:
@@ -331,12 +331,12 @@ class LiveRobot:
         self.page.text, self.page.data = html(data, live=version), {**data, "version": version}
 
     def _alone(self, function: Callable[[Any], Any], argument: Any) -> Any:
-        """Call a function that works on one robot at a time."""
+        """Call a function while holding the lock."""
         with self.lock:
             return function(argument)
 
     def _contacts_of(self, shown: RobotView) -> Callable[[Mapping[str, Any]], list[list[str]]]:
-        """Return a function for the pairs of links that collide at positions by joint (rad or m)."""
+        """Return a function that computes the pairs of links that overlap at joint positions (rad or m)."""
         engine = self.contacts(shown)
 
         def touching(state: Mapping[str, Any]) -> list[list[str]]:
@@ -348,7 +348,7 @@ class LiveRobot:
                 positions = {name: at for name, at in state.items() if name in shown.robot.joint}
                 found: list[list[str]] = self._alone(engine.pairs, positions)
                 return found
-            except Exception as problem:  # the page shows whatever the engine raises
+            except Exception as problem:  # the page shows any error of the engine
                 reason = " ".join(str(problem).split())[:200] or type(problem).__name__
                 raise Refused(HTTPStatus.NOT_IMPLEMENTED, reason) from None
 

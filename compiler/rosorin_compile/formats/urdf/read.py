@@ -1,8 +1,7 @@
-"""Read a URDF into the tree of a description (http://wiki.ros.org/urdf/XML, ros/urdfdom@jazzy).
+"""Import a URDF as a description (http://wiki.ros.org/urdf/XML, ros/urdfdom@jazzy).
 
-What urdfdom refuses is refused, and so is what it accepts silently although it cannot be right: misspelt words, a
-second element where one is taken, links with two parents. What is legal and has no key in the language is kept as it
-is written.
+Input that urdfdom rejects is an error, and so are mistakes that it silently accepts: misspelled names, duplicate
+elements, links with two parents. Valid elements without a key in descriptions are kept as XML.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ from ..imported_robot import Imported, ReadOptions, comments_of
 from ..robot_files import accept, lower_artifact
 from ..xml_reader import ANGLES, LENGTHS, NAME, PLAIN, XmlReader, lacks, numbers, put
 
-# Types of joints, with the units of their positions.
+# Types of joints, with the unit of the position.
 TYPES = {"revolute": "rad", "continuous": "rad", "prismatic": "m", "fixed": "", "floating": "", "planar": "m"}
 SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")
 JOINT_PARTS = ("axis", "limit", "mimic", "dynamics", "calibration", "safety_controller")
@@ -50,9 +49,9 @@ TEXTS = {
     **dict.fromkeys(("mesh", "texture"), ("filename",)),
     "mimic": ("joint",),
 }
-_POSITION_UNIT = "q"  # that of the position of the joint
+_POSITION_UNIT = "q"  # unit of the joint position
 _LENGTH, _POSITION, _PLAIN = (1, LENGTHS), (1, _POSITION_UNIT), (1, PLAIN)
-# The attributes with numbers: how many, and their unit if its size matters.
+# Numeric attributes, with the number of values and the unit, if large values are checked.
 NUMBERS: Mapping[str, Mapping[str, tuple[int, str]]] = {
     "origin": {"xyz": (3, LENGTHS), "rpy": (3, ANGLES), "quat_xyzw": (4, PLAIN)},
     "mass": {"value": _PLAIN},
@@ -77,12 +76,12 @@ _NOT_PRINTED = re.compile("[\x00-\x1f\x7f]")
 _NOT_IN_MATERIALS = re.compile(r"[<>&\"'\x00-\x1f]")
 _SPRING = {"springStiffness": "stiffness", "springReference": "spring_reference"}
 _WITH_RANGE = ("revolute", "prismatic")
-# Elements without effect on a type of joint. An axis is not reported: exporters write one for every joint.
+# Elements without effect for a type of joint. An axis is not reported, because exporters write one for every joint.
 _WITHOUT_EFFECT = {"fixed": ("axis", "limit", "mimic", "dynamics"), "floating": ("axis", "limit")}
 
 
 def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple[Path, ...] = ()) -> Imported:
-    """Return the robot of a URDF document. ``files`` are the files that it was made of; if empty, ``path`` alone."""
+    """Import a URDF document. ``files`` are the files that it was generated from, by default ``path``."""
     reader = _Reader(options)
     tree: Map | None = reader.robot(document.root, path)
     diagnostics = reader.all_diagnostics()
@@ -97,15 +96,15 @@ def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple
 
 
 def read(text: str) -> Robot:
-    """Return the robot that a URDF of ours contains. Raises ValueError if it is damaged."""
+    """Parse a generated URDF. Raises ValueError if it is damaged."""
     reader = _Reader(ReadOptions(), spelling=False)
-    # The springs stay in the <gazebo> elements.
+    # Springs are compared as <gazebo> elements.
     tree = reader.robot(parse_artifact(text, "robot").root, Path("robot.urdf"), springs=False)
     return plain(lower_artifact(tree, reader.diagnostics))
 
 
 def plain(robot: Robot) -> Robot:
-    """Return a robot without sources and publishers. Raises ValueError if the end of a joint is not a link."""
+    """Return a robot without sources and publishers. Raises ValueError if a joint refers to an unknown link."""
     for joint in robot.joints:
         for end, name in (("parent", joint.parent), ("child", joint.child)):
             if name not in robot.link:
@@ -115,13 +114,13 @@ def plain(robot: Robot) -> Robot:
 
 
 class _Reader(XmlReader):
-    """Reads the elements of a <robot> into the tree of a description."""
+    """Converts the elements of a <robot> to the tree of a description."""
 
     attributes = frozenset(name for table in (TEXTS, NUMBERS) for names in table.values() for name in names)
     joints: Collection[str] = ()  # the names of all joints of the file
 
     def robot(self, root: Element, path: Path, springs: bool = True) -> Map:
-        """Return the tree of <robot>; ``springs`` gives joints those that <gazebo> elements have for them."""
+        """Return the tree for a <robot> element; with ``springs``, add joint springs from <gazebo> elements."""
         tree, source = Map(root.span), Map(root.span)
         name = root.attributes.get("name")
         if name is not None and name.value.strip():
@@ -141,7 +140,7 @@ class _Reader(XmlReader):
         self._section(root, "joint", self._joint, tree)
         self._rename_materials(tree)
         self.check_element(root, tree)
-        for block in root.children if springs else ():  # other simulators know springs as well
+        for block in root.children if springs else ():  # other simulators support springs, too
             joint: Any = (tree.get("joints") or {}).get(block.get("reference")) if block.tag == "gazebo" else None
             for element in block.children if joint is not None else ():
                 with suppress(ValueError):
@@ -163,7 +162,7 @@ class _Reader(XmlReader):
         return tree
 
     def check_element(self, element: Element, keep: Map | None = None, path: TreePath = (), *needed: str) -> None:
-        """Report unknown and missing words of an element; ``path`` is that of its entry, ``keep`` as for ``check``."""
+        """Report unknown and missing names in an element; ``path`` is that of its entry, ``keep`` as in ``check``."""
         attributes = (*TEXTS.get(element.tag, ()), *NUMBERS.get(element.tag, ()))
         self.check(element, CHILDREN.get(element.tag, ()), attributes, keep)
         self.need(element, *needed)
@@ -171,7 +170,7 @@ class _Reader(XmlReader):
             self.paths[id(element)] = path
 
     def put_numbers(self, entry: Map, element: Element, unit: str = PLAIN, keys: dict[str, str] | None = None) -> None:
-        """Set the keys of an entry to the numbers of an element; ``unit`` is that of the position of its joint."""
+        """Set the keys of an entry to the numbers of an element; ``unit`` is the unit of the joint position."""
         for name, (count, own) in NUMBERS[element.tag].items():
             attribute = element.attributes.get(name)
             if attribute is None or (keys is not None and name not in keys):
@@ -229,7 +228,7 @@ class _Reader(XmlReader):
         return entry
 
     def _inertial(self, element: Element, link: Map, path: TreePath) -> None:
-        """Set the inertial of a link; mass and all six moments are required. Leniently, a damaged one is left out."""
+        """Set the inertial of a link; mass and all six moments are required. With --lenient, omit an invalid one."""
         entry, before = Map(element.span), len(self.diagnostics)
         self.paths[id(element)] = path
         for tag in ("mass", "inertia"):
@@ -256,7 +255,7 @@ class _Reader(XmlReader):
             put(link, "inertial", entry, element)
 
     def _shape(self, element: Element, link: Map, path: TreePath) -> None:
-        """Add a <visual> or a <collision> to its list; kept whole where the language has no key for its geometry."""
+        """Add a <visual> or <collision> to its list, or keep it as XML if its geometry is not supported."""
         geometry = self.single(element, "geometry")
         if geometry is None or not geometry.children:
             message, span = f"{name_of(element)} has no shape in a <geometry>", (geometry or element).span
@@ -373,7 +372,7 @@ class _Reader(XmlReader):
             return
         for name in ("lower", "upper") if position and tag == "limit" else ():
             if name not in element.attributes:
-                put(entry, name, 0, element)  # as readers of URDF do
+                put(entry, name, 0, element)  # the default in readers of URDF
         self.put_numbers(entry, element, position)
         missing = [name for name in ("effort", "velocity") if tag == "limit" and name not in element.attributes]
         if missing:
@@ -434,7 +433,7 @@ class _Reader(XmlReader):
         self.check_element(element)
 
     def _rename_materials(self, tree: Map) -> None:
-        """Remove material names that differ in look from the first: urdfdom takes the first look for all."""
+        """Remove the name of a material that differs from the first one with that name, which urdfdom uses for all."""
 
         def look(entry: Map) -> tuple[object, object] | None:
             rgba, texture = entry.get("rgba"), entry.get("texture")

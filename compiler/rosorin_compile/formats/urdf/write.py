@@ -1,9 +1,9 @@
-"""What a URDF contains of a robot, and its text (rules of the reader: ``ros/urdfdom@jazzy:urdf_parser``).
+"""Determine the contents of a URDF, and write it (rules of the reader: ``ros/urdfdom@jazzy:urdf_parser``).
 
-It has the links and joints that robot_state_publisher publishes, and planar and floating joints, which it cannot move;
-for simulators all of them (``frames``). libsdformat drops every link without mass, so that Gazebo reads a URDF without
-any as an empty model; PyBullet takes 1 kg for each link without an inertial, MuJoCo 1 g for each cm^3 of its shapes
-(run with libsdformat 12, PyBullet 3.2.7, MuJoCo 4). None of them does where the inertial is there and zero.
+By default, it has the links and joints that robot_state_publisher publishes, and planar and floating joints. The option
+``frames`` adds others for simulators. libsdformat drops every link without mass, so that Gazebo reads a URDF without
+masses as an empty model. For a link without an inertial, PyBullet uses 1 kg, and MuJoCo 1 g per cm^3 of its shapes,
+but not if the inertial is zero (tested with libsdformat 12, PyBullet 3.2.7, MuJoCo 4).
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from ..gazebo import distribution, drive_blocks, gazebo_blocks
 from ..mesh_files import urdf_file_name
 from ..templating import Templates, attributes, comment
 
-STEP = 1 / 240  # s, that of PyBullet if nobody sets another; Gazebo has 1/1000
+STEP = 1 / 240  # s, the default of PyBullet; that of Gazebo is 1/1000
 FROM_COLLISION = "from_collision"
 PUBLISHED, ALL, BODIES = "published", "all", "bodies"
 ELEMENTS = ("inertial", "visual", "collision", "dynamics", "urdf_elements")
@@ -43,12 +43,12 @@ _NO_MASS = Inertial(0.0, IDENTITY, 0.0, 0.0, 0.0)
 
 
 def frames_of(output: Output) -> str:
-    """Return which frames an output has: those that robot_state_publisher knows, all, or those of bodies."""
+    """Return the option ``frames``: "published" (by robot_state_publisher), "all" or "bodies"."""
     return str(output.options.get("frames", PUBLISHED))
 
 
 def elements_of(output: Output) -> Sequence[str]:
-    """Return which elements of links and joints an output has."""
+    """Return the elements of links and joints that an output has."""
     elements = output.options.get("elements", ELEMENTS)
     return [*elements, "visual"] if output.options.get("visuals") == FROM_COLLISION else elements
 
@@ -62,7 +62,7 @@ def joints_of(robot: Robot, output: Output) -> tuple[Joint, ...]:
 
 
 def links_of(robot: Robot, output: Output) -> frozenset[str]:
-    """Return the links that an output has; without any joints its topmost."""
+    """Return the links that an output has, which is the root if it has no joints."""
     return _links(robot, frames_of(output))
 
 
@@ -88,7 +88,7 @@ def _links(robot: Robot, frames: str) -> frozenset[str]:
 
 @of_robot
 def carriers(robot: Robot, carried: frozenset[str]) -> Mapping[str, tuple[str, Transform]]:
-    """Return the next carried link above each link, or else the topmost, and its pose in that with joints at zero."""
+    """Return the nearest written (``carried``) ancestor of each link, else the root, and the pose in it at zero."""
 
     def at_zero(joint: Joint) -> Transform:
         return joint.transform(robot.position(joint, {}) if joint.moves else 0.0)
@@ -109,7 +109,7 @@ def carriers(robot: Robot, carried: frozenset[str]) -> Mapping[str, tuple[str, T
 
 
 def inertials_at(robot: Robot, carried: Set[str]) -> Mapping[str, Inertial]:
-    """Return the inertials of links with those of the links that each carries. Raises ValueError."""
+    """Return the inertials of the written links, including those of links that are not written. Raises ValueError."""
     parts: dict[str, list[tuple[Inertial, Transform]]] = {}
     for name, (carrier, transform) in carriers(robot, frozenset(carried)).items():
         inertial = robot.link[name].inertial
@@ -121,7 +121,7 @@ def inertials_at(robot: Robot, carried: Set[str]) -> Mapping[str, Inertial]:
 
 @of_robot
 def _shapes_at(robot: Robot, link: str, carried: frozenset[str], purpose: str, height_maps: str) -> Sequence[Shape]:
-    """Return the solids of a link, visual or collision, after those of links that are fixed to it and not carried."""
+    """Return the solids of a link for a purpose, preceded by those of fixed links that are not written."""
     moved, own = list[Shape](), list[Shape]()
     visited, waiting = {link}, [(link, Transform())]
     while waiting:
@@ -139,7 +139,7 @@ def _shapes_at(robot: Robot, link: str, carried: frozenset[str], purpose: str, h
 
 
 def solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> list[Shape]:
-    """Return the collision shapes that a link has in a URDF that carries these frames."""
+    """Return the collision shapes that a link has in a URDF with the links ``carried``."""
     return [_in_version(shape, output) for shape in _collisions(robot, link, carried, output)]
 
 
@@ -149,7 +149,7 @@ def _in_version(shape: Shape, output: Output) -> Shape:
 
 
 def _collisions(robot: Robot, link: str, carried: frozenset[str], output: Output) -> Sequence[Shape]:
-    """Return the collision shapes of a link; a wheel whose rollers are not carried gets a cylinder around them."""
+    """Return the collision shapes of a link; a wheel whose rollers are not written gets a cylinder around them."""
     own = _shapes_at(robot, link, carried, "collision", str(output.options.get("height_maps", ROWS)))
     joint = robot.joint_to.get(link)
     lost = _lost(robot, carried).get(link) if joint is not None and joint.type == "continuous" else None
@@ -181,24 +181,24 @@ def _lost(robot: Robot, carried: frozenset[str]) -> Mapping[str, Sequence[tuple[
 
 
 class Content:
-    """What a URDF contains of a robot (``view``), and what it does not (``diagnostics``)."""
+    """The contents of a URDF (``view``), and ``diagnostics`` for everything that it lacks."""
 
     def __init__(self, robot: Robot, output: Output) -> None:
         robot = with_visuals(robot) if output.options.get("visuals") == FROM_COLLISION else robot
         self.robot, self.output, self.elements = robot, output, elements_of(output)
         self.carried, self.joints = links_of(robot, output), joints_of(robot, output)
-        self.masses: Mapping[str, Inertial] = {}  # with those of the links that each link carries
+        self.masses: Mapping[str, Inertial] = {}  # including links that are not written
         self.lost: list[Diagnostic] = []
         if "inertial" in self.elements:
             try:
-                # In an output of bodies, a link that only holds others has no mass, or simulators invent one.
+                # With ``frames: bodies``, a link without an inertial gets zero mass, or simulators would invent one.
                 invented = dict.fromkeys(self.carried, _NO_MASS) if frames_of(output) == BODIES else {}
                 self.masses = {**invented, **inertials_at(robot, self.carried)}
             except ValueError as problem:
                 message = f"in the URDF some masses move to one link: {problem}"
                 self.lost.append(error("urdf-mass-sum", message, None, "correct them"))
         gazebo, number = distribution(output.options.get("gazebo")), number_format(output.options)
-        # The elements for Gazebo, and those of sections, such as ros2_control.
+        # Elements for Gazebo, and elements of sections such as ros2_control.
         self.blocks, lost = gazebo_blocks(self) if gazebo else ([], [])
         for section in sections_in_urdf(output):
             self.blocks += section.urdf(robot, output, number) if section.urdf is not None else []
@@ -226,7 +226,7 @@ class Content:
         return Link(name, self.masses.get(name), visual, solid, urdf_elements=kept)
 
     def _shape(self, shape: Shape, name: str) -> Shape:
-        """Return a shape in the terms of URDF; ``name`` is that of its material if it has a look and no material."""
+        """Convert a shape for URDF; ``name`` is for the material that replaces its colour or texture."""
         geometry, material = _in_version(shape, self.output).geometry, shape.material
         if isinstance(geometry, Box):
             x, y, z = (size / 2 for size in geometry.size)
@@ -241,7 +241,7 @@ class Content:
         return Shape(geometry, shape.origin(), shape.name, shape.rgba, material, "", texture, urdf_elements=kept)
 
     def _joint(self, joint: Joint) -> Joint:
-        # The nearest type that URDF has to a ball, and robot_state_publisher leaves it alone as well.
+        # URDF has no ball joint; a floating joint is similar, and robot_state_publisher ignores it, too.
         kind = "floating" if joint.type == "ball" else joint.type
         has_axis = not joint.is_fixed and not joint.is_axleless
         axis, limit = (joint.axis, joint.limit) if has_axis else ((1.0, 0.0, 0.0), None)
@@ -293,7 +293,7 @@ class Content:
 
 
 def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str], Joint | None]]:
-    """Return each joint with the links that it is the first to name; a robot without joints has its root link."""
+    """Group links for the file: each joint with the links that no earlier joint refers to, else the root link alone."""
     visited: set[str] = set()
     groups: list[tuple[list[str], Joint | None]] = [] if joints else [([robot.root], None)]
     for joint in joints:
@@ -339,12 +339,12 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
 
 @of_robot
 def _moved_inertia(robot: Robot) -> Mapping[str, float]:
-    """Return the mass (kg) that each sliding joint moves, and the inertia (kg*m^2) that others turn, by child."""
+    """Return the mass (kg) that each prismatic joint moves, or the inertia (kg*m^2) for other joints, by child link."""
     found: dict[str, float] = {}
     below: dict[str, list[tuple[Inertial, Transform]]] = {}
     try:
         poses = robot.poses_in_root({}) if robot.mimics_resolve else {}
-    except ValueError:  # a joint without an axis: reported where it is written
+    except ValueError:  # a joint without an axis, which is reported elsewhere
         poses = {}
     for link in reversed(list(robot.walk())) if poses else ():
         parts, joint, pose = below.pop(link.name, []), robot.joint_to.get(link.name), poses[link.name]
@@ -353,7 +353,7 @@ def _moved_inertia(robot: Robot) -> Mapping[str, float]:
             continue
         try:
             i = together(parts)  # along the axes of the root
-        except ValueError:  # no mass: reported where it is written
+        except ValueError:  # no mass, which is reported elsewhere
             continue
         below.setdefault(joint.parent, []).append((i, Transform()))
         if joint.moves:
@@ -367,7 +367,7 @@ def _moved_inertia(robot: Robot) -> Mapping[str, float]:
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the URDF of a robot. Its options are described in ``FORMAT``."""
+    """Return the URDF of a robot. ``FORMAT`` documents the options."""
     content, number = Content(robot, output), number_format(output.options)
     shown, steps, version = content.view, [], str(output.options.get("version", "1.0"))  # YAML reads 1.2 as a number
     for names, joint in link_groups(shown, shown.joints):
@@ -400,7 +400,7 @@ def _look(rgba: Sequence[float] | None, texture: str, number: NumberFormat) -> s
 
 
 def _shape(solid: Shape, number: NumberFormat) -> tuple[Any, ...]:
-    """Return a shape as attributes: name, origin, geometry, sizes, material; then its look and kept elements."""
+    """Return a shape for the template: name, origin, geometry, sizes, material, colour and texture, kept elements."""
     shape = solid.geometry
     if isinstance(shape, Box):
         sizes = {"size": numbers(shape.size, number)}
@@ -418,7 +418,7 @@ def _origin(pose: Pose, number: NumberFormat) -> Markup:
 
 
 def _joint(joint: Joint, number: NumberFormat) -> tuple[Any, ...]:
-    """Return a joint as attributes: names, links, origin; then its elements with theirs; then those it has kept."""
+    """Return a joint for the template: names, links, origin, its elements with attributes, kept elements."""
     inner: list[tuple[str, Markup]] = []
     if not joint.is_fixed and not joint.is_axleless:
         inner.append(("axis", attributes(xyz=vector(joint.axis, number))))

@@ -1,11 +1,10 @@
-"""MJCF: the robot for MuJoCo.
+"""MJCF, the format of MuJoCo.
 
-Writing: ``write`` with ``write_elements``; ``servos`` are its actuators, ``bodies`` has names and groups, ``contacts``
-which links may touch, ``unsupported`` what MuJoCo would refuse. ``read_back`` reads such a file for comparison.
+Writing: ``write`` and ``write_elements`` print the file. ``servos`` has the actuators, ``bodies`` names and groups,
+``contacts`` the pairs and excludes, ``unsupported`` the checks. ``read_back`` reads a generated file for comparison.
 
-Reading: MuJoCo reads foreign files in a child process (``process``, ``engine``), which also compares an import with its
-source (``compare_models``). ``reading`` has the state and the places in the text, and ``robot`` fills the
-tree, with ``links`` and ``shapes``.
+Importing: MuJoCo loads the file in a child process (``process``, ``engine``), which also compares the result with the
+source (``compare_models``). ``robot``, ``links`` and ``shapes`` create the description, with the state in ``reading``.
 """
 
 from __future__ import annotations
@@ -33,12 +32,12 @@ if TYPE_CHECKING:
 
 
 def _lazy(module: str, name: str) -> Callable[..., Any]:
-    """Return a function of a module that is imported only when it is called."""
+    """Return a function that imports a module and calls one of its functions."""
     return lambda *arguments: getattr(import_module(module, __package__), name)(*arguments)
 
 
 def _adds(robot: Robot, name: str, described: Robot) -> bool:
-    """Return True if a frame of a simulation is a site or a camera of a sensor of the description."""
+    """Return True if a frame in the artifact is a site or camera that was written for a sensor of the description."""
     link, joint = robot.link[name], robot.joint_to.get(name)
     if link.inertial or link.visual or link.collision or joint is None or not joint.is_fixed:
         return False
@@ -50,8 +49,8 @@ FILE = re.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')
 
 
 def _asked(tree: Map, version: str, name: str) -> Asked:  # noqa: ARG001
-    options = (tree.get("outputs") or {}).get("mjcf") or {}  # of the source: how its base is placed
-    usual = {"integrator": "Euler"}  # of MuJoCo where a file has none: what it does with a URDF too
+    options = (tree.get("outputs") or {}).get("mjcf") or {}  # from the source, such as the kind of base
+    usual = {"integrator": "Euler"}  # MuJoCo's default, which it also uses for a URDF
     option = {} if "drives" in options else {"option": options.get("option", usual)}
     return Asked({"file": "", **options, **option} | {"file": f"{name}.xml"})
 

@@ -1,13 +1,12 @@
-"""Bodies and geoms of an MJCF of ours: their names, groups and bits, ranges of joints, and the pose at home.
+"""Names, groups and contact bits of bodies and geoms in a generated MJCF, joint ranges, and the home pose.
 
-MuJoCo lets two geoms touch if the ``contype`` of one has a bit that the ``conaffinity`` of the other has. A shape has
-those of its ``contact``; a shape without them, and so the floor of a scene, has bit 1 in both. Where a robot sets no
-bits, the wheels of its drive meet the floor alone: a hub and its rollers are built into each other, and a wheel into
-its arch.
+Two geoms can collide in MuJoCo if ``contype`` of one and ``conaffinity`` of the other have a common bit. A shape
+without ``contact`` bits has bit 1 in both, and so does the floor of a scene. If a robot sets no bits, the wheels of its
+drive collide only with the floor, because wheels and rollers overlap with their hubs and arches.
 
-A height map is boxes or a height field (XMLreference "asset/hfield"), which has elevations of points, with slopes
-between them: a point has the height of its highest cell, so that the field is never smaller than the body. They are
-scaled between the lowest and the highest; the first row has the largest y. Below the lowest point is a slab.
+A height map is written as boxes or as a height field (XMLreference "asset/hfield"). A height field has elevations at
+grid points, so each point gets the height of its highest adjacent cell, and the field encloses the boxes. Elevations
+are relative to the lowest point, below which there is a slab; the first row has the largest y.
 """
 
 from __future__ import annotations
@@ -27,28 +26,28 @@ from rosorin_compile.model.shape import MERGED
 from rosorin_compile.source.cache import of_robot
 
 WORLD = "world"  # the root body of MuJoCo
-# Attributes of a pair besides its geoms that mean no more than that they touch.
+# Attributes of a contact pair, besides its geoms, that only enable the contact (condim 1: without friction).
 TOUCHES: tuple[dict[str, str], ...] = ({}, {"condim": "1"})
 
-# The ends of the names of the joints that stand for one, as MuJoCo's own reader of URDF names them.
+# Suffixes of the MuJoCo joints that represent one planar or floating joint, as in MuJoCo's URDF importer.
 PLANAR = ("_TX", "_TY", "_RZ")
 FLOATING = ("_TX", "_TY", "_TZ", "_R")
 
-# The default stiffness of the coupling of a joint that follows another one.
+# The default stiffness of the equality constraint of a mimic joint.
 STIFF = {"solref": (0.005, 1.0), "solimp": (0.95, 0.99, 0.001)}
-# The ends of the names of default classes (``Classes``), and the groups by which viewers show and hide.
+# Suffixes of the names of default classes (``Classes``), and the groups by which viewers show and hide geoms.
 VISUAL, COLLISION = "visual", "collision"
-WHEEL = "wheel_collision"  # what of wheels collides: with the floor alone (``Masks``)
-# Collision shapes that are seen, in the groups of visuals: those of links that have nothing else to be seen by.
+WHEEL = "wheel_collision"  # collision geoms of wheels, which collide only with the floor (``Masks``)
+# Collision geoms in the group of visuals, for links without visuals.
 SHOWN, SHOWN_WHEEL = "shown_collision", "shown_wheel_collision"
-FRAME = "frame"  # the sites that mark frames: dots that a viewer shows with group 4
+FRAME = "frame"  # sites at the frames of links, which a viewer shows as dots with group 4
 CLASSES = (VISUAL, COLLISION, WHEEL, SHOWN, SHOWN_WHEEL, FRAME)
 
 VISUAL_GROUP, COLLISION_GROUP, FRAME_GROUP = 2, 3, 4
 
 
 def body_name(robot: model.Robot, link: str) -> str:
-    """Return the name of the body of a link: its own, unless MuJoCo reserves that name."""
+    """Return the name of the MuJoCo body of a link: the name of the link, unless MuJoCo reserves it."""
     if link == robot.root and robot.root_in_world.world:
         return WORLD
     name = link if link != WORLD else f"{WORLD}_link"
@@ -57,20 +56,20 @@ def body_name(robot: model.Robot, link: str) -> str:
 
 
 def free_name(name: str, taken: Container[str]) -> str:
-    """Return a name, with underscores after it while another object has it."""
+    """Append underscores to a name until it is not in ``taken``."""
     while name in taken:
         name += "_"
     return name
 
 
 def reference(joint: model.Joint) -> float:
-    """Return the position (rad or m) of a joint in the initial pose of MuJoCo (``ref``)."""
+    """Return the position (rad or m) of a joint in MuJoCo's initial configuration (``ref``)."""
     value = joint.mjcf.get("ref", 0.0) if joint.moves else 0.0
     return value if isinstance(value, (int, float)) else 0.0
 
 
 def shift_polynomial(coefficients: Sequence[float], by: float) -> list[float]:
-    """Return the coefficients of the polynomial of ``x + by`` as one of ``x``, from the lowest up.
+    """Return the coefficients of p(x + by) as a polynomial in x, lowest order first.
 
     >>> shift_polynomial([1, 2, 3], 1)
     [6, 8, 3]
@@ -83,13 +82,13 @@ def shift_polynomial(coefficients: Sequence[float], by: float) -> list[float]:
 
 
 def is_free(robot: model.Robot, joint: model.Joint) -> bool:
-    """Return True if a floating joint is a free joint of MuJoCo, whose parent is the world."""
+    """Return True if a joint is floating and its parent is the world, so that it can be a free joint in MuJoCo."""
     return joint.type == "floating" and robot.root_in_world.world and joint.parent == robot.root
 
 
 @of_robot
 def weld_groups(robot: model.Robot) -> dict[str, list[str]]:
-    """Return the links that no joint moves against each other, in the order of the tree, by the topmost of them."""
+    """Return groups of links that are fixed to each other, in tree order, by the name of the topmost link."""
     top, groups = dict[str, str](), dict[str, list[str]]()
     for name in (link.name for link in robot.walk()):
         joint = robot.joint_to.get(name)
@@ -99,7 +98,7 @@ def weld_groups(robot: model.Robot) -> dict[str, list[str]]:
 
 
 class Mask(NamedTuple):
-    """The bits that a geom is on, and those that it touches."""
+    """The contact bits of a geom in MuJoCo."""
 
     contype: int = 1
     conaffinity: int = 1
@@ -116,7 +115,7 @@ USUAL, ROLLS, BESIDE_WHEELS = Mask(), Mask(1, 0), Mask(3, 2)
 
 
 class Masks:
-    """The masks of collision shapes, without ``implied`` the described ones; ``rolling`` links meet the floor alone."""
+    """The contact bits of collision shapes. With ``implied``, the ``rolling`` links collide only with the floor."""
 
     def __init__(self, robot: model.Robot, implied: bool) -> None:
         self.rolling = rolling(robot) if implied else frozenset[str]()
@@ -136,7 +135,7 @@ class Masks:
 
 @of_robot
 def rolling(robot: model.Robot) -> frozenset[str]:
-    """Return the links that meet the floor alone: wheels with what turns on them, unless the description sets bits."""
+    """Return the wheels, and the links below them; none if the description sets contact bits itself."""
     drive, contacts = robot.drive, (shape.contact for link in robot.links for shape in link.collision)
     if drive is None or any(one and not one.values.keys().isdisjoint(BITS) for one in contacts):
         return frozenset()
@@ -153,11 +152,11 @@ def rolling(robot: model.Robot) -> frozenset[str]:
 
 
 HFIELD = "hfield"
-_THIN = 1e-5  # m: instead of a thickness of zero, which MuJoCo refuses
+_THIN = 1e-5  # m: replaces a thickness of zero, which MuJoCo rejects
 
 
 class Field(NamedTuple):
-    """A height field: points along y and x, MuJoCo's four sizes (m), elevations (m) row by row, and its place."""
+    """A height field: number of rows and columns, MuJoCo's ``size`` (m), elevations (m) by row, and its pose."""
 
     rows: int
     columns: int
@@ -167,14 +166,14 @@ class Field(NamedTuple):
 
 
 def has_volume(geometry: model.Geometry) -> bool:
-    """Return True if MuJoCo accepts the sizes of a geometry: all above zero; a mesh may be mirrored."""
+    """Return True if all sizes of a geometry are above zero, as MuJoCo requires; a mesh may have a negative scale."""
     if isinstance(geometry, model.Mesh):
         return all(geometry.scale)
     return all(size > 0 for size in half_sizes(geometry))
 
 
 def half_sizes(geometry: model.Geometry) -> tuple[float, ...]:
-    """Return the sizes of a primitive as MuJoCo counts: half extents, radii, radius and half length (m)."""
+    """Return the sizes (m) of a primitive as in MuJoCo: half extents, radii, or radius and half length."""
     if isinstance(geometry, model.Box):
         x, y, z = geometry.size
         return (x / 2, y / 2, z / 2)
@@ -186,18 +185,18 @@ def half_sizes(geometry: model.Geometry) -> tuple[float, ...]:
 
 
 def form_of(output: model.Output) -> str:
-    """Return the form of height maps in an output: a form of boxes, or ``hfield``."""
+    """Return the option ``height_maps`` of an output: a way of splitting into boxes, or ``hfield``."""
     return str(output.options.get("height_maps", MERGED))
 
 
 def numbered_solids(link: model.Link, purpose: str, form: str) -> Iterator[tuple[int, model.Shape]]:
-    """Yield the shapes of the geoms of a link, counted from 1: a height map as boxes in a form, or as it is."""
+    """Yield the numbers, from 1, and shapes of the geoms of a link; a height map is split into boxes as in ``form``."""
     shapes = link.visual if purpose == VISUAL else link.collision
     yield from enumerate((one for shape in shapes for one in ((shape,) if form == HFIELD else shape.solids(form))), 1)
 
 
 def colliding(link: model.Link, output: model.Output) -> Sequence[model.Shape] | None:
-    """Return the shapes of the geoms that a link collides with; None where one is a height field, no shape of ours."""
+    """Return the shapes of the collision geoms of a link, or None if one of them is a height field."""
     form = form_of(output)
     if form == HFIELD and any(len(shape.solids()) > 1 for shape in link.collision):
         return None
@@ -205,7 +204,7 @@ def colliding(link: model.Link, output: model.Output) -> Sequence[model.Shape] |
 
 
 def field_of(shape: model.Shape, grid: model.HeightMap) -> Field:
-    """Return the height field of a height map in the frame of its link."""
+    """Convert a height map to a height field in the frame of its link."""
     tops: dict[tuple[int, int], float] = {}
     count, across = len(grid.heights), len(grid.heights[0])
     boxes = grid.boxes()
@@ -228,11 +227,11 @@ def field_of(shape: model.Shape, grid: model.HeightMap) -> Field:
 
 
 HOME = "home"
-_DIGITS = 9  # of a height in metres: removes rounding only
+_DIGITS = 9  # decimals of a height (m), to remove rounding errors
 
 
 def range_of(joint: model.Joint) -> tuple[float, float] | None:
-    """Return the range of a joint that moves by itself (rad or m), a turn without limits; None if it has no bounds."""
+    """Return the range (rad or m) of a joint, a turn if continuous, or None if it has no limits or is a mimic joint."""
     limit = joint.limit
     if not joint.moves or joint.mimic is not None:
         return None
@@ -242,20 +241,20 @@ def range_of(joint: model.Joint) -> tuple[float, float] | None:
 
 
 def leader_of(robot: model.Robot, joint: model.Joint) -> model.Joint:
-    """Return the joint that a joint follows in the end, or itself."""
+    """Return the joint at the end of the mimic chain of a joint, or the joint itself."""
     while joint.mimic is not None:
         joint = robot.joint[joint.mimic.joint]
     return joint
 
 
 def home_of(robot: model.Robot) -> JointPose:
-    """Return the pose called home; without one all joints are at zero, or at the limit nearest to it."""
+    """Return the pose named "home"; by default all joints are at zero, or at the limit nearest to zero."""
     named = next((pose for pose in robot.poses if pose.name == HOME), None)
     return JointPose(HOME, nearest_to_zero(robot)) if named is None else named
 
 
 def nearest_to_zero(robot: model.Robot) -> dict[str, float]:
-    """Return the limits (rad or m), no stand-ins, nearest to zero of the joints whose limits do not include it."""
+    """Return the limit (rad or m) nearest to zero of each joint whose range excludes zero; stand-ins do not count."""
     measured = [joint for joint in robot.joints if joint.limit and not {"lower", "upper"} & set(joint.limit.stand_ins)]
     ranges = {joint.name: range_of(joint) or (0.0, 0.0) for joint in measured}
     return {name: low if low > 0.0 else high for name, (low, high) in ranges.items() if low < high and low * high > 0.0}
@@ -264,8 +263,8 @@ def nearest_to_zero(robot: model.Robot) -> dict[str, float]:
 def stands_at(robot: model.Robot, pose: JointPose, clouds: Clouds = no_clouds) -> model.Pose:
     """Return the pose of the root of a free robot in the world.
 
-    It is that of the pose, or that of the root in the description. Without either, the robot stands upright, its lowest
-    collision shape at z = 0; with meshes of unknown size it stays at the origin.
+    The pose or the root of the description can define it. By default, the robot is upright with its lowest collision
+    shape at z = 0, or at the origin if the size of a mesh is unknown.
     """
     if pose.base is not None:
         return pose.base
@@ -280,9 +279,9 @@ def stands_at(robot: model.Robot, pose: JointPose, clouds: Clouds = no_clouds) -
 def reach(
     robot: model.Robot, positions: Mapping[str, float], purpose: str, at: model.Pose, clouds: Clouds
 ) -> tuple[Bounds | None, int]:
-    """Return the box (m) around the shapes of a robot at joint positions (rad or m), with its root ``at`` a pose.
+    """Return the bounding box (m) of a robot at joint positions (rad or m), with its root at the pose ``at``.
 
-    It is None without shapes. The second value is the number of meshes of unknown size, which are not in it.
+    The box is None without shapes. The second value is the number of meshes of unknown size, which it excludes.
     """
     boxes, unknown, root = list[Bounds](), 0, at.transform()
     places = [(name, root.then(place)) for name, place in robot.poses_in_root(dict(positions)).items()]

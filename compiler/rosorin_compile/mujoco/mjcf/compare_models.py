@@ -1,8 +1,8 @@
 """Compare two compiled models of MuJoCo in each array of mjModel that ``mujoco.introspect`` lists.
 
-Objects are matched by name, or by the name that the import gave them; nameless ones by what they refer to and by their
-place. Some differences do not count: visual appearance, added sites, bodies without mass and geoms that touch nothing,
-a site that became a body, both signs of a quaternion, other principal axes, and the origin that MuJoCo gives a mesh.
+The source is a foreign MJCF, "ours" the MJCF generated from its import. Objects are matched by name or by the name that
+the import gave them, objects without a name by references and position. Appearance, added sites, massless bodies, geoms
+without contacts, quaternion signs, principal axes and the origins of meshes are not compared.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _PREFIXES = {"joint": "jnt", "camera": "cam", "equality": "eq"}
 _KINDS = "body joint mesh hfield geom site camera pair flex tendon equality actuator sensor numeric text tuple key"
 KINDS = {kind: _PREFIXES.get(kind, kind) for kind in _KINDS.split()}
 _KIND_OF_EXTENT = {f"n{prefix}": kind for kind, prefix in KINDS.items()}
-# Long arrays in which an object has a piece, by their length: the kind, the field of its begin, the fields of its size.
+# Arrays with a slice for each object: the length of the array, the kind of object, and the start and size fields.
 _PIECE_TABLE = """nq joint jnt_qposadr
 nv joint jnt_dofadr
 nmocap body body_mocapid
@@ -35,20 +35,20 @@ nout actuator actuator_outadr actuator_outnum
 na actuator actuator_actadr actuator_actnum
 nwrap tendon tendon_adr tendon_num"""
 _PIECES = {extent: piece for extent, *piece in map(str.split, _PIECE_TABLE.splitlines())}
-_COORDINATES = {"nq": {0: 7, 1: 4}, "nv": {0: 6, 1: 3}}  # of free joints and balls
-# Fields with the number of another object: its kind, or the field and the enumeration that decide the kind.
+_COORDINATES = {"nq": {0: 7, 1: 4}, "nv": {0: 6, 1: 3}}  # slice sizes of free (0) and ball (1) joints
+# Fields with the id of another object: its kind, or the field and the enumeration that determine the kind.
 _REFERENCE_TABLE = """cam_targetbodyid:body pair_geom1:geom pair_geom2:geom site_dataid:mesh
 eq_obj1id:eq_type:mjtEq eq_obj2id:eq_type:mjtEq actuator_trnid:actuator_trntype:mjtTrn
 sensor_objid:sensor_objtype:mjtObj sensor_refid:sensor_reftype:mjtObj tuple_objid:tuple_objtype:mjtObj
 wrap_objid:wrap_type:mjtWrap wrap_prm:wrap_type:mjtWrap"""
 _REFERENCES = {field: by for field, *by in (entry.split(":") for entry in _REFERENCE_TABLE.split())}
-# The kinds of types that have another name: transmissions, and geoms that tendons wrap around.
+# Enumeration names (transmissions, tendon wrapping) that differ from the kind of object.
 _KIND_OF_TYPE = {"jointinparent": "joint", "slidercrank": "site", "so3": "site", "xbody": "body"}
 _KIND_OF_TYPE |= {"sphere": "geom", "cylinder": "geom"}
 # Position and rotation of objects in mjData.
 _FRAMES = {"body": ("xpos", "xmat"), "joint": ("xanchor", "xaxis"), "camera": ("cam_xpos", "cam_xmat")}
 _FRAMES |= {kind: (f"{kind}_xpos", f"{kind}_xmat") for kind in ("geom", "site")}
-# Fields that follow from others or from the first pose.
+# Fields that MuJoCo computes from other fields or from the initial configuration.
 DERIVED = re.compile(
     r"body_(rootid|weldid|treeid|simple|sameframe|subtreemass|invweight0|margin|contype|conaffinity)"
     r"|dof_(bodyid|jntid|parentid|treeid|invweight0|M0|length)|D_diag|jnt_actuatorid|geom_(sameframe|aabb|rbound)"
@@ -64,29 +64,29 @@ _BY_METHODS = re.compile(  # fields that methods of ``Comparison`` compare
 )
 _OF_CONTACTS = re.compile(r"geom_(condim|priority|solmix|solref|solimp|friction|margin|gap|surfacevel|adhesion)")
 _OF_KEYS = {"qpos": "nq", "qvel": "nv", "ctrl": "nu", "act": "na", "mpos": "nmocap", "mquat": "nmocap"}
-# Objects that change a simulation if they are in ours alone.
+# Kinds of objects that change the simulation if only our model has them.
 _MATTER = ("body", "joint", "geom", "pair", "equality", "tendon", "actuator", "sensor", "key", "flex")
 
 _SLIDE, _BALL, _FREE = 2, 1, 0  # mjtJoint
 _MESH, _SDF = 7, 8  # mjtGeom
-_SIZES = {2: 1, 3: 2, 5: 2, 1: 0, 7: 0, 8: 0}  # sizes that have a meaning: of spheres, capsules, cylinders
+_SIZES = {2: 1, 3: 2, 5: 2, 1: 0, 7: 0, 8: 0}  # number of sizes that MuJoCo uses, by mjtGeom
 _WELD = 1  # mjEQ_WELD
 _FILTER_PARENT = 1 << 10  # mjDSBL_FILTERPARENT
-_NO_MASS = 1e-12  # kg: what MuJoCo needs where there is none
-_NUMBER, _RELATIVE = 1e-12, 1e-9  # MuJoCo converts degrees, quaternions and axes
+_NO_MASS = 1e-12  # kg: written for massless bodies, because MuJoCo requires a mass
+_NUMBER, _RELATIVE = 1e-12, 1e-9  # tolerances: MuJoCo converts degrees, quaternions and axes
 _POSE, _SINGLE, _SIMULATED = 1e-8, 1e-6, 1e-6
-_VERTEX = 1e-5  # of the size of a mesh
+_VERTEX = 1e-5  # tolerance relative to the size of a mesh
 _SHOWN = 20  # numbers in a message
 
 STATES = 20
-TOLERANCE = 1e-6  # m, an entry of a rotation, and a share of the largest acceleration
-# Differences that do not affect motion, as "KIND FIELD". Geoms and sites missing from ours have no effect either.
+TOLERANCE = 1e-6  # m, per element of a rotation matrix, and relative to the largest acceleration
+# Differences that do not affect motion, as "KIND FIELD".
 _STILL = re.compile(r"(camera|numeric|text|tuple|sensor|key) .*|site (type|size)|\w+ (name|user|nuserdata)")
 _SCENE = ("geom", "mesh", "hfield", "site")
 
 
 class Difference(NamedTuple):
-    """A difference: the kind of object, its field ("" for the object itself), and a message with both values."""
+    """A difference: the kind of object, the field ("" if the object is missing), and a message with both values."""
 
     kind: str
     field: str
@@ -94,7 +94,7 @@ class Difference(NamedTuple):
 
 
 class Model:
-    """A compiled model with the names of its objects, and ``data`` in which kinematics are computed."""
+    """A compiled model (``mj``), the names of its objects, and an MjData (``data``) for its kinematics."""
 
     def __init__(self, mujoco: Any, model: Any) -> None:
         self.mujoco, self.mj, self.data = mujoco, model, mujoco.MjData(model)
@@ -104,13 +104,13 @@ class Model:
             self.names[kind] = [mujoco.mj_id2name(model, of, index) or "" for index in range(count)]
 
     def value(self, field: str, extent: str, index: int) -> Any:
-        """Return the row of an object in an array of mjModel, or its piece of a long array."""
+        """Return the row or the slice of an object in an array of mjModel."""
         array = getattr(self.mj, field)
         data = np.frombuffer(array, np.uint8) if isinstance(array, bytes) else np.asarray(array)
         return data[self.piece(extent, index)] if extent in _PIECES else data[index]
 
     def piece(self, extent: str, index: int) -> slice:
-        """Return where an object has its piece of long arrays."""
+        """Return the slice of an object in the arrays of an extent in ``_PIECES``."""
         _, address, *sizes = _PIECES[extent]
         start = int(np.ravel(getattr(self.mj, address))[index])
         count = int(np.prod([np.ravel(getattr(self.mj, size))[index] for size in sizes]))
@@ -119,7 +119,7 @@ class Model:
         return slice(start, start + count) if start >= 0 else slice(0, 0)
 
     def references(self, field: str, extent: str, index: int) -> list[tuple[str, float]]:
-        """Return the objects that a field names, each with its kind; the kind of a plain number is empty."""
+        """Return the kinds and ids of the objects that a field refers to; the kind is "" for a plain number."""
         numbers: list[float] = np.atleast_1d(self.value(field, extent, index)).tolist()
         by, *enumerations = _REFERENCES[field]
         if not enumerations:
@@ -128,9 +128,9 @@ class Model:
         for number in np.resize(self.value(by, extent, index), len(numbers)).tolist():
             word = getattr(self.mujoco, enumerations[0])(number).name.rpartition("_")[2].lower()
             kinds.append(_KIND_OF_TYPE.get(word, word if word in KINDS else ""))
-        if by == "eq_type" and not kinds[0]:  # two bodies or two sites
+        if by == "eq_type" and not kinds[0]:  # connects two bodies or two sites
             kinds = [self.mujoco.mjtObj(int(self.mj.eq_objtype[index])).name.rpartition("_")[2].lower()]
-        if field == "wrap_prm":  # of a geom it is the site at its side
+        if field == "wrap_prm":  # for a wrapping geom, the id of its side site
             kinds = ["site" if kind == "geom" else "" for kind in kinds]
         return list(zip(kinds, numbers, strict=True))
 
@@ -144,7 +144,7 @@ class Model:
         return int(getattr(self.mj, "body_parentid" if kind == "body" else f"{KINDS[kind]}_bodyid")[index])
 
     def frame(self, kind: str, index: int) -> tuple[Any, Any]:
-        """Return position (m) and rotation of an object in the world; of a joint its anchor and axis."""
+        """Return the position (m) and rotation of an object in the world, or the anchor and axis of a joint."""
         pos, turn = (getattr(self.data, name)[index] for name in _FRAMES[kind])
         return pos, turn.reshape(3, -1)
 
@@ -161,18 +161,18 @@ class Model:
         return bool(self.mj.geom_contype[geom] or self.mj.geom_conaffinity[geom])
 
     def inertia(self, body: int) -> Any:
-        """Return the moments of inertia along the axes of a body, about its centre of mass (kg*m^2), 3x3."""
+        """Return the inertia matrix (3, 3) of a body about its centre of mass, along the body axes (kg*m^2)."""
         turn = rotation(self.mj.body_iquat[body])
         return turn @ np.diag(self.mj.body_inertia[body]) @ turn.T
 
 
 class Comparison:
-    """The differences of two models; ``names`` are those that the import gave, by kind and number in the source."""
+    """Compares two models. ``names`` has the names that the import assigned, by kind and id in the source."""
 
     def __init__(self, mujoco: Any, source: Any, ours: Any, names: Mapping[str, Mapping[int, str]]) -> None:
         self.mujoco, self.names = mujoco, names
         self.source, self.ours = Model(mujoco, source), Model(mujoco, ours)
-        self.maps: dict[str, dict[int, int]] = {}  # the number of an object of ours by that of the source
+        self.maps: dict[str, dict[int, int]] = {}  # ids in our model by kind and id in the source
         self.differences: list[Difference] = []
         self.place(None)
         for kind in KINDS:
@@ -186,7 +186,7 @@ class Comparison:
         self._objects()
         for field, extent in arrays():
             kind = _PIECES[extent][0] if extent in _PIECES else _KIND_OF_EXTENT.get(extent, "")
-            if extent.startswith(("nflex", "nplugin")):  # flexible bodies and plugins as one piece
+            if extent.startswith(("nflex", "nplugin")):  # compare the arrays of all flexes and plugins at once
                 self.values(extent[1:5], -1, field, np.asarray(getattr(theirs, field)), np.asarray(getattr(own, field)))
             elif kind and not _BY_METHODS.fullmatch(field):
                 for pair in self.maps[kind].items():
@@ -215,7 +215,7 @@ class Comparison:
         return self.differences
 
     def report(self, kind: str, index: int, field: str, text: str) -> None:
-        """Add a difference of an object of the source, or with ``index`` -1 of the whole model."""
+        """Add a difference for an object in the source, or for the model if ``index`` is -1."""
         name = "" if index < 0 else f"{self.source.name_of(kind, index)}: "
         self.differences.append(Difference(kind, field, f"{name}{text}"))
 
@@ -224,7 +224,7 @@ class Comparison:
             self.report(kind, index, field, f"{field} {in_words(one, other)}")
 
     def place(self, chance: Any) -> None:
-        """Put both models into their first pose, or into the same random pose within the limits of their joints."""
+        """Set both models to the initial configuration, or with a random generator to the same random one."""
         source, first, second = self.source, self.source.data, self.ours.data
         first.qpos[:], second.qpos[:] = source.mj.qpos0, self.ours.mj.qpos0
         for one, other in self.maps["joint"].items() if chance else ():
@@ -240,7 +240,7 @@ class Comparison:
                 getattr(self.mujoco, step)(model.mj, model.data)
 
     def _match(self, kind: str) -> None:
-        """Find the object of ours for each of the source: by name, else the nearest that refers to the same."""
+        """Match the objects of the source to ours by name, else to the nearest object with the same signature."""
         source, ours = self.source, self.ours
         by_name = {name: index for index, name in enumerate(ours.names[kind]) if name}
         found = self.maps[kind] = {0: 0} if kind == "body" else {}
@@ -261,14 +261,14 @@ class Comparison:
                 apart = np.abs(np.hstack(gaps)).max(axis=1).round(9).tolist()
             if candidates:
                 found[index] = candidates.pop(apart.index(min(apart)))
-        for one, other in found.items() if kind == "geom" else ():  # the import gives meshes other names
+        for one, other in found.items() if kind == "geom" else ():  # the import renames meshes, so match by geom
             is_mesh = source.mesh_of(one) >= 0
             data = int(source.mj.geom_dataid[one]), int(ours.mj.geom_dataid[other])
             if is_mesh == (ours.mesh_of(other) >= 0) and min(data) >= 0:
                 self.maps["mesh" if is_mesh else "hfield"][data[0]] = data[1]
 
     def _signature(self, model: Model, kind: str, index: int) -> Any:
-        """Return what an object has in common with its match, in the numbers of ours: types, and what it refers to."""
+        """Return the type and references of an object, with ids of our model, which are equal for matching objects."""
         prefix, values, named = KINDS[kind], list[Any](), list[tuple[str, float]]()
         if kind in _FRAMES:
             named.append(("body", model.body_of(kind, index)))
@@ -287,7 +287,7 @@ class Comparison:
         return frozenset(values) if kind == "pair" else tuple(values)
 
     def _objects(self) -> None:
-        """Report objects that only one model has, and those with another name."""
+        """Report objects that only one model has, and objects that were renamed."""
         ours = self.ours
         for kind, index, name in (
             (kind, *one) for kind, names in self.source.names.items() for one in enumerate(names)
@@ -298,7 +298,7 @@ class Comparison:
                 self.report(kind, index, "", "is not in ours")
             elif name and kind not in ("mesh", "hfield") and found not in (name, self.names.get(kind, {}).get(index)):
                 self.report(kind, index, "name", f"is called {found or 'nothing'} in ours")
-        # What changes nothing is added silently: every robot of ours has a key "home".
+        # Added objects without effect are not reported, such as the key "home" that every generated MJCF has.
         heavy, solid = ours.mj.body_mass > _NO_MASS, ours.mj.geom_contype | ours.mj.geom_conaffinity
         matters: dict[str, Any] = {"body": heavy, "geom": solid, "key": [name != "home" for name in ours.names["key"]]}
         for kind in _MATTER:
@@ -307,7 +307,7 @@ class Comparison:
                     self.report(kind, -1, "", f"{ours.name_of(kind, index)} is only in ours")
 
     def _field(self, kind: str, array: str, extent: str, one: int, other: int) -> None:
-        """Compare the values of an array for one object, unless MuJoCo does not read them."""
+        """Compare the values of an array for two matching objects, if MuJoCo uses them."""
         source, ours, field = self.source, self.ours, array if extent == "nq" else array.partition("_")[2]
         if array in _REFERENCES:
             named = source.references(array, extent, one), ours.references(array, extent, other)
@@ -329,10 +329,10 @@ class Comparison:
             models = ((source.mj, one), (ours.mj, other))
             has_effect = any(np.any(mj.jnt_stiffness[i]) or np.any(mj.jnt_stiffnesspoly[i]) for mj, i in models)
         elif _OF_CONTACTS.fullmatch(array):
-            has_effect = source.collides(one)  # a pair has its own values
-        elif array in ("site_type", "site_size"):  # each body of ours has a site
+            has_effect = source.collides(one)  # contact pairs have separate values
+        elif array in ("site_type", "site_size"):  # our model has a site for each body, which is only a frame
             has_effect = ours.names["site"][other] not in ours.names["body"]
-        else:  # lengths are found by a simulation
+        else:  # MuJoCo computes length ranges by simulation, so they need a larger tolerance
             has_effect = array != "actuator_lengthrange" or not np.allclose(theirs, own, _SIMULATED, _SIMULATED)
         if array in ("geom_size", "site_size"):
             count = _SIZES.get(int(getattr(source.mj, f"{kind}_type")[one]), 3)
@@ -343,7 +343,7 @@ class Comparison:
             self.values(kind, one, field, theirs, own)
 
     def _frames(self) -> None:
-        """Compare frames in the first and a random pose; what moves with what is reported is not reported again."""
+        """Compare frames in the initial and a random configuration; frames below a reported body are skipped."""
         moved, reported = set[int](), {("body", 0)}
         for chance in (None, np.random.default_rng(1)):
             self.place(chance)
@@ -357,7 +357,7 @@ class Comparison:
                     moved |= {body} if kind in ("body", "joint") else set()
 
     def _same_frame(self, kind: str, one: int, other: int) -> bool:
-        """Compare an object in the world, a mesh by its vertices; report a difference and return False."""
+        """Return True if two objects have the same pose in the world, else report the difference. Meshes: vertices."""
         source, ours, before = self.source, self.ours, len(self.differences)
         (x, a), (y, b) = source.frame(kind, one), ours.frame(kind, other)
         if kind == "geom" and source.mesh_of(one) >= 0 and ours.mesh_of(other) >= 0:
@@ -371,7 +371,7 @@ class Comparison:
         if kind == "joint":
             joint = int(source.mj.jnt_type[one])
             if joint != int(ours.mj.jnt_type[other]):
-                return False  # reported as a field
+                return False  # the type is reported as a field
             if joint not in (_FREE, _BALL) and not near(a, b):
                 self.report(kind, one, "axis", f"axis {in_words(a, b)}")
             a, y = b, x if joint in (_FREE, _SLIDE) else y
@@ -402,12 +402,12 @@ class Comparison:
                 self.report("order", -1, kind, f"the {kind}s are in another order in ours")
 
     def moves_alike(self) -> bool:
-        """Return True if the models must move in the same way in spite of the differences."""
+        """Return True if none of the differences can affect motion."""
         lost = [one for one in self.differences if one.kind in _SCENE and one.text.endswith(": is not in ours")]
         return all(one in lost or _STILL.fullmatch(f"{one.kind} {one.field}") for one in self.differences)
 
     def motion(self) -> tuple[float, str]:
-        """Return the largest difference of frames (m) and accelerations (a share) in random states, and where it is."""
+        """Return the largest difference of poses (m) or accelerations (relative) in random states, and its object."""
         source, ours, first, second = self.source, self.ours, self.source.data, self.ours.data
         chance, found = np.random.default_rng(1), [(0.0, "")]
         for model in (source, ours):
@@ -438,7 +438,7 @@ class Comparison:
 
 @cache
 def arrays() -> Sequence[tuple[str, str]]:
-    """Return the name and the first extent of each array of mjModel that decides how a model behaves."""
+    """Return the name and first extent of each array of mjModel that affects the simulation."""
     fields = import_module("mujoco.introspect.structs").STRUCTS["mjModel"].fields
     extents = {field.name: str(field.array_extent[0]) for field in fields if getattr(field, "array_extent", None)}
     return [(name, of) for name, of in extents.items() if not (DERIVED.fullmatch(name) or APPEARANCE.fullmatch(name))]
@@ -452,14 +452,14 @@ def rotation(quaternion: Any) -> Any:
 
 
 def _same_position(one: Any, other: Any) -> bool:
-    """Return True if two positions of a joint are equal: the quaternion of a ball or free joint has two signs."""
+    """Return True if two joint positions are equal; quaternions q and -q are the same rotation."""
     if len(one) < 4:
         return near(one, other)
     return near(one[:-4], other[:-4]) and near(rotation(one[-4:]), rotation(other[-4:]))
 
 
 def may_touch(mj: Any, geoms: Sequence[int]) -> Any:
-    """Return for which pairs of geoms MuJoCo would look for contacts, as a matrix: masks, parents, excludes, pairs."""
+    """Return a boolean matrix of the geoms that can be in contact, by bits, parent filter, excludes and pairs."""
     index = np.array(geoms, dtype=int)
     kind, affinity, body = mj.geom_contype[index], mj.geom_conaffinity[index], mj.geom_bodyid[index]
     weld = mj.body_weldid[body]
@@ -479,7 +479,7 @@ def may_touch(mj: Any, geoms: Sequence[int]) -> Any:
 
 
 def close(one: Any, other: Any) -> bool:
-    """Return True if two values of one shape are equal within rounding error."""
+    """Return True if two arrays have the same shape and are equal within rounding error."""
     a, b = np.asarray(one), np.asarray(other)
     if a.shape != b.shape or "f" not in a.dtype.kind + b.dtype.kind:
         return a.shape == b.shape and bool((a == b).all())
@@ -494,7 +494,7 @@ def near(one: Any, other: Any) -> bool:
 
 
 def in_words(one: Any, other: Any) -> str:
-    """Return a text with two values, or with the sizes of long ones."""
+    """Return two values as text for a message, or the sizes of long arrays."""
     a, b = np.ravel(one), np.ravel(other)
     if max(a.size, b.size) > _SHOWN:
         return f"differs: {a.size} numbers in the source, {b.size} in ours"

@@ -1,20 +1,20 @@
-"""Contacts: pairs of links that must not collide, and pairs that may collide although MuJoCo filters them.
+"""Compute the ``<exclude>`` and ``<pair>`` elements: links that must not collide, and shapes that may collide.
 
-MuJoCo lets nothing that is welded together on one side of a joint collide with what is welded together on its other
-side, where both sides can move. That hides too much: a camera that is fixed to the wrist may meet the gripper. So
+MuJoCo's parent filter removes all contacts between a group of welded bodies and the group of its parent, if both can
+move. That is too much: a camera fixed to the wrist can collide with the gripper. Therefore, for each joint,
 
-- the two links that the joint connects are excluded, and so are links that touch at zero, in each named pose and all
-  over the range of the joint: a simulation would push them apart;
-- links with a mesh are excluded: what a mesh touches is not known here;
-- of the others the shapes that the joint can bring together are named as pairs, which slide without friction.
+- the two links that it connects are excluded, and so are links that touch at zero, in each named pose and over the
+  whole range of the joint, because a simulation would push them apart;
+- links with a mesh are excluded, because mesh files are not read here;
+- of all other links, the shapes that the joint can bring into contact are written as pairs, without friction.
 
-Where the bits of shapes (``Masks``) keep links apart, nothing is excluded or paired. Pairs and excludes are written for
-every base, fixed or free: a robot may be attached to other things.
+Links that cannot collide because of their contact bits (``Masks``) need neither. Pairs and excludes do not depend on
+the base, because a robot can be attached to another one.
 
-The distance of two solids is that of their Minkowski difference from the origin, which simplices of support points
-approach (E. G. Gilbert, D. W. Johnson, S. S. Keerthi, "A fast procedure for computing the distance between complex
-objects in three-dimensional space", 1988). MJX, MuJoCo on accelerators, does not collide cylinders and ellipsoids with
-boxes, meshes and height fields, nor fields with each other, and does not load a model in which they may touch.
+The distance between two convex shapes is computed with GJK (E. G. Gilbert, D. W. Johnson, S. S. Keerthi, "A fast
+procedure for computing the distance between complex objects in three-dimensional space", 1988). MJX, MuJoCo on
+accelerators, does not load a model in which cylinders or ellipsoids can collide with boxes, meshes or height fields, or
+height fields with each other.
 """
 
 from __future__ import annotations
@@ -38,23 +38,23 @@ from . import bodies, servos
 from .bodies import COLLISION, HFIELD, Masks, body_name, half_sizes, has_volume, numbered_solids, weld_groups
 from .unsupported import is_written, position_range
 
-NEAR = 1e-6  # m: faces that lie on each other touch, whatever the rounding of their poses
-_STEPS = 100  # a longer search is one along round faces that are hardly apart
-_DONE = 1e-10  # relative improvement of the distance at which the search ends
-# Each pair is looked at in each step; of two links that are made of hundreds of shapes it would be all that is done.
+NEAR = 1e-6  # m: tolerance, because rounding can separate faces that coincide
+_STEPS = 100  # GJK iterations; more are only needed for curved surfaces that almost touch
+_DONE = 1e-10  # relative improvement of the distance at which GJK ends
+# Limit of contact pairs for two links, because MuJoCo tests each pair in every step.
 MOST = 300
-STEPS = 24  # into which the range of a joint is cut to see whether two links always touch
+STEPS = 24  # steps over the range of a joint to test if two links always touch
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 
 class Solid:
-    """A shape in a small ball (m); ``margin`` is the radius around a point or line, not in ``support``."""
+    """A convex shape with its bounding sphere (m). A sphere or capsule is a point or line with radius ``margin``."""
 
     def __init__(self, shape: Shape, ball: Ball) -> None:
         self.shape, self.middle, self.radius, self.origin = shape, ball.middle, ball.radius, shape.origin().transform()
         geometry, (x, y, z) = shape.geometry, (*map(abs, half_sizes(shape.geometry)), 0.0, 0.0, 0.0)[:3]
         self.margin = x if isinstance(geometry, (Sphere, Capsule)) else 0.0
-        # Half the size along the axes of the shape, without the margin (m).
+        # Half extents along the axes of the shape, without the margin (m).
         self.half_extents: Vector = (x, y, z)
         if isinstance(geometry, (Sphere, Capsule, Cylinder)):
             self.half_extents = (x - self.margin, x - self.margin, y)
@@ -68,7 +68,7 @@ class Solid:
         return [solid for solid in map(solid_of, self.shape.solids(MERGED)) if solid is not None]
 
     def support(self, place: Transform, direction: Vector) -> Vector:
-        """Return the farthest point in a direction, without the margin; ``place`` is the pose of the shape."""
+        """Return the support point in a direction, without the margin; ``place`` is the pose of the shape."""
         (a, b, c), (d, e, f), (g, h, i) = place.rows
         x, y, z = direction
         u, v, w = a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z
@@ -91,7 +91,7 @@ def solid_of(shape: Shape) -> Solid | None:
 
 
 def touch(fixed: Sequence[Solid], moved: Sequence[Solid], way: Transform) -> bool:
-    """Return True if two groups of solids touch; ``way`` is the pose of the moved ones in the frame of the others."""
+    """Return True if two groups of solids touch; ``way`` is the pose of ``moved`` in the frame of ``fixed``."""
     others = [piece for solid in fixed for piece in solid.pieces]
     for solid in (piece for one in moved for piece in one.pieces):
         middle, limit = way.apply(solid.middle), solid.radius + NEAR
@@ -113,19 +113,19 @@ def _are_close(fixed: Solid, moved: Solid, way: Transform) -> bool:
         x, y, z = nearest
         point = minus(fixed.support(fixed.origin, (-x, -y, -z)), moved.support(there, nearest))
         ahead = dot(nearest, point)
-        # The support plane is beyond the limit, or no point is nearer than this one.
+        # The distance is above the limit, or it no longer decreases.
         if ahead > limit * length or (simplex and length * length - ahead <= _DONE * length * length):
             return False
         nearest, simplex = _closest([*simplex, point])
-        if len(simplex) == 4:  # the origin is inside
+        if len(simplex) == 4:  # the tetrahedron contains the origin
             return True
     return True
 
 
 def _closest(simplex: Sequence[Vector]) -> tuple[Vector, list[Vector]]:
-    """Return the point of a simplex that is closest to the origin, and the corners that it lies between."""
+    """Return the point of a simplex that is closest to the origin, and the vertices of its face with that point."""
     is_around = len(simplex) == 4
-    for index, apex in enumerate(simplex if is_around else ()):  # a flat tetrahedron is around nothing
+    for index, apex in enumerate(simplex if is_around else ()):  # a flat tetrahedron cannot contain the origin
         a, b, c = (corner for at, corner in enumerate(simplex) if at != index)
         normal = cross(minus(b, a), minus(c, a))
         height = dot(normal, minus(apex, a))
@@ -139,7 +139,7 @@ def _closest(simplex: Sequence[Vector]) -> tuple[Vector, list[Vector]]:
 
 
 def _foot(face: Sequence[Vector]) -> Vector | None:
-    """Return the foot of the origin on a point, line or triangle, or None if it is not between the corners."""
+    """Project the origin on a point, line or triangle; return None if the projection is outside."""
     if len(face) == 1:
         return face[0]
     a, b, *_ = face
@@ -149,7 +149,7 @@ def _foot(face: Sequence[Vector]) -> Vector | None:
     if square == 0:
         return None
     shares = [1 + dot(a, along) / square, -dot(a, along) / square]
-    if len(face) == 3:  # the share of a corner is the area of the triangle of the foot and the other two corners
+    if len(face) == 3:  # barycentric coordinates
         shares = [dot(cross(p, q), normal) / square for p, q in ((b, face[2]), (face[2], a), (a, b))]
     if min(shares) <= 0:
         return None
@@ -158,7 +158,7 @@ def _foot(face: Sequence[Vector]) -> Vector | None:
 
 
 class Geom(NamedTuple):
-    """A collision shape of a link: the number that its geom has there, from 1."""
+    """A collision shape of a link, with the number of its geom, from 1."""
 
     link: str
     number: int
@@ -169,26 +169,26 @@ Meeting = tuple[Geom, Geom]
 
 
 class Contacts(NamedTuple):
-    """Pairs of bodies that are excluded from contact, and pairs of shapes that may collide where MuJoCo filters."""
+    """Pairs of bodies that must not collide, and pairs of shapes that can collide despite MuJoCo's parent filter."""
 
     excluded: list[tuple[str, str]]
     pairs: list[Meeting]
-    left: list[tuple[str, str]]  # links that would need more than ``MOST`` pairs: it is left to MuJoCo
+    left: list[tuple[str, str]]  # links that need more than ``MOST`` pairs, so that MuJoCo's filter applies
 
 
 @of_robot
 def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts:
-    """Return the pairs that must not collide, and those that may despite filters; ``form`` is that of the height maps.
+    """Return the excludes and pairs of a robot; ``form`` is the form of height maps (see ``form_of``).
 
-    The links of each joint come first, then ``disabled_contacts`` of the robot; without ``implied`` these alone. Bodies
-    are called as in the MJCF.
+    With ``implied``, the links of each joint come first. The ``disabled_contacts`` of the robot are always included.
+    Names are those of the bodies in the MJCF.
     """
     groups, masks = weld_groups(robot), Masks(robot, implied)
     top_of = {name: top for top, names in groups.items() for name in names}
     solid = {top: [name for name in names if robot.link[name].collision] for top, names in groups.items()}
     meshes = {link.name for link in robot.links for one in link.collision if isinstance(one.geometry, Mesh)}
     named = {frozenset(pair) for pair in robot.disabled_contacts}
-    places: dict[str, Transform] = {}  # of links in the topmost link that they are welded to
+    places: dict[str, Transform] = {}  # pose of each link relative to the topmost link of its welded group
     excluded: dict[frozenset[str], tuple[str, str]] = {}
     pairs, left = list[Meeting](), list[tuple[str, str]]()
 
@@ -210,11 +210,11 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
         if joint is None or not below or not over:
             continue
         ends = (joint.parent, joint.child)
-        if over == [joint.parent] and below == [joint.child]:  # neighbours alone, wherever they are
+        if over == [joint.parent] and below == [joint.child]:  # only the adjacent links have shapes
             if masks.meet(*ends):
                 excluded.setdefault(frozenset(ends), ends)
             continue
-        # Shapes may meet where the balls around them do, in the two lengths that the motion does not change.
+        # Shapes can only meet if their bounding spheres overlap in the two coordinates that the joint cannot change.
         back = places[joint.parent].then(joint.origin.transform()).inverse()
         fixed = [(geom, _constant(joint, back.then(places[name]), geom)) for name in over for geom in geoms(name)]
         moved = [(geom, _constant(joint, places[name], geom)) for name in below for geom in geoms(name)]
@@ -233,14 +233,14 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
             elif frozenset(links) not in named:
                 pairs += [(one, other) for one, other in meeting if mask(one).meets(mask(other))]
     for pair in robot.disabled_contacts:
-        if masks.rolling.isdisjoint(pair):  # else the bits say it, of a hundred rollers at once
+        if masks.rolling.isdisjoint(pair):  # contact bits already keep wheels and rollers apart
             excluded.setdefault(frozenset(pair), pair)
     apart = [(body_name(robot, one), body_name(robot, other)) for one, other in excluded.values()]
     return Contacts(apart, pairs, left)
 
 
 def _constant(joint: Joint, place: Transform, geom: Geom) -> tuple[float, float]:
-    """Return two lengths (m) of the middle of a shape that the motion of the joint does not change."""
+    """Return two coordinates (m) of the centre of a shape that the motion of a joint does not change."""
     point = place.apply(geom.solid.middle)
     along = dot(unit(joint.axis), point)
     if joint.type == "prismatic":
@@ -253,7 +253,7 @@ def _constant(joint: Joint, place: Transform, geom: Geom) -> tuple[float, float]
 def _always_touch(
     robot: Robot, joint: Joint, places: Mapping[str, Transform], links: tuple[str, str], meeting: Sequence[Meeting]
 ) -> bool:
-    """Return True if two links touch at zero, in each pose, and all over the range of the joint between them."""
+    """Return True if two links touch at zero, in each pose, and over the whole range of the joint between them."""
     one, other = (places[name] for name in links)
     mine, theirs = ({geom.number: geom.solid for geom in side}.values() for side in zip(*meeting, strict=True))
     states = [{}, *(pose.positions for pose in robot.poses)] if joint.moves else []
@@ -271,10 +271,10 @@ CANNOT = {*(frozenset((one, other)) for one in _ROUND for other in ("box", "mesh
 
 
 def refused_by_mjx(robot: Robot, output: Output) -> Iterator[tuple[tuple[str, str], tuple[str, int], tuple[str, int]]]:
-    """Yield two kinds of shapes once that MJX does not collide and MuJoCo does, with link and number of the first."""
+    """Yield each pair of shape kinds that can touch but that MJX does not support, with a link and shape for both."""
     implied, form = output.options.get("contacts", "implied") == "implied", bodies.form_of(output)
     masks, touching = Masks(robot, implied), contacts(robot, form, implied)
-    # The first shape of each kind and mask of a link, with its number.
+    # Index of the first shape of each kind and mask in each link.
     looks: dict[tuple[str, str, bodies.Mask], int] = {}
     for name, (number, shape) in ((link.name, one) for link in robot.links for one in enumerate(link.collision)):
         if kind := _kind(robot, shape, form):
@@ -283,7 +283,7 @@ def refused_by_mjx(robot: Robot, output: Output) -> Iterator[tuple[tuple[str, st
     excluded = set(map(frozenset, touching.excluded))
     top_of = {name: top for top, names in weld_groups(robot).items() for name in names}
     above = {top: top_of[robot.joint_to[top].parent] for top in set(top_of.values()) if top in robot.joint_to}
-    world = "" if robot.has_free_base(output) else robot.root  # the top of what is welded to the world
+    world = "" if robot.has_free_base(output) else robot.root  # topmost link of the group welded to the world
     kinds_here = {kind for _, kind, _ in looks}
     wanted, found = {kinds for kinds in CANNOT if kinds <= kinds_here}, set[frozenset[str]]()
     for first, second in combinations(looks, 2):
@@ -313,9 +313,9 @@ def _kind(robot: Robot, shape: Shape, form: str) -> str:
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Yield diagnostics about actuators, and a note for two kinds of shapes that may touch and MJX does not collide."""
+    """Yield diagnostics for actuators, and a note for kinds of shapes whose contacts MJX does not support."""
     yield from servos.check(case, output)
-    if not case.robot.is_tree:  # reported by the rules about joints
+    if not case.robot.is_tree:  # other rules report this
         return
     for kinds, (link, number), (other, _) in refused_by_mjx(case.robot, output):
         message = f"MJX does not collide a {kinds[0]} with a {kinds[1]}, which may touch:"

@@ -1,7 +1,7 @@
-"""Convert values of MuJoCo to entries of a description, with their places in the text and without rounding noise.
+"""Convert values of MuJoCo to entries of a description, with source positions and without rounding errors.
 
-Attributes of elements become keys by the forms that the schema has for them (``put_words``). An element comes as
-``engine`` returns it: a tag, attributes as texts, and inner elements; ``text_of`` is its XML.
+The schema determines the type of each key that an attribute becomes (``put_words``). An element has the form that
+``engine`` returns: a tag, attributes as strings, and child elements. ``text_of`` prints it as XML.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from rosorin_compile.source.xml.elements import attribute_value
 from rosorin_compile.source.xml.markup import Attribute, Element
 
 Attributes = Mapping[str, str]
-Words = Mapping[str, str] | None  # keys by the attributes that have another name
+Words = Mapping[str, str] | None  # keys of the description by attributes with a different name
 Node = Mapping[str, Any]
 
 DEGREE = math.pi / 180
-ROUNDING = 1e-15  # of sums and products of numbers near 1
+ROUNDING = 1e-15  # error of sums and products of numbers near 1
 ANGLE_ROUNDING = 1e-12  # rad
 NO_POSE = Transform()
 MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -33,12 +33,12 @@ _ILLEGAL = re.compile(r"[<>&\"'\s\x00-\x1f\x7f]+")
 
 
 def legal(name: str) -> str:
-    """Remove what names of a description cannot contain: markup, quotes and white space."""
+    """Remove characters that a description does not allow in names: markup, quotes and white space."""
     return " ".join(_ILLEGAL.sub("_", word) for word in name.split(" ") if word)
 
 
 def put(entry: Map, key: str, value: Any, span: Span | None = None) -> None:
-    """Set a key of an entry; its place is that of the value or of the entry, unless one is given."""
+    """Set a key of an entry; its source position is ``span``, or by default that of the value or the entry."""
     place = span or getattr(value, "span", None) or entry.span
     entry.put(key, value, place, place)
 
@@ -50,7 +50,7 @@ def put_some(entry: Map, key: str, value: Any) -> None:
 
 
 def mapping(values: Mapping[str, Any], element: Element) -> Map:
-    """Return values that are not empty as an entry at the place of an element; zero is a value."""
+    """Return an entry with the values that are not empty (zero is kept) and the source position of an element."""
     entry = Map(element.span)
     for key, value in values.items():
         if value or value == 0:
@@ -59,7 +59,7 @@ def mapping(values: Mapping[str, Any], element: Element) -> Map:
 
 
 def put_number(entry: Map, key: str, value: float, element: Element, attribute: str = "", at: int = 0) -> None:
-    """Set a number; its place is word ``at`` of the attribute if that word has the same value."""
+    """Set a number; its source position is word ``at`` of the attribute if that word has the same value."""
     words = element.attributes.get(attribute)
     word = words.words()[at : at + 1] if words else []
     span = word[0].span if word and _equals(word[0].text, value) else element.span
@@ -84,14 +84,14 @@ def put_source(entry: Map, status: str, note: str) -> None:
 
 
 def put_inner(entry: Map, key: str, value: Any) -> None:
-    """Set a key of ``mjcf`` of an entry."""
+    """Set a key in the ``mjcf`` section of an entry."""
     inner = entry.get("mjcf") or Map(entry.span)
     put(inner, key, value)
     put(entry, "mjcf", inner)
 
 
 def numbers(values: Sequence[float], element: Element, attribute: str = "") -> Seq:
-    """Return a list of numbers, with their places in the attribute if it has the same values."""
+    """Return a list of numbers, with their source positions in the attribute if it has the same values."""
     own = element.attributes.get(attribute)
     words = own.words() if own else []
     exact = len(words) == len(values) and all(map(_equals, (word.text for word in words), values))
@@ -102,7 +102,7 @@ def numbers(values: Sequence[float], element: Element, attribute: str = "") -> S
 
 
 def listing(values: Iterable[Any], element: Element) -> Seq:
-    """Return values as a list at the place of an element."""
+    """Return a list of values with the source position of an element."""
     listed = Seq(element.span)
     for value in values:
         listed.put(value, element.span)
@@ -110,14 +110,14 @@ def listing(values: Iterable[Any], element: Element) -> Seq:
 
 
 def plain(value: float) -> float | int:
-    """Return a whole number as an int."""
+    """Convert an integral float to int."""
     return int(value) if value == int(value) and abs(value) < 1e15 else value
 
 
 def put_words(entry: Map, attributes: Attributes, kind: str, element: Element, words: Words = None) -> dict[str, str]:
-    """Set the keys of an entry that attributes have, in their order; return the attributes that no key can express.
+    """Set the keys of an entry from attributes, in the order of the attributes; return those that no key can express.
 
-    What the language has no word for goes into ``mjcf``.
+    Attributes that only MuJoCo has become keys in the ``mjcf`` section of the entry.
     """
     forms, called = schema()["$defs"][kind]["properties"], words or {}
     more = resolve(forms.get("mjcf", {})).get("properties", {})
@@ -139,7 +139,7 @@ def put_words(entry: Map, attributes: Attributes, kind: str, element: Element, w
 
 
 def value_of(text: str, form: Mapping[str, Any], element: Element, attribute: str) -> Any:
-    """Return the value of an attribute in a form of the schema, or None if the form does not take it."""
+    """Convert an attribute to a type of the schema, or return None if the type does not allow the value."""
     if form.get("$ref") == "#/$defs/name":
         return text
     if form.get("$ref") == "#/$defs/rgba":
@@ -166,7 +166,7 @@ def _numbers(text: str) -> list[float]:
 
 
 def number_or_text(text: str) -> float | int | str:
-    """Return the number that a text is, or the text."""
+    """Convert a string to a number, or return it unchanged if it is not one."""
     try:
         return plain(float(text))
     except (ValueError, OverflowError):
@@ -178,7 +178,7 @@ def _equals(text: str, value: float) -> bool:
 
 
 def _place(element: Element, attribute: str, text: str) -> Span:
-    """Return the place of the attribute in the file, if it is this very text or number there."""
+    """Return the source position of an attribute if it has the value ``text`` there, else of the element."""
     own: Attribute | None = element.attributes.get(attribute)
     if own is None:
         return element.span
@@ -188,13 +188,13 @@ def _place(element: Element, attribute: str, text: str) -> Span:
 
 
 def floats(attributes: Attributes, name: str, usual: Sequence[float] = ()) -> list[float]:
-    """Return the numbers of an attribute, completed by defaults."""
+    """Return the numbers of an attribute; missing numbers are those of ``usual``."""
     found = [float(word) for word in attributes.get(name, "").split()]
     return [*found, *usual[len(found) :]]
 
 
 def text_of(node: Node, indent: str = "") -> str:
-    """Return an element as XML."""
+    """Print an element as XML."""
     pairs = node["attributes"].items()
     attributes = "".join(f" {name}={attribute_value(legal(text) if name == 'name' else text)}" for name, text in pairs)
     if not node["inner"]:
@@ -204,7 +204,7 @@ def text_of(node: Node, indent: str = "") -> str:
 
 
 def tidy(value: float, zero: float = ROUNDING) -> float:
-    """Return the short decimal that a number misses by rounding alone, else the number; below ``zero`` it is 0.
+    """Remove the rounding error of a number: return the nearest short decimal, or 0 for a magnitude below ``zero``.
 
     >>> tidy(0.30000000000000004), tidy(0.1234567890123456), tidy(1e-17), tidy(-0.0)
     (0.3, 0.1234567890123456, 0.0, 0.0)
@@ -216,7 +216,7 @@ def tidy(value: float, zero: float = ROUNDING) -> float:
 
 
 def tidy_angle(value: float) -> float:
-    """Return an angle (rad), a whole number of degrees exactly where it misses one by rounding; -180 deg is 180 deg.
+    """Remove the rounding error of an angle (rad) close to whole degrees; -180 degrees become 180 degrees.
 
     >>> tidy_angle(1.5707963267948963) == 90 * DEGREE, tidy_angle(-math.pi) == math.pi
     (True, True)
@@ -226,7 +226,7 @@ def tidy_angle(value: float) -> float:
 
 
 def tidy_position(value: float, slides: bool = False) -> float:
-    """Return a position of a joint (rad, or m of one that slides): as ``tidy_angle``, but -180 deg stays what it is."""
+    """Remove the rounding error of a joint position (rad, or m if ``slides``); unlike ``tidy_angle``, keep -180 deg."""
     degrees = round(value / DEGREE) if math.isfinite(value) and not slides else 0
     if degrees and abs(value - degrees * DEGREE) <= ANGLE_ROUNDING * max(1.0, abs(degrees) / 180):
         return degrees * DEGREE
@@ -234,13 +234,13 @@ def tidy_position(value: float, slides: bool = False) -> float:
 
 
 def tidy_vector(values: Iterable[float]) -> Vector:
-    """Return three numbers without rounding errors."""
+    """Apply ``tidy`` to three numbers."""
     x, y, z = map(tidy, values)
     return (x, y, z)
 
 
 def transform(pos: Sequence[float], quat: Sequence[float] | None = None) -> Transform:
-    """Return the transform of a position (m) and a quaternion (w, x, y, z) of any length above zero, or none."""
+    """Return the transform of a position (m) and a quaternion (w, x, y, z), by default the identity, of any length."""
     x, y, z = pos
     return Transform(xyz=(x, y, z)) if quat is None else Transform.of_quaternion((x, y, z), quat)
 
@@ -251,13 +251,13 @@ def rotation(quaternion: Sequence[float]) -> Rows:
 
 
 def rpy_of(rows: Rows) -> Vector:
-    """Return a rotation as fixed-axis roll, pitch, yaw in radians, whole degrees where it misses them by rounding."""
+    """Convert a rotation to fixed-axis roll, pitch and yaw (rad), rounded with ``tidy_angle``."""
     roll, pitch, yaw = Transform(rows).rpy()
     return tidy_angle(roll), tidy_angle(pitch), tidy_angle(yaw)
 
 
 def full_inertia(diagonal: Sequence[float], rows: Rows) -> dict[str, float]:
-    """Return the moments along the axes of the link of an inertia that is diagonal in the axes of ``rows``."""
+    """Return the inertia along the axes of the link, from principal moments and the rotation of the principal axes."""
     xx, yy, zz = diagonal
     moments = along_link((xx, yy, zz, 0.0, 0.0, 0.0), Transform(rows))
     most = ROUNDING * max(map(abs, diagonal))
@@ -270,6 +270,6 @@ def is_unturned(place: Transform) -> bool:
 
 
 def placing(place: Transform) -> dict[str, str]:
-    """Return position and quaternion as attributes of MuJoCo."""
+    """Convert a transform to MuJoCo's ``pos`` and ``quat`` attributes."""
     pos = {"pos": " ".join(repr(plain(tidy(value))) for value in place.xyz)}
     return pos if is_unturned(place) else pos | {"quat": " ".join(map(repr, place.quaternion()))}

@@ -1,9 +1,9 @@
-"""The program of the child process: MuJoCo reads a file, and the result is written as JSON.
+"""The program of the child process, which loads a file with MuJoCo and writes the result as JSON.
 
 A file that makes MuJoCo's native code crash, hang or use all memory ends this process, not the command (``process``).
 
-MuJoCo's writer prints each element in radians, with includes, replicas and attached models in place, and only what
-differs from its class. Here the classes are resolved as well (``_elements``): an element has all its attributes.
+MuJoCo's writer expands includes, replicas and attached models and prints angles in radians, but an element has only the
+attributes that differ from its default class. ``apply_classes`` adds the attributes of the class.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from xml.etree import ElementTree
 
 from rosorin_compile.source import files
 
-_WRITTEN_FOR = 4  # the MuJoCo that our MJCF is written for
+_WRITTEN_FOR = 4  # major version of MuJoCo that the generated MJCF requires
 MAX_MEMORY = 16 * 2**30  # bytes of address space: MuJoCo reserves more than it uses
 
 _INTEGRATORS = ("Euler", "RK4", "implicit", "implicitfast")  # mjtIntegrator
-# What is read of each kind of object: its kind, the prefix of its arrays in mjModel, and the arrays.
+# What to return for each kind of object: its mjtObj, the prefix of its arrays in mjModel, and the arrays.
 _TABLES = {
     "bodies": ("BODY", "body", "parentid pos quat mass ipos iquat inertia"),
     "joints": ("JOINT", "jnt", "bodyid type pos axis limited range qposadr dofadr actfrclimited actfrcrange"),
@@ -39,20 +39,20 @@ _TABLES = {
     "actuators": ("ACTUATOR", "actuator", "trnid gaintype biastype gainprm gear forcelimited forcerange ctrladr"),
     "keys": ("KEY", "key", "qpos ctrl"),
 }
-# The kinds of objects that a body holds, by the lists of MjSpec, and the tags of their elements.
+# Objects inside bodies: their lists in MjSpec, and the tags of their elements.
 HELD = {"joints": ("joint", "freejoint"), "geoms": ("geom",), "sites": ("site",), "cameras": ("camera",)}
 HELD["lights"] = ("light",)
 _LISTED = {"tendons": "tendon", "equalities": "equality", "actuators": "actuator", "sensors": "sensor"}
-_WHOLE = ("extension", "size", "visual", "statistic", "custom", "deformable")  # sections that are kept as they are
-_OF_SPATIAL = ("rgba", "width", "material")  # what a class of tendons has that a fixed one does not take
-_NO_NAME = "rosorin-compile without name "  # begins the names that nameless objects have while MuJoCo writes
+_WHOLE = ("extension", "size", "visual", "statistic", "custom", "deformable")  # sections that are copied unchanged
+_OF_SPATIAL = ("rgba", "width", "material")  # class attributes that do not apply to fixed tendons
+_NO_NAME = "rosorin-compile without name "  # prefix of temporary names for objects without a name
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?(inf|nan)", re.IGNORECASE)
-# Attributes of any number of values, which replace those of a class; of all others the first ones do.
+# Attributes of variable length, which replace the list of a class; other lists replace only its first numbers.
 _OPEN = ("user", "data", "qpos", "qvel", "act", "ctrl", "mpos", "mquat", "vertex", "face")
 
 
 def main(job: str, request_file: str, answer: str, cpu_seconds: int) -> None:
-    """Do a job of the file ``request_file``, and write its answer to the file ``answer``, both as JSON."""
+    """Run a job ("load", "prove" or "read") with the JSON in ``request_file``, and write JSON to ``answer``."""
     _limit(cpu_seconds)
     request, here = json.loads(Path(request_file).read_text("utf-8")), Path(answer).parent
     if job == "load":
@@ -66,24 +66,24 @@ def main(job: str, request_file: str, answer: str, cpu_seconds: int) -> None:
 
 
 def read(mujoco: Any, path: Path, here: Path) -> dict[str, Any]:
-    """Return what MuJoCo makes of the MJCF at ``path``, or why it refuses it (``refused``), with its ``warnings``."""
+    """Compile the MJCF at ``path``; return its contents (``_facts``) or the error (``refused``), and ``warnings``."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
             spec = _spec(mujoco, path, here)
             _resolve_files(spec)
             unnamed = (thing for kind in (*HELD, "bodies", "pairs", *_LISTED) for thing in getattr(spec, kind))
-            for number, thing in enumerate(one for one in unnamed if not one.name):  # by which its element is found
+            for number, thing in enumerate(one for one in unnamed if not one.name):  # elements are found by name
                 thing.name = f"{_NO_NAME}{number}"
             made = _facts(mujoco, spec, spec.compile())
-        except Exception as problem:  # whatever the reader refuses is reported, not raised
+        except Exception as problem:  # MuJoCo raises several types of errors
             made = {"refused": re.sub(rf"{_NO_NAME}\d+", "", reason(mujoco, problem)[0])}
     return {**made, "warnings": [str(warning.message) for warning in caught]}
 
 
 @contextmanager
 def quiet() -> Iterator[Any]:
-    """Import MuJoCo and drop its warnings meanwhile, which it would also write to a file in the working folder."""
+    """Import MuJoCo and suppress its warnings, which it would also write to a log in the working directory."""
     mujoco: Any = import_module("mujoco")
     mujoco.set_mju_user_warning(lambda _: None)
     try:
@@ -95,7 +95,7 @@ def quiet() -> Iterator[Any]:
 
 
 def load(text: str, folder: str) -> tuple[str, bool]:
-    """Return why MuJoCo refuses an MJCF that is in a folder, or "", and whether it is too old for it."""
+    """Load an MJCF and return MuJoCo's error, or "", and True if the installed MuJoCo is too old for the file."""
     with quiet() as mujoco:
         try:
             spec = mujoco.MjSpec.from_string(text)
@@ -108,7 +108,7 @@ def load(text: str, folder: str) -> tuple[str, bool]:
 
 
 def reason(mujoco: Any, problem: Exception) -> tuple[str, bool]:
-    """Return why MuJoCo refuses a model, and whether it is too old to know what MuJoCo 4 does."""
+    """Return the message of an error of MuJoCo, and True if the installed MuJoCo is older than the generated MJCF."""
     why, version, is_unknown = str(problem), mujoco.__version__, "unrecognized" in str(problem)
     is_new = int(version.partition(".")[0]) >= _WRITTEN_FOR
     if not is_new and (is_unknown or isinstance(problem, AttributeError)):
@@ -118,7 +118,7 @@ def reason(mujoco: Any, problem: Exception) -> tuple[str, bool]:
 
 
 def _proof(mujoco: Any, request: dict[str, Any], here: Path) -> dict[str, Any]:
-    """Return how the MJCF at ``path`` differs from the ``text`` of ours, by field, else in motion."""
+    """Compare the source at ``path`` with the generated ``text``: all fields, and motion if none of them affects it."""
     from .compare_models import STATES, TOLERANCE, Comparison
 
     given = {kind: {int(index): name for index, name in names.items()} for kind, names in request["names"].items()}
@@ -131,7 +131,7 @@ def _proof(mujoco: Any, request: dict[str, Any], here: Path) -> dict[str, Any]:
         for texture in ours.textures:
             texture.cubefiles = [request["files"].get(file, file) for file in texture.cubefiles]
         made = ours.compile()
-    except Exception as problem:  # whatever MuJoCo rejects it for
+    except Exception as problem:  # MuJoCo raises several types of errors
         return {"refused": " ".join(str(problem).split())}
     comparison = Comparison(mujoco, source, made, given)
     differences: list[tuple[str, str, str]] = list(comparison.run())
@@ -144,23 +144,23 @@ def _proof(mujoco: Any, request: dict[str, Any], here: Path) -> dict[str, Any]:
 
 
 def _spec(mujoco: Any, path: Path, here: Path) -> Any:
-    """Return the MjSpec of a file, whatever its extension; ``here`` is the working folder of this process."""
+    """Return the MjSpec of a file with any extension; ``here`` is the working directory of this process."""
     if path.suffix == ".xml":
         spec = mujoco.MjSpec.from_file(str(path))
     else:
-        os.chdir(path.parent)  # where a text's includes are looked for
+        os.chdir(path.parent)  # from_string resolves includes in the working directory
         try:
             spec = mujoco.MjSpec.from_string(files.read_text(path))
         finally:
-            os.chdir(here)  # for the log of MuJoCo
+            os.chdir(here)  # MuJoCo writes its log there
         spec.modelfiledir = str(path.parent)
-    # What these would take away of the robot (fixed bodies, visuals) is a matter of the simulation's speed.
+    # These options remove fixed bodies and visuals for speed, but the description needs them.
     spec.compiler.fusestatic = spec.compiler.discardvisual = False
     return spec
 
 
 def _resolve_files(spec: Any) -> None:
-    """Give files their names as seen from the folder of the model, as MuJoCo looks for them."""
+    """Make the file names of assets relative to the folder of the model, as MuJoCo resolves them."""
 
     def path(file: str, folder: str) -> str:
         file, folder = file.replace("\\", "/"), folder.replace("\\", "/").rstrip("/")
@@ -185,23 +185,23 @@ def _limit(cpu_seconds: int) -> None:
     except ImportError:
         return
     for kind, most in ((resource.RLIMIT_CPU, cpu_seconds), (resource.RLIMIT_AS, MAX_MEMORY), (resource.RLIMIT_CORE, 0)):
-        _, allowed = resource.getrlimit(kind)  # which no process may raise
+        _, allowed = resource.getrlimit(kind)  # the hard limit cannot be raised
         least = most if allowed == resource.RLIM_INFINITY else min(most, allowed)
-        grace = kind == resource.RLIMIT_CPU and least != allowed  # between the soft and the hard limit
+        grace = kind == resource.RLIMIT_CPU and least != allowed  # 1 s between the soft and the hard limit
         resource.setrlimit(kind, (least, least + grace))
 
 
 def _facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
-    """Return the compiled model as lists of plain values by MuJoCo's names, and facts that only the file has."""
+    """Return the compiled model as JSON values by MuJoCo's names, and what only the file has, such as elements."""
     has_digits = hasattr(spec.compiler, "savecompiled")
-    if has_digits:  # else MuJoCo is as old as 3.12 and writes six digits
+    if has_digits:  # MuJoCo 3.12 and older lack this option and write only six digits
         spec.compiler.savecompiled = False
     elements = _elements(ElementTree.fromstring(spec.to_xml()))  # noqa: S314 - MuJoCo's own text
     made: dict[str, Any] = {"name": spec.modelname, "elements": elements}
     made["rounded_by"] = "" if has_digits else mujoco.__version__
     for word, (kind, prefix, fields) in _TABLES.items():
         columns = {field: getattr(model, f"{prefix}_{field}").tolist() for field in fields.split()}
-        if word == "actuators":  # of the first of its controls
+        if word == "actuators":  # use the range of the first control of each actuator
             for field in ("ctrllimited", "ctrlrange"):
                 values = getattr(model, f"actuator_{field}").tolist()
                 columns[field] = [values[at] for at in columns["ctrladr"]]
@@ -222,7 +222,7 @@ def _facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
             if word == "geoms":
                 entry["class"] = thing.classname.name if thing.classname else ""
             elif word == "bodies" and thing.explicitinertial:
-                full = thing.fullinertia.tolist()  # nan without one
+                full = thing.fullinertia.tolist()  # nan if the element has none
                 entry["written"] = {"pos": thing.ipos.tolist(), "full": full if full[0] == full[0] else None}
     usual = type(spec)().add_mesh().inertia
     for mesh in spec.meshes:
@@ -239,9 +239,9 @@ def _facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
 
 
 def apply_classes(root: Any, complete_lists: bool = True) -> None:
-    """Give each element of an MJCF, an ``ElementTree.Element``, the attributes of its class.
+    """Add the attributes of its default class to each element of an MJCF, an ``ElementTree.Element``.
 
-    As in MuJoCo, a class completes lists that are shorter than its own, unless ``complete_lists`` is false.
+    As in MuJoCo, missing numbers at the end of a list are those of the class, unless ``complete_lists`` is false.
     """
     join = _merged if complete_lists else lambda usual, own: {**usual, **own}
     classes: dict[str, dict[str, Mapping[str, str]]] = {}
@@ -268,10 +268,10 @@ def apply_classes(root: Any, complete_lists: bool = True) -> None:
 
 
 def _elements(root: Any) -> dict[str, Any]:
-    """Return the elements of a text that MuJoCo has written, with the attributes of their classes.
+    """Return the elements of an MJCF that MuJoCo has written, with the attributes of their classes.
 
-    An element is its ``tag``, its ``attributes`` and the elements in it (``inner``). ``bodies`` and the kinds of
-    ``HELD`` are by name; in a body is here what is of no kind. The sections are lists in the order of the file.
+    An element has a ``tag``, ``attributes`` and child elements (``inner``). ``bodies`` and the kinds in ``HELD`` are
+    by name; a body has only its other child elements. The sections are lists in the order of the file.
     """
     apply_classes(root)
     made: dict[str, Any] = {kind: {} for kind in (*HELD, "bodies")}
@@ -314,7 +314,7 @@ def _node(element: Any) -> dict[str, Any]:
 
 
 def _merged(usual: Mapping[str, str], own: Mapping[str, str]) -> dict[str, str]:
-    """Return the attributes of a class overridden by those of an element; a short list replaces only the first ones."""
+    """Merge the attributes of a class and of an element; a short list of the element replaces the first numbers."""
     made = dict(usual)
     for key, value in own.items():
         words, before = value.split(), made.get(key, "").split()

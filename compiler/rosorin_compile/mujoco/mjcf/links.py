@@ -1,19 +1,19 @@
-"""Bodies become links with their inertials, sites, cameras and lights, and what moves them becomes joints.
+"""Import bodies as links with inertials, sites, cameras and lights, and import joints and actuators.
 
-MuJoCo moves a body by any number of joints anywhere in it; here one joint moves one link. Readers of URDF need limits
-that MJCF may not have, and what stands in for them is declared as a stand-in.
+In MuJoCo, a body can have several joints at any position; in a description, each joint moves one link. A URDF requires
+limits that an MJCF may not have, so missing limits become stand-ins.
 
-- A body without joints is fixed. A hinge with a range is revolute, one without continuous; a slide is prismatic.
-- A joint whose ``pos`` is not the origin of its body gets a link at that anchor, and the body is fixed to it.
-- Several joints in one body are a chain of links without mass, in MuJoCo's order.
-- If a body is at another position than zero (``ref``), the origin of its joint is moved back by it.
-- A ball joint stays one; its range (a cone) is kept as a MuJoCo attribute.
-- A free joint of the only top body is not a joint of the robot: the simulation places the robot (``base: free``).
-  Of one among several top bodies it is a floating joint to the ground.
+- A body without joints is fixed. A hinge is revolute if it has a range, else continuous. A slide is prismatic.
+- If the ``pos`` of a joint is not the origin of its body, a link is added at ``pos``, and the body is fixed to it.
+- Several joints in one body become a chain of massless links, in MuJoCo's order.
+- If the position of a joint in the file (``ref``) is not zero, its origin is moved to where the joint is at zero.
+- A ball joint is imported as such; its range (a cone) is kept as a MuJoCo attribute.
+- A free joint of the only top-level body is not imported; the output option ``base: free`` replaces it. If there are
+  several top-level bodies, it becomes a floating joint.
 
-The first actuator of a joint is part of its entry, others have entries of their own. MuJoCo compiles ``<position>``,
-``<velocity>`` and ``<motor>`` to ``<general>`` with certain numbers; one with these numbers becomes the short form. The
-effort of a joint is what its actuators can bring.
+The first actuator of a joint is imported into the entry of the joint, all others into ``actuators``. MuJoCo compiles
+``<position>``, ``<velocity>`` and ``<motor>`` to ``<general>``, which is converted back if the numbers match.
+The effort of a joint is the largest force of its actuators.
 """
 
 from __future__ import annotations
@@ -35,16 +35,16 @@ from . import convert
 from .reading import BALL, FREE, HINGE, SLIDE, Reading
 from .unsupported import LEAST, LEAST_EIGENVALUE
 
-NO_MASS = 1e-12  # kg: less than a grain of dust; MuJoCo loads no moving body without any
+NO_MASS = 1e-12  # kg: a smaller mass counts as none; MuJoCo rejects moving bodies without mass
 STAND_IN_EFFORT = 1000.0  # N*m or N
 STAND_IN_VELOCITY = 10.0  # rad/s or m/s
 STAND_IN_TRAVEL = 1000.0  # m
-_SAME = 1e-9  # relative: MuJoCo's way through principal axes and back
-_UNFELT = 1e6  # times the inertia of a link without mass
+_SAME = 1e-9  # relative error of an inertia after MuJoCo has diagonalized it
+_UNFELT = 1e6  # ratio to the inertia of a massless link, above which the latter has no effect
 _POSED = ("name", "pos", "quat")
-# The sections of marks in a link, with the tag of their elements and the form of their entries.
+# Sections of a link for sites, cameras and lights, with the tag of the element and the schema of the entry.
 _MARKS = {"sites": ("site", "site"), "cameras": ("camera", "mjcf_camera"), "lights": ("light", "light")}
-# Attributes that are read of the compiled model or follow from the kind of the joint, and those of dynamics.
+# Joint attributes that are taken from the compiled model or implied by the type, and those for ``dynamics``.
 _READ = {"name", "type", "pos", "axis", "range", "limited", "ref", "springref"}
 _READ |= {"actuatorfrcrange", "actuatorfrclimited"}
 _OF_LIMITS = ("solreflimit", "solimplimit", "margin")
@@ -53,7 +53,7 @@ _ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 
 def name_all(reading: Reading) -> None:
-    """Give every body the name of its link and every joint its name: its own, or one made of names around it."""
+    """Assign unique names to links and joints: the name in the file, or one derived from an adjacent body."""
     (_, *bodies), joints = enumerate(reading.facts["bodies"]), reading.facts["joints"]
     for index, body in ((index, body) for index, body in bodies if body["name"]):
         link = reading.link_of[index] = reading.unique("link", body["name"])
@@ -70,7 +70,7 @@ def name_all(reading: Reading) -> None:
         made_up = f"{names[-1]}_link" if names and names[-1] else f"{above}_body" if above else "base_link"
         reading.link_of[index] = reading.unique("link", made_up)
     named = {BALL: reading.ball_of, SLIDE: reading.joint_of, HINGE: reading.joint_of}
-    for index, joint in sorted(enumerate(joints), key=lambda one: not one[1]["name"]):  # names of the file come first
+    for index, joint in sorted(enumerate(joints), key=lambda one: not one[1]["name"]):  # existing names have priority
         if joint["type"] in named:
             name = reading.unique("joint", joint["name"] or f"{reading.link_of[joint['bodyid']]}_joint")
             named[joint["type"]][index] = name
@@ -78,7 +78,7 @@ def name_all(reading: Reading) -> None:
 
 
 def add_links(reading: Reading) -> None:
-    """Add a link for the ground, if it is one, and for every body, with its inertial."""
+    """Add a link with its inertial for every body, and one for the world if needed (``ground``)."""
     if reading.ground:
         reading.add(reading.links, reading.link_of[0], reading.places.body(0))
     light = []
@@ -102,7 +102,7 @@ def add_links(reading: Reading) -> None:
 
 
 def _inertial(body: Mapping[str, Any], element: Element) -> Map:
-    """Return mass and inertia as the file has them, or as MuJoCo calculated them from the geoms."""
+    """Return mass and inertia from the file, or as MuJoCo computed them from the geoms."""
     entry, written = Map(element.span), body.get("written")
     convert.put_number(entry, "mass", convert.tidy(body["mass"]), element, "mass")
     place, rows = convert.tidy_vector(written["pos"] if written else body["ipos"]), convert.rotation(body["iquat"])
@@ -110,7 +110,7 @@ def _inertial(body: Mapping[str, Any], element: Element) -> Map:
     is_turned = list(convert.full_inertia((1.0, 2.0, 3.0), rows).values()) != [1, 2, 3, 0, 0, 0]
     if written and written["full"] is not None:
         full = dict(zip(convert.MOMENTS, written["full"], strict=True))
-        # Settings of MuJoCo's compiler may bound or balance an inertia.
+        # Compiler settings such as boundmass and balanceinertia can change the inertia in the file.
         most = _SAME * max(map(abs, moments.values()))
         moments = full if all(abs(full[key] - moments[key]) <= most for key in full) else moments
     elif is_turned and (written or min(body["inertia"]) < LEAST_EIGENVALUE):
@@ -128,9 +128,9 @@ def _inertial(body: Mapping[str, Any], element: Element) -> Map:
 
 
 def add_marks(reading: Reading) -> None:
-    """Add the sites, cameras and lights of every link; those of the world are its scene, unless that is a link.
+    """Add the sites, cameras and lights of every link; those of the world belong to the scene, unless it is a link.
 
-    One that the language cannot express is kept as it is.
+    Elements that a description cannot express are kept as XML.
     """
     marks = [(kind, index, thing) for kind in _MARKS for index, thing in enumerate(reading.facts[kind])]
     for kind, index, thing in marks:
@@ -143,7 +143,7 @@ def add_marks(reading: Reading) -> None:
         more = {key: text for key, text in node["attributes"].items() if key not in _POSED}
         is_at_origin = convert.tidy_vector(place.xyz) == _ORIGIN and convert.is_unturned(place)
         if kind == "sites" and name == link and is_at_origin and more.keys() <= {"group"}:
-            continue  # every link has a site of its name
+            continue  # the export adds a site with the name of every link
         clashes = tag == "site" and name in reading.taken["link"]
         called = reading.name(tag, f"{name}_site" if clashes else name, f"{link}_{tag}", index)
         if clashes:
@@ -164,7 +164,7 @@ def add_marks(reading: Reading) -> None:
 
 
 def add_joints(reading: Reading) -> None:
-    """Add the joints between every body and its parent body, and report stand-ins and bodies that are too light."""
+    """Add the joints between every body and its parent, and report stand-ins and bodies that are too light."""
     light, drives = [], _drives_of(reading)
     for index, body in enumerate(reading.facts["bodies"]):
         if index == 0 or body["parentid"] not in reading.link_of:
@@ -196,14 +196,14 @@ def add_joints(reading: Reading) -> None:
 
 
 def add_root(reading: Reading) -> None:
-    """Set where the only top body is in the world, and the name and dynamics of its free joint."""
+    """Set the pose of the only top-level body in the world, and the name and dynamics of its free joint."""
     if reading.ground:
         convert.put(reading.tree, "root", convert.mapping({"world": True}, reading.places.body(0)))
         return
     top = reading.tops[0]
     body, element = reading.facts["bodies"][top], reading.places.body(top)
     entry, place = Map(element.span), convert.transform(body["pos"], body["quat"])
-    if reading.free_base:  # without it, it would be on the floor
+    if reading.free_base:  # by default, the export would place the robot on the floor
         convert.put(entry, "xyz", convert.numbers(convert.tidy_vector(place.xyz), element, "pos"))
     convert.put_pose(entry, place, element)
     if reading.free_base:
@@ -219,10 +219,10 @@ def add_root(reading: Reading) -> None:
 def _add_chain(
     reading: Reading, index: int, place: Transform, held: Sequence[tuple[int, Any]], drives: Mapping[int, Drive]
 ) -> None:
-    """Add the hinges, slides and balls of a body at a place in its parent; several move links without mass between."""
+    """Add the hinges, slides and balls of a body with pose ``place`` in its parent, and massless links between them."""
     body, element = reading.link_of[index], reading.places.body(index)
     above = reading.link_of[reading.facts["bodies"][index]["parentid"]]
-    at = _ORIGIN  # where in the body, not turned, the link is that the chain has reached
+    at = _ORIGIN  # position of the last link of the chain, in the frame of the body
     for number, (which, joint) in enumerate(held, 1):
         kind, span = joint["type"], reading.places.place_of("joints", which)
         name = (reading.ball_of if kind == BALL else reading.joint_of)[which]
@@ -234,7 +234,7 @@ def _add_chain(
             reading.add(reading.links, child, span)
         origin = place.then(convert.transform([a - b for a, b in zip(anchor, at, strict=True)]))
         ref = convert.tidy_position(reading.facts["qpos0"][joint["qposadr"]], kind == SLIDE) if kind != BALL else 0.0
-        if ref:  # the origin is where the joint is at zero
+        if ref:  # move the origin to where the joint is at zero
             back = convert.transform([-ref * part for part in axis]) if kind == SLIDE else None
             origin = origin.then(back or Transform(rotation_about(axis, -ref)))
         types = {HINGE: "revolute" if joint["limited"] else "continuous", SLIDE: "prismatic", BALL: "ball"}
@@ -250,7 +250,7 @@ def _add_chain(
 
 
 def _put_details(reading: Reading, which: int, entry: Map, element: Element, ref: float, drive: Drive) -> None:
-    """Set limit, dynamics and actuator of a joint; ``ref`` is its position (rad or m) in the file."""
+    """Set limit, dynamics and actuator of a joint; ``ref`` is its initial position (rad or m)."""
     joint = reading.facts["joints"][which]
     name, attributes, kind = (reading.ball_of | reading.joint_of)[which], joint["element"]["attributes"], joint["type"]
     limit, missing, slides = Map(element.span), list[str](), kind == SLIDE
@@ -266,7 +266,7 @@ def _put_details(reading: Reading, which: int, entry: Map, element: Element, ref
             missing.append(key)
             convert.put(limit, key, Quantity.parse(f"{sign}{STAND_IN_TRAVEL:g} m"))
     effort = convert.tidy(max(map(abs, joint["actfrcrange"]))) if joint["actfrclimited"] else drive.effort
-    if effort is not None or drive.speed is not None or limit:  # a limit needs both, for readers of URDF
+    if effort is not None or drive.speed is not None or limit:  # URDF requires effort and velocity in a limit
         of_effort = ("effort", effort, STAND_IN_EFFORT, "actuatorfrcrange")
         for key, value, stand_in, word in (of_effort, ("velocity", drive.speed, STAND_IN_VELOCITY, "")):
             number = stand_in if value is None else convert.tidy(value)
@@ -289,7 +289,7 @@ def _put_details(reading: Reading, which: int, entry: Map, element: Element, ref
     if drive.entry is not None:
         convert.put(entry, "actuator", drive.entry)
     low, high = joint["actfrcrange"]
-    # A force that is not the same both ways, or that its actuators have as well, is not effort.
+    # An asymmetric force range, or one that equals that of the actuator, is not an effort limit.
     is_repeated = drive.effort is not None and math.isclose(drive.effort, high, rel_tol=1e-9)
     if joint["actfrclimited"] and (low != -high or is_repeated):
         rest["actuatorfrcrange"] = f"{low!r} {high!r}"
@@ -299,7 +299,7 @@ def _put_details(reading: Reading, which: int, entry: Map, element: Element, ref
 
 def _put_dynamics(entry: Map, attributes: Mapping[str, str], element: Element) -> dict[str, str]:
     dynamics, pair = Map(element.span), convert.floats(attributes, "springdamper")
-    # A pair above zero decides both, whatever the others are.
+    # A positive springdamper overrides damping and stiffness.
     known = ("frictionloss", "armature") if pair and min(pair) > 0 else _OF_DYNAMICS
     words = {key: text for key, text in attributes.items() if key in known and any(map(float, text.split()))}
     rest = convert.put_words(dynamics, words, "dynamics", element, _OF_DYNAMICS)
@@ -309,15 +309,15 @@ def _put_dynamics(entry: Map, attributes: Mapping[str, str], element: Element) -
 
 _FIXED_GAIN, _NO_BIAS = 0, 0  # mjtGain, mjtBias
 _TARGETS = tuple(TARGETS.values())
-_KINDS = {"joint": "joint", "jointinparent": "joint", "tendon": "tendon", "body": "body"}  # the others name sites
+_KINDS = {"joint": "joint", "jointinparent": "joint", "tendon": "tendon", "body": "body"}  # default: site
 _ACTUATOR_WORDS = {word: key for key, word in TARGETS.items()} | {"forcerange": "force"}
-# What decides the kind of an actuator, and what is read of the compiled model.
+# Attributes that determine the type of an actuator, and attributes that are taken from the compiled model.
 _OF_KIND = ("gaintype", "gainprm", "biastype", "biasprm", "dyntype", "dynprm", "input")
 _ACTUATOR_READ = ("name", "ctrlrange", "ctrllimited", "forcerange", "forcelimited", *_TARGETS)
 
 
 class Drive(NamedTuple):
-    """The largest torque (N*m) or force (N) at a joint, the entry of its actuator, and the largest speed of a servo."""
+    """The actuator of a joint: largest torque (N*m) or force (N), entry, and velocity limit (rad/s or m/s)."""
 
     effort: float | None = None
     entry: Map | None = None
@@ -325,7 +325,7 @@ class Drive(NamedTuple):
 
 
 def _drives_of(reading: Reading) -> dict[int, Drive]:
-    """Return what drives each hinge and slide, by the joint's index; add all other actuators to the tree."""
+    """Return the actuator of each hinge and slide by the index of the joint, and add all others to the description."""
     nodes, drives = reading.facts["elements"]["actuators"], dict[int, Drive]()
     others, in_joints, kept = Map(reading.markup.root.span), list[int](), list[Element]()
     elements = reading.elements_of("actuator", nodes)
@@ -370,7 +370,7 @@ def _drives_of(reading: Reading) -> dict[int, Drive]:
             total = None if total is None or effort is None else total + effort
             drives[index] = drives[index]._replace(effort=total)
             continue
-        # A velocity servo that is commanded as fast both ways limits the speed of the joint in place of a range.
+        # A symmetric control range of a velocity servo becomes the velocity limit of the joint.
         (low, high), turns, limit = fact["ctrlrange"], float(fact["gear"][0]), None
         speed = convert.tidy(high / turns) if turns > 0 else 0.0
         is_servo = entry.get("type") == "velocity" and fact["ctrllimited"]
@@ -404,7 +404,7 @@ def _fill(
     inherits = float(attributes.get("inheritrange", 0)) and kind in ("position", "general")
     is_position, limits = kind == "position", joint["range"] if joint is not None and joint["limited"] else None
     if not inherits and (fact["ctrllimited"] or "ctrlrange" in attributes):
-        # The range of its joint is the usual one of a position servo.
+        # By default, the control range of a position servo is the range of its joint.
         is_usual = limits is not None and [fact["gear"][0] * end for end in limits] == fact["ctrlrange"]
         if not (is_usual and is_position and fact["ctrllimited"]):
             slides = not is_position or joint is None or joint["type"] == SLIDE
@@ -420,10 +420,10 @@ def _fill(
 
 
 def _kind(attributes: Mapping[str, str]) -> tuple[str, Mapping[str, float], Mapping[str, str]]:
-    """Return the type of an actuator by its numbers, its gains, and the other attributes."""
+    """Return the type of an actuator according to its attributes, its gains, and the remaining attributes."""
     (kp, *gain), bias = convert.floats(attributes, "gainprm", [1, 0, 0]), convert.floats(attributes, "biasprm", [0] * 3)
     gains, dynamics = attributes.get("gaintype", "fixed"), attributes.get("dyntype", "none")
-    attributes = {key: text for key, text in attributes.items() if key != "inheritrange" or float(text)}  # 0 is none
+    attributes = {key: text for key, text in attributes.items() if key != "inheritrange" or float(text)}  # 0: off
     if gains != "fixed" or dynamics not in ("none", "filterexact") or any(gain) or any(bias[3:]):
         return "general", {}, attributes
     plain = {key: text for key, text in attributes.items() if key not in _OF_KIND}

@@ -1,7 +1,7 @@
-"""Run MuJoCo in a child process: read a file, load one of ours, and compare the MJCF of an import with its source.
+"""Run MuJoCo in a child process: read a file, load a generated MJCF, and compare an imported MJCF with its source.
 
-MuJoCo is native code that trusts its files: some make it crash, hang or use all memory. In a child process that ends
-with a message. It costs a start of Python, 20 ms besides the 300 ms in which MuJoCo is loaded.
+MuJoCo is native code, and some files make it crash, hang or use all memory. In a child process, that results in an
+error message. The child process costs 20 ms, and loading MuJoCo 300 ms.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from rosorin_compile.source.system import is_installed, pip_install
 
 from . import FILE
 
-SECONDS = 60  # of calculating, which the child counts itself
-_PATIENCE = 5  # wall-clock time per second of that: a process may wait for files or for other processes
+SECONDS = 60  # limit of the CPU time, which the child process enforces
+_PATIENCE = 5  # limit of the wall-clock time as a multiple, because the process may wait for files
 
 _ABSENT = re.compile(r"ModuleNotFoundError: No module named '(\w+)")
-_TOP = str(files.resolve(__file__).parents[3])  # the folder in which the package is
-# Run by -c: -m would look for modules in the working folder first, which may be foreign.
+_TOP = str(files.resolve(__file__).parents[3])  # the folder that contains the package
+# Use -c, because -m would import modules from the working directory, which may be untrusted.
 _START = (
     "import sys; sys.path[:] = [p for p in sys.path if p] + [sys.argv[1]];"
     "from rosorin_compile.mujoco.mjcf import engine;"
@@ -40,7 +40,7 @@ _START = (
 
 
 _GONE = r".*: is not in ours$"
-# Words of messages of an import, and what may then differ: a pattern for "kind field: text".
+# Parts of import messages, and a pattern for the differences ("kind field: text") that each explains.
 LISTED = {
     "of the world: the scene": rf"(geom|mesh|hfield|site|camera) {_GONE}|geom user"
     r"|contact : body world and .* may touch only in the source$",
@@ -62,7 +62,7 @@ _LISTS = ("import-cannot-carry", "import-ignored", "import-changed", "import-sta
 
 
 class Answer(NamedTuple):
-    """The compiled model of a file, or its refusal; ``own``: in our words, ``missing``: MuJoCo is not installed."""
+    """The compiled model or an error. ``own``: not a message of MuJoCo; ``missing``: a package is not installed."""
 
     facts: dict[str, Any] | None
     warnings: tuple[str, ...] = ()
@@ -73,7 +73,7 @@ class Answer(NamedTuple):
 
 
 def ask(path: Path, seconds: int = SECONDS) -> Answer:
-    """Return what MuJoCo makes of the MJCF at ``path``. Never raises for what is in the file."""
+    """Load the MJCF at ``path`` with MuJoCo. An invalid file is returned as a refusal and never raises."""
     system.needs("resource", system.NO_LIMITS)
     answer = _in_child("read", {"path": str(files.resolve(path))}, seconds)
     if isinstance(answer, Answer):
@@ -86,9 +86,9 @@ def ask(path: Path, seconds: int = SECONDS) -> Answer:
 
 
 def refusal(text: str, folder: Path, seconds: int = SECONDS) -> Refusal:
-    """Return why MuJoCo does not load an MJCF that is in ``folder``, or that it is not installed.
+    """Load a generated MJCF with MuJoCo, and return the error, if any; ``folder`` is where its paths start.
 
-    A text of ours that names no file is loaded in this process; foreign meshes may crash it.
+    If it refers to no file, it is loaded in this process, because only foreign files can crash MuJoCo.
     """
     from xml.sax.saxutils import unescape
 
@@ -104,14 +104,14 @@ def refusal(text: str, folder: Path, seconds: int = SECONDS) -> Refusal:
     if isinstance(answer, Answer):
         return Refusal(answer.refusal)
     reason, outdated = " ".join(answer[0].split()).removeprefix("Error: "), answer[1]
-    named = re.search(r"Element name '([^']+)'", reason)  # of a mesh: name its file
+    named = re.search(r"Element name '([^']+)'", reason)  # add the file of a mesh to the message
     mesh = named and re.search(rf'<mesh\b[^<>]*\bname="{re.escape(named[1])}"[^<>]*\bfile="([^"]*)"', text)
     reason = f"{mesh[1]}: {reason}" if mesh and mesh[1] not in reason else reason
     return Refusal(reason.replace(f"{files.resolve(folder)}{os.sep}", ""), outdated)
 
 
 def prove(imported: Imported, text: str, meshes: Mapping[str, str], seconds: int = SECONDS) -> Proof:
-    """Return how the MJCF of an import differs from its source, and what is listed; ``meshes`` are files by name."""
+    """Compare the MJCF ``text`` generated from an import with its source; ``meshes`` are paths by name in ``text``."""
     request = {"path": str(files.resolve(imported.files[0])), "text": text, "files": {**meshes}}
     answer = _in_child("prove", {**request, "names": imported.names}, seconds)
     if isinstance(answer, Answer):
@@ -132,7 +132,7 @@ def prove(imported: Imported, text: str, meshes: Mapping[str, str], seconds: int
 
 
 def _in_child(job: str, request: Mapping[str, Any], seconds: int) -> Any:
-    """Return the answer of a job of ``engine`` in a child process in an empty folder, or why there is none."""
+    """Run a job of ``engine`` in a child process in an empty folder; return its JSON, or an Answer with the error."""
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as folder:
         file, answer = Path(folder, "request.json"), Path(folder, "answer.json")
         file.write_text(json.dumps(request), encoding="utf-8")
@@ -161,6 +161,6 @@ def _in_child(job: str, request: Mapping[str, Any], seconds: int) -> Any:
 
 def _run(command: list[str], folder: str, seconds: int) -> subprocess.CompletedProcess[bytes]:
     environment = {key: value for key, value in os.environ.items() if key != "MUJOCO_GL"}
-    return subprocess.run(  # noqa: S603 - this Python, and arguments that no shell reads
+    return subprocess.run(  # noqa: S603 - runs this Python, without a shell
         command, cwd=folder, capture_output=True, timeout=_PATIENCE * seconds, env=environment
     )

@@ -1,4 +1,4 @@
-"""Read an MJCF of ours back, without MuJoCo: links, joints and shapes as a robot, and what only a simulation has."""
+"""Read a generated MJCF without MuJoCo: links, joints and shapes as a robot, and the other elements by name."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ from .write import base_name
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-Entries = Mapping[str, Mapping[str, Any]]  # attributes of things, by name
+Entries = Mapping[str, Mapping[str, Any]]  # attributes of elements, by name
 
 _FREE = 7
 _SIZES = {"ball": 4, "free": _FREE}
 TOP = "the world of MuJoCo"  # the parent of the root
-# The attributes of a joint that follows another, in their order.
+# Keys of the equality constraint of a mimic joint, in order.
 _FOLLOWS = ("name", "joint1", "joint2", "polycoef", "solref", "solimp")
-# The elements of a body that are not parts of sensors.
+# Elements of a body that never belong to a sensor.
 _PLAIN = ("body", "joint", "freejoint", "inertial", "geom")
-# The attributes of a sensor that name what it measures at.
+# Attributes of a sensor that name the object where it measures.
 _MEASURED = ("site", "objname", "camera", "body", "body1", "subtree1")
 
 
 @dataclass(frozen=True)
 class Mjcf:
-    """What an MJCF contains: the robot, attributes of things by name, and pairs of links as texts ("arm - base")."""
+    """The contents of an MJCF: the robot, attributes of elements by name, and pairs of links ("arm - base")."""
 
     robot: model.Robot
     link: Entries = field(default_factory=dict)
@@ -53,7 +53,7 @@ class Mjcf:
 
 
 def read(text: str) -> Mjcf:
-    """Return what an MJCF of ours contains. Raises ValueError if it is damaged."""
+    """Parse a generated MJCF. Raises ValueError if it is damaged."""
     root = tree_of(text)
     worldbody = root.find("worldbody")
     if root.tag != "mujoco" or worldbody is None:
@@ -62,7 +62,7 @@ def read(text: str) -> Mjcf:
 
 
 def view(robot: model.Robot, output: model.Output) -> Mjcf:
-    """Return what an MJCF has to contain at least: frames, what joints may do, masses, and what collides."""
+    """Return the contents that the MJCF of a robot must have: frames, joint limits, masses and collision shapes."""
     links = []
     for link in robot.links:
         shapes = colliding(link, output)
@@ -75,7 +75,7 @@ def view(robot: model.Robot, output: model.Output) -> Mjcf:
 
 def _joint_view(joint: model.Joint, robot: model.Robot) -> model.Joint:
     place = (joint.parent, joint.child, joint.origin)
-    if not joint.moves:  # fixed joints have no names
+    if not joint.moves:  # MJCF has no fixed joints, so their names are lost
         axis = joint.axis if joint.type == "planar" else (1.0, 0.0, 0.0)
         split = joint.type == "planar" or (joint.type == "floating" and not is_free(robot, joint))
         name = base_name(joint, robot) if split else "" if joint.is_fixed else joint.name
@@ -85,16 +85,16 @@ def _joint_view(joint: model.Joint, robot: model.Robot) -> model.Joint:
     effort = joint.limit.known_value("effort") if joint.limit is not None else None
     lower, upper = reach or (None, None)
     if effort is not None and (effort <= 0 or "actuatorfrcrange" in joint.mjcf or is_clamped(robot, joint, effort)):
-        effort = None  # an attribute of MuJoCo or the actuators set it
+        effort = None  # an MJCF attribute or the actuators define it
     limit = model.Limit(lower, upper, effort)
     mimic = joint.mimic
-    if mimic is not None and not robot.joint[mimic.joint].moves:  # it is held at an angle
+    if mimic is not None and not robot.joint[mimic.joint].moves:  # the constraint holds a constant position
         mimic = Mimic("", 0.0, mimic.offset)
     return model.Joint(joint.name, kind, *place, joint.axis, limit, mimic)
 
 
 class _Reader:
-    """One reading of a file. ``owners`` has the link of each named thing that a sensor may measure at."""
+    """The state of parsing a file. ``owners`` has the link of each named element where a sensor can measure."""
 
     def __init__(self, root: Element, worldbody: Element) -> None:
         self.root = root
@@ -108,17 +108,17 @@ class _Reader:
         self.meshes = {mesh.get("name", ""): mesh for mesh in root.iterfind("asset/mesh")}
         apply_classes(root, complete_lists=False)
         colours = {one.get("name", ""): one.get("rgba") for one in root.iterfind("asset/material")}
-        for element in worldbody.iter("geom"):  # a visual has the colour of its material
+        for element in worldbody.iter("geom"):  # copy the colour of the material to the geom
             if (colour := colours.get(element.get("material", ""))) is not None:
                 element.attrib.setdefault("rgba", colour)
         waiting, site = [(body, TOP) for body in reversed(worldbody.findall("body"))], worldbody.find("site")
-        if site is not None:  # the root link is the world: it has a site there
+        if site is not None:  # a site in the world means that the root link is the world
             waiting = [(worldbody, TOP)]
             worldbody.set("name", site.get("name", ""))
         while waiting:
             body, parent = waiting.pop()
             called = _text(body, "name")
-            # The body of a link "world" has another name, for MuJoCo has a body of that name.
+            # The body of a link "world" has a different name, because MuJoCo reserves "world".
             moved = called.startswith(f"{WORLD}_link") and any(s.get("name") == WORLD for s in body.iterfind("site"))
             name = WORLD if moved else called
             self.owners |= {called: name, name: name}
@@ -137,7 +137,7 @@ class _Reader:
                 if kind == "constraint" and element.tag == "joint" and named:
                     offset, factor = numbers_of(element.get("polycoef", "0 1 0 0 0"))[:2]
                     own, leads = (_reference(self.elements.get(element.get(end, ""))) for end in ("joint1", "joint2"))
-                    # Without a leader the joint is held at an angle.
+                    # Without a leader, the constraint holds a constant position.
                     mimic = Mimic(element.get("joint2", ""), factor, offset + own - factor * leads)
                     self._replace(_text(element, "joint1"), mimic=mimic)
                 elif kind == "actuator" and element.tag == "position" and "joint" in element.attrib:
@@ -165,7 +165,7 @@ class _Reader:
         return Mjcf(robot, **more)
 
     def _put(self, kind: str, name: str, path: str, element: Element) -> None:
-        """Add the attributes of an element, numbers as numbers; an element without any by its tag."""
+        """Add the attributes of an element, with numbers parsed, or its tag if it has no attributes."""
         entry = self.sections.setdefault(kind, {}).setdefault(name, {})
         attributes = {key: text for key, text in element.items() if key not in ("name", "class")}
         if not attributes:
@@ -186,7 +186,7 @@ class _Reader:
         joints = [one for one in body.iterfind("joint") if one.get("type") != "free"]
         free = [*body.iterfind("freejoint"), *(one for one in body.iterfind("joint") if one.get("type") == "free")]
         place, ref = _transform(body), _reference(joints[0]) if len(joints) == 1 else 0.0
-        if ref:  # where the body is with its joint at zero; only one that is alone in a body has a reference
+        if ref:  # move the body to where its joint is at zero; only single joints have ``ref``
             x, y, z = unit(numbers_of(joints[0].get("axis", "0 0 1"), 3))  # type: ignore[arg-type]
             slides = joints[0].get("type") == "slide"
             moved = model.Transform(xyz=(-ref * x, -ref * y, -ref * z))
@@ -201,7 +201,7 @@ class _Reader:
             self.elements[called] = free[0]
             self.joints[name] = model.Joint(called, "floating", parent, name, pose_of(place))
         waiting = [part for part in body if part.tag not in _PLAIN]
-        while waiting:  # the site of a link, and what sensors are made of
+        while waiting:  # sites of links and elements of sensors
             part = waiting.pop(0)
             if part.tag == "site" and part.get("name") == name:
                 self.sections.setdefault("link", {}).setdefault(name, {})["site"] = name
@@ -253,13 +253,13 @@ class _Reader:
             values = [next(left) for _ in range(size)]
             if size == 1:
                 positions[name] = values[0]
-            elif size != _FREE:  # of a floating joint no pose has values
+            elif size != _FREE:  # poses have no values for floating joints
                 positions |= {f"{name} {letter}": value for letter, value in zip("wxyz", values, strict=True)}
         return JointPose(_text(key, "name"), positions)
 
 
 def _joint(joints: Sequence[Element], parent: str, child: str, place: Any) -> model.Joint:
-    """Return the joint of a body; several that together are a planar or a floating joint as that."""
+    """Return the joint of a body; several MuJoCo joints can form one planar or floating joint."""
     if not joints:
         return model.Joint("", "fixed", parent, child, place)
     joint, names = joints[0], [_text(joint, "name") for joint in joints]
@@ -292,7 +292,7 @@ def _transform(element: Element) -> model.Transform:
 
 
 def _reference(joint: Element | None) -> float:
-    """Return the position (rad or m) of a joint at which the file has its body."""
+    """Return the position (rad or m) of a joint for the body pose in the file (``ref``)."""
     return 0.0 if joint is None else number_of(joint.get("ref", "0"))
 
 

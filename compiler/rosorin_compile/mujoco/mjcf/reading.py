@@ -1,7 +1,6 @@
-"""The state of reading one MJCF: the compiled model, its text, the names in the description, and the tree so far.
+"""The state of importing an MJCF: the compiled model, its XML with all includes, the names, and the description so far.
 
-The text is that of all files that it includes. ``check_source`` finds what must not be passed to MuJoCo, ``refusal``
-explains why MuJoCo refuses a file.
+``check_source`` finds input that must not be passed to MuJoCo, ``refusal`` reports MuJoCo's errors.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ from .engine import HELD
 from .process import Answer
 
 FREE, BALL, SLIDE, HINGE = range(4)
-MAX_DEPTH = 20  # of files that include files
+MAX_DEPTH = 20  # of nested includes
 _GROUPING = ("frame", "replicate")
 _MAKERS = ("attach", "replicate", "flexcomp", "composite")
 _TAGS = {"bodies": ("body",), **HELD}
@@ -41,10 +40,10 @@ _WORDS = ("name", "class", "childclass", "file", "model", "prefix", "material", 
 
 
 class Markup:
-    """The main file and what it includes, as if it were one file; ``files`` in the order of reading.
+    """The main file and all included files as one document; ``files`` are in the order of reading.
 
-    As MuJoCo 4.0.0 finds them: an included file in the folder of the main file, else in that of the file that includes
-    it. An attached model is a main file of its own; ``models`` are the folders of those, the main one first.
+    As in MuJoCo 4.0.0, an include is resolved in the folder of the main file, else in that of the including file. An
+    attached model counts as a main file. ``models`` are the folders of the main file and of attached models.
     """
 
     def __init__(self, path: Path, options: ReadOptions) -> None:
@@ -62,7 +61,7 @@ class Markup:
         return root
 
     def _read(self, path: Path, requested: Span | None) -> Element:
-        """Read a file as XML, also one that only MuJoCo's reader accepts. Raises MarkupError."""
+        """Parse a file as XML, or as the invalid XML that MuJoCo accepts. Raises MarkupError."""
         source = read_source(path, requested)
         try:
             document = parse(source)
@@ -78,15 +77,15 @@ class Markup:
     def _follow(
         self, root: Element, main: Path, folder: Path, known: set[str], above: tuple[str, ...], depth: int
     ) -> None:
-        """Read the files that a file in ``folder`` includes: ``known`` are all of its model, ``above`` include it."""
+        """Read the files included by a file in ``folder``; ``known`` are all of the model, ``above`` the including."""
         for element in root.iter():
             file = element.attributes.get("file")
             if file is None or not file.value or element.tag not in ("include", "model"):
                 continue
-            name = file.value.replace("\\", "/")  # MuJoCo takes both for a separator
+            name = file.value.replace("\\", "/")  # MuJoCo accepts both separators
             is_adjacent = not files.is_file(main / name) and files.is_file(folder / name)
             path, is_model = folder / name if is_adjacent else main / name, element.tag == "model"
-            absolute = os.path.abspath(path)  # MuJoCo compares names, and follows no links
+            absolute = os.path.abspath(path)  # MuJoCo compares paths without resolving symlinks
             rule, message, help = "", "", ""
             if not any(files.resolve(path).is_relative_to(allowed) for allowed in self.allowed):
                 rule, message = "include-outside", f"{file.value} is outside the folder of the robot, and is not read"
@@ -112,7 +111,7 @@ class Markup:
                 self._model(path, file.span, depth + 1)
 
     def place_of(self, name: str) -> str:
-        """Return the name of a mesh or texture of an included file or attached model as seen from the main file."""
+        """Return the path of a mesh or texture of an included file or attached model, relative to the main file."""
         top = Path(os.path.abspath(self.models[0]))
         if posixpath.isabs(name):
             return Path(name).relative_to(top).as_posix() if Path(name).is_relative_to(top) else name
@@ -120,7 +119,7 @@ class Markup:
         return posixpath.normpath(posixpath.join(Path(os.path.relpath(folder, self.models[0])).as_posix(), name))
 
     def child_elements(self, element: Element) -> Iterator[Element]:
-        """Yield the elements in an element, those of included files in place of the include."""
+        """Yield the child elements of an element, with includes replaced by the elements of the included file."""
         for child in element.children:
             if child in self.included:
                 yield from self.child_elements(self.included[child])
@@ -128,7 +127,7 @@ class Markup:
                 yield child
 
     def elements_below(self, element: Element) -> Iterator[Element]:
-        """Yield the elements in an element and in those, in the order of the text, without the element itself."""
+        """Yield all descendants of an element in document order."""
         for child in self.child_elements(element):
             yield child
             yield from self.elements_below(child)
@@ -137,7 +136,7 @@ class Markup:
         return [self.root, *self.elements_below(self.root)]
 
     def sections(self, tag: str) -> list[Element]:
-        """Return the sections of a name: MuJoCo takes several of one name for one."""
+        """Return all sections with a tag; MuJoCo merges several sections with the same tag."""
         return [child for child in self.child_elements(self.root) if child.tag == tag]
 
     def first(self, tag: str) -> Element:
@@ -152,7 +151,7 @@ class Markup:
 
 
 class Places:
-    """Where each body, joint, geom, site, camera and light of the compiled model is in the text, by its line."""
+    """Finds the XML element of each body, joint, geom, site, camera and light of the compiled model, by its line."""
 
     def __init__(self, markup: Markup, facts: Mapping[str, Any]) -> None:
         self.markup = markup
@@ -166,10 +165,10 @@ class Places:
                     containers = markup.sections("worldbody") if holder.tag == "worldbody" else [holder]
                     inside[holder] = [element for one in containers for element in self._direct(one)]
                 found = [one for one in inside[holder] if one.tag in tags and one.span.line == thing["line"]]
-                found = [one for one in found if one.get("name") == name] or found  # a replica has another name
+                found = [one for one in found if one.get("name") == name] or found  # MuJoCo renames replicas
                 found = found or [*(one for one in inside[holder] if one.tag in _MAKERS), holder][:1]
                 self.parts[kind, index] = found[min(passed[found[0], name], len(found) - 1)]
-                passed[found[0], name] += 1  # of several on one line
+                passed[found[0], name] += 1  # a line can have several elements
 
     def _direct(self, container: Element) -> Iterator[Element]:
         for child in self.markup.child_elements(container):
@@ -185,7 +184,7 @@ class Places:
 
 
 def check_source(markup: Markup) -> Iterator[Diagnostic]:
-    """Yield what must not be passed to MuJoCo: numbers that are not finite, and files that are pipes or devices."""
+    """Yield an error for input that must not be passed to MuJoCo: numbers that are not finite, pipes and devices."""
     inner = [e.get(word) for e in markup.sections("compiler") for word in ("meshdir", "texturedir", "assetdir")]
     folders = dict.fromkeys(file.parent for file in markup.files)
     places = [folder / name.replace("\\", "/") for folder in folders for name in ("", *filter(None, inner))]
@@ -203,7 +202,7 @@ def check_source(markup: Markup) -> Iterator[Diagnostic]:
 
 
 def refusal(markup: Markup, answer: Answer) -> Diagnostic:
-    """Return the error about a file that MuJoCo does not load, in MuJoCo's words."""
+    """Return the error for a file that MuJoCo does not load, with MuJoCo's message."""
     words = " ".join(answer.refusal.split())
     for prefix in ("XML Error: ", "Error: "):
         words = words.removeprefix(prefix)
@@ -215,7 +214,7 @@ def refusal(markup: Markup, answer: Answer) -> Diagnostic:
 
 
 def place(markup: Markup, message: str) -> Span:
-    """Return the place that a message of MuJoCo is about: the element that has most of the line and names in it."""
+    """Return the source position of a MuJoCo message: the element that best matches its line number and names."""
     line, tag = _LINE.search(message), _TAG.search(message)
     quoted = set(_QUOTED.findall(message)) - {tag[1] if tag else ""}
     found: list[tuple[int, Span]] = [(0, markup.root.span)]
@@ -234,11 +233,11 @@ def place(markup: Markup, message: str) -> Span:
 
 
 class Reading:
-    """One MJCF on its way into a tree.
+    """The state of converting an MJCF to a description.
 
-    ``links`` and ``joints`` are sections of ``tree``. ``link_of`` is the link of each body by its index, 0 being the
-    world; the world is a link only if ``ground`` is true. ``joint_of`` is the name of each hinge and slide, ``ball_of``
-    that of each ball. ``servos`` are the joints of the position servos by the number of the actuator.
+    ``links`` and ``joints`` are sections of ``tree``. ``link_of`` has the link of each body by body id; body 0 is the
+    world, which is a link only if ``ground`` is true. ``joint_of`` has the name of each hinge and slide by id,
+    ``ball_of`` of each ball. ``servos`` has the joint of each position servo by actuator id.
     """
 
     def __init__(self, markup: Markup, places: Places, facts: Mapping[str, Any]) -> None:
@@ -247,17 +246,17 @@ class Reading:
         self.tree, self.links, self.joints, self.materials = (Map(markup.root.span) for _ in range(4))
         self.link_of, self.joint_of, self.ball_of = dict[int, str](), dict[int, str](), dict[int, str]()
         self.material_of, self.actuator_of, self.servos = dict[int, str](), dict[int, str](), dict[int, int]()
-        self.in_order = True  # the actuators, as an MJCF of ours has them
-        self.sensor_order: list[str] = []  # names, if it is not that of an MJCF of ours
-        self.stand_ins: dict[str, list[tuple[str, float, Span]]] = {}  # by the word of the limit: joint, value, place
+        self.in_order = True  # whether the export would write the actuators in the same order
+        self.sensor_order: list[str] = []  # sensor names, if the export would write another order
+        self.stand_ins: dict[str, list[tuple[str, float, Span]]] = {}  # by limit: joint, value, source position
         self.scene: list[tuple[str, Span]] = []  # objects of the world, which are not parts of the robot
         self.reported: set[Element] = set()
         self.groups: dict[str, int] = {}
-        self.of_scene: set[tuple[str, str]] = set()  # what is kept of the scene and of the assets, by kind and name
+        self.of_scene: set[tuple[str, str]] = set()  # kind and name of kept scene objects and assets
         self.taken: dict[str, set[str]] = {"link": set()}  # names, by kind
         self.renamed: dict[str, dict[str, str]] = {}
         self.given: dict[str, dict[int, str]] = {}
-        # Elements that are kept as they are: each with what it is, its place, and the link that has it, if any.
+        # Elements that are kept as XML, with their tag, source position, and link or "".
         self.elements: list[tuple[Node, str, Span, str]] = []
         self.joints_in: dict[int, list[int]] = {}
         for index, joint in enumerate(facts["joints"]):
@@ -268,7 +267,7 @@ class Reading:
         self.free_base = not self.ground and held == [FREE]
 
     def unique(self, kind: str, name: str) -> str:
-        """Return a name, with a number appended if another object of its kind has it."""
+        """Return a name, with a number appended if an object of the same kind already has it."""
         taken, word = self.taken.setdefault(kind, set()), convert.legal(name) or "unnamed"
         names = (f"{word}_{count}" if count > 1 else word for count in range(1, len(taken) + 2))
         given = next(one for one in names if one not in taken)
@@ -276,7 +275,7 @@ class Reading:
         return given
 
     def name(self, kind: str, name: str, made_up: str = "", index: int = -1) -> str:
-        """Return the name of an object that no other of its kind has: its own, or one that is made up."""
+        """Return a unique name for an object, based on ``name`` or, without a name in the file, on ``made_up``."""
         given = self.unique(kind, name or made_up)
         if index >= 0:
             self.given.setdefault(kind, {})[index] = given
@@ -291,14 +290,14 @@ class Reading:
         return self.renamed.get(kind, {}).get(name) or convert.legal(name)
 
     def keep(self, node: Node, tag: str, span: Span, link: str = "") -> None:
-        """Keep an element as it is: in the body of a link, or at the top."""
+        """Keep an element as XML, in a link or at the top level of the description."""
         self.elements.append((node, tag, span, link))
 
     def keep_in_section(self, section: str, node: Node, tag: str, span: Span) -> None:
         self.keep({"tag": section, "attributes": {}, "inner": [node]}, tag, span)
 
     def elements_of(self, section: str, nodes: Sequence[Node], tag: str = "") -> list[Element]:
-        """Return where each element of a section is in the text; those of attached models are found by name."""
+        """Return the XML element of each node of a section; elements of attached models are found by name."""
         found = self.markup.section_elements(section, tag)
         if len(found) == len(nodes):
             return found
@@ -308,7 +307,7 @@ class Reading:
     def put_words(
         self, entry: Map, attributes: Attributes, kind: str, element: Element, what: str, words: Words = None
     ) -> None:
-        """Set the keys of an entry that attributes have; report those that no key can express as lost of ``what``."""
+        """Set the keys of an entry from attributes; report attributes of ``what`` that no key can express as lost."""
         for name in convert.put_words(entry, attributes, kind, element, words):
             self.lost(f'"{name}" of {what}', element.span)
 
@@ -322,7 +321,7 @@ class Reading:
         self.note("import-changed", message, span)
 
     def add(self, section: Map, name: str, element: Element) -> Map:
-        """Return a new, empty entry of a section at the place of an element."""
+        """Add an empty entry to a section, with the source position of an element, and return it."""
         entry, own = Map(element.span), element.attributes.get("name")
         section.put(name, entry, own.span if own and own.value == name else element.span, element.span)
         return entry

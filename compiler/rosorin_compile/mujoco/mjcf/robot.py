@@ -1,10 +1,10 @@
-"""MJCF: MuJoCo itself reads the file, and the compiled model becomes the plain tree of a description.
+"""Import an MJCF: MuJoCo compiles the file, and the compiled model is converted to a description.
 
-So defaults, classes, includes, frames, replicas, units, euler sequences, ``fromto`` and inertias of geoms mean what
-MuJoCo means by them. The text is read as well, for positions, for what is left out, and for comments.
+MuJoCo thus handles defaults, classes, includes, frames, replicas, units, euler sequences, ``fromto`` and inertias of
+geoms. The XML is parsed as well, for source positions, comments, and elements that are not imported.
 
-Here are the sections besides links and joints: poses, sensors, constraints, contacts, and elements kept as XML. What
-an element names of the scene (a site or a geom of the world, if the world is not a link) is kept with it.
+This module has the sections other than links and joints: poses, sensors, constraints, contacts, and elements kept as
+XML. If an element refers to a site or geom of the world, and the world is not a link, that is kept too.
 """
 
 from __future__ import annotations
@@ -33,21 +33,21 @@ from .shapes import ASSETS, is_scene, keep_asset, whole_geom
 
 _UNNAMED = "MuJoCo Model"
 _SIZES = {FREE: 7, BALL: 4}  # positions of a joint
-_NEAR = 1e-12  # rad or m: rounding
-_NEAR_KEY = 1e-9  # rad or m: of two that are the same but for rounding
+_NEAR = 1e-12  # rad or m: rounding error
+_NEAR_KEY = 1e-9  # rad or m: rounding error of a position computed from its leader
 _OF_CONSTRAINT = {"torquescale": "torque_scale", "polycoef": "polynomial", "anchor": "at"}
 _PAIRED = {"body": "links", "site": "sites", "joint": "joints"}
-# The types of sensors that other formats know, by the element of MuJoCo.
+# Sensor types of the description by MuJoCo element, for sensors that other formats also support.
 _TYPES = {"gyro": "imu", "accelerometer": "imu", "force": "force_torque", "torque": "force_torque"}
 _TYPES |= {"touch": "contact", "rangefinder": "range_finder", "magnetometer": "magnetometer"}
 _EQ_JOINT = 2  # mjEQ_JOINT
-_DEFAULTS = {"solref": [], "solimp": [0.5, 2.0]}  # MuJoCo's own for the numbers after those of STIFF
+_DEFAULTS = {"solref": [], "solimp": [0.5, 2.0]}  # MuJoCo's defaults for the numbers that follow those of STIFF
 _EXCLUDED = "excluded from contact in the MJCF"
 _FILTERED = "MuJoCo keeps neighbours apart; here links without mass are between them"
 
 
 def read_mjcf(path: Path, options: ReadOptions) -> Imported:
-    """Return the robot of an MJCF as a plain tree. Problems are diagnostics, never exceptions."""
+    """Import the robot of an MJCF. Problems are returned as diagnostics and never raised."""
     try:
         markup = Markup(path, options)
     except MarkupError as problem:
@@ -134,7 +134,7 @@ def _outputs(reading: Reading) -> Map:
 
 
 def _settings(reading: Reading) -> Map:
-    """Return the settings of the simulation: those of the file, and of models that are attached to it."""
+    """Return the simulation options of the file and of attached models."""
     root = reading.markup.root
     options, flags, found = Map(root.span), Map(root.span), dict[str, tuple[str, Element, Span]]()
     for element in reading.markup.sections("option"):
@@ -156,7 +156,7 @@ def _settings(reading: Reading) -> Map:
 
 
 def _add_poses(reading: Reading) -> None:
-    """Add the keyframes: positions other than zero, where a free base is, and controls that these do not imply."""
+    """Add keyframes as poses: nonzero positions, the pose of a free base, and controls that differ from positions."""
     elements, keys = reading.markup.section_elements("keyframe", "key"), reading.facts["keys"]
     poses = Map(reading.markup.root.span)
     for number, (key, attributes) in enumerate(zip(keys, reading.facts["elements"]["keys"], strict=False)):
@@ -174,7 +174,7 @@ def _add_poses(reading: Reading) -> None:
             convert.put(base, "xyz", convert.numbers([convert.tidy(value) for value in qpos[:3]], element))
             convert.put_pose(base, convert.transform(qpos[:3], qpos[3:7]), element)
             convert.put(pose, "base", base)
-        for which, name in sorted(reading.actuator_of.items()):  # those that are not what a pose implies
+        for which, name in sorted(reading.actuator_of.items()):  # by default, the control of a servo is the position
             fact, held = reading.facts["actuators"][which], reading.servos.get(which)
             control, usual = key["ctrl"][fact["ctrladr"]], 0.0
             if held is not None:
@@ -184,7 +184,7 @@ def _add_poses(reading: Reading) -> None:
                 convert.put_number(controls, name, convert.tidy(control), element)
         convert.put_some(pose, "controls", controls)
         more = {word: text for word, text in attributes.items() if word not in ("name", "ctrl", "qpos")}
-        if _is_beyond(reading, qpos, at):  # all, as an MJCF of ours counts them
+        if _is_beyond(reading, qpos, at):  # keep the complete qpos, in the order of the generated MJCF
             ends = [(one["qposadr"], _SIZES.get(one["type"], 1), one["type"]) for one in reading.facts["joints"]]
             values = ((value, kind != HINGE) for start, size, kind in ends for value in qpos[start : start + size])
             more["qpos"] = " ".join(repr(convert.tidy_position(value, slides)) for value, slides in values)
@@ -217,7 +217,7 @@ def _comments(reading: Reading) -> list[Comment]:
     made: list[Comment] = []
     for document in reading.markup.documents:
         paths: dict[int, TreePath] = {}
-        for element in document.root.iter():  # what holds others comes first
+        for element in document.root.iter():  # parents come before children
             above = paths[id(element.parent)] if element.parent is not None else ("robot",)
             paths[id(element)] = entries.get(element, above)
         for one in comments_of(document, paths):
@@ -227,7 +227,7 @@ def _comments(reading: Reading) -> list[Comment]:
 
 
 class _Measured(NamedTuple):
-    """A sensor at a site: its number in the file, and its name in the description."""
+    """A sensor at a site, with its index in the file and its name in the description."""
 
     number: int
     name: str
@@ -243,7 +243,7 @@ def _keep_named(reading: Reading, section: str, index: int, node: convert.Node, 
 
 
 def _keep_of_scene(reading: Reading, kind: str, name: str) -> None:
-    """Keep a site or geom of the world that something of the robot names, if the tree does not have it."""
+    """Keep a site or geom of the world as XML if the robot refers to it and it is not imported otherwise."""
     for index, thing in enumerate(reading.facts[f"{kind}s"] if kind in ("site", "geom") else ()):
         is_left = not reading.ground or (kind == "geom" and is_scene(thing))
         if is_left and thing["name"] == name and thing["bodyid"] == 0 and (kind, name) not in reading.of_scene:
@@ -254,7 +254,7 @@ def _keep_of_scene(reading: Reading, kind: str, name: str) -> None:
 
 
 def add_sensors(reading: Reading) -> None:
-    """Add the sensors that other formats know, those of one type at one site as one entry; keep all others."""
+    """Add sensors that other formats support, merging those of one type at one site, and keep all others as XML."""
     nodes, sites = reading.facts["elements"]["sensors"], {site["name"]: site for site in reading.facts["sites"]}
     elements = reading.elements_of("sensor", nodes)
     groups: dict[tuple[str, str, str], list[_Measured]] = {}
@@ -266,7 +266,7 @@ def add_sensors(reading: Reading) -> None:
             kept.append(index)
             continue
         name = reading.name("sensor", node["attributes"].get("name", ""), f"{site['name']}_{node['tag']}", index)
-        at = "" if kind == "range_finder" else site["name"]  # the rays of a lidar have a site each
+        at = "" if kind == "range_finder" else site["name"]  # each ray of a lidar has a separate site
         group = groups.setdefault((reading.link_of[site["bodyid"]], kind, at), [])
         group.append(_Measured(index, name, node, element, site))
     sensors, taken = Map(reading.markup.root.span), {one.name for group in groups.values() for one in group}
@@ -278,7 +278,7 @@ def add_sensors(reading: Reading) -> None:
         for one in group:
             entry = _sensor(reading, link, kind, one.name, [one])
             if one is not group[0]:
-                convert.put(entry, "gazebo", Seq(entry.span))  # the first of the group has its sensor of Gazebo
+                convert.put(entry, "gazebo", Seq(entry.span))  # only the first one becomes a Gazebo sensor
             convert.put(sensors, one.name, entry)
     convert.put_some(reading.tree, "sensors", sensors)
     order = [one.number for group in groups.values() for one in group] + kept
@@ -291,7 +291,7 @@ def add_sensors(reading: Reading) -> None:
 
 
 def _sensor(reading: Reading, link: str, kind: str, name: str, members: Sequence[_Measured]) -> Map:
-    """Return the entry of a sensor: its elements in MuJoCo, and one sensor in Gazebo at the site of the first."""
+    """Return the entry of a sensor with its MuJoCo elements, and a Gazebo sensor at the site of the first element."""
     first, elements, more = members[0], [], {"contact": {"feels": "sensor"}, "force_torque": {"frame": "joint"}}
     for one in members:
         attributes: dict[str, Any] = {}
@@ -309,17 +309,17 @@ def _sensor(reading: Reading, link: str, kind: str, name: str, members: Sequence
         convert.put_pose(item, convert.transform(first.site["pos"], first.site["quat"]), first.element)
     entry = {"type": kind, "frame": link, "mjcf": convert.listing(elements, first.element)}
     made = convert.mapping(entry, first.element)
-    # MuJoCo has single rays, from which no scan of Gazebo follows.
+    # MuJoCo measures single rays, which do not define a scan for Gazebo.
     convert.put(made, "gazebo", convert.listing([] if kind == "range_finder" else [item], first.element))
     return made
 
 
 def add_equalities(reading: Reading) -> None:
-    """Let joints follow others where an equality couples them; add the other equalities as constraints."""
+    """Import equalities as mimic joints if possible, else as constraints."""
     nodes, constraints = reading.facts["elements"]["equalities"], Map(reading.markup.root.span)
     elements, joints, zero = reading.elements_of("equality", nodes), reading.facts["joints"], reading.facts["qpos0"]
     for index, (fact, node, element) in enumerate(zip(reading.facts["equalities"], nodes, elements, strict=True)):
-        # The positions in the file (rad or m), from which MuJoCo counts.
+        # MuJoCo's polynomial is relative to the initial positions (rad or m).
         are_joints, ends = fact["type"] == _EQ_JOINT, (fact["obj1id"], fact["obj2id"])
         zeros = [zero[joints[at]["qposadr"]] if are_joints and at >= 0 else 0.0 for at in ends]
         if _is_mimic(reading, fact):
@@ -344,7 +344,7 @@ def add_equalities(reading: Reading) -> None:
 
 
 def _is_mimic(reading: Reading, fact: Mapping[str, Any]) -> bool:
-    """Return True if an equality lets one joint follow another in proportion, and neither leads to a circle."""
+    """Return True if an equality is a linear coupling of two joints that does not form a cycle of mimic joints."""
     follower, here = (reading.joint_of.get(fact[end], "") for end in ("obj1id", "obj2id"))
     if fact["type"] != _EQ_JOINT or not fact["active0"] or any(fact["data"][2:5]) or not (follower and here):
         return False
@@ -356,7 +356,7 @@ def _is_mimic(reading: Reading, fact: Mapping[str, Any]) -> bool:
 def _add_constraint(
     reading: Reading, constraints: Map, index: int, zeros: Sequence[float], node: convert.Node, element: Element
 ) -> None:
-    """Add a connect, a weld or a polynomial of joints; keep what has no words."""
+    """Add a connect, weld or joint equality as a constraint, or keep it as XML if a description cannot express it."""
     attributes, entry = node["attributes"], Map(element.span)
     ends = (attributes.get(f"{kind}1", "") for kind in ("body", "site", "joint", "tendon"))
     made_up = f"{next(filter(None, ends), 'robot')}_{node['tag']}"
@@ -370,7 +370,7 @@ def _add_constraint(
         if names:
             convert.put(entry, key, convert.listing([reading.name_of(word, one) for one in names], element))
     pose = convert.floats({"relpose": rest.pop("relpose", "")}, "relpose", [0, 1, 0, 0, 0, 0, 0])
-    if any(pose[3:]):  # where one link of a weld is in the other; a quaternion of zeros is the first pose
+    if any(pose[3:]):  # relpose; a zero quaternion means the initial relative pose
         convert.put(entry, "xyz", convert.numbers([convert.tidy(value) for value in pose[:3]], element))
         convert.put_pose(entry, convert.transform(pose[:3], pose[3:]), element)
     if any(zeros):
@@ -385,13 +385,13 @@ def _add_constraint(
 
 
 def add_contacts(reading: Reading) -> None:
-    """Add the pairs of links that do not touch in the file, and keep its contact pairs."""
+    """Add the pairs of links that cannot collide in the file, and keep its contact pairs as XML."""
     nodes, root = reading.facts["elements"]["pairs"], reading.markup.root
     excludes = reading.markup.section_elements("contact", "exclude")
     written = {frozenset((element.get("body1"), element.get("body2"))): element for element in excludes}
     found: list[tuple[list[str], Element, str]] = []
     for signature in reading.facts["exclude_signature"]:
-        bodies = (signature >> 16, signature & 0xFFFF)  # which MuJoCo has sorted
+        bodies = (signature >> 16, signature & 0xFFFF)  # MuJoCo sorts the two ids
         names = [reading.link_of.get(index, "") for index in bodies]
         element = written.get(frozenset(reading.facts["bodies"][index]["name"] for index in bodies), root)
         if all(names):
@@ -416,16 +416,16 @@ def add_contacts(reading: Reading) -> None:
 
 
 def _filtered(reading: Reading, excluded: set[frozenset[str]]) -> Iterator[tuple[list[str], Element, str]]:
-    """Yield the pairs of links that are neighbours in the file, but not here because several joints move one of them.
+    """Yield the pairs of links that MuJoCo's parent filter keeps apart in the file, but not after the import.
 
-    MuJoCo lets nothing in a group of welded bodies touch its parent group, unless that is the world. A body that
-    several joints move is attached here to links without mass, which become its neighbours instead of the parent.
+    MuJoCo filters contacts between a group of welded bodies and its parent group, unless that is the world. If several
+    joints move a body, the import adds massless links, so that the parent group is no longer adjacent.
     """
     touching = {geom["bodyid"] for geom in reading.facts["geoms"] if geom["contype"] or geom["conaffinity"]}
     if reading.facts["elements"]["options"].get("flag filterparent") == "disable":
         return
     balls = {joint["bodyid"] for joint in reading.facts["joints"] if joint["type"] == BALL}
-    top, groups = dict[int, int](), dict[int, list[int]]()  # the topmost body of those that are welded together
+    top, groups = dict[int, int](), dict[int, list[int]]()  # topmost body of each welded group
     for index, body in enumerate(reading.facts["bodies"]):
         top[index] = index if not index or reading.joints_in.get(index) else top[body["parentid"]]
         groups.setdefault(top[index], []).append(index)
@@ -440,12 +440,12 @@ def _filtered(reading: Reading, excluded: set[frozenset[str]]) -> Iterator[tuple
 
 
 def add_kept(reading: Reading) -> None:
-    """Add what is kept as it is to the links and at the top, with all that it names, and report it."""
+    """Add and report the elements kept as XML, in links and at the top level, with everything that they refer to."""
     for node in reading.facts["elements"]["whole"]:
         reading.keep(node, node["tag"], reading.markup.first(node["tag"]).span)
     by_link: dict[str, list[convert.Node]] = {}
     by_tag: dict[str, list[Span]] = {}
-    for kept, tag, span, link in reading.elements:  # which grow: elements name others
+    for kept, tag, span, link in reading.elements:  # the list grows, because elements refer to others
         _keep_named_by(reading, kept, span)
         nodes, node = by_link.setdefault(link, []), _renamed(reading, kept)
         same = [each for each in nodes if each["tag"] == node["tag"] and not each["attributes"] | node["attributes"]]
@@ -464,7 +464,7 @@ def add_kept(reading: Reading) -> None:
 
 
 def _keep_named_by(reading: Reading, node: convert.Node, span: Span) -> None:
-    """Keep the assets, and what is in the world, that an element and its inner elements name."""
+    """Keep the assets and world objects that an element and its descendants refer to."""
     for word, text in node["attributes"].items():
         _keep_of_scene(reading, kind_of_name(word, node["attributes"]), text)
         if word in ASSETS:
@@ -474,7 +474,7 @@ def _keep_named_by(reading: Reading, node: convert.Node, span: Span) -> None:
 
 
 def _renamed(reading: Reading, node: convert.Node) -> convert.Node:
-    """Return an element with the names that the description has for what it names; materials are kept with it."""
+    """Return an element with references renamed as in the description, and keep the materials that it uses."""
     attributes = dict(node["attributes"])
     if node["tag"] == "skin" and "file" in attributes:
         attributes["file"] = reading.markup.place_of(attributes["file"])

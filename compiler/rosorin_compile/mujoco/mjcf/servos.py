@@ -1,4 +1,4 @@
-"""Actuators of an MJCF of ours: their names, their order, and the ranges of their controls."""
+"""The actuators of a generated MJCF: names, order and control ranges."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _STIFF = 100.0
 _LEAST_FELT = 1e-6
 _ROUNDING = 1e-12
 _SHOWN = 4  # names in a message
-# The controls of the kinds that may have several, where none are named.
+# Default inputs of the actuator types that can have several controls.
 _INPUTS = {"pid": "pos vel", "dcmotor": "voltage"}
 
 
 class Drive(NamedTuple):
-    """An actuator and its name; ``joint`` is what it drives, if that is a joint; ``in_joint``: its entry has it."""
+    """An actuator, its name, and the joint that it drives, if any; ``in_joint``: defined in the entry of the joint."""
 
     name: str
     actuator: Actuator
@@ -34,7 +34,7 @@ class Drive(NamedTuple):
 
 
 def drives(robot: Robot, joints: Sequence[Joint], output: Output | None = None) -> list[Drive]:
-    """Return the actuators: those that the output lists, in its order, then those of ``joints``, then all others."""
+    """Return the actuators in order: those listed by the output, then those of ``joints``, then all others."""
     moved = [(joint, joint.actuator) for joint in joints if joint.actuator and joint.moves]
     made = [Drive(own.name or joint.name, own, joint, True) for joint, own in moved]
     made += [Drive(one.name, one, robot.joint.get(one.targets.get("joint", "")), False) for one in robot.actuators]
@@ -44,9 +44,9 @@ def drives(robot: Robot, joints: Sequence[Joint], output: Output | None = None) 
 
 
 def stand_ins(robot: Robot, joints: Sequence[Joint], output: Output | None) -> list[Drive]:
-    """Return the servos that the option ``drives`` adds: for each joint that moves by itself and has no actuator.
+    """Return the servos that the option ``drives`` adds, one for each joint without an actuator or a leader.
 
-    Their gain follows from the mass (kg) or inertia (kg*m^2) that a joint moves, with joints at zero. The natural
+    Their gain is computed from the mass (kg) or inertia (kg*m^2) that a joint moves, with joints at zero. The natural
     frequency of servo and load is ``_STIFF`` (rad/s). Gravity then deflects a pendulum of 0.3 m by
     9.81 / (0.3 * _STIFF^2) = 3 mrad, and the simulation is stable with steps of 2 ms.
     """
@@ -68,7 +68,7 @@ def stand_ins(robot: Robot, joints: Sequence[Joint], output: Output | None) -> l
             about = xx * x * x + yy * y * y + zz * z * z + 2 * (xy * x * y + xz * x * z + yz * y * z)
             arm = cross((x, y, z), body.pose.xyz)
             felt = max(felt, body.mass if joint.type == "prismatic" else about + body.mass * dot(arm, arm))
-        # The damping of the joint costs at most 2 % of the commanded speed.
+        # With this gain, joint damping reduces the speed by at most 2 %.
         servo = Actuator(VELOCITY, kv=float(f"{max(felt * _STIFF, 50 * joint.braking):.2g}"))
         if kind == POSITION and position_range(joint) is not None:
             servo = Actuator(POSITION, kp=float(f"{felt * _STIFF**2:.2g}"), damping_ratio=1.0)
@@ -77,7 +77,7 @@ def stand_ins(robot: Robot, joints: Sequence[Joint], output: Output | None) -> l
 
 
 def aims(drive: Drive) -> tuple[float, float] | None:
-    """Return the control range of an actuator (position in rad or m, or speed, for a servo); None is unlimited."""
+    """Return the control range of an actuator, or None if unlimited; for a servo in rad or m, or per second."""
     actuator, joint = drive.actuator, drive.joint
     if actuator.unlimited or "inheritrange" in actuator.mjcf:
         return None
@@ -106,7 +106,7 @@ def is_clamped(robot: Robot, joint: Joint, effort: float) -> bool:
             total += gear * max(map(abs, actuator.force))
         elif is_plain and is_limited and isinstance(gain, (int, float)):
             total += gear * abs(float(gain)) * max(map(abs, actuator.range or ()))
-        else:  # its strength is not known
+        else:  # its largest force is unknown
             return False
     return bool(own) and math.isclose(total, effort, rel_tol=_ROUNDING)
 
@@ -117,12 +117,12 @@ def _kept(robot: Robot) -> list[Found]:
 
 
 def kept_controls(robot: Robot) -> int:
-    """Return how many controls the actuators have in elements of MJCF."""
+    """Return the number of controls of the actuators in elements kept as XML."""
     return sum(control_count(found.tags[-1], found.attributes) for found in _kept(robot))
 
 
 def control_count(tag: str, attributes: Mapping[str, object]) -> int:
-    """Return how many controls an actuator has; MuJoCo has several of some kinds."""
+    """Return the number of controls of an actuator, which is more than one for some types."""
     kind = tag if tag in _INPUTS else str(attributes.get("gaintype", ""))
     words = str(attributes.get("input") or _INPUTS.get(kind, ""))
     if "so3" in kind or tag == "orientation":
@@ -131,7 +131,7 @@ def control_count(tag: str, attributes: Mapping[str, object]) -> int:
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Yield diagnostics about the names of actuators and the lists that order them, and a note on stand-ins."""
+    """Yield diagnostics for actuator names and for options that list actuators, and a note on stand-ins."""
     robot, names = case.robot, dict[str, Drive]()
 
     def place_of(drive: Drive) -> tuple[str | int, ...]:

@@ -1,9 +1,9 @@
-"""Geoms become shapes that are seen, that collide, or both.
+"""Import geoms as visuals, collision shapes, or both.
 
-A geom that collides with nothing (``contype`` and ``conaffinity`` 0) is only there to be seen. One that collides is
-also seen, unless its model tells the two apart: it is in a group that viewers hide (3 to 5), or transparent, its class
-has "collision" in its name, or its body has geoms only to be seen and those have groups of their own in this model.
-A geom that the language has no shape for is kept as it is, and so is what it cannot express of a texture or material.
+A geom that cannot collide (``contype`` and ``conaffinity`` 0) is a visual. Any other geom is a collision shape. It is
+also a visual, unless it is in a group that viewers hide (3 to 5) or transparent, its class has "collision" in its name,
+or its body has separate visuals and the model uses different groups for the two. Geoms, textures and materials
+that a description cannot express are kept as XML.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ _PLANE, _HFIELD, _SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH, _SDF = r
 _WORDS = ("plane", "height field", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf")
 _CARRIED = (_SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH)
 _HIDDEN = 3  # the first group that viewers hide
-_NO_COLOUR = [0.5, 0.5, 0.5, 1.0]  # MuJoCo: a geom of this colour has that of its material
-# What the shape, its place and its looks express, or what has gone into the mass of the link.
+_NO_COLOUR = [0.5, 0.5, 0.5, 1.0]  # MuJoCo's default; a geom with this colour has the colour of its material
+# Geom attributes that the shape, its pose, its appearance and the mass of the link already express.
 _READ = {"name", "type", "pos", "quat", "size", "fromto", "mesh", "hfield", "mass", "density", "shellinertia"}
 _READ |= {"fitscale", "contype", "conaffinity", "rgba", "material", "group"}
 _OF_CONTACT = ("friction", "condim", "priority", "solmix", "solref", "solimp", "margin", "gap")
@@ -47,12 +47,12 @@ def add_shapes(reading: Reading) -> None:
     seen_groups, decorated = {geom["group"] for geom in only_seen}, {geom["bodyid"] for geom in only_seen}
     solid_groups = {geom["group"] for geom in carried.values() if _collides(geom)}
     are_apart = bool(seen_groups) and seen_groups.isdisjoint(solid_groups)
-    purposes = dict[int, list[str]]()  # what each geom is there for: to be seen, to collide, or both
+    purposes = dict[int, list[str]]()  # "visual", "collision" or both, for each geom
     for index, geom in carried.items():
         is_visible = geom["group"] < _HIDDEN and geom["rgba"][3] > 0 and "collision" not in geom["class"].lower()
         is_seen = not _collides(geom) or (is_visible and not (are_apart and geom["bodyid"] in decorated))
         purposes[index] = ["visual"] * is_seen + ["collision"] * _collides(geom)
-    for purpose in ("visual", "collision"):  # the groups that most geoms have
+    for purpose in ("visual", "collision"):  # the most common group is the default
         counts = Counter(geoms[index]["group"] for index, found in purposes.items() if found[0] == purpose)
         if counts:
             reading.groups[purpose] = counts.most_common(1)[0][0]
@@ -81,7 +81,7 @@ def add_shapes(reading: Reading) -> None:
 
 
 def _put_more(reading: Reading, geom: Thing, shape: Map, element: Element, purposes: list[str], purpose: str) -> None:
-    """Set what a shape has for a simulation alone; of two that are one geom only one has it."""
+    """Set the MuJoCo attributes of a shape; if a geom becomes two shapes, only one of them gets each attribute."""
     attributes = geom["element"]["attributes"]
     more = {key: text for key, text in attributes.items() if key not in (*_READ, *_OF_CONTACT)}
     if len(purposes) > 1:
@@ -89,7 +89,7 @@ def _put_more(reading: Reading, geom: Thing, shape: Map, element: Element, purpo
     if purposes[0] == purpose and geom["group"] != reading.groups[purpose]:
         more["group"] = str(geom["group"])
     elif purposes[0] != purpose and reading.groups.get(purpose, _HIDDEN) != _HIDDEN:
-        more["group"] = str(_HIDDEN)  # the visual is what is seen of it
+        more["group"] = str(_HIDDEN)  # hidden, because the visual is shown
     if purposes == ["collision"]:
         more |= {"rgba": " ".join(map(repr, _colour(geom)))} if "rgba" in attributes else {}
         more |= {"material": _material(reading, geom["matid"])} if geom["matid"] >= 0 else {}
@@ -100,12 +100,12 @@ def _put_more(reading: Reading, geom: Thing, shape: Map, element: Element, purpo
 
 
 def _colour(thing: Thing) -> list[float]:
-    """Return the colour of a geom or material, which MuJoCo has with seven digits."""
+    """Return the colour of a geom or material, rounded because MuJoCo stores 32-bit floats."""
     return [convert.tidy(round(value, 7)) for value in thing["rgba"]]
 
 
 def whole_geom(reading: Reading, geom: Thing) -> convert.Node:
-    """Return a geom as an element that is kept as it is, without mass, in the frame of its file."""
+    """Return a geom as an element to keep as XML, without mass, and with the pose of the mesh file if it has one."""
     node, place = geom["element"], convert.transform(geom["pos"], geom["quat"])
     attributes = {key: text for key, text in node["attributes"].items() if key not in ("mass", "density")}
     if geom["type"] in (_MESH, _SDF):
@@ -115,7 +115,7 @@ def whole_geom(reading: Reading, geom: Thing) -> convert.Node:
 
 
 def keep_asset(reading: Reading, kind: str, name: str, span: Span) -> None:
-    """Keep an asset that is named by something that is kept as it is; once."""
+    """Keep an asset as XML for an element that refers to it, unless it is already kept."""
     node = _asset(reading, kind, name)
     if not node["attributes"] or (kind, name) in reading.of_scene:
         return
@@ -143,7 +143,7 @@ def _is_carried(reading: Reading, geom: Thing) -> bool:
 
 
 def is_scene(geom: Thing) -> bool:
-    """Return True if a geom is ground for the robot to be on."""
+    """Return True if a geom is the ground of the scene."""
     return geom["bodyid"] == 0 and geom["type"] in (_PLANE, _HFIELD)
 
 
@@ -166,8 +166,8 @@ def _shape(reading: Reading, geom: Thing, element: Element) -> Map:
         words = ("maxhullvert", "smoothnormal", *(() if PurePosixPath(mesh["file"]).suffix else ("content_type",)))
         convert.put_words(more, {key: attributes[key] for key in words if key in attributes}, "mjcf_mesh", element)
         convert.put_some(sizes, "mjcf", more)
-        # MuJoCo takes ``refpos`` from the vertices of the file, turns them by ``refquat``, scales them, and then moves
-        # them to the axes ``pos`` and ``quat``. Here they are scaled first: see ``_mesh_file``.
+        # MuJoCo subtracts ``refpos`` from the vertices, rotates them by ``refquat``, scales them, and then expresses
+        # them in the frame of ``pos`` and ``quat``. Here, scaling comes first (see ``_mesh_file``).
         reference = convert.transform(mesh["reference"]["pos"], mesh["reference"]["quat"]).inverse()
         x, y, z = (a * b for a, b in zip(mesh["scale"], reference.xyz, strict=True))
         of_file = Transform(reference.rows, (x, y, z))
@@ -188,13 +188,13 @@ def _shape(reading: Reading, geom: Thing, element: Element) -> Map:
 
 
 def _mesh_file(mesh: Thing) -> str:
-    """Return the file of a mesh, empty if no file has it: one that is turned, and then scaled by different factors."""
+    """Return the file of a mesh, or "" if it has none or its rotation and nonuniform scale cannot be swapped."""
     is_stretched = any(mesh["reference"]["quat"][1:]) and len(set(mesh["scale"])) > 1
     return posixpath.normpath(mesh["file"]) if mesh["file"] and not is_stretched else ""
 
 
 def _put_look(reading: Reading, geom: Thing, shape: Map, element: Element) -> None:
-    """Set the colour of a visual: its own, or its material."""
+    """Set the colour or the material of a visual."""
     rgba, at = _colour(geom), geom["matid"]
     if at < 0:
         if rgba != _NO_COLOUR:
@@ -212,7 +212,7 @@ def _put_look(reading: Reading, geom: Thing, shape: Map, element: Element) -> No
 
 
 def _more_of_material(reading: Reading, material: Thing) -> dict[str, str]:
-    """Return the attributes of a material besides its colour, and an image that the language has words for."""
+    """Return the attributes of a material except its colour, and except an image that a description can express."""
     attributes = _asset(reading, "material", material["name"])["attributes"]
     texture = attributes.get("texture", "")
     image, written = _asset(reading, "texture", texture)["attributes"], reading.markup.find("asset", texture)
@@ -223,7 +223,7 @@ def _more_of_material(reading: Reading, material: Thing) -> dict[str, str]:
 
 
 def _material(reading: Reading, index: int) -> str:
-    """Return the name of a material, which the description has from now on; one with layers is kept as it is."""
+    """Add a material to the description, or keep it as XML if it has layers, and return its name."""
     material = reading.facts["materials"][index]
     name = str(material["name"])
     if index in reading.material_of:
@@ -247,7 +247,7 @@ def _material(reading: Reading, index: int) -> str:
 
 
 def _add_unused(reading: Reading) -> None:
-    """Add what no shape uses; count what geoms of the world alone have as the scene."""
+    """Add materials and meshes that no shape uses; those that only geoms of the world use belong to the scene."""
     geoms, markup, assets = reading.facts["geoms"], reading.markup, reading.facts["elements"]
     used = {geom["matid"] for geom in geoms if _is_carried(reading, geom)}
     left = {geom["matid"] for geom in geoms} - used - {-1}

@@ -1,7 +1,4 @@
-"""What MuJoCo does not load and what MJCF cannot express, reported before the artifact is written.
-
-Masses and inertias are in the terms of MuJoCo.
-"""
+"""Report what MJCF cannot express and what MuJoCo would not load, before the artifact is written."""
 
 from __future__ import annotations
 
@@ -18,18 +15,18 @@ from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic,
 
 from .bodies import WORLD, body_name, has_volume, is_free, weld_groups
 
-# What names a geom: <pair geom1>, <geom geom> of a tendon, <framepos objtype="geom" objname>.
+# Attributes that refer to a geom, in a pair, a spatial tendon, and sensors (objtype="geom" objname="...").
 _GEOM = re.compile(r"""\b(?:geom[12]?|(?:obj|ref)type="geom" (?:obj|ref)name)="([^"]*)\"""")
 
 _MESH_FORMATS = (".stl", ".obj", ".msh")
-# What is converted on the way, and what it becomes.
+# Mesh formats that are converted, and the format that they are converted to.
 _CONVERTED = (".dae", ".gltf", ".glb")
 CONVERTED_ENDING = ".obj"
-MESHES = "meshes"  # the folder next to the MJCF that has the meshes of packages
+MESHES = "meshes"  # folder next to the MJCF for meshes from ROS packages
 
 
 def mesh_path(file: str) -> str:
-    """Return the file of a mesh as MuJoCo opens it, by its name in the description; empty if MuJoCo cannot.
+    """Return the path of a mesh in the MJCF for its name in the description, or "" for an unsupported format.
 
     >>> mesh_path("package://arm/visual/base.DAE"), mesh_path("base.stl"), mesh_path("base.step")
     ('meshes/arm/visual/base.DAE.obj', 'base.stl', '')
@@ -39,12 +36,12 @@ def mesh_path(file: str) -> str:
 
 
 def texture_path(file: str) -> str:
-    """Return the file of an image as MuJoCo opens it, by its name in the description; empty if it is not a PNG."""
+    """Return the path of an image in the MJCF for its name in the description, or "" if it is not a PNG."""
     return _path(file, "") if file and posixpath.splitext(file)[1].lower() == ".png" else ""
 
 
 def file_path(file: str) -> str:
-    """Return the file of a mesh or an image as MuJoCo opens it, or "" if it cannot."""
+    """Return the path of a mesh or an image in the MJCF, or "" for an unsupported format."""
     return mesh_path(file) or texture_path(file)
 
 
@@ -52,7 +49,7 @@ def _path(file: str, more: str) -> str:
     """Return the path of a file relative to the MJCF, with ``more`` appended if it is converted."""
     scheme, mark, rest = file.partition("://")
     if mark and scheme in ("package", "model"):
-        rest = rest.lstrip("/")  # as package:///NAME/FILE is read, too
+        rest = rest.lstrip("/")  # package:///NAME/FILE is accepted, too
         parts = rest.split("/")
         return "" if {"", ".", ".."} & set(parts) or len(parts) < 2 else f"{MESHES}/{rest}{more}"
     if mark or file.startswith("/"):
@@ -65,18 +62,18 @@ def _path(file: str, more: str) -> str:
 
 
 def is_written(robot: Robot, mesh: Mesh) -> bool:
-    """Return True if the MJCF has a mesh: MuJoCo opens its format, and the file was found."""
+    """Return True if the MJCF contains a mesh: MuJoCo supports the format, and the file was found."""
     return bool(mesh_path(mesh.file)) and mesh.file not in robot.missing_meshes
 
 
 def is_textured(robot: Robot, texture: str) -> bool:
-    """Return True if the MJCF has a texture, by its name in the description."""
+    """Return True if the MJCF contains a texture, given its name in the description."""
     return bool(texture_path(texture)) and texture not in robot.missing_meshes
 
 
 def check_names(text: str, left_out: Mapping[str, str]) -> Iterator[Diagnostic]:
-    """Yield an error for each geom that an MJCF names and does not have; ``left_out`` are those, each with its link."""
-    from html import unescape  # that of xml.sax.saxutils would load http
+    """Yield an error for each reference to a geom in ``left_out``, the links of geoms that were not written."""
+    from html import unescape  # xml.sax.saxutils would import http
 
     for name in dict.fromkeys(_GEOM.findall(text)) if left_out else ():
         link = left_out.get(unescape(name))
@@ -87,7 +84,7 @@ def check_names(text: str, left_out: Mapping[str, str]) -> Iterator[Diagnostic]:
 
 
 def position_range(joint: Joint) -> tuple[float, float] | None:
-    """Return the limits of the position of a joint (rad or m); None where it has none."""
+    """Return the position limits of a joint (rad or m), or None if it has none."""
     limit = joint.limit if joint.moves else None
     if joint.type == "continuous" or limit is None:
         return None
@@ -100,7 +97,7 @@ def _omitted(message: str, help: str = "", severity: str = WARNING) -> Diagnosti
 
 
 def report_omissions(robot: Robot, joints: list[Joint], unpaired: Sequence[tuple[str, str]]) -> Iterator[Diagnostic]:
-    """Yield what joints, meshes and textures have that MJCF cannot express; ``unpaired`` links have too many shapes."""
+    """Yield a diagnostic for each property that MJCF cannot express; ``unpaired`` links need too many contact pairs."""
     for joint in joints:
         ends, effort = position_range(joint), joint.limit.known_value("effort") if joint.limit else None
         what, empty = f'joint "{joint.name}"', "MuJoCo ignores an empty range"
@@ -126,7 +123,7 @@ def report_omissions(robot: Robot, joints: list[Joint], unpaired: Sequence[tuple
             yield _omitted(message, "give it sizes above zero")
         elif isinstance(shape.geometry, Mesh) and not mesh_path(shape.geometry.file):
             meshes.append(shape.geometry.file)
-    if textures:  # the colour alone is left
+    if textures:  # only the colour is written
         message = f"left out of the MJCF: {first_of(textures, 3)}; MuJoCo opens textures that are PNG files"
         yield _omitted(message, "save it as PNG, and name the new file", NOTE)
     if meshes:
@@ -143,7 +140,7 @@ def report_omissions(robot: Robot, joints: list[Joint], unpaired: Sequence[tuple
         yield _omitted(message, "fewer shapes: a height map of larger cells or steps", NOTE)
 
 
-# What MuJoCo 4.0.0 loads, found by trying: the least mass and moment of what moves, the least moment of fullinertia.
+# Smallest mass and moment of a moving body, and smallest moment of a fullinertia (measured with MuJoCo 4.0.0).
 LEAST = 1e-15
 LEAST_EIGENVALUE = 1e-14
 
@@ -154,28 +151,28 @@ def has_mass(inertial: Inertial) -> bool:
 
 
 def has_products(inertial: Inertial) -> bool:
-    """Return True if an inertia has products in its frame, whose axes are then not principal."""
+    """Return True if the products of inertia are not all zero."""
     return any((inertial.ixy, inertial.ixz, inertial.iyz))
 
 
 def along_link_of(inertial: Inertial) -> Inertia:
-    """Return the inertia of an inertial along the axes of its link: xx yy zz xy xz yz."""
+    """Return the inertia along the axes of the link: xx yy zz xy xz yz (kg*m^2)."""
     six = (inertial.ixx, inertial.iyy, inertial.izz, inertial.ixy, inertial.ixz, inertial.iyz)
     return along_link(six, inertial.pose.transform())
 
 
 def _moves(robot: Robot, names: Sequence[str]) -> bool:
-    """Return True if one of the links has the mass and moments that MuJoCo needs of a moving body."""
+    """Return True if one of the links has the mass and moments that MuJoCo requires for a moving body."""
     inertials = (robot.link[name].inertial for name in names)
     return any(one and one.mass >= LEAST and one.principal_moments[0] >= LEAST for one in inertials)
 
 
 @of_robot
 def weightless(robot: Robot, free: bool) -> list[str]:
-    """Return the links without any mass that a joint moves, and that carry mass by further joints.
+    """Return the massless links that are moved by a joint, and that are connected to a mass by further joints.
 
-    A body of MJCF with two joints comes as such a link. MuJoCo loads no moving body without mass, so in the MJCF these
-    have the least that it takes, which changes no motion: what hangs on them is some 10^12 times heavier.
+    The import creates them for a body with two joints. MuJoCo rejects moving bodies without mass, so they get the
+    smallest mass that it accepts, which does not change the motion of links that are some 10^12 times heavier.
     """
     groups = weld_groups(robot)
     top_of = {name: top for top, names in groups.items() for name in names}
@@ -183,7 +180,7 @@ def weightless(robot: Robot, free: bool) -> list[str]:
     heavy, without = set[str](), list[str]()
     for top in reversed(groups):
         joint = robot.joint_to.get(top)
-        if top in heavy and top not in massive and (free or top != robot.root):  # the root is moved by no joint
+        if top in heavy and top not in massive and (free or top != robot.root):  # no joint moves the root
             without.append(top)
         if joint is not None and (top in heavy or _moves(robot, groups[top])):
             heavy.add(top_of[joint.parent])
@@ -191,7 +188,7 @@ def weightless(robot: Robot, free: bool) -> list[str]:
 
 
 def check_loadable(robot: Robot, free: bool) -> Iterator[Diagnostic]:
-    """Yield what MuJoCo does not load, or reads as something else: names and masses; ``free``: the base floats."""
+    """Yield a diagnostic for names and masses that MuJoCo rejects or changes; ``free``: the base has a free joint."""
     for sensor, part in [(one, part) for one in robot.sensors for part in one.simulated]:
         site = part.name if part.element == "site" else ""
         if part.kind == SENSOR_ELEMENT:

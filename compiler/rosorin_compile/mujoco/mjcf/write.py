@@ -1,13 +1,13 @@
-"""MJCF: the robot for MuJoCo 4, without floor and light, for ``<include>`` or attaching to a scene.
+"""Write the MJCF of a robot for MuJoCo 4, without floor and light, to be included or attached in a scene.
 
-Every link is a body, and also a site of the same name in the frame of the link. Static transforms of other nodes with
-known numbers are frames too. About the format (MuJoCo 4.0.0, XMLreference):
+Every link becomes a body, with a site of the same name in the frame of the link. Static transforms that other nodes
+publish become bodies too, if their numbers are known. About the format (MuJoCo 4.0.0, XMLreference):
 
-- Sizes of geoms are halves. Rotations are quaternions (w x y z), because the meaning of ``euler`` is a setting.
-- A geom without a mass would get the mass of water, so every geom has density 0.
+- Sizes of geoms are half sizes. Rotations are quaternions (w x y z), because the meaning of ``euler`` is configurable.
+- A geom without a mass would get the density of water, so every geom has density 0.
 - The torque of a joint is clamped once, at the joint (actuatorfrcrange). There is no velocity limit.
-- A free joint is at the top of the tree alone. A floating joint is three slides and a ball on one body elsewhere, and a
-  planar joint two slides and a hinge. ``mimic`` is an equality constraint, which is soft.
+- A free joint is only allowed at the top of the tree. Elsewhere, a floating joint becomes three slides and a ball. A
+  planar joint becomes two slides and a hinge. ``mimic`` becomes an equality constraint, which is soft.
 - Visual geoms are in group 2. Collision geoms are in group 3, which viewers hide; in group 0 if there are no visuals,
   or in group 2 if they are shown instead of visuals. The sites of frames are in group 4, which is hidden.
 """
@@ -51,7 +51,7 @@ _AT_ORIGIN |= {"ball": (1.0, 0.0, 0.0, 0.0)}
 
 
 def _several(joint: model.Joint, printer: ElementPrinter) -> list[Markup]:
-    """Return the attributes of the joints that a body has for a planar, floating or ball joint, in their order."""
+    """Return the attributes of each MuJoCo joint for a planar, floating or ball joint, in order."""
     is_free = bodies.is_free(printer.robot, joint)
     if is_free or joint.type == "ball":
         return [attributes(name=joint.name, type="free" if is_free else "ball", **_inner(joint, printer))]
@@ -63,7 +63,7 @@ def _several(joint: model.Joint, printer: ElementPrinter) -> list[Markup]:
 
 
 def base_name(joint: model.Joint, robot: model.Robot) -> str:
-    """Return the name of a joint, with underscores after it where its parts would have the names of others."""
+    """Return the prefix for the MuJoCo joints of a joint, with underscores appended to avoid existing joint names."""
     base = joint.name
     while any(base + end in robot.joint for end in {*bodies.PLANAR, *bodies.FLOATING}):
         base += "_"
@@ -71,7 +71,7 @@ def base_name(joint: model.Joint, robot: model.Robot) -> str:
 
 
 def _single(joint: model.Joint, printer: ElementPrinter) -> dict[str, str]:
-    """Return the attributes of a joint of one position, except its name."""
+    """Return the attributes of a joint with one coordinate, except its name."""
     values, ends = _motion(_TYPES[joint.type], joint.axis, printer.number), unsupported.position_range(joint)
     return {**values, **({"range": numbers(ends, printer.number)} if ends else {}), **_inner(joint, printer)}
 
@@ -83,7 +83,7 @@ def _motion(kind: str, axis: model.Vector, number: NumberFormat) -> dict[str, st
 
 def _inner(joint: model.Joint, printer: ElementPrinter) -> dict[str, str]:
     number, dynamics = printer.number, joint.dynamics or Dynamics()
-    # That of the drive, too: no force limit clamps it, and MJX leaves out the damping of actuators (MuJoCo 3.17).
+    # Includes the damping of the actuator, which no force limit clamps and which MJX ignores (MuJoCo 3.17).
     words = {"damping": joint.braking, "frictionloss": dynamics.friction, "armature": dynamics.armature}
     words |= {"stiffness": dynamics.stiffness, "springref": dynamics.spring_reference}
     values = {word: number(value) for word, value in words.items() if value}
@@ -94,14 +94,14 @@ def _inner(joint: model.Joint, printer: ElementPrinter) -> dict[str, str]:
 
 
 def _followers(robot: model.Robot, joints: Sequence[model.Joint], number: NumberFormat) -> list[Markup]:
-    """Return the attributes of the constraints of joints that follow another; of one that never moves: their angle."""
+    """Return the attributes of the constraint of each mimic joint, which is a constant if its leader never moves."""
     made = []
     for joint, mimic in ((joint, joint.mimic) for joint in joints if joint.mimic is not None and joint.moves):
         leader = robot.joint[mimic.joint]
         values = {"name": mimic.name or joint.name, "joint1": joint.name}
         values |= {"joint2": leader.name} if leader.moves else {}
         factor = mimic.multiplier if leader.moves else 0.0
-        # MuJoCo counts both from their references.
+        # MuJoCo's polynomial is relative to the initial position (``ref``) of both joints.
         offset = mimic.offset + factor * bodies.reference(leader) - bodies.reference(joint)
         tuned = {"solref": mimic.solref or bodies.STIFF["solref"], "solimp": mimic.solimp or bodies.STIFF["solimp"]}
         words = {word: numbers(values, number) for word, values in tuned.items()}
@@ -115,10 +115,10 @@ def _keys(
     drives: Sequence[Drive],
     base_pose: Callable[[JointPose], model.Pose] | None,
 ) -> list[tuple[str, list[float], list[float], dict[str, Attribute]]]:
-    """Return name, qpos, ctrl and the rest of each pose: the ``base_pose`` if the base is free, then the joints.
+    """Return name, qpos, ctrl and other attributes of each keyframe; ``base_pose`` is None if the base is fixed.
 
-    The first key is home. A robot that can move has it even if the description has no such pose. One that was
-    imported has its poses in the order of its source, and what is made up behind them: simulators begin at the first.
+    The first key is home, which is added if the robot can move. The keys of an imported robot have the order of its
+    source, with added keys at the end, because simulators start with the first one.
     """
     made = []
     home, others = home_of(robot), [pose for pose in robot.poses if pose.name != HOME]
@@ -134,7 +134,7 @@ def _keys(
         ctrl: list[float] = []
         for drive in drives:
             control, moved, gear = 0.0, drive.joint, drive.actuator.gear
-            if drive.actuator.type == POSITION and moved is not None and moved.moves:  # it is to hold the pose
+            if drive.actuator.type == POSITION and moved is not None and moved.moves:  # the servo holds the pose
                 control = at[moved.name][0] * (gear[0] if gear else 1.0)
             count = control_count(drive.actuator.type, drive.actuator.mjcf)
             ctrl += [pose.controls.get(drive.name, control), *[0.0] * count][:count]
@@ -148,25 +148,25 @@ def _keys(
     return made
 
 
-# A chain of thousands of links is not indented further: its text would grow with the square of its length.
+# Maximum indentation, because the file size of a chain of thousands of links would be quadratic.
 DEEPEST = 30
-OPTION = {"integrator": "implicitfast"}  # the settings of the simulation, where the description has no others
-# Settings for a robot on wheels or feet, which would creep down a slope without them: with four mecanum wheels by
-# 30 mm in 5 s at 10 degrees, and with these settings by 7 mm.
+OPTION = {"integrator": "implicitfast"}  # default simulation options
+# Options for a robot on wheels or feet, which would otherwise creep down a slope: a robot with four mecanum wheels
+# creeps 30 mm in 5 s at 10 degrees, and 7 mm with these options.
 STANDING = {"cone": "elliptic", "impratio": 100}
-# Of plain wheels the rims would hold a turn back, as no tyre does: 24 % of a TurtleBot3's, 3 % with this.
+# Without this, the friction of plain wheels slows down turning by 24 % (TurtleBot3); with it, by 3 %.
 PLAIN_WHEELS = {"cone": "elliptic"}
 
-# What a body without mass has where MuJoCo asks for one (see ``unsupported.weightless``).
+# Inertial of a massless moving body, because MuJoCo requires one (see ``unsupported.weightless``).
 _NO_SIZE = 1e-9  # m
 _LEAST_INERTIAL = model.Inertial(LEAST, model.Pose(), LEAST, LEAST, LEAST)
-# A geom that keeps fluids from such a body: MuJoCo takes it for a box of metres.
+# A geom without fluid forces; for such a body, MuJoCo would compute them for a box of several metres.
 _NO_DRAG = {"mass": "0", "contype": "0", "conaffinity": "0", "group": "5", "rgba": "0 0 0 0"}
 _NO_DRAG |= {"fluidshape": "ellipsoid", "fluidcoef": "0 0 0 0 0"}
 
 
 class Frame(NamedTuple):
-    """A node of the tree of frames: a link, or a static transform that another node publishes (``link`` is None)."""
+    """A frame in the tree: a link, or the child of a static transform of another node (``link`` is None)."""
 
     name: str
     depth: int
@@ -176,7 +176,7 @@ class Frame(NamedTuple):
 
 
 def write(robot: model.Robot, output: model.Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the MJCF of a robot, and what MuJoCo would not load and MJCF cannot express."""
+    """Return the MJCF of a robot, and diagnostics for what MJCF cannot express and MuJoCo would not load."""
     number, free, frames = number_format(output.options), robot.has_free_base(output), list(_walk(robot))
     joints = [frame.joint for frame in frames if frame.joint]
     shapes = [shape for link in robot.walk() for shape in (*link.visual, *link.collision)]
@@ -192,7 +192,7 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
     geoms = _Geoms(output, printer, classes, shown)
     in_world, stands_there = robot.root_in_world, partial(stands_at, robot, clouds=clouds_of(robot, as_opened=True))
     root = in_world.pose if in_world.placed or not free else stands_there(home_of(robot))
-    top = 1 if in_world.world else 0  # the depth of the frames that are bodies in the world
+    top = 1 if in_world.world else 0  # depth of the top-level bodies
     name = in_world.joint or bodies.free_name(f"{robot.root}_free", robot.joint)
     tag, kind = ("freejoint", {}) if set(in_world.values) <= {"group", "align"} else ("joint", {"type": "free"})
     free_joint = Markup("<{}{}/>").format(tag, printer.print_values({"name": name, **kind, **in_world.values}))
@@ -200,7 +200,7 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
     in_fluid = any(output.options.get("option", {}).get(word) for word in ("density", "viscosity"))
     printed = {joint.name: classes.print_classes(place) for place, joint in enumerate(moving)}
     framed = attributes(**{"class": classes.class_name(bodies.FRAME)})
-    elements: list[tuple[object, ...]] = []  # as the template takes them; the last are the ends of bodies
+    elements: list[tuple[object, ...]] = []  # arguments of the template; the last item closes bodies
     for frame, after in zip(frames, [*frames[1:], None], strict=True):
         link, joint, indent = frame.link or model.Link(frame.name), frame.joint, _indent(frame.depth - top)
         made = [*geoms.geoms_of(link, bodies.COLLISION), *geoms.geoms_of(link, bodies.VISUAL)]
@@ -255,7 +255,7 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
 
 
 def _walk(robot: model.Robot) -> Iterator[Frame]:
-    """Yield every frame from the root, parents before children: links by their joints, then known static edges."""
+    """Yield every frame, parents before children; joints come before static transforms of other nodes."""
     edges: dict[str, list[tuple[str, model.Pose]]] = {}
     known = set(robot.link)
     for edge in robot.edges:
@@ -285,10 +285,10 @@ def _inertial(inertial: model.Inertial, number: NumberFormat) -> Markup:
 
 
 class _Geoms:
-    """Geoms of shapes, named by the link, the purpose and the number of the solid.
+    """Prints the geoms of links, named LINK_PURPOSE_NUMBER.
 
-    ``used`` are the purposes of those that are written, ``left_out`` those that are not, each with its link. ``rolls``
-    are links that meet the floor alone, ``shown`` the colours of those that are seen as their collision shapes.
+    ``used`` has the purposes of the written geoms, ``left_out`` the link of each geom that is not written. ``rolls``
+    are the links that only collide with the floor, ``shown`` the colours of links whose collision shapes are visible.
     """
 
     def __init__(
@@ -350,10 +350,10 @@ class _Geoms:
 
 
 def _geom_names(robot: model.Robot, form: str) -> tuple[dict[tuple[str, str, int], str], dict[str, str]]:
-    """Return the name of each geom by link, purpose and number; and by LINK_PURPOSE_NUMBER where another one has that.
+    """Return the name of each geom by link, purpose and number, and the names that replace LINK_PURPOSE_NUMBER.
 
-    A geom has the name of its shape, if no other shape has it; one that collides goes before one that is seen. All
-    others are called after their link.
+    A geom has the name of its shape if that is unique; collision shapes have priority. All other geoms are named
+    LINK_PURPOSE_NUMBER.
     """
     places: dict[tuple[str, str, int], str] = {}
     first = dict[str, str]()
@@ -375,7 +375,7 @@ def _geom_names(robot: model.Robot, form: str) -> tuple[dict[tuple[str, str, int
 
 
 def _option(robot: model.Robot, output: model.Output, free: bool, printer: ElementPrinter) -> Sequence[Markup | str]:
-    """Return the settings of the simulation and its flags; those of an imported robot are complete."""
+    """Return the attributes of ``<option>`` and its flags; an imported robot gets no defaults."""
     described, drive = output.options.get("option", {}), robot.drive
     is_whole = bool(described) and robot.source.status == "imported"
     standing = STANDING if drive is None or drive.slides else PLAIN_WHEELS

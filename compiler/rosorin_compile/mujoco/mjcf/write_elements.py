@@ -1,11 +1,11 @@
-"""Elements of an MJCF: actuators, equalities, looks, marks of bodies, what sensors are made of, and default classes.
+"""Print MJCF elements: actuators, equalities, materials, sites, cameras, lights, sensors and default classes.
 
-A sensor element measures at a site: that of the frame, or one of its own, called NAME_site, where it has a pose.
+A sensor element measures at the site of its frame, or at a separate site NAME_site if it has a pose.
 
-All classes are in one with the name of the robot, and begin with it: robots in one scene share one space of names. Each
-element names its class itself, and no body has a ``childclass``: what is verbatim in a body keeps MuJoCo's defaults.
-Joints that move alike share a class, and so do actuators that are alike, where that makes the file shorter. It is
-called after the words that the names of all its joints have: wrist of wrist_1_joint and wrist_2_joint.
+All default classes are children of a class with the name of the robot, which is also their prefix, because robots in a
+scene share a namespace. Elements refer to their class directly instead of by ``childclass``, so that verbatim elements
+in a body keep MuJoCo's defaults. Joints, or actuators, with equal attributes share a class if that makes the file
+shorter. Its name consists of the common words of its joints: "wrist" for wrist_1_joint and wrist_2_joint.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ from . import bodies
 from .servos import Drive, aims
 from .unsupported import is_textured
 
-# Attributes that no class has, and those that differ between the left and the right side of a robot.
+# Attributes that are never in a class, and attributes that can differ between the left and right side of a robot.
 _OWN = {"name", "class", "type", "lengthrange", *TARGETS.values()}
 _SIDE = ("axis", "range", "ctrlrange", "forcerange")
-_KINDS = ("joint", "position", "velocity", "motor", "general")  # elements whose other attributes a class may have
+_KINDS = ("joint", "position", "velocity", "motor", "general")  # elements that can share a class
 
 _WORD = re.compile(r"[^\W\d_]+")
 _CLASS = re.compile(r'<default\b[^<>]*\bclass="([^"]*)"')
@@ -43,7 +43,7 @@ Texts = Mapping[str, str]
 
 
 class Part(NamedTuple):
-    """An element as printed; ``replicate`` are the attributes of the element around it, ``text`` is of a template."""
+    """An element to print; ``replicate`` are the attributes of a surrounding ``<replicate>``, ``text`` is verbatim."""
 
     tag: str
     attributes: Markup | str = ""
@@ -52,7 +52,7 @@ class Part(NamedTuple):
 
 
 class Named(NamedTuple):
-    """An element that may have a class: its tag, its name, its other attributes, the joint that names its class."""
+    """An element that can have a class: tag, name, other attributes, and the joint from which the class is named."""
 
     tag: str
     name: str
@@ -61,7 +61,7 @@ class Named(NamedTuple):
 
 
 class Class(NamedTuple):
-    """A default class: its name, the elements in it, and classes in it."""
+    """A default class: its name, its elements, and its child classes."""
 
     name: str
     parts: Sequence[Part] = ()
@@ -69,7 +69,7 @@ class Class(NamedTuple):
 
 
 class _Shared(NamedTuple):
-    """Attributes that elements at some places share, and the words that the names of their joints have in common."""
+    """Attributes shared by several elements, the indices of these elements, and the common words of their joints."""
 
     tag: str
     values: Texts
@@ -78,7 +78,7 @@ class _Shared(NamedTuple):
 
 
 class Classes:
-    """The default classes of a robot; ``elements`` share them, ``kept`` are texts that have classes of their own."""
+    """The default classes of a robot for its ``elements``; class names in the verbatim texts ``kept`` are reserved."""
 
     def __init__(self, robot: str, elements: Sequence[Named], kept: Iterable[str]) -> None:
         self._taken = {name for text in kept for name in _CLASS.findall(text)} | {"main"}
@@ -95,7 +95,7 @@ class Classes:
                 self._names |= dict.fromkeys(shared.members, name)
 
     def class_name(self, purpose: str) -> str:
-        """Return the name of the class of geoms (``visual``, ``collision``, ``wheel_collision``) or of frames."""
+        """Return the name of the class for geoms (``visual``, ``collision``, ``wheel_collision``) or for frames."""
         return f"{self.outer}_{purpose}"
 
     def print_classes(self, place: int) -> Markup:
@@ -105,7 +105,7 @@ class Classes:
         return attributes(name=element.name) + attributes(**({"class": name} if name else {}), **own)
 
     def tree(self, used: Collection[str], rolls: bool, groups: Mapping[str, int]) -> Class:
-        """Return the classes: of geoms the ``used`` ones, with ``groups`` by purpose; ``rolls``: some are wheels."""
+        """Return the root class, with classes for the ``used`` purposes and their ``groups``; ``rolls``: has wheels."""
 
         def named(purpose: str, tag: str, values: Texts, classes: Sequence[Class] = ()) -> Class:
             return Class(self.class_name(purpose), [Part(tag, attributes(**values))], classes)
@@ -129,7 +129,7 @@ class Classes:
         return Class(self.outer, (), made)
 
     def _groups(self) -> Iterator[_Shared]:
-        """Yield what elements share that move alike; those of one axis and range alone, where their names say so."""
+        """Yield groups of elements with shared attributes; axis and range only count if the joint names match, too."""
         for members in self._alike(range(len(self._elements)), _SIDE):
             whole, cut = self._shared(members), self._alike(members, ())
             parts = [self._shared(inner) for inner in cut] if len(cut) > 1 else [whole]
@@ -147,14 +147,14 @@ class Classes:
         return list(groups.values())
 
     def _shared(self, members: Sequence[int]) -> _Shared:
-        """Return the attributes that all elements have, in the order of the first one."""
+        """Return the attributes common to all members, in the order of the first one."""
         elements = [self._elements[place] for place in members]
         shared = set.intersection(*(set(one.values.items()) for one in elements))
         common = [pair for pair in elements[0].values.items() if pair in shared and pair[0] not in _OWN]
         return _Shared(elements[0].tag, dict(common), members, _words_of([one.joint for one in elements]))
 
     def _with_joints(self, shared: _Shared) -> str:
-        """Return the class that has all joints of these actuators, and can have them, too; empty if there is none."""
+        """Return the class with all joints of these actuators to which they can be added, or ""."""
         joints = {self._elements[place].joint for place in shared.members}
         for name, (first, *more) in self.shared.items() if shared.tag != "joint" else ():
             known = {self._elements[place].joint for place in first.members}
@@ -170,7 +170,7 @@ class Classes:
         return next(name for name in map(self.class_name, words) if name not in self._taken)
 
     def _saved(self, shared: _Shared) -> int:
-        """Return by how many characters the file gets shorter by a class, or by more in one that is made already."""
+        """Return by how many characters a class, or its addition to an existing class, makes the file shorter."""
         joined = self._with_joints(shared)
         name = joined or self._called(shared)
         size, naming = len(attributes(**shared.values)), len(f' class="{name}"')
@@ -179,7 +179,7 @@ class Classes:
 
 
 def _words_of(names: Sequence[str]) -> str:
-    """Return the words that all names begin and end with; "joint" and numbers only if there is nothing else.
+    """Return the common first and last words of names, without numbers, and without "joint" if there are others.
 
     >>> _words_of(["wrist_1_joint", "wrist_2_joint"]), _words_of(["FL_hip_joint", "FR_hip_joint"])
     ('wrist', 'hip')
@@ -193,7 +193,7 @@ def _words_of(names: Sequence[str]) -> str:
     return "_".join([word for word in words if word != "joint"] or words[:1])
 
 
-# Attributes that name a body; what is called like a link is the body of it.
+# Attributes that refer to a body; names of links are replaced by the names of their bodies.
 _BODIES = ("body", "body1", "body2", "target", "subtree1", "subtree2")
 _NAMED = ("objname", "refname")
 _NAME = re.compile(r' name="([^"]*)"')
@@ -203,27 +203,27 @@ _NAMING = frozenset({*_BODIES, *_GEOMS, "material"})
 
 @lru_cache(maxsize=20_000)
 def place_of(xyz: Vector, rpy: Vector, number: NumberFormat) -> Mapping[str, str]:
-    """Return a position (m) and a unit quaternion (w x y z), each omitted if it has no effect."""
+    """Return ``pos`` (m) and ``quat`` (w x y z), each omitted if it is zero or the identity."""
     quaternion = Pose(xyz, rpy).transform().quaternion()
     made = {"pos": vector(xyz, number)} if any(xyz) else {}
     return made if quaternion == (1, 0, 0, 0) else {**made, "quat": vector(quaternion, number)}
 
 
 class ElementPrinter:
-    """Prints what only a simulation has; ``colours`` are those of links that are seen as their collision shapes."""
+    """Prints elements other than bodies; ``colours`` are materials for links whose collision shapes are visible."""
 
     def __init__(self, robot: Robot, number: NumberFormat, colours: Iterable[Material] = ()) -> None:
         self.robot = robot
         self.number = number
         self.looks = {**robot.material, **{one.name: one for one in colours}}
-        # Geoms that have a name of their own, by the one that their place in the link would give them.
+        # Names of geoms by their default name LINK_PURPOSE_NUMBER, if they differ.
         self.own_names: dict[str, str] = {}
-        # The textures by their names in the description, and the materials that are one of them alone, by its name.
+        # Names of textures by file name in the description, and names of materials that only have a texture.
         self.textures: dict[str, str] = {}
         self.plain: dict[str, str] = {}
 
     def actuator(self, drive: Drive) -> Named:
-        """Return the element of an actuator: its name, what it acts on, its gains, its ranges, all else."""
+        """Return the element of an actuator, with its target, gains, ranges and other attributes."""
         actuator = drive.actuator
         values: dict[str, Attribute] = dict(actuator.targets)
         if drive.joint is not None and drive.in_joint:
@@ -234,7 +234,7 @@ class ElementPrinter:
         return Named(actuator.type, texts.pop("name"), texts, drive.joint.name if drive.joint else "")
 
     def material(self, name: str) -> str:
-        """Return the name of a material in the file, where all begin with that of the robot; empty if it has none."""
+        """Return the name of a material in the MJCF, prefixed with the robot name, or "" if it is not written."""
         material = self.looks.get(name)
         has_look = material and (material.rgba or material.mjcf or is_textured(self.robot, material.texture))
         return f"{self.robot.name}_{name}" if has_look else ""
@@ -249,7 +249,7 @@ class ElementPrinter:
             yield {"name": name, "texture": texture}
 
     def texture(self, file: str) -> str:
-        """Return the name of a texture in the file: that of its image; empty if the file has none."""
+        """Return the name of a texture in the MJCF, derived from its file name, or "" if it is not written."""
         if not is_textured(self.robot, file):
             return ""
         if file not in self.textures:
@@ -258,15 +258,15 @@ class ElementPrinter:
         return self.textures[file]
 
     def look(self, visual: Shape) -> dict[str, str]:
-        """Return the material of a visual, and the colour that it has instead of that of the material."""
+        """Return the ``material`` of a visual, and its ``rgba`` if that differs from the material."""
         material = self.robot.material.get(visual.material) if visual.material else None
         named = self.material(visual.material) if material else ""
-        if named and visual.rgba is None and not visual.texture:  # it looks as its material says
+        if named and visual.rgba is None and not visual.texture:  # nothing overrides the material
             return {"material": named}
         file = self.robot.texture(visual)
         texture = self.texture(file)
         if texture and "material" not in visual.mjcf and not (material and material.texture == file):
-            if texture not in self.plain:  # a material that is a texture alone
+            if texture not in self.plain:  # add a material with only the texture
                 own = [self.material(name) for name in self.looks]
                 self.plain[texture] = bodies.free_name(texture, [*own, *self.plain.values()])
             named = self.plain[texture]
@@ -276,7 +276,7 @@ class ElementPrinter:
         return {**look, "rgba": numbers(own_colour, self.number)} if own_colour else look
 
     def constraint(self, entry: simulation.Entry) -> Part:
-        """Return the element of a constraint; MuJoCo counts both joints of a polynomial from their references."""
+        """Return the element of a constraint; MuJoCo's polynomial is relative to ``ref`` of both joints."""
         known = (self.robot.joint.get(str(entry.values.get(word, ""))) for word in ("joint1", "joint2"))
         first, second = (bodies.reference(joint) if joint else 0.0 for joint in known)
         values = {"name": entry.name, **entry.values}
@@ -290,7 +290,7 @@ class ElementPrinter:
     def mark(self, mark: simulation.Marked) -> Part:
         place = place_of(mark.pose.xyz, mark.pose.rpy, self.number)
         values = {key: value for key, value in mark.values.items() if value is not None}
-        if mark.tag == "light":  # which has no axes but a direction
+        if mark.tag == "light":  # has a direction instead of a rotation
             place = {key: text for key, text in place.items() if key == "pos"}
             value = values.get("dir")
             x, y, z = map(float, value) if isinstance(value, tuple) else (0.0, 0.0, -1.0)
@@ -299,9 +299,9 @@ class ElementPrinter:
         return Part(mark.tag, attributes(name=mark.name, **place) + self.print_values(values))
 
     def touching(self, shape: Shape, purpose: str) -> dict[str, str]:
-        """Return the attributes of how a shape touches, and those that the language has no word for."""
+        """Return the contact attributes of a shape, and the attributes in its ``mjcf`` section."""
         contact = shape.contact.values if shape.contact is not None and purpose == "collision" else {}
-        bits = {word: contact.get(word) for word in bodies.BITS}  # first in the element
+        bits = {word: contact.get(word) for word in bodies.BITS}  # contact bits come first
         return self.texts({**bits, **contact, **shape.mjcf})
 
     def print_values(self, values: Values) -> Markup:
@@ -329,11 +329,11 @@ class ElementPrinter:
 
 
 class SensorElements(NamedTuple):
-    """What sensors are made of; ``kept`` are the elements of ``mjcf`` that are not among the ``sensors``."""
+    """The MJCF elements of sensors; ``kept`` are the verbatim elements of the robot that are not ``sensors``."""
 
     of_bodies: dict[str, list[Part]]
     sensors: list[Part]
-    sections: list[tuple[str, str]]  # the section of the file, and a text
+    sections: list[tuple[str, str]]  # MJCF section and verbatim text
     kept: list[str]
     diagnostics: list[Diagnostic]
 
@@ -341,7 +341,7 @@ class SensorElements(NamedTuple):
 def sensor_elements(
     robot: Robot, templates: Templates, printer: ElementPrinter, order: Sequence[str]
 ) -> SensorElements:
-    """Return what the sensors of a robot are in MJCF, those in ``order`` first. Raises TemplateProblem."""
+    """Return the MJCF elements of the sensors of a robot, those in ``order`` first. Raises TemplateProblem."""
     made, number = SensorElements({}, [], [], list(robot.mjcf), []), printer.number
     for sensor, part in [(one, part) for one in robot.sensors for part in one.simulated]:
         place = place_of(part.pose.xyz, part.pose.rpy, number) if part.pose is not None else {}
@@ -363,7 +363,7 @@ def sensor_elements(
             of_body.append(Part(part.element, attributes(**{"name": part.name, **place, **more}), around))
         elif part.kind == simulation.SENSOR_ELEMENT:
             at = {"objtype": "site", "objname": part.site} if part.element.startswith("frame") else {"site": part.site}
-            without = [name for name, value in part.attributes.items() if value is None]  # such as clock without a site
+            without = [name for name, value in part.attributes.items() if value is None]  # such as the site of a clock
             values = {name: value for name, value in {"name": part.name, **at}.items() if name not in without}
             made.sensors.append(Part(part.element, attributes(**{**values, **more})))
             if part.pose is not None:
@@ -371,7 +371,7 @@ def sensor_elements(
     if not order:
         return made
     made.kept.clear()
-    for text in robot.mjcf:  # its sensors are then among the first
+    for text in robot.mjcf:  # move its sensors to ``sensors``
         found = found_in(text)
         if found and all(one.tags[0] == "sensor" and len(one.tags) <= 2 for one in found):
             made.sensors.extend(Part(one.tags[1], attributes(**one.attributes)) for one in found if len(one.tags) == 2)

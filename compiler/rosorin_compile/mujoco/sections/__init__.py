@@ -1,9 +1,8 @@
-"""The sections of simulators that other formats can express in part, actuators and constraints, and rules about them.
+"""The sections ``actuators`` and ``constraints``, and rules about simulation values.
 
-The words of the language become the attributes of MuJoCo's elements; what they name (links, joints, sites) stays the
-name that the description has for it. Each section has a folder with its piece of the schema. Actuators act on one
-thing, and have the attributes that MuJoCo knows of their type. Numbers that do not fit together are left to MuJoCo,
-which refuses to load the MJCF.
+Keys become attributes of MuJoCo elements, with references (links, joints, sites) unchanged. The schema of each section
+is in its folder. An actuator has one target and the attributes that MuJoCo allows for its type. MuJoCo itself checks
+whether the numbers are consistent when it loads the MJCF.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from rosorin_compile.source.tree import Path, value_at
 
 TARGETS = {"joint": "joint", "joint_in_parent": "jointinparent", "tendon": "tendon", "site": "site"}
 TARGETS |= {"reference_site": "refsite", "slider_site": "slidersite", "crank_site": "cranksite", "body": "body"}
-"""What an actuator acts on: the word of the language, and that of MuJoCo."""
+"""MuJoCo's attribute for each key that can be the target of an actuator."""
 
 
 def _actuators(tree: Mapping[str, Any], _: Problem) -> tuple[Actuator, ...]:
@@ -56,7 +55,7 @@ def _set(words: str) -> frozenset[str]:
     return frozenset(words.split())
 
 
-# Words of all actuators, and of those that drive by a transmission.
+# Attributes of all actuators, and of actuators with a transmission.
 _ALL = _set("name group nsample interp delay ctrlrange user")
 _DRIVEN = _ALL | _set(
     "ctrllimited forcelimited forcerange lengthrange gear damping armature cranklength joint jointinparent tendon"
@@ -86,14 +85,14 @@ WORDS: Mapping[str, frozenset[str]] = {
         "forcelimited forcerange",
     ),
 }
-"""The attributes that MuJoCo knows of each type of actuators."""
+"""The attributes that MuJoCo allows for each type of actuator."""
 
 _OF_US = {"kp": "kp", "kv": "kv", "dampratio": "damping_ratio", "gear": "gear", "forcerange": "force"}
 _LACKING = {"position": "kp", "velocity": "kv", "damper": "kv", "intvelocity": "kp", "orientation": "kp", "pid": "kp"}
 
 
 class Driver(NamedTuple):
-    """An actuator, its name in messages, its path, and the joint whose entry it is part of."""
+    """An actuator, its name in messages, its path, and the joint in whose entry it is defined, or None."""
 
     actuator: Actuator
     called: str
@@ -102,7 +101,7 @@ class Driver(NamedTuple):
 
 
 def drivers(case: Case) -> Iterator[Driver]:
-    """Yield every actuator of a robot: those of joints that move, and those of the section."""
+    """Yield every actuator of a robot, in the entries of moving joints and in ``actuators``."""
     for joint in case.robot.joints:
         if joint.actuator is not None and joint.moves:
             yield Driver(joint.actuator, f'the actuator of joint "{joint.name}"', case.joint(joint, "actuator"), joint)
@@ -117,7 +116,7 @@ def drivers(case: Case) -> Iterator[Driver]:
     SIMULATED,
 )
 def targets(case: Case) -> Iterator[Diagnostic]:
-    """Actuators of the section that do not act on one thing."""
+    """Report actuators without exactly one valid target."""
     for actuator in case.robot.actuators:
         if wrong := _target(actuator):
             path: Path = ("actuators", actuator.name)
@@ -147,7 +146,7 @@ def _target(actuator: Actuator) -> tuple[str, str] | None:
     SIMULATED,
 )
 def words(case: Case) -> Iterator[Diagnostic]:
-    """Actuators with words of another type, or without a gain that MuJoCo would take for 1."""
+    """Report actuator keys that the type does not allow, and missing gains, for which MuJoCo would use 1."""
     for actuator, called, path, joint in drivers(case):
         kind, of_type = actuator.type, f"{called} is of type {actuator.type}"
         values: dict[str, object] = {"kp": actuator.kp is not None, "kv": actuator.kv}
@@ -171,7 +170,7 @@ def words(case: Case) -> Iterator[Diagnostic]:
 
 
 _CONDIMS = (1, 3, 4, 6)
-# Words of MuJoCo whose two numbers are the smallest and the largest one.
+# Keys and attributes with a lower and an upper value.
 _RANGES = ("range", "force", "actrange", "lengthrange", "velrange", "ffrange", "posrange", "actuatorfrcrange")
 _SIZES = ("damping", "friction", "armature", "stiffness", "kp", "kv", "damping_ratio")
 
@@ -183,7 +182,7 @@ _SIZES = ("damping", "friction", "armature", "stiffness", "kp", "kv", "damping_r
     SIMULATED,
 )
 def ranges(case: Case) -> Iterator[Diagnostic]:
-    """Empty ranges of actuators and joints."""
+    """Report empty ranges of actuators and joints."""
     for (entry, path, called), key in product(_entries(case), _RANGES):
         for ends, place in ((entry.get(key), path), ((entry.get("mjcf") or {}).get(key), (*path, "mjcf"))):
             if isinstance(ends, list) and len(ends) == 2 and not ends[0] < ends[1]:
@@ -204,7 +203,7 @@ def _entries(case: Case) -> Iterator[tuple[Mapping[str, Any], Path, str]]:
 
 @Check
 def negative(case: Case) -> Iterator[Diagnostic]:
-    """Sizes below zero (dynamics-negative) besides those of joints."""
+    """Report negative values (dynamics-negative) that the rules for joints do not cover."""
     for (entry, path, called), key in product(_entries(case), _SIZES):
         value, is_in_joint = entry.get(key, 0.0), path[0] == "joints" and len(path) > 2
         if isinstance(value, (int, float)) and value < 0 and (key == "damping_ratio" or not is_in_joint):
@@ -219,7 +218,7 @@ def negative(case: Case) -> Iterator[Diagnostic]:
     SIMULATED,
 )
 def contacts(case: Case) -> Iterator[Diagnostic]:
-    """Contacts that MuJoCo would refuse or read as something else."""
+    """Report contact values that MuJoCo would reject or misinterpret."""
     shapes = (
         (link.name, index) for link in case.robot.links for index, one in enumerate(link.collision) if one.contact
     )
@@ -238,7 +237,7 @@ def contacts(case: Case) -> Iterator[Diagnostic]:
                 yield case.problem("contact-value", message, (*path, *key), "write it without the sign")
 
 
-# The numbers of the speed and of the position of a joint of several coordinates.
+# Lengths of qvel and qpos for joints with several coordinates.
 _SPEEDS = {"planar": 3, "floating": 6, "ball": 3}
 _POSITIONS = {"planar": 3, "floating": 7, "ball": 4}
 _STATELESS = ("position", "velocity", "motor", "damper", "adhesion")
@@ -251,7 +250,7 @@ _STATELESS = ("position", "velocity", "motor", "damper", "adhesion")
     SIMULATED,
 )
 def keys(case: Case) -> Iterator[Diagnostic]:
-    """Report lists of poses whose length MuJoCo would refuse."""
+    """Report lists in poses with a length that MuJoCo would reject."""
     if not case.robot.poses:
         return
     joints, captured = case.robot.joints, sum(link.mjcf.get("mocap") is True for link in case.robot.links)
@@ -273,7 +272,7 @@ def keys(case: Case) -> Iterator[Diagnostic]:
                 yield case.problem("key-length", message, path, "give one for each, in MuJoCo's order", key=True)
 
 
-# What a constraint of each type connects, and its other keys.
+# What each type of constraint connects, and its other keys.
 _ENDS = {"connect": ("links", "sites"), "weld": ("links", "sites"), "joint": ("joints",)}
 _KEYS = {"connect": ("at",), "weld": ("at", "xyz", "rpy", "torque_scale"), "joint": ("polynomial",)}
 _KEYS_OF_ALL = ("type", "active", "solref", "solimp", "source")
@@ -287,7 +286,7 @@ _KEYS_OF_ALL = ("type", "active", "solref", "solimp", "source")
     SIMULATED,
 )
 def constraints(case: Case) -> Iterator[Diagnostic]:
-    """Constraints that MuJoCo would not build."""
+    """Report constraints that MuJoCo would reject."""
     turning = several(case)
     for name, entry in (case.tree.get("constraints") or {}).items():
         for index, joint in enumerate(entry.get("joints") or ()):
@@ -302,7 +301,7 @@ def constraints(case: Case) -> Iterator[Diagnostic]:
 
 
 def _wrong_constraint(entry: Mapping[str, object]) -> tuple[str, ...] | None:
-    """Return what is wrong with a constraint, what to do, and the key; or None."""
+    """Validate a constraint and return the message, the help and the key of an error, or None."""
     kind = str(entry["type"])
     known, ends = (*_ENDS[kind], *_KEYS[kind], *_KEYS_OF_ALL), [key for key in _ENDS[kind] if key in entry]
     if extra := next((key for key in entry if key not in known), ""):

@@ -1,6 +1,6 @@
-"""The data of the page of a robot: the model as plain data (``schemas/page.schema.json``).
+"""Convert a robot to the JSON data of its page (``schemas/page.schema.json``).
 
-A URDF would not do: it lacks the frames that others publish, and what sensors see.
+A URDF is not sufficient, because it lacks frames of other nodes and the fields of view of sensors.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def _rows(grid: model.HeightMap) -> list[list[float]]:
 
 
 def robot_data(robot: Robot) -> Data:
-    """Return a robot as the page draws it: metres, radians, kg; the meshes that it names are the caller's to add."""
+    """Return the data of a robot (m, rad, kg); the caller must add its meshes."""
     return {
         "name": robot.name,
         "root": robot.root,
@@ -57,9 +57,9 @@ def robot_data(robot: Robot) -> Data:
 
 
 def before_data(robot: Robot, shapes: Mapping[tuple[str, str], Sequence[Shape]], at: Pose) -> Data:
-    """Return the old robot as the page draws it under the new one: ``shapes`` by link and purpose, no others.
+    """Return the data of the old robot that the page draws under the new one, with only the given ``shapes``.
 
-    ``at`` is the pose of its root in the root of the new one.
+    ``shapes`` are by link and purpose; ``at`` is the pose of the old root in the new root.
     """
     return {
         "root": robot.root,
@@ -99,7 +99,7 @@ def _shape(shape: Shape) -> Data:
 
 def _colour(robot: Robot, shape: Shape) -> Data:
     rgba, texture = robot.colour(shape), robot.texture(shape)
-    shown = {} if rgba is None else {"rgba": [min(max(part, 0.0), 1.0) for part in rgba]}  # told where it is not so
+    shown = {} if rgba is None else {"rgba": [min(max(part, 0.0), 1.0) for part in rgba]}  # a rule reports others
     return shown | ({"texture": texture} if texture else {})
 
 
@@ -122,7 +122,7 @@ def _joint(robot: Robot, joint: Joint) -> Data:
 
 
 def _situations(robot: Robot) -> list[Data]:
-    """Return the trees of frames with the modes in which each holds; the first one holds for all other modes."""
+    """Return the trees of frames with the modes in which each is valid; the first one is valid for all other modes."""
     try:
         trees: Sequence[Tree] = frame_trees(robot, {})
     except TooMany:

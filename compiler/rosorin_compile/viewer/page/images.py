@@ -1,9 +1,8 @@
-"""The meshes and images of a page, and the files that a mesh names: its materials and their images.
+"""Add meshes and images to a page, with the files that a mesh refers to (materials and their images).
 
-A mesh may come from strangers, and so do the names in it. A file that it names is shown only if its first bytes are
-those of an image that a browser reads, or if it holds the materials of an OBJ, and if it is in the project or the
-package of the mesh: a page is sent to others, and the author of a mesh must not choose which files of this machine are
-in it.
+A mesh may be untrusted, and a page is shared with others, so a mesh must not be able to add arbitrary files of this
+machine to the page. A file that it refers to must be an image that browsers support, according to its first bytes, or
+the materials of an OBJ, and it must be in the project or the package of the mesh.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ from rosorin_compile.source.project import DESCRIPTIONS
 
 Data = dict[str, Any]
 
-# What the loaders of the page read, by file extension.
+# Files that the loaders of the page support, by file extension.
 MESHES: Mapping[str, str] = {".stl": "stl", ".obj": "obj", ".dae": "dae", ".glb": "glb"}
 _BYTES, _MATERIALS = "application/octet-stream", "text/plain"
 _MAGIC = {
@@ -33,9 +32,9 @@ _MAGIC = {
     "image/gif": re.compile(rb"GIF8[79]a"),
     "image/bmp": re.compile(rb"BM"),
 }
-_HEAD = 16  # bytes of an image
-_LARGEST = 1_000_000  # bytes of materials
-MAX_MEGABYTES = 40  # of all meshes and images of a page, unless another limit is set
+_HEAD = 16  # bytes that identify the type of an image
+_LARGEST = 1_000_000  # bytes of a material file
+MAX_MEGABYTES = 40  # default limit for all meshes and images of a page
 _LIBRARY = re.compile(rb"^[ \t]*mtllib[ \t]+([^\r\n]+)", re.MULTILINE)
 _MAP = re.compile(r"^[ \t]*map_Kd[ \t]+(.+?)[ \t]*$", re.MULTILINE | re.IGNORECASE)
 _OPTION = re.compile(r"-[a-z]+(?:[ \t]+(?:[-+.0-9e]+|on|off))*[ \t]+", re.IGNORECASE)
@@ -44,7 +43,7 @@ _IMAGE = re.compile(rb"<init_from>\s*(?:<ref>)?\s*([^<]+?)\s*<")
 
 
 class Side(NamedTuple):
-    """A file that belongs to a mesh: its name there, where it is, and its type."""
+    """A file that belongs to a mesh: its name in the mesh, its path, and its type."""
 
     name: str
     file: Path
@@ -52,9 +51,9 @@ class Side(NamedTuple):
 
 
 class Embedding:
-    """Meshes and images embedded in a page, up to a total size; ``left`` has the reasons for missing ones.
+    """Embeds meshes and images in a page, up to a total size; ``left`` has the reasons for missing files.
 
-    A file that several robots of a page share is embedded, and counted, once for each of them.
+    A file that several robots on a page use is embedded and counted once for each robot.
     """
 
     def __init__(self, megabytes: float | None) -> None:
@@ -63,7 +62,7 @@ class Embedding:
         self.left: dict[str, str] = {}
 
     def put(self, name: str, file: Path, kind: str) -> Data:  # noqa: ARG002
-        """Return the content of a file, if there is room for it."""
+        """Return the entry of a file with its content, unless that exceeds the total size."""
         try:
             content = files.read_bytes(file)
         except OSError as problem:
@@ -74,16 +73,16 @@ class Embedding:
         return {"data": b64encode(content).decode("ascii")}
 
     def missing(self, name: str, why: str) -> Data:
-        """Return the entry of a file that is not in the page."""
+        """Return the entry of a missing file, and record the reason."""
         self.left[name] = why
         return {"missing": why}
 
 
 class Serving:
-    """Meshes and images that a server has, each at a number that the page requests.
+    """Serves meshes and images at numbered URLs.
 
-    ``numbers`` has those of files that were shown before, so that an older page finds its own; new ones are added. What
-    follows "?" distinguishes the versions of a file: a page reads again only what has changed.
+    ``numbers`` is updated and keeps the numbers of earlier files, so that an older page can still load them. The query
+    string is the version of a file, so that a page only reloads changed files.
     """
 
     def __init__(self, numbers: dict[Path, str]) -> None:
@@ -91,18 +90,18 @@ class Serving:
         self.files: dict[str, tuple[Path, str]] = {}
 
     def put(self, name: str, file: Path, kind: str) -> Data:  # noqa: ARG002
-        """Return the address of a file."""
+        """Return the entry of a file with its URL."""
         number = self.numbers.setdefault(file, str(len(self.numbers)))
         self.files[number] = file, kind
         return {"url": f"mesh/{number}?{''.join(f'{part:x}' for part in files.version(file) or (0,))}"}
 
     def missing(self, name: str, why: str) -> Data:  # noqa: ARG002
-        """Return the entry of a file that is not shown."""
+        """Return the entry of a missing file."""
         return {"missing": why}
 
 
 def tables(robot: Robot, found: Mapping[str, Path], store: Embedding | Serving) -> Data:
-    """Return the tables of meshes and textures of a robot by name; ``found`` are the files by name."""
+    """Return the entries of the meshes and textures of a robot by name; ``found`` are paths by name."""
     meshes, textures = mesh_table([*mesh_names(robot)], found, store), Data()
     for name in texture_names(robot):
         image = found.get(name)
@@ -115,7 +114,7 @@ def tables(robot: Robot, found: Mapping[str, Path], store: Embedding | Serving) 
 
 
 def mesh_table(names: Sequence[str], found: Mapping[str, Path], store: Embedding | Serving) -> Data:
-    """Return the table of meshes of these names; ``found`` are the files by name."""
+    """Return the entries of meshes by name; ``found`` are paths by name."""
     meshes = Data()
     for number, name in enumerate(names):
         Progress.step("reading meshes", number, len(names))
@@ -136,19 +135,19 @@ def mesh_table(names: Sequence[str], found: Mapping[str, Path], store: Embedding
 
 
 def texture_names(robot: Robot) -> Iterator[str]:
-    """Yield the names of the images that the visuals have, each once, in the order of the description."""
+    """Yield the names of the images of visuals, without duplicates, in the order of the description."""
     visuals = (shape for link in robot.links for shape in link.visual)
     yield from dict.fromkeys(name for shape in visuals if (name := robot.texture(shape)))
 
 
 def mesh_names(robot: Robot) -> Iterator[str]:
-    """Yield the names of the meshes that the page draws, each once, in the order of the description."""
+    """Yield the names of the meshes that the page shows, without duplicates, in the order of the description."""
     shapes = (shape for link in robot.links for shape in (*link.visual, *link.collision))
     yield from dict.fromkeys(shape.geometry.file for shape in shapes if isinstance(shape.geometry, Mesh))
 
 
 def image_type(file: Path) -> str:
-    """Return the type of an image that a browser reads; empty for another file."""
+    """Return the type of an image that browsers support, or "" for any other file."""
     with suppress(OSError):
         head = files.read_bytes(file, _HEAD)
         return next((kind for kind, magic in _MAGIC.items() if magic.match(head)), "")
@@ -156,7 +155,7 @@ def image_type(file: Path) -> str:
 
 
 def companions(mesh: Path) -> tuple[list[Side], dict[str, str]]:
-    """Return the files that belong to a mesh, and the images that it names in vain, with the reason."""
+    """Return the files that belong to a mesh, and the images that cannot be used, with the reason."""
     try:
         content = files.read_bytes(mesh) if mesh.suffix.lower() in (".dae", ".obj") else b""
     except OSError:
@@ -185,9 +184,9 @@ def companions(mesh: Path) -> tuple[list[Side], dict[str, str]]:
 
 
 def _homes(mesh: Path) -> list[Path]:
-    """Return the folders that files of a mesh may be in: its project, or its package, or the folder above ``meshes``.
+    """Return the folders where files of a mesh can be: its project, its package, or the parent folder of ``meshes``.
 
-    Without any of them its own folder. Where the mesh is a link, also those of the file.
+    The default is the folder of the mesh. If the mesh is a symlink, the folders of its target are included.
     """
     found = []
     for file in dict.fromkeys((files.resolve(mesh.parent) / mesh.name, files.resolve(mesh))):
@@ -199,14 +198,14 @@ def _homes(mesh: Path) -> list[Path]:
 
 
 def _is_in(file: Path, homes: list[Path]) -> bool:
-    """Return True if a file is in one of some folders, with links resolved."""
+    """Return True if a file is in one of the folders, with symlinks resolved."""
     with suppress(OSError, RuntimeError, ValueError):
         return any(files.resolve(file).is_relative_to(home) for home in homes)
     return False
 
 
 def _relative(mesh: Path, name: str) -> Path | None:
-    """Return the file that a name in a mesh refers to, or None for a name that is not relative."""
+    """Return the path for a name in a mesh, or None if the name is not relative."""
     if not name or name.startswith("/") or "://" in name or "\0" in name:
         return None
     return mesh.parent / name.replace("\\", "/")

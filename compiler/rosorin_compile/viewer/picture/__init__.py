@@ -1,1 +1,1 @@
-"""Pictures of a robot without a browser: the camera, colours and light of the ``view`` page, by numpy alone."""
+"""Draw pictures of a robot without a browser, with the camera, colours and light of the ``view`` page."""

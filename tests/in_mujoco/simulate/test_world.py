@@ -65,7 +65,7 @@ def test_what_an_actuator_is_is_read_from_its_gain_and_bias(mujoco: Any) -> None
     targets = {one.joint: one.targets for one in world.actuators if one.kind != FORCE}
     assert targets["position"] == pytest.approx((-0.5, 0.7))
     assert targets["geared"] == pytest.approx((-0.5, 1.5))
-    assert targets["unlimited"] is None
+    assert targets["unlimited"] == ()
     assert targets["velocity"] == pytest.approx((-6, 6))
     assert targets["damper"] == pytest.approx((-4, 8))  # 4 * 10 / 2, through a gear of 5
     found = {joint.name: ends for joint, ends in swept_joints(world)}

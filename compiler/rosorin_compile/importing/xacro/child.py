@@ -32,6 +32,7 @@ Place = tuple[int, int, int]  # file number, offset in its text, number of the m
 
 MAX_MEMORY = 8 << 30  # bytes
 _GRACE = 2  # seconds of CPU time to report the position before the kernel ends the process
+_PR_SET_PDEATHSIG = 1  # include/uapi/linux/prctl.h: which signal a process gets when its parent ends
 MARK = "rosorin_place"
 CALL = "rosorin-call"  # the element around a macro call in a generated text
 
@@ -82,7 +83,7 @@ def main(run: Callable[[dict[str, Any]], dict[str, Any]] = lambda request: Expan
 
 
 def _limit(seconds: float) -> None:
-    """Limit the memory and CPU time (s) of the process if the system supports it."""
+    """Limit the memory and CPU time (s) of the process, and end it with its parent, if the system supports it."""
 
     def end(*_: object) -> None:
         raise OutOfTime
@@ -97,6 +98,10 @@ def _limit(seconds: float) -> None:
     with suppress(AttributeError, OSError):  # not on Windows
         signal.signal(signal.SIGPROF, end)
         signal.setitimer(signal.ITIMER_PROF, seconds)
+    with suppress(ImportError, OSError, AttributeError):  # Linux
+        import ctypes
+
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 class Expansion:

@@ -294,10 +294,9 @@ def against_kind(name: str, kind: Kind | None, values: Mapping[str, Any]) -> Ite
 
 def _unknown(name: str, kind: Kind, key: str, values: Mapping[str, Any], of_others: Key | None) -> Iterator[Finding]:
     """Report that a kind does not have a key; ``of_others`` is the key in other distributions."""
-    severity = ERROR
-    unset = kind.like(key) - values.keys()  # a key that the file sets as well is no candidate
-    close = difflib.get_close_matches(key, unset, n=1, cutoff=_SIMILAR)
-    help = Suggestion(key, unset, instead=REMOVE) if kind.complete else suggest(close[0]) if close else ""
+    names, severity = kind.like(key), ERROR
+    close = difflib.get_close_matches(key, names - values.keys(), n=1, cutoff=_SIMILAR)
+    help = Suggestion(key, names, instead=REMOVE) if kind.complete else suggest(close[0]) if close else ""
     if of_others is not None:
         others = phrase(map(str.capitalize, of_others.only))
         message = f'{name} of {kind.distribution.capitalize()} has no key "{key}"; it is one of {others}'

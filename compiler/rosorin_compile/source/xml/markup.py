@@ -118,7 +118,10 @@ class Attribute(NamedTuple):
     @property
     def span(self) -> Span:
         document = self.element.document
-        return document.whole or document.span(self.start, len(self.raw))
+        if document.whole is not None:
+            return document.whole
+        start, end = self._match().span(3)
+        return document.span(start, end - start)
 
     @property
     def name_span(self) -> Span:
@@ -126,10 +129,11 @@ class Attribute(NamedTuple):
         return document.whole or document.span(self.name_start, len(self.name))
 
     def words(self) -> list[Word]:
-        whole = self.element.document.whole
-        if whole is not None:
-            return [Word(word, whole) for word in self.value.split()]
-        return self.element.document.words(self.raw, self.value, self.start, self.span)
+        document = self.element.document
+        if document.whole is not None:
+            return [Word(word, document.whole) for word in self.value.split()]
+        match = self._match()
+        return document.words(match[3], self.value, match.start(3), self.span)
 
 
 class Remark(NamedTuple):

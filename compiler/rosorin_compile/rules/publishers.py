@@ -33,15 +33,14 @@ Combination = Mapping[str, bool]
 def legal(case: Case) -> Iterator[Diagnostic]:
     """Report conditions that are invalid, name an unknown mode or are never true, and edges without a publisher."""
     names = [publisher.name for publisher in case.robot.publishers]
-    known = f"add publisher: NAME, where NAME is one of {', '.join(names)}" if names else ""
-    known = f"add publisher: {names[0]}" if len(names) == 1 else known
+    choice = f"NAME, where NAME is one of {', '.join(names)}" if len(names) > 1 else "".join(names)
     for index, edge in enumerate(case.robot.edges):
         problem = _condition(case, index, edge)
         if problem is not None:
             yield problem
         if edge.publisher.kind == UNPUBLISHED and not edge.joint:
             message = f"no node publishes the edge {edge.parent} -> {edge.child}"
-            help = known or "declare a node in publishers: publisher: NAME"
+            help = f"add publisher: {choice}" if names else "declare a node in publishers: publisher: NAME"
             yield case.problem("unpublished-edge", message, ("edges", index, "child"), help)
 
 

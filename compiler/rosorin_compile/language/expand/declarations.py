@@ -33,6 +33,10 @@ _PARAMETER_KINDS = {"type": str, "min": float, "max": float}
 FILE_KEYS = ("rosorin_compile", "help", "let", "parts", "sensor_types")
 _PART_KEYS = ("help", "params", "let", "use")
 _USE_KINDS = {"part": str, "with": Map, "prefix": str, "parent": str, "content": Map}
+_CONTROLS = {
+    "for": "a loop goes inside the entry that it repeats",
+    "if": "a condition goes inside the entry that it applies to",
+}
 _USE_KEYS = ("part", "with", "prefix", "parent", "xyz", "rpy", "mirror", "content", "source")
 
 
@@ -213,7 +217,7 @@ def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope)
     good = True
     for section in sections:
         entries = tree.get(section)
-        for control, what in (("for", "loop"), ("if", "condition")):
+        for control, what in _CONTROLS.items():
             if not isinstance(entries, Map) or control not in entries:
                 continue
             value = entries[control]
@@ -225,7 +229,7 @@ def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope)
             if is_control:
                 place = Place(entries.key_spans[control], scope.via or entries.via)
                 help = f"write NAME: {{{control}: ..., ...}}"
-                message = f'"{control}" is not an entry of {owner}{section}: write a {what} inside the entry it is for'
+                message = f'"{control}" is not an entry of {owner}{section}: {what}'
                 scope.report("wrong-type", message, place, help)
                 good = False
     return good

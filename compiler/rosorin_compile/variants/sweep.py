@@ -55,8 +55,8 @@ def sweep(
     """Compile a description with the arguments of each variant, without writing files.
 
     Args:
-        variants: A CSV or YAML file or a folder as in ``sweep --over``, a mapping from names to arguments, an iterable of
-            (name, arguments), or an iterable of arguments that include ``name``.
+        variants: A CSV or YAML file or a folder as in ``sweep --over``, a mapping from names to arguments, an
+            iterable of (name, arguments), or an iterable of arguments that include ``name``.
         arguments: Arguments of all variants; a variant can override them.
         client: A ``distributed.Client`` on whose cluster the variants are compiled.
 

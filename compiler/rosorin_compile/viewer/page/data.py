@@ -1,6 +1,6 @@
 """Convert a robot to the JSON data of its page (``schemas/page.schema.json``).
 
-A URDF is not sufficient, because it lacks frames of other nodes and the fields of view of sensors.
+A URDF is not sufficient, because it lacks the frames of other ROS nodes and the fields of view of sensors.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def _rows(grid: model.HeightMap) -> list[list[float]]:
 
 
 def robot_data(robot: Robot) -> Data:
-    """Return the data of a robot (m, rad, kg); the caller must add its meshes."""
+    """Convert a robot to JSON data for its page (m, rad, kg); the caller adds the meshes."""
     return {
         "name": robot.name,
         "root": robot.root,
@@ -57,9 +57,9 @@ def robot_data(robot: Robot) -> Data:
 
 
 def before_data(robot: Robot, shapes: Mapping[tuple[str, str], Sequence[Shape]], at: Pose) -> Data:
-    """Return the data of the old robot that the page draws under the new one, with only the given ``shapes``.
+    """Convert the old robot, which the page draws under the new robot with only these ``shapes``, to JSON data.
 
-    ``shapes`` are by link and purpose; ``at`` is the pose of the old root in the new root.
+    The keys of ``shapes`` are (link, purpose); ``at`` is the pose of the old root link in the new root link.
     """
     return {
         "root": robot.root,
@@ -122,7 +122,7 @@ def _joint(robot: Robot, joint: Joint) -> Data:
 
 
 def _situations(robot: Robot) -> list[Data]:
-    """Return the trees of frames with the modes in which each is valid; the first one is valid for all other modes."""
+    """Return the trees of frames with the modes in which each is valid; the first is valid in all other modes."""
     try:
         trees: Sequence[Tree] = frame_trees(robot, {})
     except TooMany:

@@ -71,14 +71,14 @@ def write(imported: Imported, wanted: Outputs, schema: str = "", split: bool | N
 
 
 def lines_of(tree: Mapping[str, Any]) -> int:
-    """Count the lines of YAML that some sections of a description take."""
+    """Count the lines of the YAML text for ``tree``, a mapping with sections of a description."""
     return layout({key: document_value(tree, value, (key,)) for key, value in tree.items()}).count("\n")
 
 
 def document_value(
     tree: Mapping[str, Any], value: Any, path: Path, packages: Mapping[str, FilePath] = MappingProxyType({})
 ) -> Any:
-    """Convert the value at ``path`` of a description for ``layout``: drop defaults, sort keys, format numbers."""
+    """Prepare the value at ``path`` of a description for writing as YAML: drop defaults, sort keys, format numbers."""
     if isinstance(value, (list, tuple)):
         return [document_value(tree, item, (*path, index), packages) for index, item in enumerate(value)]
     if isinstance(value, str):
@@ -105,7 +105,7 @@ def _in_packages(text: str, packages: Mapping[str, FilePath]) -> str:
 
 
 def plain_value(value: Any) -> Any:
-    """Format the numbers in a nested value for ``layout``; keep all keys and their order."""
+    """Prepare a nested value for writing as YAML: format the numbers, keep all keys and their order."""
     if isinstance(value, Mapping):
         return {key: plain_value(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
@@ -350,7 +350,7 @@ def number(value: float, angle: str = "") -> Verbatim:
 
 
 def in_degrees(value: float, unit: str) -> str:
-    """Format radians in degrees with at most two decimals, or return "" if that is not exactly the same double."""
+    """Format an angle (rad) in degrees with at most two decimals, or return "" if the text is not exact."""
     degrees = math.degrees(value)
     for decimals in _DECIMALS if abs(degrees) < _MAX_DEGREES else ():
         text = f"{exact(round(degrees, decimals))} {unit}"

@@ -332,7 +332,7 @@ def _report(folder: Path, imported: Imported, trip: RoundTrip, files: Mapping[st
 
 
 def _report_parts(trip: RoundTrip) -> list[str]:
-    """Return the report lines about the parts and their number of uses, and about a changed order of joints."""
+    """Return the report lines about parts with their number of instances, and about a changed order of joints."""
     tree = trip.shown.whole
     bodies = [tree, *(tree.get("parts") or {}).values()]
     uses = Counter(use["part"] for body in bodies for use in (body.get("use") or {}).values())
@@ -352,7 +352,7 @@ def _texts(node: Any) -> Iterator[str]:
 
 
 def _package_at(folder: Path, source: Path) -> _Package:
-    """Return the ROS package in ``folder``. Raises RequestError if none, or if ``source`` is outside of it."""
+    """Return the ROS package in ``folder``. Raises RequestError if this is no package with ``source``."""
     if not is_folder(folder):
         raise RequestError(f"{folder} is not a folder; --into names the folder of a ROS package")
     found = package_of(folder)
@@ -405,7 +405,7 @@ def _write_into(
 
 
 def _lines_to_add(package: _Package, description: str, test: str, files: Mapping[str, str]) -> Iterator[str]:
-    """Yield the lines that install a description and run its test, grouped by the file to add them to."""
+    """Yield the lines that the user must add to the ROS package to install the description and run its test."""
     depends = "ament_cmake_pytest"
     install = [
         "install(DIRECTORY descriptions DESTINATION share/${PROJECT_NAME})",

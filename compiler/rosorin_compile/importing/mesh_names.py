@@ -98,7 +98,7 @@ def _names(base: Path, relative: Sequence[str], files: Mapping[str, Path]) -> tu
 
 
 def _packages(files: Mapping[str, Path], here: Path) -> dict[str, str]:
-    """Return the folders of ROS packages in ``files`` by package, unless the package can be found from ``here``."""
+    """Return the folder of each ROS package in ``files`` that cannot be found from ``here``, by package name."""
     near, found = Packages({}, os.environ, here / Description.ROOT_FILE), dict[str, str]()
     for name, file in files.items():
         package, _, path = name.partition("://")[2].lstrip("/").partition("/")

@@ -42,7 +42,7 @@ class Merged(NamedTuple):
 
 
 def record_of(files: Mapping[str, str], words: Iterable[str]) -> dict[str, str]:
-    """Return the text of each record by file name; ``words`` is the command line of the import."""
+    """Return the record (unedited copy) of each description file by name; ``words`` is the import command line."""
     made = {f"{name}{ENDING}": text for name, text in files.items()}
     root = f"{Description.ROOT_FILE}{ENDING}"
     if root in made:
@@ -188,7 +188,7 @@ def _merge_texts(base: str, ours: str, theirs: str, source: str, keep_ours: bool
 
 
 def remove(folder: Path, merged: Merged) -> None:
-    """Delete files that the source no longer produces, unless they changed since they were read. Raises OSError."""
+    """Delete the files ``merged.removed``, unless they changed since they were read. Raises OSError."""
     for name in merged.removed:
         path = folder / name
         if is_record(name) or path.read_bytes() == merged.before[name].encode():

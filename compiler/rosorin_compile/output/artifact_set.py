@@ -148,7 +148,7 @@ def encode(name: str, text: str | bytes) -> bytes:
 def _update(
     shown: Path, folder: Path, contents: dict[str, bytes], prune: bool, judge: Judge | None, durable: bool
 ) -> WriteResult:
-    """Replace the folder if any of the files ``contents`` differs from it. Raises OutputError, OSError."""
+    """Replace the folder if a file in ``contents`` is new or changed. Raises OutputError, OSError."""
     exists = os.path.lexists(folder)
     if exists and (folder.is_symlink() or not folder.is_dir()):
         raise OutputError("output-folder", f"the output folder {folder} is not a folder", "name another one")

@@ -241,7 +241,7 @@ def replace_folder(
 
 
 def replace_files(new: Path, folder: Path, undo: Path, fresh: Sequence[str], gone: Sequence[str] = ()) -> None:
-    """Move the ``fresh`` files from ``new`` to ``folder`` and remove the ``gone`` files; undo all after an OSError."""
+    """Move ``fresh`` files from ``new`` to ``folder`` and remove ``gone`` files; undo all after an OSError."""
     started: list[tuple[Path, Path, bool]] = []
     try:
         for name in (*gone, *fresh):

@@ -90,7 +90,7 @@ class PackageFolder:
 
 @contextmanager
 def open_package_folder(folder: Path, dry_run: bool = False) -> Iterator[PackageFolder]:
-    """Lock a folder, which need not exist, and yield it. With ``dry_run`` nothing is locked. Raises OutputError."""
+    """Lock a folder, unless ``dry_run``, and yield a ``PackageFolder``. Raises OutputError."""
     with ExitStack() as stack:
         try:
             path = folder.resolve()

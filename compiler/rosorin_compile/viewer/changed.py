@@ -31,7 +31,7 @@ COMMITTED = "what is committed"
 
 
 class Picture(NamedTuple):
-    """A robot on a page of changes: its current version ``shown``, its version ``before`` or None, and the differences.
+    """A robot on an HTML page of changes: its current version, its version ``before`` or None, and differences.
 
     ``files`` are the mesh files of the previous version by name, ``inputs`` the files that the page depends on.
     """
@@ -46,7 +46,7 @@ class Picture(NamedTuple):
 
 
 class ChangesPage(NamedTuple):
-    """The result of writing a page: the number of robots (0 if nothing was written), and meshes left out."""
+    """The result of writing an HTML page of changes: the number of robots (0: no file was written), omitted meshes."""
 
     file: Path
     robots: int = 0
@@ -55,7 +55,7 @@ class ChangesPage(NamedTuple):
 
 
 class Pictures:
-    """Collects the robots for a page of changes, and writes the page."""
+    """Collects robots for an HTML page of changes, and writes the page."""
 
     def __init__(self, file: Path, meshes: bool = True, max_megabytes: float | None = None) -> None:
         self.file = file
@@ -87,7 +87,7 @@ class Pictures:
         self.taken.append(Picture(shown, before, old_files, inputs, changes, notes, summary))
 
     def take_sides(self, requests: Sequence[Request], found: Difference, prefix: str | None) -> None:
-        """Add the differences of two robots, if both can be shown; ``prefix`` is a prefix of names in the second."""
+        """Add two compared robots to the page, if both can be shown; ``prefix`` is a prefix of names in the second."""
         first, second = (load(request)[0] for request in requests)
         if first is None or second is None:
             return
@@ -104,7 +104,7 @@ class Pictures:
         self.taken.append(Picture(second, overlay, first.meshes, inputs, changes, notes, summary))
 
     def write(self) -> ChangesPage:
-        """Write the page; robots with changes are first. Raises OutputError."""
+        """Write the HTML page of changes; robots with changes are first. Raises OutputError."""
         if not self.taken:
             return ChangesPage(self.file)
         ordered = sorted(self.taken, key=lambda one: not (one.changes or one.notes))
@@ -129,7 +129,7 @@ class Pictures:
 
 
 def change_data(change: Change, robots: Iterable[Robot]) -> Data:
-    """Convert a change to JSON data for the page, with the frame at which the change is visible."""
+    """Convert a change to JSON data for the HTML page, with the frame at which the change is visible."""
     _, is_colour, values = change.text.rpartition(" colour ")
     colours = _colours(*values.split(" -> ")) if is_colour and " -> " in values else None
     return _entry(change.words(), _frame(change.kind, change.name, robots), change.artifacts, colours)

@@ -39,7 +39,7 @@ class FrameEdge:
 
     @classmethod
     def from_row(cls, row: Row) -> FrameEdge:
-        """Create an edge from a row of the table of transforms."""
+        """Create an edge (a transform) from a row of the table of transforms."""
         publisher, topic = (row.publisher, row.topic) if row.published else (None, None)
         rest = (row.why, topic, row.when, row.joint, row.kind)
         return cls(row.parent, row.child, publisher, *(text or None for text in rest))
@@ -47,7 +47,7 @@ class FrameEdge:
 
 @dataclass(frozen=True)
 class FrameSituation:
-    """A tree of frames and its modes: ``when`` describes them, ``modes`` lists all combinations."""
+    """A tree of frames, and the modes in which it is published: a description ``when``, and all combinations."""
 
     when: str
     modes: tuple[Mapping[str, bool], ...]

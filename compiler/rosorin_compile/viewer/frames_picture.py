@@ -103,7 +103,7 @@ def frame_trees(robot: Robot, fixed: Mapping[str, bool]) -> tuple[Tree, ...]:
 
 
 def _cubes(group: Sequence[tuple[bool, ...]]) -> list[dict[int, bool]]:
-    """Return few conditions, as states by mode number, that together describe the combinations in ``group``."""
+    """Return few conditions (states by mode number), of which one holds for exactly the combinations in ``group``."""
     left, cubes = list(group), []
     while left:
         cube = dict(enumerate(left[0]))
@@ -173,7 +173,7 @@ def svg(robot: Robot, trees: Sequence[Tree]) -> str:
 
 
 def _panel(tree: Tree, drawn: Sequence[Line]) -> dict[str, Any]:
-    """Return the template values of a tree, with the number of frames and of transforms of each kind."""
+    """Return the values of a tree of frames for the SVG template, with the numbers of frames and edges."""
     edges = [line.row for line in drawn if line.row is not None]
     frames, styles = len({line.frame for line in drawn}), Counter(row.style for row in edges)
     kinds = {"moving": "moving", "static": "static", NOBODY: "published by nobody"}
@@ -194,7 +194,7 @@ def number_whys(edges: Iterable[Row | None]) -> dict[str, int]:
 
 
 def right_of(line: Line) -> float:
-    """Return the x coordinate (pixels) of the right edge of a box with a frame name."""
+    """Return the x coordinate (pixels) of the right edge of the box with the frame name in a line of the tree."""
     name = f"{line.frame} (again)" if line.again else line.frame
     return _MARGIN + _INDENT * line.depth + text_width(name) + 2 * _PAD
 
@@ -220,7 +220,7 @@ def short_number(value: float) -> str:
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
-    """Format the SVG of a robot. Option ``modes``: the modes that are on; default: a tree for each combination."""
+    """Format the tree of frames as SVG. Option ``modes``: the modes that are on; default: all combinations."""
     on = output.options.get("modes")
     try:
         return svg(robot, frame_trees(robot, {} if on is None else {mode: mode in on for mode in robot.modes})), []

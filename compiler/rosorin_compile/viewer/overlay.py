@@ -46,7 +46,7 @@ class Overlay(NamedTuple):
     frames: Mapping[str, str] = {}
 
     def with_meshes(self, changed: Collection[str]) -> Overlay:
-        """Add the links that use the changed mesh files ``changed`` (file names as in the description)."""
+        """Return an overlay that also has the links with mesh files in ``changed`` (names as in the description)."""
         how, shapes = dict(self.how), dict(self.shapes)
         for link, purpose in product(self.old.links, PURPOSES):
             others = [s for s in getattr(link, purpose) if isinstance(s.geometry, Mesh) and s.geometry.file in changed]
@@ -159,7 +159,7 @@ _GRID = frozenset(field.name for field in fields(HeightMap))
 
 
 def robot_before(robot: Robot, pairs: Sequence[Pair]) -> Robot:
-    """Return the robot as it was when the artifacts were committed, or ``robot`` if that is not a tree.
+    """Return the robot as it was when the artifacts were committed, or ``robot`` if the old links are not a tree.
 
     A frame that is new in one artifact is not new if another artifact already had it.
     """
@@ -191,7 +191,7 @@ class _Before:
         return made if made.is_tree else self.start
 
     def undo(self, difference: Difference, old: Leaves) -> None:
-        """Restore the old value of a difference, if the robot model can express it."""
+        """Undo a difference: restore the value of the committed artifacts, if the robot model can express it."""
         (kind, name, quantity), was = difference.address, difference.old
         link, joint = self.links.get(name), self.joints.get(name)
         if not quantity and kind in ("frame", "link") and " " not in name:

@@ -30,7 +30,7 @@ _EXPLAINED = 300  # links; the page of a larger robot does not show where its nu
 
 @dataclass(frozen=True)
 class RobotView:
-    """A robot for a page: its JSON data, its mesh and image files by name, and the files of its description."""
+    """A robot for an HTML page: its JSON data, mesh and image files by name, and the files of its description."""
 
     case: Case
     data: Data
@@ -45,7 +45,7 @@ class RobotView:
         return self.case.robot
 
     def explain(self, frame: str) -> list[str]:
-        """Return the lines that ``explain`` prints for a frame, or [] for a robot that is not a description."""
+        """Return the lines that ``explain`` prints for a frame, or [] if the robot has no description."""
         expanded, lowered = self.understood.expanded, self.understood.lowered
         if expanded.scope is None or lowered is None:
             return []
@@ -82,7 +82,7 @@ def _place(span: Span) -> Data:
 
 
 def on_disk(shown: RobotView, embedding: Embedding | None) -> Data:
-    """Return the JSON data for a page that can be shared: without absolute paths, with embedded meshes if requested."""
+    """Return JSON data for an HTML page to share: without absolute paths, with embedded meshes unless None."""
     data = dict(shown.data)
     if embedding is not None:
         data.update(tables(shown.robot, shown.meshes, embedding))

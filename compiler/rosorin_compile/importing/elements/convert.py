@@ -50,7 +50,7 @@ class Candidate(NamedTuple):
 
     @property
     def called(self) -> str:
-        """The name of the element in messages."""
+        """The element as messages call it, such as ``sensor "lidar"``."""
         return f'{"sensor" if self.section == SENSORS else "<ros2_control>"} "{self.name}"'
 
 
@@ -106,7 +106,7 @@ class _Conversion:
         return Converted(imported, self.tree, {key: value for key, value in names.items() if value}, self.kept)
 
     def control(self, found: Mapping[str, Candidate]) -> tuple[dict[str, Any], str]:
-        """Return (entries by name, ROS distribution) for the distribution that can express the most blocks."""
+        """Convert <ros2_control> blocks; return (entries by name, ROS distribution that supports most of them)."""
         made = []
         for distribution in ("jazzy", "humble"):
             humble, options = distribution == "humble", {"control": distribution}
@@ -119,7 +119,7 @@ class _Conversion:
         return entries, distribution
 
     def sensors(self, found: Mapping[str, Candidate]) -> tuple[dict[str, Any], str]:
-        """Return (entries by name, Gazebo version) for the version that most <sensor> elements are written for."""
+        """Convert <sensor> elements; return (entries by name, Gazebo version that most elements are written for)."""
         gazebo = gazebo_of([one.element for one in found.values()])
         sensors: dict[str, GazeboSensor] = {}
         entries: dict[str, Any] = {}
@@ -142,7 +142,7 @@ class _Conversion:
         return entries, gazebo
 
     def remove_refused(self, entries: dict[str, Any], section: str, options: Mapping[str, Any]) -> dict[str, str]:
-        """Remove entries that cause errors, alone or together, and return the messages by entry name."""
+        """Remove entries that cause errors, alone or together; return the error messages by entry name."""
         reasons: dict[str, str] = {}
         if entries and self.with_entries(section, entries, options)[1]:
             for name in list(entries):
@@ -184,7 +184,7 @@ class _Conversion:
         return reasons
 
     def with_entries(self, section: str, entries: Any, options: Mapping[str, Any]) -> tuple[Robot | None, str]:
-        """Compile entries of a section; return (robot, ""), or (None, message) for the first error."""
+        """Compile the robot with these entries in a section; return (robot, "") or (None, first error message)."""
         output = {"file": "robot.urdf", **options}
         tree, expansion = put_values(self.tree, {section: entries, "outputs": {"urdf": output}}).copy(), Expansion()
         if isinstance(tree.get(SENSORS), Map):
@@ -196,7 +196,7 @@ class _Conversion:
         return (None if message else lower(tree).robot), message
 
     def write(self, section: str, entries: dict[str, Any], options: Mapping[str, Any]) -> dict[str, list[str]]:
-        """Compile entries of a section to XML; return the elements by ``Candidate.called``."""
+        """Compile entries of a section to URDF elements; return the elements by ``Candidate.called``."""
         robot, brings = self.with_entries(section, entries, options)[0], FORMATS["urdf"].brings
         found: dict[str, list[str]] = {}
         if robot is not None and brings is not None:
@@ -206,7 +206,7 @@ class _Conversion:
         return found
 
     def without(self, taken: list[Candidate]) -> tuple[Seq, list[Comment]]:
-        """Return the XML elements without those in ``taken``, and all comments with their new paths."""
+        """Remove the converted elements ``taken``; return the other XML elements, and all comments with new paths."""
         left, paths, inner = Seq(self.texts.span, self.texts.via), dict[int, Path](), list[Comment]()
         for index, (text, span) in enumerate(zip(self.texts, self.texts.value_spans, strict=True)):
             rest = str(text)

@@ -80,7 +80,7 @@ class GazeboSensor(NamedTuple):
 
     @property
     def stamp(self) -> str:
-        """The frame_id of the messages, set by a Gazebo element or a plug-in, or "" if unset."""
+        """The frame_id of the messages of the sensor, set by a Gazebo element or a plug-in, or "" if unset."""
         plugins = self.elements.get("plugin") or []
         plugins = plugins if isinstance(plugins, list) else [plugins]
         named = [self.elements.get(name) for name in _FRAMES]
@@ -102,7 +102,7 @@ def read_sensor(element: Element, reference: str) -> GazeboSensor:
 
 
 def _elements(element: Element, exact: bool) -> dict[str, Any]:
-    """Convert child elements to nested mappings; ``exact`` only parses numbers that are written back unchanged."""
+    """Convert child elements to nested mappings; with ``exact``, numbers stay strings unless written back unchanged."""
     made: dict[str, Any] = {}
     for child in element:
         value = _value(child, exact or child.tag == "plugin")
@@ -145,7 +145,7 @@ def gazebo_of(elements: Sequence[Element]) -> str:
 
 
 def entry(one: GazeboSensor, robot: Robot, gazebo: str) -> dict[str, Any]:
-    """Convert a sensor to an entry of ``sensors``, without the key ``gazebo``. Raises CannotConvert."""
+    """Convert a sensor to an entry of the section ``sensors``, without the key ``gazebo``. Raises CannotConvert."""
     kind, frame = TYPES.get(one.type, ""), one.reference
     if one.type in LIDARS:
         rays, layers = (one.inner("lidar", "scan", axis).get("samples", 1.0) for axis in ("horizontal", "vertical"))
@@ -189,7 +189,7 @@ def entry(one: GazeboSensor, robot: Robot, gazebo: str) -> dict[str, Any]:
 
 
 def _arguments(one: GazeboSensor, kind: str, gazebo: str) -> dict[str, Any]:
-    """Return the arguments of a library sensor type; leave out numbers that the type does not accept."""
+    """Return the arguments for a sensor type of the parts library, without numbers that the type does not accept."""
     rate, topic = one.elements.get("update_rate", 0.0), one.elements.get("topic")
     topic = one.inner("contact").get("topic", topic) if kind == "contact" else topic
     made: dict[str, Any] = {"rate": rate} if isinstance(rate, float) and rate >= 0 else {}
@@ -232,7 +232,7 @@ def _noise(word: str, noise: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _field_of_view(word: str, axis: Mapping[str, Any], rays: int) -> dict[str, Any]:
-    """Return a field of view (rad) as the argument ``word``, or {} for a full circle, the default."""
+    """Return {word: field of view in rad} for the angles of ``axis``, or {} for a full circle, which is the default."""
     low, high = axis.get("min_angle"), axis.get("max_angle")
     if not isinstance(low, float) or not isinstance(high, float):
         return {}
@@ -243,12 +243,12 @@ def _field_of_view(word: str, axis: Mapping[str, Any], rays: int) -> dict[str, A
 
 
 def without_collisions(texts: Sequence[str]) -> list[str]:
-    """Remove the <collision> names of contact sensors, which follow from the shapes of the link, from XML."""
+    """Remove <collision> names of contact sensors from XML, because they follow from the shapes of the link."""
     return [re.sub(r"<collision>[^<]*</collision>", "", text) for text in texts]
 
 
 def overlay(one: GazeboSensor, sensor: Sensor, gazebo: str) -> dict[str, Any]:
-    """Return the value of the key ``gazebo``: how the source ``one`` differs from the generated ``sensor``."""
+    """Return the differences of the source sensor ``one`` from the generated ``sensor``, for the key ``gazebo``."""
     made: dict[str, Any] = {}
     if len(sensor.gazebo) != 1:
         return made
@@ -281,7 +281,7 @@ def overlay(one: GazeboSensor, sensor: Sensor, gazebo: str) -> dict[str, Any]:
 
 
 def _changes(own: Mapping[str, Any], wanted: Mapping[str, Any], above: tuple[str, ...]) -> dict[str, Any]:
-    """Return the values of ``wanted`` that differ from ``own``, and None for keys that only ``own`` has."""
+    """Return the values of ``wanted`` that differ from ``own``, recursively; keys that only ``own`` has are None."""
     made: dict[str, Any] = {}
     for key, value in wanted.items():
         if isinstance(value, dict) and isinstance(own.get(key), dict):

@@ -154,7 +154,7 @@ def _sizes(shape: Shape) -> dict[str, dict[str, Any]]:
 
 
 def shape_entry(shape: Shape) -> dict[str, Any]:
-    """Convert a shape to an entry of the YAML list ``collision`` for ``description.layout``."""
+    """Convert a shape to an entry of the list ``collision`` of a link, ready for writing as YAML."""
     geometry, sizes = shape.geometry, _sizes(shape)
     if isinstance(geometry, Box) and geometry.centre == (0.0, 0.0, 0.0):
         sizes = {"box": {"size": geometry.size}}
@@ -289,7 +289,7 @@ def is_made(old: bytes) -> bool:
 
 
 def all_diagnostics(problem: DiagnosticError, others: list[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """Return all diagnostics in order, with ``problem``. Raises RequestError if a mesh file does not exist."""
+    """Return ``others`` and the diagnostic of ``problem``, sorted. Raises RequestError for a missing mesh file."""
     if isinstance(problem, NotThere):
         raise RequestError(f"{problem.diagnostic.message}; {problem.diagnostic.help}") from None
     return tuple(arrange([*others, problem.diagnostic]))
@@ -370,7 +370,7 @@ def read_parts(
     options: ReadOptions,
     diagnostics: list[Diagnostic],
 ) -> tuple[list[Part], RobotSource | None]:
-    """Return (a part for each mesh file, None), or (a part for each robot link with meshes, the robot).
+    """Load mesh files, or the meshes of a robot; return a ``Part`` for each file or link, and the robot or None.
 
     ``scale`` has the factors for mesh files along x, y and z. Raises RequestError, ExtractProblem.
     """

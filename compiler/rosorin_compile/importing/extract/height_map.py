@@ -250,7 +250,7 @@ class MapEntry:
     collision: Map
 
     def complete(self, grid: GridOptions) -> GridOptions:
-        """Fill unset options with the grid and step of this height map. Raises ExtractProblem."""
+        """Return options whose unset values are copied from this height map. Raises ExtractProblem."""
         values: Map = self.collision["height_map"]
         try:
             x, y = map(float, values["origin"])
@@ -265,7 +265,7 @@ class MapEntry:
 
 
 def find_map(path: Path, link: str | None) -> MapEntry:
-    """Find the height map of ``link``, or the only height map if None, in a description file. Raises SourceError."""
+    """Find the height map of ``link`` in a description file (None: the only height map). Raises SourceError."""
     source = read_utf8(path, str(path))
     tree = parse_yaml(source)
     links = tree.get("links") if isinstance(tree, Map) else None
@@ -285,7 +285,7 @@ def find_map(path: Path, link: str | None) -> MapEntry:
 
 
 def replace_map(entry: MapEntry, new: HeightMap, status: str, note: str) -> str:
-    """Return the text of a description file with a new height map. Raises ExtractProblem if that fails."""
+    """Return the text of a description file with a new height map. Raises ExtractProblem if it cannot be edited."""
     old, spans = entry.collision["height_map"], entry.collision.key_spans
     values: dict[str, Any] = {"origin": list(new.origin), "cell": new.cell, "method": new.method}
     texts = {"origin": _row(new.origin), "cell": _length(new.cell), "method": Scalar(new.method).in_quotes()}
@@ -319,7 +319,7 @@ def replace_map(entry: MapEntry, new: HeightMap, status: str, note: str) -> str:
 
 
 def _edit(lines: list[str], key: Span, text: str, below: Sequence[str] = ()) -> tuple[int, int, list[str]]:
-    """Return (start, end, new lines) to replace the lines of a key; a comment after the key is kept."""
+    """Return (start, end, new lines) to replace the lines of a YAML key; a comment after the key is kept."""
     first = lines[key.line - 1]
     comment = re.search(r"\s+#.*$", first)
     head = first[: key.column - 1] + text + (comment[0] if comment else "")
@@ -327,7 +327,7 @@ def _edit(lines: list[str], key: Span, text: str, below: Sequence[str] = ()) -> 
 
 
 def _block_end(lines: list[str], key: Span) -> int:
-    """Return the index of the first line after the block value of a key."""
+    """Return the index of the first line after the block value of a YAML key."""
     end = key.line
     for number in range(key.line, len(lines)):
         content = lines[number].lstrip()

@@ -165,7 +165,7 @@ def _positive(value: float, digits: int) -> float:
 
 
 def _round_shapes(points: Floats, rpy: Vector, digits: int) -> tuple[Shape, Shape]:
-    """Return the smallest cylinder and the smallest of 32 capsules along the z axis of a rotated frame."""
+    """Return the smallest cylinder and capsule around points (n, 3), along the z axis of a frame rotated by ``rpy``."""
     rotation = _rotation(rpy)
     local = points @ rotation
     (x, y), _ = smallest_circle(local[:, :2])

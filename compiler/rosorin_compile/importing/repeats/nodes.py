@@ -62,7 +62,7 @@ class Node:
 
 
 def nodes_of(body: Mapping[str, Any]) -> list[Node]:
-    """Return a node for each link of a robot or part, parents first, or [] if the links do not form a forest."""
+    """Return a ``Node`` for each link of a robot or part, parents first, or [] if the links do not form a forest."""
     links, joints = body.get("links") or {}, body.get("joints") or {}
     below: dict[str, list[str]] = defaultdict(list)
     for name, joint in joints.items():
@@ -97,7 +97,7 @@ def nodes_of(body: Mapping[str, Any]) -> list[Node]:
 
 
 def equal_shapes(nodes: list[Node]) -> list[list[int]]:
-    """Return groups of root indices whose subtrees have equal structure, the largest subtrees first."""
+    """Group links by the structure of their subtrees; return node indices by group, the largest subtrees first."""
     numbers: dict[Any, int] = {}
     below: list[list[int]] = [[] for _ in nodes]
     fits = [
@@ -138,7 +138,7 @@ def _scalars(value: Any, path: Path = ()) -> Iterator[tuple[Path, Any]]:
 
 
 def mirror_node(node: Node, mirror: str, is_root: bool) -> Values:
-    """Return the values of a node reflected along the axis ``mirror`` ("x", "y" or "z", "" for none)."""
+    """Return the values of a link and joint reflected along the axis ``mirror`` ("x", "y", "z", or "" for none)."""
     values = dict(node.values)
     axis = "xyz".index(mirror) if mirror else -1
     for path, number in node.values.items() if mirror else ():
@@ -167,7 +167,7 @@ def _negative(value: float) -> float:
 
 
 def is_pose(path: Path) -> bool:
-    """Return True if a value at this path of a node belongs to the pose (xyz, rpy) of the joint."""
+    """Return True if a path such as ``("joint", "xyz", 0)`` belongs to the pose of a joint."""
     return path[:2] in (("joint", "xyz"), ("joint", "rpy"))
 
 
@@ -216,7 +216,7 @@ class Parameters:
         return dict.fromkeys(names, Expression("${-1 if mirrored else 1}"))
 
     def replace(self, values: Mapping[Path, Sequence[Any]], owner: str) -> dict[Path, Any]:
-        """Return an expression by path for each scalar or list that differs between instances."""
+        """Return an expression with parameters for each path in ``values`` that differs between instances."""
         differing = [path for path, some in values.items() if any(value != some[0] for value in some[1:])]
         numbers = [path for path in differing if isinstance(path[-1], int) and all(map(is_number, values[path]))]
         points = Counter(path[:-1] for path in numbers if not _is_sign(values[path]))
@@ -265,7 +265,7 @@ class Parameters:
         return f"{text[:-1] if text in ('1', '-1') else f'{text} * '}{self._index[signs].name}"
 
     def _text(self, texts: Sequence[str], path: Path, owner: str) -> str:
-        """Replace differing text with ``${name}`` or ``${prefix}`` of the instance, or with a parameter."""
+        """Return an expression for differing strings, which has ``${name}``, ``${prefix}`` or a parameter."""
         if all(self.uses) and not any("${" in text or "$(" in text for text in texts):
             for word, names in (("name", self.uses), ("prefix", self.prefixes)):
                 pattern = r"{}" if word == "prefix" else r"(?<![A-Za-z0-9]){}(?![A-Za-z0-9])"

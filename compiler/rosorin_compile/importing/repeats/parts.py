@@ -61,7 +61,7 @@ class Part:
 
 
 class _Result:
-    """The new parts by name, the comments with their new paths, and the remaining number of comparisons."""
+    """The new parts by name, the comments with their new paths, and the number of comparisons still allowed."""
 
     def __init__(self, imported: Imported) -> None:
         self.comments = list(imported.comments)
@@ -117,7 +117,7 @@ class _Body:
         return made
 
     def _try(self, members: list[int]) -> bool:
-        """Make a part from instances, with one side mirrored if that is simpler; return False if it is not worth it."""
+        """Make a part from instances, with one side mirrored if that is simpler; return False if no lines are saved."""
         base = next((start for start in members if any(map(_LEFT.fullmatch, _words(self.nodes[start].link)))), None)
         members = sorted(members, key=lambda start: start != base)
         rows = [self.nodes[start : start + self.nodes[start].size] for start in members]

@@ -42,11 +42,11 @@ class OutOfTime(BaseException):
 
 
 class NotMarkup(Exception):
-    """A file is not XML, or not safe to read; the arguments are its name and the reason."""
+    """A file is not XML, or not safe to read; the arguments of the exception are the file name and the reason."""
 
 
 class MissingPackage(Exception):
-    """A package cannot be found; the argument is its name."""
+    """A ROS package cannot be found; the argument of the exception is its name."""
 
     def __str__(self) -> str:
         return f'the package "{self.args[0]}" is not found'
@@ -238,7 +238,7 @@ class Expansion:
 
 
 def _keep_call(root: Any) -> None:
-    """Replace the CALL element with its content; remove links that the file creates outside of the macro call."""
+    """Replace the <rosorin-call> element with its content; remove links that are created outside of the macro call."""
     (call,) = root.getElementsByTagName(CALL)
     outside = [node for node in root.childNodes if node.nodeType == node.ELEMENT_NODE and node is not call]
     if any(node.tagName == "link" for node in outside):

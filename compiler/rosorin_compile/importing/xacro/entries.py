@@ -75,7 +75,7 @@ class Entries:
         return made
 
     def fragment(self, nodes: list[Any], level: str) -> list[Item]:
-        """Convert child nodes of the element ``level`` (such as "link") to (key, value, condition) tuples."""
+        """Convert the child nodes of an element with the tag ``level``, such as "link", to (key, value, condition)."""
         items: list[Item] = []
         for node in nodes:
             if isinstance(node, Comment):
@@ -91,7 +91,7 @@ class Entries:
         return items
 
     def _piece(self, node: Element, level: str) -> Iterator[Item]:
-        """Convert a child element of ``level`` (such as "link" or "visual") to (key, value, condition) tuples."""
+        """Convert a child of an element with the tag ``level``, such as "link", to (key, value, condition) tuples."""
         tag, values = node.tag, self.values
         if level == "link" and tag == "inertial":
             yield tag, self.finish(self.fragment(node.body, tag)), None
@@ -138,7 +138,7 @@ class Entries:
             raise Failed(f"<{tag}> in <{level}> has no word")
 
     def finish(self, items: list[Item]) -> dict[str, Any]:
-        """Build an entry from items; several values of a key become a conditional value. Raises Failed."""
+        """Build an entry from (key, value, condition) tuples; merge several values of a key. Raises Failed."""
         made: dict[str, Any] = {}
         for key in dict.fromkeys(one[0] for one in items):
             found = [(value, when) for name, value, when in items if name == key]
@@ -179,7 +179,7 @@ class Entries:
         return self.values.expression_text(ast.Call(ast.Name(call.macro.ours, ast.Load()), arguments, []))
 
     def named_value(self, macro: Macro) -> tuple[Any, dict[str, Any]]:
-        """Convert a macro in a link, joint or XML to a ``let`` function; return (value, keys). Raises Failed."""
+        """Convert a macro in a link, joint or XML to a ``let`` function; return (body, its keys). Raises Failed."""
         self.inner = []
         if macro.level == "xml":
             text = "\n".join(self._lines(macro.body, ""))
@@ -202,7 +202,7 @@ class Entries:
         return items
 
     def _sole_call(self, node: Element) -> Any:
-        """Return an expression if a macro call is the only content of an element and sets several keys."""
+        """Return an expression if the only content of an element is a macro call that sets several keys, else None."""
         body = [one for one in node.body if not isinstance(one, Comment)]
         if len(body) == 1 and isinstance(body[0], Element) and body[0].tag == "geometry":
             body = [one for one in body[0].body if not isinstance(one, Comment)]
@@ -211,7 +211,7 @@ class Entries:
         return Expression(f"${{{self.call_text(body[0])}}}")
 
     def xml(self, node: Element) -> Any:
-        """Format an element that is not converted as XML, or as an Expression if it has computed values."""
+        """Format an element as XML for the description; return an Expression if the text has computed values."""
         lines = self._lines([node], "")
         whole = "".join(line.strip() for line in lines)
         if len(lines) == 3 and len(whole) <= _WIDTH and "<!--" not in whole:
@@ -220,7 +220,7 @@ class Entries:
         return Expression(text) if "${" in text else text
 
     def _lines(self, nodes: list[Any], pad: str) -> list[str]:
-        """Format nodes as lines of XML. Raises Failed."""
+        """Format nodes as lines of XML, indented by ``pad``. Raises Failed."""
         lines: list[str] = []
         for at, node in enumerate(nodes):
             text = ""

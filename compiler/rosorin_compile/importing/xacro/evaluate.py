@@ -43,7 +43,7 @@ class Evaluator:
         self.program, self.symbols, self.arguments = program, symbols, arguments
 
     def eval(self, tree: ast.expr) -> Any:
-        """Evaluate an expression to a symbol, function or namespace. Raises Failed, or a Python error for constants."""
+        """Evaluate an expression to a symbolic value, function or namespace. Raises Failed, or a Python error."""
         method = getattr(self, f"_{type(tree).__name__.lower()}", self._computed)
         return method(tree)
 
@@ -51,7 +51,7 @@ class Evaluator:
         return ir.symbol_of(self.eval(tree))
 
     def _made(self, tree: ast.expr, node: ast.expr, items: dict[ast.expr, ir.Symbol], kind: str = "") -> ir.Symbol:
-        """Return a symbol for ``node``; its example is ``tree`` evaluated with the example values of ``items``."""
+        """Return a symbolic value for ``node``; its example is ``tree`` evaluated with the examples of ``items``."""
         known = all(map(ir.is_known, items.values()))
         value: Any = ir.UNKNOWN
         if all(one.value is not ir.UNKNOWN for one in items.values()):
@@ -155,7 +155,7 @@ class Evaluator:
         return self._made(tree, node, sides, "boolean")
 
     def _equality(self, items: list[ir.Symbol], operator: ast.cmpop) -> ast.expr | None:
-        """Return ``==`` or ``!=`` with a constant that may be a string in xacro, or None for other operands."""
+        """Return a comparison (== or !=) with a constant that is a string in xacro, or None for other operands."""
         constants = [one for one in items if one.known and not any(ir.variables_in([one.node]))]
         if not isinstance(operator, (ast.Eq, ast.NotEq)) or not constants:
             return None
@@ -224,7 +224,7 @@ class Evaluator:
         return self._made(tree, node, arguments | called)
 
     def _computed(self, tree: ast.expr) -> Any:
-        """Compute an expression that cannot be translated in Python. Raises Failed if it is not constant."""
+        """Evaluate an untranslatable expression with Python. Raises Failed if the expression is not constant."""
         own = {one.id for one in ast.walk(tree) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)}
         own |= {one.arg for one in ast.walk(tree) if isinstance(one, ast.arg)}
         items: dict[ast.expr, Any] = {}
@@ -251,7 +251,7 @@ def _with_names(tree: Any, names: dict[ast.expr, str]) -> Any:
 
 
 def choice(test: ir.Symbol, then: ir.Symbol, other: ir.Symbol) -> ir.Symbol:
-    """Return the symbol ``then if test else other``, simplified if possible."""
+    """Return the symbolic value of ``then if test else other``, simplified if possible."""
     node, is_same = _without_not(test.as_truth())
     if not is_same:
         then, other = other, then
@@ -300,7 +300,7 @@ class Conditions:
             program.xacro.replace_node(node, by=None)
 
     def _branch(self, node: Any, test: ir.Symbol, holds: bool, macros: Any, symbols: Any) -> None:
-        """Evaluate the content of a condition on an argument; properties set in it become conditional."""
+        """Evaluate the content of an undecided condition; properties set in the content become conditional."""
         program, calls, xacro = self.program, self.program.macro_calls, self.program.xacro
         value = test.value is not ir.UNKNOWN and bool(xacro.get_boolean_value(test, ""))
         test = ir.Symbol(test.as_flag(), value, "boolean", False)
@@ -375,7 +375,7 @@ class NamedFiles:
         return found is not None and files.resolve(found) == files.resolve(folder)
 
     def load(self, name: ir.Symbol) -> ir.Symbol:
-        """Translate load_yaml to the symbol ``load(name)``; its example is the content of the YAML file."""
+        """Translate ``load_yaml`` to a call of ``load``; the example value is the content of the YAML file."""
         if name.value is ir.UNKNOWN:
             raise ir.Failed("the file that is loaded is not known", name.node)
         node: ast.expr = ir.plain_node(self._copy(str(name.value)))

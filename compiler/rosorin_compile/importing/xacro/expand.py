@@ -287,7 +287,7 @@ def _no_links(document: Document, path: Path, options: ReadOptions) -> Diagnosti
 
 
 def _without_mount(tree: Map, mount: str) -> Map:
-    """Remove the link of the including robot that a macro is attached to."""
+    """Remove the link ``mount`` of the including robot, to which a macro is attached, from the expanded robot."""
     made = tree.copy()
     made["links"] = made["links"].copy()
     del made["links"][mount]

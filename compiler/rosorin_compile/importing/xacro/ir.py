@@ -34,7 +34,7 @@ Pieces = list[Any]  # strings and symbols that are concatenated
 
 
 class Failed(Exception):
-    """A value cannot be expressed in the description language; it depends on the expressions ``nodes``."""
+    """A value cannot be expressed in the description language; ``nodes`` are the expressions that cause this."""
 
     def __init__(self, reason: str, *nodes: ast.AST) -> None:
         super().__init__(reason)
@@ -71,7 +71,7 @@ def plain_node(value: Any) -> ast.expr:
 
 
 def number_in(text: str) -> int | float:
-    """Parse a finite number. Raises Failed if the string is not a number."""
+    """Parse a finite number from a string. Raises Failed if the string is not a number."""
     value = literal(text.strip())
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         raise Failed(f'"{text[:40]}" is not a number')
@@ -92,7 +92,7 @@ def call(name: str, *arguments: ast.expr) -> ast.Call:
 
 
 def negate(node: ast.expr) -> ast.expr:
-    """Negate a condition."""
+    """Return the negation of a condition, simplified if possible."""
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
         return node.operand
     if isinstance(node, ast.Name) and node.id in ("true", "false"):
@@ -147,7 +147,7 @@ def usable(name: str, taken: Iterable[str], shadows: bool = False) -> str:
 
 
 class Restart(Exception):
-    """The translation has to start again, because a macro or an argument cannot be kept."""
+    """The translation has to start again, because a macro or an argument cannot be translated."""
 
 
 @dataclass(eq=False)
@@ -180,9 +180,9 @@ class Variable:
 
 
 class Symbol:
-    """An expression of the language with its type and an example of the value that xacro computes.
+    """A symbolic value: an expression of the description language, its type, and an example computed by xacro.
 
-    A ``known`` symbol is constant, and its example is the value. ``pieces`` are the parts of a concatenated string.
+    If ``known``, the value is constant and equal to the example. ``pieces`` are the parts of a concatenated string.
     """
 
     tokens: list[Symbol] = []  # all symbols that occur in strings, by token number  # noqa: RUF012
@@ -210,13 +210,13 @@ class Symbol:
 
     @property
     def constant(self) -> str | None:
-        """The string if the symbol is a string constant, else None."""
+        """The string if the expression is a string constant, else None."""
         node = self._node
         return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else None
 
     @property
     def package(self) -> str:
-        """The name of the package if the symbol is ``find(NAME)``, else ""."""
+        """The name of the ROS package if the expression is ``find(NAME)``, else ""."""
         node: Any = self._node
         is_find = isinstance(node, ast.Call) and getattr(node.func, "id", "") == "find"
         return str(node.args[0].value) if is_find else ""
@@ -231,7 +231,7 @@ class Symbol:
         return "list" if is_list else self.type
 
     def as_number(self) -> ast.expr:
-        """Return the expression as a number. Raises Failed for a string that is not a number."""
+        """Convert the symbolic value to a numeric expression. Raises Failed for a string that is not a number."""
         if self.constant is not None:
             return number_node(self.constant)
         if self.pieces:
@@ -239,7 +239,7 @@ class Symbol:
         return call("float", self.node) if self.type == "text" else self.node
 
     def as_flag(self) -> ast.expr:
-        """Return the expression as a boolean by the rules of xacro conditions."""
+        """Convert the symbolic value to a boolean expression, by the rules of xacro conditions."""
         if self.constant is not None:
             return plain_node(bool(literal(self.constant)))
         if self.type == "boolean":
@@ -251,20 +251,20 @@ class Symbol:
         return call("bool", self.node)
 
     def as_truth(self) -> ast.expr:
-        """Return the expression as a boolean by the rules of Python."""
+        """Convert the symbolic value to a boolean expression, by the rules of Python."""
         if self.type == "text" and self.constant is None:
             return ast.Compare(self.node, [ast.NotEq()], [ast.Constant("")])
         return plain_node(bool(self.constant)) if self.constant is not None else self.as_flag()
 
     def as_list(self) -> ast.expr:
-        """Return the expression as a list of numbers."""
+        """Convert the symbolic value to an expression for a list of numbers."""
         words = words_of(self.pieces or ([self.constant] if self.constant is not None else []))
         if len(words) > 1:
             return ast.List([_number_of_word(word) for word in words], ast.Load())
         return self.node if self.type == "list" else call("numbers", self.node)
 
     def as_text(self) -> ast.expr:
-        """Return the expression as a string, formatted as xacro prints the value."""
+        """Convert the symbolic value to a string expression, formatted as xacro prints the value."""
         if self.pieces or self.constant is not None:
             return self.node
         if self.type == "boolean" and not isinstance(self.value, str):  # a boolean in a string is printed unchanged
@@ -281,12 +281,12 @@ class Symbol:
 
 
 def symbol_of(value: Any) -> Symbol:
-    """Convert a value to a symbol. Raises Failed if the language has no such value."""
+    """Convert a value to a symbolic value. Raises Failed if the description language has no such value."""
     return value if isinstance(value, Symbol) else Symbol(plain_node(value), value, type_of(value), True)
 
 
 def example_of(value: Any) -> Any:
-    """Return the example value of a symbol, or any other value unchanged."""
+    """Return the example of a symbolic value, or any other value unchanged."""
     return value.value if isinstance(value, Symbol) else value
 
 
@@ -302,7 +302,7 @@ def type_of(value: Any) -> str:
 
 
 def join_pieces(pieces: Pieces) -> Any:
-    """Concatenate strings and symbols to a string if all are constant, otherwise to a symbol."""
+    """Concatenate strings and symbolic values; return a string if all are constant, else a symbolic value."""
     made: Pieces = []
     for piece in pieces:
         for one in piece.pieces or [piece] if isinstance(piece, Symbol) else [piece]:
@@ -321,19 +321,19 @@ def join_pieces(pieces: Pieces) -> Any:
 
 
 def pieces_of(value: Any) -> Pieces:
-    """Split a string or symbol into the strings and symbols that it concatenates."""
+    """Split a string or symbolic value into the strings and symbolic values that it concatenates."""
     text = value.constant if isinstance(value, Symbol) else value
     return ([text] if text else []) if text is not None else value.pieces or [value]
 
 
 def with_tokens(text: str) -> Any:
-    """Convert a string, in which tokens stand for symbols, to a symbol; without tokens, return the string."""
+    """Replace tokens in a string with the symbolic values that they represent; return a string or symbolic value."""
     parts = TOKEN.split(text)
     return join_pieces([Symbol.tokens[int(part)] if index % 2 else part for index, part in enumerate(parts)])
 
 
 def joined_node(pieces: Pieces) -> ast.expr:
-    """Return an expression that concatenates strings and symbols."""
+    """Return an expression that concatenates strings and symbolic values."""
     made: ast.expr | None = None
     for piece in pieces:
         item = ast.Constant(piece) if isinstance(piece, str) else piece.as_text()
@@ -346,7 +346,7 @@ def joined_node(pieces: Pieces) -> ast.expr:
 
 
 def words_of(pieces: Pieces) -> list[Pieces]:
-    """Split concatenated strings and symbols into words at whitespace."""
+    """Split a concatenation of strings and symbolic values into words at whitespace."""
     words: list[Pieces] = [[]]
     for piece in pieces:
         parts = re.split(r"\s+", piece) if isinstance(piece, str) else [piece]
@@ -380,7 +380,7 @@ class Element:
 
 @dataclass(eq=False)
 class Call:
-    """The call of a macro that is kept; ``given`` has (value, True if it is the default) by parameter."""
+    """The call of a translated macro; ``given`` has (value, True if it is the default) by parameter."""
 
     macro: Macro
     given: dict[str, tuple[Symbol, bool]]
@@ -390,7 +390,7 @@ class Call:
 
 @dataclass(eq=False)
 class If:
-    """Nodes that exist only if ``test`` equals ``holds``."""
+    """An <xacro:if> or <xacro:unless>: ``body`` exists only if the condition ``test`` equals ``holds``."""
 
     test: Symbol
     holds: bool
@@ -413,7 +413,7 @@ class Comment:
 
 @dataclass(eq=False)
 class Macro:
-    """A macro that is kept, as a part if its calls are in ``level`` "robot", else as a ``let`` function."""
+    """A translated macro: a part if ``level`` (the tag around its calls) is "robot", else a ``let`` function."""
 
     name: str
     key: str  # source position of the definition, as a string
@@ -454,7 +454,7 @@ def nodes_of(parent: Any) -> list[Any]:
 
 
 def walk(nodes: list[Any]) -> Iterator[Any]:
-    """Yield nodes and their descendants in document order."""
+    """Yield nodes of the intermediate representation and their descendants in document order."""
     for node in nodes:
         yield node
         yield from walk(getattr(node, "body", []))

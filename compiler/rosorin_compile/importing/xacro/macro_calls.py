@@ -44,17 +44,17 @@ class Invocation:
 
 
 class Calls:
-    """Handles the macro calls of one run, and collects the macros that are kept."""
+    """Handles the macro calls of a xacro, and collects the translated macros."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
-        self.macros: dict[str, Macro] = {}  # the macros that are kept, by key and level
+        self.macros: dict[str, Macro] = {}  # translated macros by key and level
         self.building: list[Macro] = []  # stack of macros whose bodies are being evaluated
         self.paths: list[str] = [""]  # stack of the element paths around their calls
         self.called: dict[str, bool] = {}  # by macro key: True if a call created an element
 
     def call(self, node: Any, macros: Any, symbols: Any) -> bool:
-        """Handle an element if it is a macro call; return False if it is not."""
+        """Handle an XML element if it is a macro call; return False for any other element."""
         program, xacro = self.program, self.program.xacro
         if not node.tagName.startswith("xacro:"):
             return False
@@ -97,7 +97,7 @@ class Calls:
         return "/".join(reversed(names))
 
     def _take_values(self, call: Invocation, macros: Any, symbols: Any) -> None:
-        """Evaluate the arguments and blocks of a call."""
+        """Evaluate the arguments and blocks of a macro call."""
         program, xacro, macro, node = self.program, self.program.xacro, call.definition, call.node
         parameters = list(macro.params)
         for name, text in node.attributes.items():
@@ -183,7 +183,7 @@ class Calls:
         program.xacro.replace_node(node, by=made)
 
     def _build(self, macro: Macro, call: Invocation, path: str, values: dict[str, Symbol], blocks: Names) -> None:
-        """Evaluate the body of a macro with symbols for its parameters and its <origin> blocks."""
+        """Evaluate the body of a macro with symbolic values for its parameters and its <origin> blocks."""
         program = self.program
         table = program.xacro.Table(call.symbols)
         table.rosorin_macro = macro
@@ -220,7 +220,7 @@ class Calls:
         return body
 
     def _expand(self, call: Invocation, path: str) -> None:
-        """Expand a call in place, as xacro does."""
+        """Expand a macro call in place, as xacro does."""
         xacro, node = self.program.xacro, call.node
         table = xacro.Table(call.symbols)
         table.rosorin_plain = True

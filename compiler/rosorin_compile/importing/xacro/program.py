@@ -79,7 +79,7 @@ class Program(Expansion):
                 self.declare(name, text, None)
 
     def blame(self, nodes: Iterable[ast.AST], reason: str) -> bool:
-        """Expand the macros, or replace the arguments, that expressions depend on; return False if there are none."""
+        """Exclude macros, or else arguments, in expressions from the next run; return False if there are none."""
         variables: dict[ir.Variable, None] = {}
         waiting = list(ir.variables_in(nodes))
         while waiting:
@@ -141,7 +141,7 @@ class Program(Expansion):
         made.comments = made.comments or getattr(node, ir.COMMENTS, [])
 
     def argument(self, name: str) -> Any:
-        """Return the symbol of a xacro argument, or its value if the argument is replaced."""
+        """Return the symbolic value of a xacro argument, or the constant value of a replaced argument."""
         if name in self.fixed:
             return self.constants.get(name, self.fixed[name][0])
         if name not in self.arguments:
@@ -245,7 +245,7 @@ class Program(Expansion):
         return read
 
     def patch(self, xacro: Any) -> None:
-        """Replace the evaluation functions of xacro with symbolic ones."""
+        """Replace the evaluation functions of the xacro library with symbolic functions."""
         self.own_literal, self.own_extension = xacro.Table._eval_literal, xacro.eval_extension
         self.own_include, own_boolean = xacro.process_include, xacro.get_boolean_value
         xacro.Table._eval_literal = staticmethod(self.literal)
@@ -271,7 +271,7 @@ class Program(Expansion):
         setattr(node, ir.COMMENTS, [*getattr(node, ir.COMMENTS, []), *found])
 
     def eval_all(self, node: Any, macros: Any, symbols: Any) -> None:
-        """Evaluate an element and its content."""
+        """Evaluate an XML element and its content."""
         for name, value in list(node.attributes.items()):
             if name.startswith("xacro:") or name == "xmlns:xacro":
                 node.removeAttribute(name)
@@ -293,7 +293,7 @@ class Program(Expansion):
             child = following
 
     def known_name(self, node: Any, attribute: str, symbols: Any) -> str:
-        """Evaluate an attribute whose value is a name. Raises Failed if it depends on an argument."""
+        """Evaluate an attribute whose value is a name. Raises Failed if the name depends on an argument."""
         name = self.eval_text(node.getAttribute(attribute), symbols)
         if not ir.is_known(name):
             raise ir.Failed("the name of an element or attribute depends on it", name.node)

@@ -314,7 +314,7 @@ def _combinations(choices: Mapping[str, Sequence[str]]) -> tuple[list[Combinatio
 
 
 def _error(diagnostics: Sequence[Diagnostic], stage: Path, row: Combination) -> _Fault:
-    """Convert compiler errors to a fault, with the parts and named values in which they occur."""
+    """Convert compiler errors to a fault, with the parts and ``let`` functions in which they occur."""
     errors = [one for one in diagnostics if has_errors([one])]
     macros: list[list[str]] = []
     for one in errors:

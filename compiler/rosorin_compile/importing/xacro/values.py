@@ -44,12 +44,12 @@ class Values:
         return Expression(f"${{{self.expression_text(node)}}}")
 
     def number(self, pieces: ir.Pieces, unit: str = "") -> Any:
-        """Convert pieces (strings and symbols) to a number in ``unit``. Raises Failed if that is not a number."""
+        """Convert pieces (strings and symbolic values) to a number in ``unit``. Raises Failed if impossible."""
         symbol = ir.symbol_of(ir.join_pieces(pieces))
         return self._plain(symbol.as_number(), unit) if symbol.constant is None else number(symbol.constant, unit)
 
     def list_of(self, pieces: ir.Pieces, count: int, unit: str = "") -> Any:
-        """Convert pieces (strings and symbols) to ``count`` numbers in ``unit``. Raises Failed for another count."""
+        """Convert pieces (strings, symbolic values) to ``count`` numbers in ``unit``. Raises Failed if impossible."""
         words = ir.words_of(pieces)
         if len(words) == count:
             return [self.number(word, unit) for word in words]
@@ -58,7 +58,7 @@ class Values:
         return self._list(ir.symbol_of(ir.join_pieces(words[0])), unit)
 
     def file(self, pieces: ir.Pieces) -> Any:
-        """Convert pieces (strings and symbols) to the file name of a mesh or texture."""
+        """Convert pieces (strings and symbolic values) to the file name of a mesh or texture."""
         return self.text(self._file_name(pieces))
 
     def _file_name(self, pieces: ir.Pieces) -> ir.Pieces:
@@ -77,7 +77,7 @@ class Values:
         return [first, *pieces[1:]]
 
     def text(self, pieces: ir.Pieces, escape: Callable[[str], str] = lambda text: text) -> Any:
-        """Convert pieces (strings and symbols) to a string, or to an Expression if not all are constant."""
+        """Convert pieces (strings and symbolic values) to a string, or to an Expression if not all are constant."""
         made, is_plain = "", True
         for piece in pieces:
             if isinstance(piece, str):
@@ -95,7 +95,7 @@ class Values:
         return made.replace("$${", "${") if is_plain else Expression(made)
 
     def value(self, symbol: ir.Symbol, variable: ir.Variable, unit: str = "") -> Any:
-        """Convert a symbol to a value of a description that has the type of ``variable``."""
+        """Convert a symbolic value to a value of the description with the type of ``variable``."""
         node = symbol.node
         if isinstance(node, ast.Name) and node.id == "none":
             return None
@@ -117,7 +117,7 @@ class Values:
         return self._plain(node)
 
     def argument(self, symbol: ir.Symbol, variable: ir.Variable) -> ast.expr:
-        """Convert a symbol to the argument for ``variable`` in the call of a ``let`` function."""
+        """Convert a symbolic value to the argument for ``variable`` in the call of a ``let`` function."""
         if variable.names_mesh:
             return ir.joined_node(self._file_name(ir.pieces_of(symbol)))
         if variable.type == "list":
@@ -133,7 +133,7 @@ class Values:
         return self._plain(made, unit) if isinstance(made, ast.List) else self.expression(made)
 
     def _plain(self, node: ast.expr, unit: str = "") -> Any:
-        """Convert an expression to a literal value in ``unit`` if it is constant, else to an Expression."""
+        """Convert an expression to a literal value in ``unit`` if the expression is constant, else to an Expression."""
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
             return node.value
         if isinstance(node, ast.Dict):

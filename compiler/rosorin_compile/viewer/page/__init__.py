@@ -38,7 +38,7 @@ _DATA = re.compile(r'<script type="application/json" id="robot">(.*?)</script>',
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
-    """Format the page of a robot. Options: ``meshes`` (False: none), ``max_megabytes`` (total size of meshes)."""
+    """Format the HTML page of a robot. Options: ``meshes`` (False: none), ``max_megabytes`` (total size of meshes)."""
     data = robot_data(robot)
     embedding = Embedding(output.options.get("max_megabytes"))
     if output.options.get("meshes", True):
@@ -51,7 +51,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
 
 def left_out(left: Mapping[str, str]) -> str:
-    """Describe the meshes and images that a page does not show, with the reasons."""
+    """Describe the meshes and images that an HTML page does not show, with the reasons."""
     images = [name for name in left if PurePosixPath(name).suffix.lower() not in _SHAPES]
     kind = "mesh" if not images else "texture" if len(images) == len(left) else "file"
     return f"{count_of(len(left), kind)} ({first_of(list(left), _SHOWN)}): {', '.join(dict.fromkeys(left.values()))}"
@@ -60,8 +60,8 @@ def left_out(left: Mapping[str, str]) -> str:
 def html(data: Data, live: str = "") -> str:
     """Format the HTML page that shows the robot in ``data``.
 
-    ``live`` is an id of this version, for a page that requests updates from its server. Only such a page can have no
-    robot yet.
+    ``live`` is an id of this version, for a page that requests updates from its server. Only such a page can be without
+    a robot, while the robot has errors.
     """
     text = json.dumps(data, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
     for letter in "<>&\u2028\u2029":  # escape characters that could end the script element

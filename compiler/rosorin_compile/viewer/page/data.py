@@ -37,7 +37,7 @@ def _rows(grid: model.HeightMap) -> list[list[float]]:
 
 
 def robot_data(robot: Robot) -> Data:
-    """Convert a robot to JSON data for its page (m, rad, kg); the caller adds the meshes."""
+    """Convert a robot to JSON data for its HTML page (m, rad, kg); the caller adds the meshes."""
     return {
         "name": robot.name,
         "root": robot.root,
@@ -57,7 +57,7 @@ def robot_data(robot: Robot) -> Data:
 
 
 def before_data(robot: Robot, shapes: Mapping[tuple[str, str], Sequence[Shape]], at: Pose) -> Data:
-    """Convert the old robot, which the page draws under the new robot with only these ``shapes``, to JSON data.
+    """Convert the old robot, of which the HTML page only draws ``shapes``, to JSON data.
 
     The keys of ``shapes`` are (link, purpose); ``at`` is the pose of the old root link in the new root link.
     """

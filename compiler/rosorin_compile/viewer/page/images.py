@@ -51,7 +51,7 @@ class Side(NamedTuple):
 
 
 class Embedding:
-    """Embeds meshes and images in a page, up to a total size; ``left`` has the reason for each file left out.
+    """Embeds meshes and images in an HTML page, up to a total size; ``left`` has the reason for each file left out.
 
     A file that several robots on a page use is embedded and counted once for each robot.
     """
@@ -184,7 +184,7 @@ def companions(mesh: Path) -> tuple[list[Side], dict[str, str]]:
 
 
 def _homes(mesh: Path) -> list[Path]:
-    """Return the folder of files for a mesh: its project, its ROS package, or the parent folder of ``meshes``.
+    """Return the folder where files of a mesh may be: its project, its ROS package, or the parent of ``meshes``.
 
     The default is the folder of the mesh. If the mesh is a symlink, the folder for its target is also returned.
     """

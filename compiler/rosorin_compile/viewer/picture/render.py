@@ -212,7 +212,7 @@ class Raster:
 
 
 def _ranges(first: Floats, last: Floats) -> tuple[Ints, Ints]:
-    """Enumerate the integers from ``first`` to ``last`` (n,); return the index of each range, and the integers."""
+    """Enumerate the integers of n ranges (first and last are included); return the range index and the integer."""
     counts = np.maximum(last - first + 1, 0).astype(np.int64)
     number = np.repeat(np.arange(len(counts)), counts)
     return number, np.arange(len(number)) + (first.astype(np.int64) - np.cumsum(counts) + counts)[number]

@@ -31,7 +31,7 @@ from rosorin_compile.source.yaml_text import Scalar
 # The files that robot.yaml includes if a description is split, in this order; other files come last.
 _FILES = ("parts", "links", "joints", "simulation", "sensors", "control", "extensions", "moveit")
 _BEHIND = {"let": "parts", "joints": "use"}  # write "parts" after "let", and "use" after "joints"
-_LAST = 1_000  # sorts keys that are not in the schema to the end
+_LAST = 1_000  # sort position of keys that are not in the schema, so that they are last
 MAX_LINES = 150  # longer descriptions are split into several files
 
 V = TypeVar("V")
@@ -289,7 +289,7 @@ class _Layout:
         if short and is_flat and (isinstance(item, list) or len(path) > _SPACED):
             keys = [f"{_key(key, True)}: " for key in item] if isinstance(item, Mapping) else [""] * len(item)
             pairs = zip(keys, items, strict=True)
-            text = ", ".join(f"{key}{flow(one)}".replace(" ", "\0") for key, one in pairs)  # do not wrap inside items
+            text = ", ".join(f"{key}{flow(one)}".replace(" ", "\0") for key, one in pairs)  # break only between items
             text, margin = f"{short[0]}{text}{short[-1]}", " " * (indent + 2)
             wrap = textwrap.TextWrapper(WIDTH, f"{head} ", margin, break_long_words=False, break_on_hyphens=False)
             return [line.replace("\0", " ") for line in wrap.wrap(text)]
@@ -328,7 +328,7 @@ def _depth(value: Any) -> int:
 ROTATING = ("revolute", "continuous")
 _DECIMALS = (0, 1, 2)  # decimals to try for angles in degrees
 _MAX_DEGREES = 1e6
-# Unit to write for rotating joints, by the (rotating joint, sliding joint) units of a key in the schema.
+# The schema has (unit for rotating joints, unit for sliding joints); rotating joints are written in the unit here.
 _OF_JOINT = {("rad", "m"): "deg", ("rad/s", "m/s"): "deg/s"}
 _VERBATIM = "mjcf"  # values below this key are MuJoCo attributes, which have no units
 _OF_SENSOR: tuple[Path, ...] = (("with", "fov"), ("with", "vertical_fov"), ("with", "hfov"))
@@ -390,7 +390,7 @@ def place_comments(comments: Iterable[Comment], document: Mapping[str, Any], roo
             if not (is_item or (isinstance(node, Mapping) and step in node)) or isinstance(node[step], Verbatim):
                 break
             node, path = node[step], (*path, step)
-        if not (path if of_section else root):  # the comment describes a section of another file
+        if not (path if of_section else root):  # skip a comment on a section of another file
             continue
         lines, above = clean_comment(comment.text), found.setdefault(path, [])
         if len(lines) == 1 or above[-len(lines) :] != lines:  # skip comments of a file included twice

@@ -161,7 +161,7 @@ def import_robot(
         return replace(result, diagnostics=tuple(diagnostics))
     imported, files = converted.imported, trip.files
     lines, translated = [*_report_parts(trip), *report_elements(converted)], list[str]()
-    if record is not None and (len(record) > 1) != (len(files) > 1):  # keep the description split, or in one file
+    if record is not None and (len(record) > 1) != (len(files) > 1):  # do not split or join an existing description
         files = write(trip.shown, trip.outputs, schema_path(folder), len(record) > 1)
     if keeps and source is not Description.ON_STDIN:
         target = Target(folder, schema_path(folder), name, prefix, package is not None)

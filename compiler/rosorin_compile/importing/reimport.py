@@ -108,7 +108,7 @@ def import_again(
             if not is_file(path):
                 continue
             ours[name] = _text(path)
-            if _MARK.search(ours[name]):  # reject conflict markers of an earlier merge
+            if _MARK.search(ours[name]):  # report conflict markers that are left from an earlier merge
                 parse_yaml(Source(str(path), ours[name]))
         except LoadError as problem:
             found.append(problem.diagnostic)

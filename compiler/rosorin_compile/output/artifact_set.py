@@ -22,7 +22,7 @@ from .atomic_files import STAGING_NAME, OutputError, entries_below, is_generated
 
 MAX_FOREIGN = 200  # a folder with more files that are not artifacts is probably not an output folder
 Texts = Mapping[str, str | bytes]  # contents of files by relative POSIX name
-Decision = Literal["replace", "keep", "refuse"]  # for an existing file that differs; keep: rename it
+Decision = Literal["replace", "keep", "refuse"]  # what to do with an existing file that differs; "keep" renames it
 Judge = Callable[[str, bytes, bytes], Decision]  # arguments: file name, old contents, new contents
 
 
@@ -107,7 +107,7 @@ def read_set(folder: Path) -> dict[str, bytes]:
 
 def _resolved(folder: Path) -> Path:
     """Return the output folder with links resolved. Raises OutputError if it cannot be replaced."""
-    with suppress(ValueError):  # the name has a surrogate character
+    with suppress(ValueError):  # a surrogate in the name raises ValueError
         is_named = folder.name not in ("", "..") and not STAGING_NAME.fullmatch(folder.name)
         if is_named and b"\0" not in os.fsencode(folder):
             return folder.resolve() if folder.is_symlink() and folder.is_dir() else folder
@@ -186,7 +186,7 @@ def _entries(folder: Path, own: Collection[str]) -> dict[str, bool]:
     Raises OutputError if this is probably not an output folder, and OSError where another file system is mounted.
     """
     with suppress(OSError), lock(folder, tidy=True):
-        pass  # remove leftovers of killed processes that wrote a file into the folder
+        pass  # locking with ``tidy`` removes leftovers of killed processes
     present, foreign, device = {}, 0, folder.stat().st_dev
     for name, entry in entries_below(folder):
         present[name] = entry.is_dir(follow_symlinks=False)

@@ -101,7 +101,7 @@ def write_file(
         place.parent.mkdir(parents=True, exist_ok=True)
         with lock(place.parent, tidy=True), staging_folder(place.parent) as stage:
             if exists and place.stat().st_size == len(data) and place.read_bytes() == data:
-                with suppress(OSError):  # the file may belong to another user
+                with suppress(OSError):  # ignore errors, because the file may belong to another user
                     os.utime(place)
                     return
             elif exists and may_replace is not None and not may_replace(place):
@@ -225,7 +225,7 @@ def replace_folder(
                 _link_or_copy(folder / name, new / name)
         write_files(new, fresh, durable=durable)
         for name in (*reversed([name for name in carried if carried[name]]), ""):
-            with suppress(OSError, AttributeError):  # Windows has no chown
+            with suppress(OSError, AttributeError):  # ignore errors, because Windows has no chown
                 status = (folder / name).stat()
                 os.chown(new / name, status.st_uid, status.st_gid)
             with suppress(FileNotFoundError):
@@ -259,7 +259,7 @@ def replace_files(new: Path, folder: Path, undo: Path, fresh: Sequence[str], gon
                 backup.replace(target) if exists else target.unlink()
         raise
     for name in reversed(gone):
-        with suppress(OSError):  # skip files and folders that are not empty
+        with suppress(OSError):  # ignore errors for files and for folders that are not empty
             (folder / name).rmdir()
 
 
@@ -270,8 +270,8 @@ def exchange(first: Path, second: Path) -> None:
 
         libc, names, flag = ctypes.CDLL(None, use_errno=True), (os.fsencode(first), os.fsencode(second)), 2
         if sys.platform == "darwin":
-            failed = libc.renamex_np(*names, ctypes.c_uint(flag))  # RENAME_SWAP of sys/stdio.h
-        else:  # AT_FDCWD of linux/fcntl.h, RENAME_EXCHANGE of linux/fs.h
+            failed = libc.renamex_np(*names, ctypes.c_uint(flag))  # the flag is RENAME_SWAP (sys/stdio.h)
+        else:  # the numbers are AT_FDCWD (linux/fcntl.h) and RENAME_EXCHANGE (linux/fs.h)
             failed = libc.renameat2(-100, names[0], -100, names[1], ctypes.c_uint(flag))
         code = ctypes.get_errno() if failed else 0
     except (ImportError, TypeError, AttributeError):

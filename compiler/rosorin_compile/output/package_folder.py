@@ -63,7 +63,7 @@ class PackageFolder:
             changed = {name: data for name, data in contents.items() if data != before[name]}
             listed = {name for name in self._manifest if name in files or (self.path / name).is_file()}
             if any(name not in files and not isinstance(self._manifest[name], str) for name in listed):
-                listed |= self._manifest.keys()  # files of an unfinished run, even if not written yet
+                listed |= self._manifest.keys()  # also list files of an unfinished run that are not written yet
             final = {name: self._manifest[name] for name in listed} | {n: digest(data) for n, data in files.items()}
             last = {MANIFEST: _manifest_text(final)} if manifest else {}
             if self.is_new:
@@ -99,7 +99,7 @@ def open_package_folder(folder: Path, dry_run: bool = False) -> Iterator[Package
             if not dry_run:
                 path.parent.mkdir(parents=True, exist_ok=True)
                 with suppress(OSError), lock(path.parent, tidy=True):
-                    pass  # remove leftovers of a process that was killed after it created the folder
+                    pass  # locking with ``tidy`` removes leftovers of killed processes
                 stack.enter_context(lock(path if path.is_dir() else path.parent, tidy=True))
             package = PackageFolder(path)
         except OSError as problem:

@@ -35,7 +35,7 @@ from rosorin_compile.source.system import pip_install
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.version import __version__
 
-_lock = threading.Lock()  # compile in one thread at a time; a Dask worker may have several
+_lock = threading.Lock()  # allows one compilation at a time, because a Dask worker may have several threads
 _parsed: dict[Path, dict[Path, Any]] = {}  # cache of parsed description files, by working directory
 
 
@@ -43,7 +43,7 @@ _parsed: dict[Path, dict[Path, Any]] = {}  # cache of parsed description files, 
 class Job:
     """The input that all variants of a sweep share: the robot, shared arguments, and the working directory."""
 
-    request: Request  # the robot to compile, with the output folder of the sweep
+    request: Request  # the robot to compile, and the output folder of the sweep
     shared: dict[str, Any]
     current: Path = field(default_factory=Path.cwd)
     version: str = __version__
@@ -219,7 +219,7 @@ def compile_in_order(
 
     ``jobs`` processes or a Dask client do the work; the result is a diagnostic if a process died. Raises OutputError.
     """
-    gc.enable()  # the command line disables it for short runs
+    gc.enable()  # the command line disables garbage collection for short runs
     pool: Any = _processes(jobs) if jobs > 1 and client is None else None
     if client is not None:
         jobs, pool = max(1, sum(client.nthreads().values())), client.get_executor(pure=False)

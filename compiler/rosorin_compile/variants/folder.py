@@ -39,7 +39,7 @@ class VariantsFolder:
             try:
                 import fcntl
 
-                # Do not use flock: worker processes inherit it, and may outlive a killed run.
+                # Do not use flock, because worker processes inherit such a lock, and may outlive a killed run.
                 fcntl.lockf(lock_file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except (BlockingIOError, PermissionError):
                 message = f"another run writes into {self.path}"
@@ -92,7 +92,7 @@ class VariantsFolder:
     def drop(self, name: str) -> None:
         """Remove the artifacts and the record of a variant."""
         if (self._records / f"{name}.json").is_file():
-            (self.path / INDEX).unlink(missing_ok=True)  # it is outdated
+            (self.path / INDEX).unlink(missing_ok=True)  # the index is outdated now
             self._remove(self.path / name, set(self.record(name)["entry"]["artifacts"]))
             (self._records / f"{name}.json").unlink()
 
@@ -111,7 +111,7 @@ class VariantsFolder:
                     (self.path / parent).rmdir()
 
     def _write_record(self, name: str, record: Mapping[str, Any]) -> None:
-        (self.path / INDEX).unlink(missing_ok=True)  # it is outdated
+        (self.path / INDEX).unlink(missing_ok=True)  # the index is outdated now
         new = self._hidden / "new-record.json"
         new.write_text(json.dumps(record), "utf-8")
         new.replace(self._records / f"{name}.json")

@@ -208,7 +208,7 @@ class _Writer:
         self.folder, self.edited = VariantsFolder(job.request.description.outputs), 0
         self.counts = dict.fromkeys(("made", "unchanged", "error"), 0)
         self.removed: list[str] = []
-        self.remarks: dict[str, tuple[str, int]] = {}  # by diagnostic as JSON: (first variant that has it, count)
+        self.remarks: dict[str, tuple[str, int]] = {}  # (first variant, number of variants) by diagnostic as JSON
 
     def run(self, jobs: int | None, dask: str) -> None:
         """Compile all variants and write ``sweep.json``. Raises OutputError, LoadError."""

@@ -22,7 +22,7 @@ from rosorin_compile.source.tree import Map, Seq, Text
 
 NAME = "name"
 TABLES, TREES = (".csv", ".tsv"), (*Description.ENDINGS, ".json")
-_MAX_NODES = 20_000_000  # the maximum number of values in a list
+_MAX_NODES = 20_000_000  # maximum number of values in a list of variants
 _SEPARATOR = re.compile(r"sep=(.)\r?\n?\Z", re.IGNORECASE)  # the optional first line of CSV files from spreadsheets
 
 
@@ -37,7 +37,7 @@ class Variants:
         self.path, self.shown, self.arguments, self.whole, self.home = path, files.label(path), arguments, whole, home
         self.is_folder = files.is_folder(path)
         self.is_table = not self.is_folder and path.suffix.lower() in TABLES
-        self._places: dict[str, Span | None] = {}  # by name, in lower case because folder names may ignore case
+        self._places: dict[str, Span | None] = {}  # positions by name, ignoring case as some file systems do
 
     def __len__(self) -> int:
         return len(self._places)

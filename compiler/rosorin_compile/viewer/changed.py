@@ -148,7 +148,7 @@ def _colours(was: object, became: object) -> Data:
 
 def _frame(kind: str, name: str, robots: Iterable[Robot]) -> str:
     """Return the frame at which a change is visible, or "" if there is no such frame."""
-    plain = name.split(" when ")[0].split(" below ")[0]  # strip the condition of a publisher
+    plain = name.split(" when ")[0].split(" below ")[0]  # remove the condition from the name of a publisher
     frames: list[str] = []
     for robot in robots:
         frames += [robot.joint[name].child] if kind == "joint" and name in robot.joint else []

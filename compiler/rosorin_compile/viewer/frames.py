@@ -177,7 +177,7 @@ class Look(NamedTuple):
 
 def tree(lines: Sequence[Line], look: Look) -> list[str]:
     """Format a tree of frames as lines of text."""
-    before: list[str] = []  # by line: the prefix of the lines of its children
+    before: list[str] = []  # for each line, the prefix of the lines of its children
     entries = []
     solid, dashed, corner, side, bar = ("--", "..", "`", "|", "|") if look.ascii else ("──", "╌╌", "└", "├", "│")
     for line in lines:

@@ -233,7 +233,7 @@ class _Before:
 
 
 def _joint(joint: Joint, quantity: str, value: Any, entry: Mapping[str, Any]) -> Joint:
-    if not quantity:  # a format that only lists moving joints
+    if not quantity:  # the format only lists moving joints, so a missing joint is fixed
         return replace(joint, type="fixed" if value is None else value.get("type", "fixed"))
     if quantity == "type":
         return replace(joint, type=value or "fixed")
@@ -258,7 +258,7 @@ def _shapes(now: Sequence[Shape], old: Shapes, new: Shapes) -> tuple[Shape, ...]
     back = [before_now[at] for at in rest.old]
     if own:
         return (*(piece for at, piece in enumerate(here) if at not in own), *back)
-    return tuple(now) if rest.old and rest.new else (*now, *back)  # removed and added: other frames changed
+    return tuple(now) if rest.old and rest.new else (*now, *back)  # shapes removed and added: another frame changed
 
 
 def _bare(solid: Solid) -> Solid:

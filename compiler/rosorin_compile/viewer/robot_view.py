@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from rosorin_compile.model import Robot
     from rosorin_compile.rules.case import Case
 
-_EXPLAINED = 300  # links; the page of a larger robot does not show where its numbers come from
+_EXPLAINED = 300  # maximum number of links for which the page shows the sources of numbers
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def on_disk(shown: RobotView, embedding: Embedding | None) -> Data:
     data = dict(shown.data)
     if embedding is not None:
         data.update(tables(shown.robot, shown.meshes, embedding))
-    table: dict[str, int] = {}  # index by line, because most lines occur for several links
+    table: dict[str, int] = {}  # store each line once, because most lines occur for several links
     links = list(data["links"])
     for number, link in enumerate(links if len(links) <= _EXPLAINED else ()):
         Progress.step("explaining", number, len(links))

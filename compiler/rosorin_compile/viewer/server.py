@@ -44,7 +44,7 @@ Data = dict[str, Any]
 LOOPBACK = "127.0.0.1"
 PORT = 8642  # default port; if it is in use, the system chooses another port
 _LARGEST = 1_000_000  # maximum size of a request in bytes
-_BEAT = 1.0  # seconds between checks if a page is still open
+_BEAT = 1.0  # seconds between checks that a page is still open
 _PATIENCE = 60.0  # timeout of a request in seconds
 _HTTP = 80  # default HTTP port, which browsers omit in the Host header
 _HOST = re.compile(r"(?:\[([0-9a-f:.]{2,45})\]|([0-9a-z._-]{1,253}))(?::([0-9]{1,5}))?")
@@ -205,7 +205,7 @@ class _Handler(BaseHTTPRequestHandler):
         size = self.headers.get("Content-Length", "")
         fits = size.isascii() and size.isdecimal() and len(size) <= len(str(_LARGEST)) and int(size) <= _LARGEST
         if not fits or self.headers.get_content_type() != "application/json":
-            self.close_connection = True  # the body of the request is not read
+            self.close_connection = True  # close, because the body of the request is not read
             raise Refused(HTTPStatus.BAD_REQUEST, "this is not a question about the robot")
         content = self.rfile.read(int(size))
         if self.path != "/touching":
@@ -226,7 +226,7 @@ class _Handler(BaseHTTPRequestHandler):
         page, seen = self.server.page, -1
         self._head("text/event-stream", HTTPStatus.OK, Connection="close")
         page.listeners += 1
-        try:  # the browser sends nothing more, so a readable socket means that it was closed
+        try:  # the browser sends nothing more, so a readable socket means that the page was closed
             while not select.select([self.connection], [], [], 0)[0] or self.connection.recv(1, socket.MSG_PEEK):
                 with page.change:
                     page.change.wait_for(lambda: page.changes != seen, _BEAT)  # noqa: B023
@@ -234,7 +234,7 @@ class _Handler(BaseHTTPRequestHandler):
                 if is_new:
                     self.wfile.write(page.events())
                     self.wfile.flush()
-        except OSError:  # the browser closed the connection
+        except OSError:  # end, because the browser closed the connection
             pass
         finally:
             self.close_connection = True
@@ -254,7 +254,7 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.write(content)
 
 
-_INTERVAL = 0.15  # seconds between checks if files changed
+_INTERVAL = 0.15  # seconds between checks for changed files
 
 
 class LiveRobot:
@@ -274,7 +274,7 @@ class LiveRobot:
         import gc
         import signal
 
-        gc.enable()  # the command line disables it for short runs
+        gc.enable()  # the command line disables garbage collection for short runs
         signal.signal(signal.SIGTERM, signal.default_int_handler)
         host = server.host
         name = "localhost" if host == LOOPBACK else f"[{host}]" if ":" in host else host

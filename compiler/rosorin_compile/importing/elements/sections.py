@@ -182,7 +182,7 @@ def entry(one: GazeboSensor, robot: Robot, gazebo: str) -> dict[str, Any]:
         ends = [(axis["min_angle"], axis["max_angle"]) for word, axis in axes.items() if word in arguments]
         count = int(arguments.get("rays", 1)) * int(arguments.get("layers", 1))
         if count > MAX_RAYS or any(abs(low + high) > _NEAR for low, high in ends):
-            made["mjcf"] = []  # omit from the MJCF: too slow, or not symmetric as in MuJoCo
+            made["mjcf"] = []  # omit the lidar from the MJCF: too slow, or asymmetric, which MuJoCo does not support
     if stamp in robot.link and stamp not in (frame, optical):
         made["stamps"] = [stamp]
     return made
@@ -254,7 +254,7 @@ def overlay(one: GazeboSensor, sensor: Sensor, gazebo: str) -> dict[str, Any]:
         return made
     brought = sensor.gazebo[0]
     frame_id = brought.FRAME_ELEMENTS[gazebo]
-    if gazebo == "classic":  # only the sensor type differs: descriptions have the element names of new Gazebo
+    if gazebo == "classic":  # only the type differs, because descriptions use the element names of new Gazebo
         brought = replace(brought, type=brought.in_classic().type)
     if one.type != brought.type:
         made["sensor"] = one.type
@@ -270,7 +270,7 @@ def overlay(one: GazeboSensor, sensor: Sensor, gazebo: str) -> dict[str, Any]:
     lidar = "ray" if gazebo == "classic" or one.type in ("gpu_lidar", "lidar") else ""
     if lidar in elements and "lidar" not in elements:
         elements = {("lidar" if key == lidar else key): value for key, value in elements.items()}
-    if brought.feels and "contact" in elements:  # collision names follow from the shapes of the link
+    if brought.feels and "contact" in elements:  # ignore collision names, which follow from the shapes of the link
         elements["contact"] = {key: value for key, value in one.inner("contact").items() if key != "collision"}
     if frame_id and not any(name in elements for name in _FRAMES):
         elements[frame_id] = None
@@ -340,7 +340,7 @@ def _joint(element: Element, robot: Robot, humble: bool) -> dict[str, Any] | Non
         commands = entry.get("command", {})
         if not isinstance(commands, dict):
             commands = dict.fromkeys([commands] if isinstance(commands, str) else commands)
-        for interface, numbers in commands.items():  # a joint limit is missing in the command
+        for interface, numbers in commands.items():  # some commands lack a limit that the joint has
             low, high = joint.limits_of(interface)
             ends = {end for end, limit in (("min", low), ("max", high)) if limit is not None}
             if not ends <= (numbers or {}).keys():
@@ -350,7 +350,7 @@ def _joint(element: Element, robot: Robot, humble: bool) -> dict[str, Any] | Non
         if not (joint and joint.mimic and _FLAGS.get(flag) is True):
             entry["mimic"] = _FLAGS.get(flag, flag)
     elif humble and joint is not None and joint.mimic is not None:
-        # On Humble, the parameter ``mimic`` names the joint to follow; without it, the joint has its own command.
+        # On Humble, the parameter ``mimic`` names the leader joint; a joint without it is not coupled to the leader.
         params = entry.get("params", {})
         if params.pop("mimic", None) is None:
             entry["mimic"] = False

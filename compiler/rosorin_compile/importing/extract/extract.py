@@ -319,7 +319,7 @@ class RobotSource:
             first = next(one for one in reading.diagnostics if one.severity == ERROR)
             diagnostics += [one for one in reading.diagnostics if one is not first]
             raise ExtractProblem(first)
-        # Ignore unsupported elements, which contain no joint or mesh, and a description, which `check` validates.
+        # Do not report diagnostics of a description (`check` does) or unsupported elements (not joints or meshes).
         found = reading.diagnostics if request.is_foreign else ()
         found = [one for one in found if one.rule != "import-cannot-carry"]
         diagnostics += [one for one in found if one.severity in (ERROR, WARNING)]

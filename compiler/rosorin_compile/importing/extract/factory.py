@@ -118,7 +118,7 @@ def extract_factory(
                 diagnostics += messages
             except ExtractProblem as problem:
                 diagnostics.append(problem.diagnostic)
-        # Joint values are copied unchanged, so copy the ``accept`` entries that suppress diagnostics on them.
+        # Copy the ``accept`` entries that suppress diagnostics, because the joint values are copied unchanged.
         joints = {
             joint: {key: plain_value(value) for key, value in entry.items() if key in _KEYS}
             for joint, entry in (source.tree.get("joints") or {}).items()

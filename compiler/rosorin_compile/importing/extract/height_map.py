@@ -54,7 +54,7 @@ class GridOptions:
     size: tuple[float, float] | None = None  # edge lengths of the grid along x and y, instead of ``cells``
     below: float | None = None  # ignore surfaces above this height
     digits: int = 4  # decimals of heights
-    step: float | None = None  # round box heights to multiples of it; by default ``cell``
+    step: float | None = None  # round box heights to multiples of this length; by default ``cell``
     bottom: bool = False  # also compute the height of the lowest point of the mesh
 
     def __post_init__(self) -> None:
@@ -146,7 +146,7 @@ def surface_heights(triangles: Floats, grid: Grid) -> Floats:
         within = ((across == 1) & (lower >= 0) & (upper <= np.array(grid.cells))).all(axis=1)
         np.maximum.at(heights, first[within, 0] * grid.cells[1] + first[within, 1], scaled[within, :, 2].max(axis=1))
         across[within] = 0
-        # Process the pairs of a triangle and a cell that it may intersect in chunks, to limit the memory.
+        # To limit memory, process in chunks all pairs of a triangle and a cell that may intersect.
         ends = np.cumsum(across[:, 0] * across[:, 1])
         for pair in range(0, int(ends[-1]) if len(ends) else 0, _MOST_PAIRS):
             number = np.arange(pair, min(pair + _MOST_PAIRS, int(ends[-1])))

@@ -203,7 +203,7 @@ def _stack(triangles: Floats, count: int, axis: str, digits: int) -> tuple[Shape
         height = triangles[:, :, along]
         corners = triangles[(height.max(axis=1) >= low) & (height.min(axis=1) <= high)]
         points, faces = corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
-        # Add the vertices in the cutting planes: they belong to both slices, but trimesh drops faces in a plane.
+        # Add the vertices in the cutting planes, because trimesh drops faces in these planes.
         inside = points[(points[:, along] >= low - _STL_NOISE) & (points[:, along] <= high + _STL_NOISE)]
         for direction, cut in ((normal, low), (-normal, high)):
             if len(faces):

@@ -144,7 +144,7 @@ def mirror_node(node: Node, mirror: str, is_root: bool) -> Values:
     for path, number in node.values.items() if mirror else ():
         key, index = (path[-2], path[-1]) if len(path) > 1 else ("", "")
         is_axis_of_joint = path[:2] == ("joint", "axis") and node.kind in _WITH_AXIS
-        if is_root and is_pose(path):  # the entry of "use" sets the pose of the root
+        if is_root and is_pose(path):  # skip the pose of the root link, which the entry of "use" sets
             continue
         if key in ("min", "max") and index == axis and path[-3] == "box":
             opposite: Path = (*path[:-2], "max" if key == "min" else "min", axis)

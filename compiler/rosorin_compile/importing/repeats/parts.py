@@ -96,7 +96,7 @@ class _Body:
             members = [start for start in group if start not in self.covered]
             if len(members) < 2 or self._try(members):
                 continue
-            equal: dict[Any, list[int]] = defaultdict(list)  # try equal sizes, such as the front legs of a quadruped
+            equal: dict[Any, list[int]] = defaultdict(list)  # group equal instances, such as the front legs of a robot
             for start in members:
                 row = self.nodes[start : start + self.nodes[start].size]
                 numbers = [item for node in row for item in node.values.items() if is_number(item[1])]

@@ -68,7 +68,7 @@ def main(run: Callable[[dict[str, Any]], dict[str, Any]] = lambda request: Expan
     """Read a request from stdin, run it (by default: expand the file), and write the answer to stdout."""
     request = json.loads(sys.stdin.buffer.read())
     answer_to = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)  # redirect print() in the xacro to stderr, away from the answer
+    os.dup2(2, 1)  # redirect print() in a xacro to stderr, because stdout is for the answer
     _limit(request["seconds"])
     if request["environment"] is not None:
         os.environ.clear()
@@ -206,7 +206,7 @@ class Expansion:
             return made
 
         xacro.abs_filename_spec, xacro.parse = absolute, read
-        # Read files safely also where xacro calls open (in load_yaml) and glob (for includes with wildcards).
+        # Also replace ``open`` and ``glob``, which xacro calls in load_yaml and for includes with wildcards.
         xacro.open, xacro.glob = _opened, SimpleNamespace(glob=glob.glob)
         xacro.substitution_args_context = Context()
         xacro.substitution_args_context.stack = lambda: xacro.filestack

@@ -39,7 +39,7 @@ from .macros import how_to_call, macro_call, macros_of
 MAX_SECONDS = 30  # of CPU time; overridden by ROSORIN_COMPILE_XACRO_SECONDS, which ``--xacro-seconds`` sets
 _PATIENCE, _START = 4, 60  # wall-clock limit: _PATIENCE * CPU limit + _START, in seconds
 _MOST_RELATED = 12
-_TRUST = "ROSORIN_COMPILE_TRUST"  # 1: trust all files
+_TRUST = "ROSORIN_COMPILE_TRUST"  # environment variable; "1" means that all files are trusted
 _TRUSTED_FILES = Path("rosorin-compile", "trusted")  # SHA-256 digests, in the configuration folder of the user
 
 _CHILD = (
@@ -233,7 +233,7 @@ def _errors(
         message = "xacro, which expands .xacro files, is not installed"
         return [error("extra-missing", message, first, system.pip_install("import"))]
     missing = answer.get("package")
-    if "markup" not in answer and missing is None:  # else files that were not read may declare it
+    if "markup" not in answer and missing is None:  # an argument may be declared in a file that was not read
         known: set[str] = set()
         for file in files:
             with suppress(MarkupError):

@@ -24,13 +24,13 @@ from ..description import free_name
 from .child import MARK, Place
 
 COMMENTS = "rosorin_comments"  # attribute of an XML element that stores the comments before it
-TOKEN = re.compile("\ua657(\\d+)\ua657")  # stands for a symbol in a string; the letter is from an unused script
-UNKNOWN = object()  # the example of a symbol whose value cannot be computed
+TOKEN = re.compile("\ua657(\\d+)\ua657")  # stands for a ``Symbol`` in a string; the letter is from an unused script
+UNKNOWN = object()  # the example of a ``Symbol`` if the value cannot be computed
 _FLAGS = {"true": True, "True": True, "false": False, "False": False}
 _OUTSIDE = ("find", "load", "error")  # functions that read files or raise errors and cannot be folded
 _NUMBERS = re.compile(r"\s*[-+]?[\d.][\d.eE+-]*(?:\s+[-+]?[\d.][\d.eE+-]*)+\s*")
 
-Pieces = list[Any]  # strings and symbols that are concatenated
+Pieces = list[Any]  # strings and ``Symbol``s that are concatenated
 
 
 class Failed(Exception):
@@ -159,7 +159,7 @@ class Variable:
     ours: str  # name in the description
     value: Any  # an example value in xacro
     type: str
-    symbol: Symbol | None = None  # the value of a property, or the default of an argument
+    symbol: Symbol | None = None  # value of a property, or default of an argument
     owner: str = ""  # key of the macro that has the parameter or property
     place: Any = None
     comments: list[str] = field(default_factory=list)

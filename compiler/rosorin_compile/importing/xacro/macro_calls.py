@@ -50,7 +50,7 @@ class Calls:
         self.program = program
         self.macros: dict[str, Macro] = {}  # translated macros by key and level
         self.building: list[Macro] = []  # stack of macros whose bodies are being evaluated
-        self.paths: list[str] = [""]  # stack of the element paths around their calls
+        self.paths: list[str] = [""]  # stack of the element paths around the calls of these macros
         self.called: dict[str, bool] = {}  # by macro key: True if a call created an element
 
     def call(self, node: Any, macros: Any, symbols: Any) -> bool:
@@ -93,7 +93,7 @@ class Calls:
         if node.nodeType == node.ELEMENT_NODE:
             names += [self.paths[-1]] if self.paths[-1] else []
         else:
-            names.pop()  # leave out <robot>
+            names.pop()  # do not include <robot> in the path
         return "/".join(reversed(names))
 
     def _take_values(self, call: Invocation, macros: Any, symbols: Any) -> None:

@@ -37,13 +37,13 @@ _PARENTS = ("parent", "parent_link", "parent_frame", "connected_to", "attach_to"
 _POSES = ("*origin", "*pose")
 _DIMENSIONS = {"xyz": LENGTH, "rpy": ANGLE}
 _ZERO = "0 0 0"
-# The syntax of ``xacro.parse_macro_arg``; "^" inherits a property of the caller.
+# Matches a parameter in the syntax of ``xacro.parse_macro_arg``; "^" inherits a property of the caller.
 _PARAMETER = re.compile(
     r"""\s*([^\s:=]+)(?:\s*:?=\s*((?:\^\|?)?(?:\$\{.*?\}|\$\(.*?\)|(?:'.*?'|".*?"|[^\s'"]+)+|))(?=\s|$))?""", re.DOTALL
 )
 _PACKAGE = re.compile(r"package://([^/\s]+)")
 _FIND = re.compile(r"\$\(find\s+([^\s)]+)\s*\)")
-_EVALUATED = re.compile(r"\$+(?=[{(])")  # an additional dollar escapes an expression
+_EVALUATED = re.compile(r"\$+(?=[{(])")  # an additional dollar sign escapes an expression
 
 
 class Call(NamedTuple):
@@ -63,7 +63,7 @@ def macros_of(document: Document, path: Path, packages: Packages) -> dict[str, P
             if any(above.tag == "xacro:macro" for above in element.ancestors()):
                 continue
             name, parameters = element.get("name").removeprefix("xacro:"), _parameters(element.get("params"))
-            if element.tag == "xacro:macro" and name:  # if defined several times, no parameter is required
+            if element.tag == "xacro:macro" and name:  # with several definitions, treat all parameters as optional
                 merged = {**found.get(name, {}), **parameters}
                 found[name] = {key: default or "" for key, default in merged.items()} if name in found else merged
             if element.tag != "xacro:include" or "ns" in element.attributes:

@@ -117,7 +117,7 @@ class _Search:
     def __init__(self, path: Path, options: ReadOptions, imported: Imported, wanted: Outputs, target: Target) -> None:
         self.path, self.options, self.imported, self.target = path, options, imported, target
         self.outputs = dict(wanted.entries)
-        if "urdf" in self.outputs:  # the xacro has Gazebo and ros2_control elements, so add no others
+        if "urdf" in self.outputs:  # do not generate Gazebo and ros2_control elements: the xacro has them
             urdf = self.outputs["urdf"]
             self.outputs["urdf"] = {key: one for key, one in urdf.items() if key not in ("control", "gazebo")}
         self.robots: dict[Combination, Imported] = {(): imported}  # robots that xacro generates
@@ -138,7 +138,7 @@ class _Search:
             self.inlined, self.fixed = answer["inlined"], answer["fixed"]
             rows, total = _combinations({one["name"]: one["choices"] for one in answer["arguments"]})
             invented = [((one["name"], text),) for one in answer["arguments"] for text in one["invented"]]
-            every = sorted([*rows, *invented], key=lambda row: row != failing)  # first the last failure
+            every = sorted([*rows, *invented], key=lambda row: row != failing)  # begin with the last failure
             variables = {one["name"]: one["value"] for one in answer["arguments"] if one["environment"]}
             refused = self.expand(every, variables)
             before = len(self.fixed)
@@ -196,7 +196,7 @@ class _Search:
         """Compare a translation with the output of xacro; return the compared combinations, or the first difference."""
         compared: list[Combination] = []
         with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
-            stage = Path(name, Description.FOLDER, "robot")  # deep enough for includes of adjacent descriptions
+            stage = Path(name, Description.FOLDER, "robot")  # includes may name adjacent descriptions (../NAME)
             for file, text in files.items():
                 (stage / file).parent.mkdir(parents=True, exist_ok=True)
                 (stage / file).write_text(text, "utf-8")

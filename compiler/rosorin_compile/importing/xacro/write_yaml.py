@@ -24,7 +24,7 @@ from .values import Values, number
 if TYPE_CHECKING:
     from .program import Program
 
-PROBE = "probe_"  # value for a string argument that occurs in no condition
+PROBE = "probe_"  # test value for a string argument, which no condition mentions
 _MARKS: dict[type, str] = {Expression: "$", Verbatim: "#"}
 
 
@@ -41,7 +41,7 @@ class Writer:
         self.entries = Entries(self.values, self.write_macro)
         self._written: dict[ir.Macro, dict[str, Any]] = {}
         self._macro: ir.Macro | None = None  # the macro whose body is being written
-        self._part: dict[str, Any] = {}  # the entry of that macro if it is a part
+        self._part: dict[str, Any] = {}  # the entry of this macro in "parts", if it is a part
         self._keys: set[str] = set()
         self._alternatives: dict[tuple[int, str], list[Any]] = {}
 
@@ -179,7 +179,7 @@ class Writer:
     def _entry(self, node: ir.Element, when: ast.expr | None, comments: list[str]) -> None:
         place, path, document = self._place_of(node)
         if node.tag == "material":
-            if self._macro is not None:  # define it in the robot, because a part cannot have materials
+            if self._macro is not None:  # define the material in the robot, because a part cannot have materials
                 if when is not None or any(one.owner for one in ir.variables_in(ir.expressions_in([node]))):
                     raise ir.Failed("it defines materials of several values, which the robot shares")
                 document = self.documents.setdefault(self._file(place), {})

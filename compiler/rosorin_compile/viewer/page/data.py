@@ -99,7 +99,7 @@ def _shape(shape: Shape) -> Data:
 
 def _colour(robot: Robot, shape: Shape) -> Data:
     rgba, texture = robot.colour(shape), robot.texture(shape)
-    shown = {} if rgba is None else {"rgba": [min(max(part, 0.0), 1.0) for part in rgba]}  # a rule reports others
+    shown = {} if rgba is None else {"rgba": [min(max(part, 0.0), 1.0) for part in rgba]}  # a rule reports other values
     return shown | ({"texture": texture} if texture else {})
 
 

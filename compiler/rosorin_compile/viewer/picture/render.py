@@ -24,7 +24,7 @@ Pixels = NDArray[np.uint8]  # (rows, columns, 4): premultiplied red, green, blue
 MeshParts = Sequence[tuple[Floats, Colour | None]]  # (triangles (n, 3, 3) in m, their colour or None) of a mesh file
 
 _FIELD_OF_VIEW, _MARGIN = math.radians(28.0), 1.06  # vertical angle; factor of the distance, as in viewer/src/stage.js
-_FRAME = 2 * math.tan(_FIELD_OF_VIEW / 2)  # height of the view at distance 1
+_FRAME = 2 * math.tan(_FIELD_OF_VIEW / 2)  # visible height at a distance of 1 from the camera
 _FINE, _BAND = 3, 1_000_000  # samples per pixel along x and y; samples to draw at once
 _NEAREST, _LAST = 2**24, 2**32 - 1
 _SEGMENTS, _SMOOTH = 40, 0.82  # segments of a circle; cosine of the largest angle between smooth faces
@@ -45,7 +45,7 @@ THEMES = {
 }
 AXIS_COLOURS = [[*bytes.fromhex(colour)] for colour in ("e5484d", "30a46c", "3e63dd")]
 _SENSOR, _EMPTY = ([0x8E, 0x4E, 0xC6], 11.0), ([0x7D, 0x8A, 0x97], 8.0)  # markers: (RGB, size in pixels)
-_DOT, _ADVANCE, _LINE, _GAP = 1.45, 8.7, 11.0, 4.0  # distances in pixels
+_DOT, _ADVANCE, _LINE, _GAP = 1.45, 8.7, 11.0, 4.0  # distances in pixels of dots, letters, lines and names
 # Bitmap font from space to ~, then a box: five columns per character, two hex digits per column, lowest bit on top.
 _DOTS = bytes.fromhex(
     "0000000000 00005F0000 0007000700 147F147F14 242A7F2A12 2313086462 3649562050 0008070300"
@@ -114,7 +114,7 @@ def _surface(geometry: Box | Cylinder | Capsule | Sphere | Ellipsoid | HeightMap
         half = geometry.length / 2 if isinstance(geometry, Cylinder | Capsule) else 0.0
         turn = np.linspace(0.0, math.pi / 2, _SEGMENTS // 4 + 1)
         profile = np.stack([radius * np.sin(turn), radius * np.cos(turn) + half], axis=-1)
-        if isinstance(geometry, Cylinder):  # separate vertices give a sharp edge
+        if isinstance(geometry, Cylinder):  # duplicate the vertices of the edge, so that its shading is sharp
             profile = np.array([(0.0, half), (radius, half), (radius * (1 + 1e-9), half)])
         profile = np.concatenate([profile, profile[::-1] * (1.0, -1.0)])
         turn = 2 * math.pi * (np.arange(_SEGMENTS + 1) % _SEGMENTS) / _SEGMENTS

@@ -119,7 +119,7 @@ def sorted_sections(document: Mapping[str, V]) -> dict[str, V]:
 
 
 def in_order(entry: Mapping[str, V]) -> dict[str, V]:
-    """Sort the keys of a link, of a joint, or of an element in them such as ``visual``, by the order in the schema."""
+    """Sort the keys of a link, joint or nested element such as ``visual`` by the order in the schema."""
     return _sorted(entry, _words())
 
 

@@ -111,7 +111,7 @@ def _packages(files: Mapping[str, Path], here: Path) -> dict[str, str]:
 
 
 def seen_from(imported: Imported, folder: Path) -> Imported:
-    """Make the paths in the section ``source`` of a robot absolute; they are relative to ``folder``."""
+    """Make the paths in the section ``source`` of a robot, which are relative to ``folder``, absolute."""
     source = imported.tree.get("source") if imported.tree is not None else None
     if imported.tree is None or not (isinstance(source, Map) and {"folder", "packages"} & source.keys()):
         return imported

@@ -106,7 +106,7 @@ def read_set(folder: Path) -> dict[str, bytes]:
 
 
 def _resolved(folder: Path) -> Path:
-    """Return the output folder with links resolved. Raises OutputError if it cannot be replaced."""
+    """Return the output folder with links resolved. Raises OutputError if the folder cannot be replaced."""
     with suppress(ValueError):  # a surrogate in the name raises ValueError
         is_named = folder.name not in ("", "..") and not STAGING_NAME.fullmatch(folder.name)
         if is_named and b"\0" not in os.fsencode(folder):

@@ -25,7 +25,7 @@ from .frames_picture import Tree, cells_of, frame_trees, number_whys, svg
 class FrameEdge:
     """A transform ``parent`` -> ``child`` in a tree of frames, and the node that publishes it.
 
-    ``publisher`` is None for the reason ``why``; ``when`` is a condition on modes, None for always.
+    ``publisher`` is None if no node does, for the reason ``why``; ``when`` is a condition on modes, None for always.
     """
 
     parent: str
@@ -47,7 +47,7 @@ class FrameEdge:
 
 @dataclass(frozen=True)
 class FrameSituation:
-    """A tree of frames, and the modes in which it is published: a description ``when``, and all combinations."""
+    """A tree of frames, and the modes in which it is published: ``when`` in words, ``modes`` as combinations."""
 
     when: str
     modes: tuple[Mapping[str, bool], ...]

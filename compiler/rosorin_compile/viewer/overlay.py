@@ -56,7 +56,7 @@ class Overlay(NamedTuple):
 
 
 def of_two(difference: RobotDifference, prefix: str | None) -> Overlay:
-    """Return the overlay of two robots; ``prefix`` is a prefix of names in the second robot."""
+    """Return the overlay of the first robot on the second; ``prefix`` is a prefix of names in the second robot."""
     a, b = difference.sides
     pairing = pair_sides(a, b, difference.tolerance, prefix)
     first, second = pairing.a.robot, pairing.b.robot

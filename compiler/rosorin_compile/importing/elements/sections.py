@@ -243,7 +243,7 @@ def _field_of_view(word: str, axis: Mapping[str, Any], rays: int) -> dict[str, A
 
 
 def without_collisions(texts: Sequence[str]) -> list[str]:
-    """Remove <collision> names of contact sensors from XML, because they follow from the shapes of the link."""
+    """Remove <collision> names of contact sensors from XML; the shapes of the link determine these names."""
     return [re.sub(r"<collision>[^<]*</collision>", "", text) for text in texts]
 
 

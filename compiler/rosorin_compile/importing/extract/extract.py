@@ -297,7 +297,7 @@ def all_diagnostics(problem: DiagnosticError, others: list[Diagnostic]) -> tuple
 
 @dataclass(frozen=True)
 class Part:
-    """The triangles (n, 3, 3) of a mesh file or link, in metres in its frame, and the names of its mesh files."""
+    """The triangles (n, 3, 3) in metres of a mesh file, or of a link in the link frame, and the mesh file names."""
 
     name: str
     triangles: Floats

@@ -285,7 +285,7 @@ def find_map(path: Path, link: str | None) -> MapEntry:
 
 
 def replace_map(entry: MapEntry, new: HeightMap, status: str, note: str) -> str:
-    """Return the text of a description file with a new height map. Raises ExtractProblem if it cannot be edited."""
+    """Return the text of a description file with a new height map. Raises ExtractProblem if that is impossible."""
     old, spans = entry.collision["height_map"], entry.collision.key_spans
     values: dict[str, Any] = {"origin": list(new.origin), "cell": new.cell, "method": new.method}
     texts = {"origin": _row(new.origin), "cell": _length(new.cell), "method": Scalar(new.method).in_quotes()}

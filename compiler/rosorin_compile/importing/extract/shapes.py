@@ -148,7 +148,7 @@ def _oriented_box(hull: Floats, digits: int) -> Shape:
 
 
 def _least_rotation(axes: Floats) -> Vector:
-    """Permute and flip box axes (rows) for the least rotation; return its roll, pitch and yaw (rad)."""
+    """Return roll, pitch and yaw (rad) for box axes (rows), permuted and flipped for the least rotation."""
     turned = [
         axes[list(order)] * np.array(signs)[:, None]
         for order in itertools.permutations(range(3))

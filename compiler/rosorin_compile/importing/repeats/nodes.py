@@ -27,7 +27,7 @@ Values = dict[Path, Any]
 MOUNT = "mount"  # in a part, the name for the link of the robot that the part is attached to
 # Paths of values in a node that are names of joints, mimic constraints or actuators.
 REFERENCES: tuple[Path, ...] = (("joint", "mimic", "joint"), ("joint", "mimic", "name"), ("joint", "actuator", "name"))
-_MAX_NODES = 200  # maximum number of links in one part
+_MAX_NODES = 200  # maximum number of links in a part
 # Links and joints with these keys cannot be in a part: XML, or names that differ between instances.
 _UNFIT = frozenset(("publisher", "target", "urdf_elements", "mjcf_elements", "sites", "cameras", "lights"))
 _WITH_AXIS = ("revolute", "continuous", "prismatic", "planar")
@@ -38,7 +38,7 @@ _AXES = {"xyz": ("x", "y", "z"), "rpy": ("roll", "pitch", "yaw")}
 
 @dataclass
 class Node:
-    """A link with its parent joint; the root has an empty joint name."""
+    """A link with its parent joint, whose name is "" for a root link."""
 
     link: str
     joint: str

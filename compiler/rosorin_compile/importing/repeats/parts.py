@@ -50,7 +50,7 @@ class Split(NamedTuple):
 
 @dataclass
 class Part:
-    """A part and its entries of ``use`` by instance; ``cost`` rates how hard it is to read."""
+    """A part and its entries of ``use`` by instance; ``cost`` rates how hard the part is to read."""
 
     name: str
     entry: dict[str, Any]
@@ -144,7 +144,7 @@ class _Body:
         return True
 
     def _make(self, rows: Sequence[list[Node]], mirrors: Sequence[str]) -> Part | None:
-        """Return a part for the nodes of several instances, or None if the language cannot express it."""
+        """Return a part for the nodes of several instances, or None if the description language cannot express it."""
         self.result.budget -= len(rows) * len(rows[0])
         names = [[name for node in row for name in node.names] for row in rows]
         parted = split(list(zip(*names, strict=True))) if self.result.budget >= 0 else None
@@ -257,7 +257,7 @@ def split(names: Sequence[Sequence[str]]) -> Split | None:
     ['hip_${name}', 'thigh_${name}']
     """
     ends: list[tuple[str, str]] = []  # common beginning and end of the names in each row
-    uses: list[str] = []  # differing text between them, for each instance
+    uses: list[str] = []  # differing text between beginning and end, for each instance
     for row in names:
         pieces = [_WORD.findall(name) for name in row]
         differing = [place for place, some in enumerate(zip(*pieces, strict=False)) if len(set(some)) > 1]

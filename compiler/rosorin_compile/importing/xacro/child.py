@@ -38,7 +38,7 @@ CALL = "rosorin-call"  # tag of the element around the macro call in generated t
 
 
 class OutOfTime(BaseException):
-    """The time limit is exceeded. A BaseException, so that xacro does not catch it."""
+    """The time limit is exceeded; this is a BaseException, so that xacro does not catch the exception."""
 
 
 class NotMarkup(Exception):

@@ -179,7 +179,7 @@ class Entries:
         return self.values.expression_text(ast.Call(ast.Name(call.macro.ours, ast.Load()), arguments, []))
 
     def named_value(self, macro: Macro) -> tuple[Any, dict[str, Any]]:
-        """Convert a macro in a link, joint or XML to a ``let`` function; return (body, its keys). Raises Failed."""
+        """Convert a macro in a link, joint or XML to a ``let`` function; return (body, keys). Raises Failed."""
         self.inner = []
         if macro.level == "xml":
             text = "\n".join(self._lines(macro.body, ""))

@@ -51,7 +51,7 @@ class Evaluator:
         return ir.symbol_of(self.eval(tree))
 
     def _made(self, tree: ast.expr, node: ast.expr, items: dict[ast.expr, ir.Symbol], kind: str = "") -> ir.Symbol:
-        """Return a symbolic value for ``node``; its example is ``tree`` evaluated with the examples of ``items``."""
+        """Return a symbolic value for the expression ``node``; ``tree`` is evaluated for the example value."""
         known = all(map(ir.is_known, items.values()))
         value: Any = ir.UNKNOWN
         if all(one.value is not ir.UNKNOWN for one in items.values()):
@@ -367,7 +367,7 @@ class NamedFiles:
         self._found = Packages({}, os.environ, Path(program.request["folder"], Description.ROOT_FILE))
 
     def finds(self, package: str) -> bool:
-        """Return True if the description can find a ROS package by name. Raises Failed if xacro cannot find it."""
+        """Return True if the description can find a ROS package by name. Raises Failed for a missing package."""
         folder, found = self.program.packages.find(package), self._found.find(package)
         if folder is None:
             raise ir.Failed(f'the package "{package}" is not found')

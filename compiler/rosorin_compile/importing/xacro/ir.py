@@ -54,7 +54,7 @@ def literal(text: Any) -> Any:
 
 
 def plain_node(value: Any) -> ast.expr:
-    """Convert a Python value to an expression. Raises Failed if the language has no such value."""
+    """Convert a Python value to an expression. Raises Failed if the description language has no such value."""
     if value is None or isinstance(value, bool):
         return ast.Name({None: "none", True: "true", False: "false"}[value], ast.Load())
     if isinstance(value, (list, tuple)):

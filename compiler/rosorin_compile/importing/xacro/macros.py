@@ -55,7 +55,7 @@ class Call(NamedTuple):
 
 
 def macros_of(document: Document, path: Path, packages: Packages) -> dict[str, Parameters]:
-    """Return the parameters of each macro in a xacro file and its includes; skip computed file names."""
+    """Return the parameters of each macro in a xacro file and its includes; skip includes with computed names."""
     found: dict[str, Parameters] = {}
     waiting, visited = [(document, path)], {os.path.abspath(path)}
     for opened, file in waiting:

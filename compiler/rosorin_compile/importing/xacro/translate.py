@@ -244,7 +244,7 @@ class _Search:
             return layout({key: content[key] for key in keys if content.get(key)}, lines)
 
         made = {name: text(name, one) for name, one in documents.items() if name != root and any(one.values())}
-        if not answer["copied"]:  # copied YAML files are relative to the including file, so do not share it
+        if not answer["copied"]:  # files that load copied YAML files cannot be shared
             made = {self.target.address(name, one): one for name, one in made.items()}
         head: dict[str, Any] = {"rosorin_compile": Verbatim("1"), "robot": self.target.name or decode(answer["name"])}
         head |= {"source": dict(tree["source"])} if "source" in tree else {}

@@ -156,7 +156,7 @@ class Values:
 
 
 def number(text: str, unit: str) -> Verbatim:
-    """Format a number for a key with ``unit``, angles in degrees if exact. Raises Failed if it is not a number."""
+    """Format the number in ``text`` with ``unit``, angles in degrees if that is exact. Raises Failed for other text."""
     text, value = text.strip(), ir.number_in(text)
     if value == 0:
         return Verbatim("0")

@@ -188,7 +188,7 @@ class Writer:
             holder = next((one for one in self.documents.values() if name in one.get("materials", ())), document)
             section = holder.setdefault("materials", {})
             known = self._alternatives.get((id(section), str(name)), [])
-            if not known or known[-1][1] is not None:  # ignore definitions after an unconditional one
+            if not known or known[-1][1] is not None:  # ignore a definition after an unconditional definition
                 self._put(section, name, value, when)
                 self._remark(place, ("materials", name), comments)
         elif node.tag in ("link", "joint"):
@@ -248,7 +248,7 @@ class Writer:
         self._remark(macro.place, path, macro.comments)
 
     def _default_of(self, macro: ir.Macro, name: str) -> ir.Symbol | None:
-        """Return the default of a parameter if it is the same in all calls, else None."""
+        """Return the default of a parameter if all calls have the same default, else None."""
         found = {ir.as_text(one.given[name][0].node): one.given[name][0] for one in macro.calls if one.given[name][1]}
         if len(found) != 1:
             return None
@@ -277,7 +277,7 @@ class Writer:
         self._remark(place, (*path, "use", key), comments)
 
     def _write_lets(self, macro: ir.Macro | None, path: tuple[Any, ...] = ()) -> dict[str, Any]:
-        """Write the used properties of the robot to the section ``let``, or return those of a macro."""
+        """Write the used properties of the robot to ``let``, or return the used properties of a macro."""
         owner, values = macro.key if macro is not None else "", dict[ir.Variable, Any]()
         lets = [one for one in self.program.variables if one.kind == "let" and one.owner == owner]
         while waiting := [one for one in lets if one.used and one not in values]:
@@ -293,7 +293,7 @@ class Writer:
         return made
 
     def _write_arguments(self) -> None:
-        """Write the used arguments to ``args``; those with computed defaults are last, in robot.yaml."""
+        """Write the used arguments to the section ``args``, those with computed defaults last, in robot.yaml."""
         used = [one for one in self.program.arguments.values() if one.used]
         values = {one: self.values.value(ir.symbol_of(one.symbol), one) for one in used}
         for file in self.documents.values():

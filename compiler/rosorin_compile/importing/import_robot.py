@@ -352,7 +352,7 @@ def _texts(node: Any) -> Iterator[str]:
 
 
 def _package_at(folder: Path, source: Path) -> _Package:
-    """Return the ROS package in ``folder``. Raises RequestError if this is no package with ``source``."""
+    """Return the ROS package ``folder``. Raises RequestError if it is no package, or does not contain ``source``."""
     if not is_folder(folder):
         raise RequestError(f"{folder} is not a folder; --into names the folder of a ROS package")
     found = package_of(folder)

@@ -141,7 +141,7 @@ def _entry(text: str, frame: str, artifacts: Sequence[str], colours: Data | None
 
 
 def _colours(was: object, became: object) -> Data:
-    """Parse two colours (red, green, blue, alpha) as "was" and "is"; a value that is not a colour becomes None."""
+    """Return {"was": colour, "is": colour}, as red, green, blue and alpha, or None if a value is not a colour."""
     texts = {"was": str(was).split(), "is": str(became).split()}
     return {key: [*map(float, numbers)] if len(numbers) == 4 else None for key, numbers in texts.items()}
 

@@ -340,7 +340,7 @@ def _joint(element: Element, robot: Robot, humble: bool) -> dict[str, Any] | Non
         commands = entry.get("command", {})
         if not isinstance(commands, dict):
             commands = dict.fromkeys([commands] if isinstance(commands, str) else commands)
-        for interface, numbers in commands.items():  # some commands lack a limit that the joint has
+        for interface, numbers in commands.items():  # set "limits" to "urdf" if a command lacks a limit of the joint
             low, high = joint.limits_of(interface)
             ends = {end for end, limit in (("min", low), ("max", high)) if limit is not None}
             if not ends <= (numbers or {}).keys():

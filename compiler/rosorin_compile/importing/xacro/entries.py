@@ -191,7 +191,7 @@ class Entries:
         return inner[0] if len(entry) == 1 else entry, entry
 
     def _call_items(self, call: Call) -> list[Item]:
-        """Return a (key, value, None) tuple for each key that a macro call adds to an entry."""
+        """Return (key, value, None for no condition) for each key that a macro call adds to an entry."""
         entry, text = self.write_macro(call.macro), self.call_text(call)
         items: list[Item] = []
         for key in entry:

@@ -56,7 +56,7 @@ _COMMENT = re.compile("<!--.*?-->", re.DOTALL)
 _ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)["']|\$\(arg\s+([^\s)]+)""")
 _EXPRESSION = re.compile(r"when evaluating expression '(.*?)'(?: when|$)")
 _FORMS = ("${{{}}}", "$(arg {})", "$(env {})", "(find {})", "package://{}/", "<{}")
-_HELPS = {  # help by pattern of an error message of xacro; {0} is the name in the message
+_HELPS = {  # help texts by pattern of a xacro error message; {0} is the matched name
     r"substitution argument (\S+)": "give it a value: {0}:=VALUE, or in an include args: {{{0}: VALUE}}",
     r"environment variable '(.+?)' is": "set it: export {0}=VALUE; or write $(optenv {0} VALUE), which has a default",
 }

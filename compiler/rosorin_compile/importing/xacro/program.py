@@ -36,8 +36,8 @@ class Program(Expansion):
     def __init__(self, request: dict[str, Any]) -> None:
         super().__init__(request)
         self.request = request
-        self.inlined: dict[str, str] = dict(request["inlined"])  # macros to expand: the reason by source position
-        self.fixed: dict[str, list[str]] = dict(request["fixed"])  # arguments to replace: [value, reason] by name
+        self.inlined: dict[str, str] = dict(request["inlined"])  # why a macro is expanded, by its source position
+        self.fixed: dict[str, list[str]] = dict(request["fixed"])  # [value, reason] of each replaced argument by name
         # Results of earlier runs, by macro: parameter types, and properties of callers that become parameters.
         self.kinds: dict[str, str] = {}
         self.implicit: dict[str, set[str]] = {}

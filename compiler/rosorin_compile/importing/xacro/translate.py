@@ -121,8 +121,8 @@ class _Search:
             urdf = self.outputs["urdf"]
             self.outputs["urdf"] = {key: one for key, one in urdf.items() if key not in ("control", "gazebo")}
         self.robots: dict[Combination, Imported] = {(): imported}  # robots that xacro generates
-        self.inlined: dict[str, str] = {}  # macros to expand: the reason by source position
-        self.fixed: dict[str, list[str]] = {}  # arguments to replace: [value, reason] by name
+        self.inlined: dict[str, str] = {}  # why a macro is expanded, by its source position
+        self.fixed: dict[str, list[str]] = {}  # [value, reason] of each replaced argument by name
         self.began = sum(os.times()[:4])  # CPU time in seconds, with child processes
 
     def run(self) -> Translation:

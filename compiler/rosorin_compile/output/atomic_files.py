@@ -85,8 +85,8 @@ def write_file(
 ) -> None:
     """Write ``data`` to a file in one step; permissions are kept, and symbolic links are followed.
 
-    If ``data`` is equal, only the time of the file changes. Raises OutputError, also if the file is one of ``inputs``,
-    or if ``may_replace`` returns False for the file.
+    If the file already has this content, only its time changes. Raises OutputError, also if the file is one of
+    ``inputs``, or if ``may_replace`` returns False for the file.
     """
     try:
         exists = path.exists()

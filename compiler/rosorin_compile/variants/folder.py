@@ -58,7 +58,7 @@ class VariantsFolder:
         return sorted(path.stem for path in self._records.glob("*.json"))
 
     def record(self, name: str) -> dict[str, Any]:
-        """Read the record of a variant; return a record with an empty key if it is missing or invalid."""
+        """Read the record of a variant: input digests and entry of ``sweep.json``; empty if missing or invalid."""
         try:
             record = json.loads((self._records / f"{name}.json").read_bytes())
             entry = {**record["entry"], "artifacts": dict(record["entry"]["artifacts"])}

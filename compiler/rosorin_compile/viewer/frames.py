@@ -23,7 +23,7 @@ from .frames_picture import Tree, cells_of, frame_trees, number_whys, svg
 
 @dataclass(frozen=True)
 class FrameEdge:
-    """A transform ``parent`` -> ``child`` in a tree of frames, and the node that publishes it.
+    """A transform ``parent`` -> ``child`` in a tree of frames, and the ROS node that publishes the transform.
 
     ``publisher`` is None if no node does, for the reason ``why``; ``when`` is a condition on modes, None for always.
     """
@@ -47,7 +47,7 @@ class FrameEdge:
 
 @dataclass(frozen=True)
 class FrameSituation:
-    """A tree of frames, and the modes in which it is published: ``when`` in words, ``modes`` as combinations."""
+    """A tree of frames, and the modes in which it is published: ``when`` in words, ``modes`` as on/off states."""
 
     when: str
     modes: tuple[Mapping[str, bool], ...]

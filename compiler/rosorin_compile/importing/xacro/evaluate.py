@@ -51,7 +51,7 @@ class Evaluator:
         return ir.symbol_of(self.eval(tree))
 
     def _made(self, tree: ast.expr, node: ast.expr, items: dict[ast.expr, ir.Symbol], kind: str = "") -> ir.Symbol:
-        """Return a symbolic value for the expression ``node``; ``tree`` is evaluated for the example value."""
+        """Return a symbolic value: the expression ``node``, with the result of ``tree`` as the example value."""
         known = all(map(ir.is_known, items.values()))
         value: Any = ir.UNKNOWN
         if all(one.value is not ir.UNKNOWN for one in items.values()):
@@ -155,7 +155,7 @@ class Evaluator:
         return self._made(tree, node, sides, "boolean")
 
     def _equality(self, items: list[ir.Symbol], operator: ast.cmpop) -> ast.expr | None:
-        """Return a comparison (== or !=) with a constant that is a string in xacro, or None for other operands."""
+        """Return == or != with the constant converted to the type of the other operand, or None if impossible."""
         constants = [one for one in items if one.known and not any(ir.variables_in([one.node]))]
         if not isinstance(operator, (ast.Eq, ast.NotEq)) or not constants:
             return None
@@ -323,7 +323,7 @@ class Conditions:
             if is_endless or any(isinstance(one, ir.Failed) for one in chain):
                 raise (ir.Restart if program.blame([test.node], reason) else ir.Failed(reason)) from None
             program.refused |= dict.fromkeys(ir.variables_in([test.node]), reason)
-            for table, values, unevaluated in before:  # undo the branch, because xacro also fails for that value
+            for table, values, unevaluated in before:  # undo the branch, because xacro rejects this argument value
                 dict.clear(table)
                 dict.update(table, values)
                 table.unevaluated = unevaluated

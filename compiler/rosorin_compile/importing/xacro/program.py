@@ -212,7 +212,7 @@ class Program(Expansion):
         return value
 
     def reference(self, table: Any, name: str) -> Any:
-        """Return the value of a property, as a new variable of ``let`` if the language allows that."""
+        """Return the value of a property, as a new variable of ``let`` if the description language allows that."""
         value = table[name]
         macro: ir.Macro | None = vars(table).get("rosorin_macro")
         if isinstance(value, self.xacro.Table) or "rosorin_plain" in vars(table):
@@ -255,7 +255,7 @@ class Program(Expansion):
         xacro.get_boolean_value = lambda value, condition: own_boolean(ir.example_of(value), condition)
 
     def take_comments(self, node: Any) -> None:
-        """Move the comments before a xacro element from the document to the element."""
+        """Remove the comments before a xacro element from the document, and store the comments in the element."""
         found: list[str] = []
         before, after = node.previousSibling, node.nextSibling
         while before is not None and (_is_blank(before, 1) or before.nodeType == before.COMMENT_NODE):
@@ -365,5 +365,5 @@ class Program(Expansion):
 
 
 def _is_blank(node: Any, lines: int) -> bool:
-    """Return True if a node is whitespace with at most ``lines`` line breaks."""
+    """Return True if an XML node is whitespace with at most ``lines`` line breaks."""
     return bool(node.nodeType == node.TEXT_NODE and node.data.isspace() and node.data.count("\n") <= lines)

@@ -109,7 +109,7 @@ class Writer:
         self._propagate()
 
     def _propagate(self) -> None:
-        """Copy usage flags and compared values to each variable from the variables that it is passed to."""
+        """Give each variable the flags and compared values of the variables to which its value is passed."""
         given = [(one.symbol, one) for one in self.program.variables if one.symbol is not None]
         for call in [call for macro in self.macros for call in macro.calls]:
             given += [(symbol, call.macro.parameters[key]) for key, (symbol, _) in call.given.items()]

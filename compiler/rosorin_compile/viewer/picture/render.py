@@ -182,7 +182,7 @@ class Raster:
     """
 
     def __init__(self, x: Floats, y: Floats) -> None:
-        """Prepare triangles from x and y (n, 3) of their corners, in samples."""
+        """Prepare n triangles with the corners x and y (n, 3), in units of samples."""
         next_x, last_x, next_y, last_y = (np.roll(side, turn, 1) for side in (x, y) for turn in (-1, -2))
         lines = np.stack([next_y - last_y, last_x - next_x, next_x * last_y - last_x * next_y], axis=-1)
         self.y, self.area = y, lines[..., 2].sum(axis=1)
@@ -330,7 +330,7 @@ def draw_markers(pixels: Pixels, robot: Robot, poses: Mapping[str, Transform], c
 
 
 def draw_frames(pixels: Pixels, frames: Mapping[str, Transform], camera: Camera, length: float, theme: str) -> None:
-    """Draw axes with a length in m and names for frames, given by their poses in the root frame."""
+    """Draw the axes (``length`` in m) and names of frames; their poses are relative to the root frame."""
     names: list[tuple[float, float, float, str]] = []  # (left, width, row, text) of placed names, in pixels
     for name, pose in frames.items():
         x, y, depth = camera.project(np.array([pose.apply(end) for end in (np.eye(4, 3, -1) * length).tolist()]))

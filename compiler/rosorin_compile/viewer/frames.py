@@ -25,7 +25,7 @@ from .frames_picture import Tree, cells_of, frame_trees, number_whys, svg
 class FrameEdge:
     """A transform ``parent`` -> ``child`` in a tree of frames, and the ROS node that publishes the transform.
 
-    ``publisher`` is None if no node does, for the reason ``why``; ``when`` is a condition on modes, None for always.
+    ``why`` is the reason if ``publisher`` is None; ``when`` is a condition on modes. Values that do not apply are None.
     """
 
     parent: str

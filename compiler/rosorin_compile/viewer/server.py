@@ -68,7 +68,7 @@ class Page:
     def __init__(self) -> None:
         self.change = threading.Condition()
         self.changes = 0
-        self.listeners = 0
+        self.listeners = 0  # number of open pages
         self.text = ""
         self.data: Data = {}
         self.version = ""

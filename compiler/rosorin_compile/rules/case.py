@@ -145,7 +145,7 @@ class Case:
         related = [Related(f"also used here: {what}", span) for span, what in others.items()]
         for use, span in zip(uses, spans, strict=True):
             if span == spans[0]:
-                text = f"{message}, {use.what}"
+                text = f"{message} ({use.what})"
                 yield self.problem(rule, text, use.path, help, related=related, key=uses[0].key)
                 related = []
 

@@ -69,7 +69,7 @@ def unknown_rules(tree: Map, acceptable: Mapping[str, Rule]) -> list[Diagnostic]
         if known is None:
             diagnostics.append(not_allowed(tree, ["accept", index, "rule"], rule, list(acceptable)))
         elif rule in STAYS or not known.mild:
-            why = STAYS.get(rule, "no robot, or a wrong one, could be built")
+            why = STAYS.get(rule, "the robot could not be built, or would be wrong")
             span, message = tree.locate(("accept", index, "rule")).span, f'"accept" cannot suppress {rule}: {why}'
             diagnostics.append(error("accept-refused", message, span, 'remove this entry of "accept"'))
     return diagnostics
@@ -88,7 +88,7 @@ def apply(tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Mapping[str,
             if is_error:
                 groups.setdefault(found.rule, []).append(found)
         elif is_error and found.rule in acceptable and (found.rule, EVERYTHING) in entries and found.of:
-            help = (found.with_help().help, f'to suppress an error, name its subject: "of: [{found.of[0]}]"')
+            help = (found.with_help().help, f'to suppress this error, add "of: [{found.of[0]}]"')
             left.append(replace(found.with_help(), help="; ".join(filter(None, help))))
         else:
             left.append(found)

@@ -128,8 +128,8 @@ _TYPES = {"string": "text", "number": "a number", "integer": "a whole number", "
 _TYPES |= {"object": "a mapping", "array": "a list"}
 # The rule and message for keywords that need no further information.
 _SIMPLE = {
-    "minimum": ("wrong-value", "{where} is {value}, less than {wanted}"),
-    "maximum": ("wrong-value", "{where} is {value}, more than {wanted}"),
+    "minimum": ("wrong-value", "{where} is {value}, but must be at least {wanted}"),
+    "maximum": ("wrong-value", "{where} is {value}, but must be at most {wanted}"),
     "exclusiveMinimum": ("wrong-value", "{where} is {value}, but must be more than {wanted}"),
     "exclusiveMaximum": ("wrong-value", "{where} is {value}, but must be less than {wanted}"),
     "multipleOf": ("wrong-value", "{where} is {value}, not a multiple of {wanted}"),
@@ -255,7 +255,7 @@ class _Report:
         if "number" in types and isinstance(value, (Map, Seq)) and len(value) == 1:
             inner = value[0] if isinstance(value, Seq) else next(iter(value.values()))
             if isinstance(value, Map) and inner is None:
-                return f'write "${{{next(iter(value))}}}" for a named value, in quotes'
+                return f'write "${{{next(iter(value))}}}" with the quotes to use a named value'
             if isinstance(inner, (int, float)):
                 return f'write "{key}: {suggestions.shown(inner)}"'
         if "array" in types:

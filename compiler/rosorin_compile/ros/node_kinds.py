@@ -299,7 +299,7 @@ def _unknown(name: str, kind: Kind, key: str, values: Mapping[str, Any], of_othe
     help = Suggestion(key, names, instead=REMOVE) if kind.complete else suggest(close[0]) if close else ""
     if of_others is not None:
         others = phrase(map(str.capitalize, of_others.only))
-        message = f'{name} of {kind.distribution.capitalize()} has no key "{key}", only {others}'
+        message = f'{name} of {kind.distribution.capitalize()} has no parameter "{key}", which exists only in {others}'
     elif kind.complete:
         message = f'{name} has no parameter "{key}", and silently ignores it'
     elif help:

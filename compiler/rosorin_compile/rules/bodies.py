@@ -51,7 +51,7 @@ def physical(case: Case) -> Iterator[Diagnostic]:
             message = f"the principal moments of inertia {message} are not all above zero (not positive definite)"
             yield case.problem("inertia-not-positive-definite", message, (*path, "inertia"), within=True)
         elif low + middle < high * (1 - ROUNDING):
-            message = f"the principal moments of inertia {message} are impossible: the largest exceeds the other two"
+            message = f"the principal moments {message} are impossible: the largest exceeds the sum of the others"
             yield case.problem("inertia-triangle", message, (*path, "inertia"), within=True)
 
 

@@ -120,7 +120,7 @@ def places(case: Case) -> Iterator[Diagnostic]:
     rolling = drive.joints.get("rolling", ())
     fixed = rolling or tuple(name for name in drive.wheels if not model.steering_of(case.robot, drive, name))
     if drive.kind in STEERED and not fixed:
-        message = "all wheels of the drive are steered, but one that is not must define the axle of the base"
+        message = "all wheels of the drive are steered, but it needs an unsteered wheel"
         help = 'name the joints of the unsteered wheels: "rolling: [...]"'
         yield case.problem("drive-places", message, ("drive", drive.kind), help, key=True)
     elif drive.kind in STEERED:
@@ -138,7 +138,7 @@ def places(case: Case) -> Iterator[Diagnostic]:
     bottoms = sorted((at[name][2] - (radii[name] or 0.0), name) for name in drive.wheels)
     if all(radii.values()) and bottoms and bottoms[-1][0] - bottoms[0][0] > UNEVEN:
         (low, wheel), (high, other) = bottoms[0], bottoms[-1]
-        message = f'wheel "{other}" ends {1000 * (high - low):.3g} mm above wheel "{wheel}": they cannot share a floor'
+        message = f'wheel "{other}" ends {1000 * (high - low):.3g} mm above wheel "{wheel}": one of them is in the air'
         yield case.problem("drive-places", message, path_of[other], severity=WARNING)
 
 
@@ -157,7 +157,7 @@ def radii(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("drive-radius", message, path)
             return
         if radius is not None and shown and abs(shown - radius) > RADIUS_APART * radius:
-            message = f'"radius" is {number(radius)} m, but that of the wheel of joint "{joint.name}" is {shown:.4g} m'
+            message = f'"radius" is {number(radius)} m, but the wheel of joint "{joint.name}" has {shown:.4g} m'
             help = "correct one of the two (a diameter is twice the radius)"
             yield case.problem("drive-radius", message, place, help, severity=WARNING)
             return

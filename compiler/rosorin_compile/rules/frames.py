@@ -60,8 +60,8 @@ def optical_frames(case: Case) -> Iterator[Diagnostic]:
         if off > (CALIBRATION if is_pair else TOLERANCE):
             at = case.value(path, "rpy")
             turned = ", ".join(f"{math.degrees(angle):.4g}" for angle in pose.rpy)
-            right = "the same axes as that image frame" if is_pair else "[-90, 0, -90] deg: z forward, x right, y down"
-            message = f'image frame "{child}" is rotated by [{turned}] deg in "{parent}"; REP 103 requires {right}'
+            right = "no rotation there" if is_pair else "[-90, 0, -90] deg: z forward, x right, y down"
+            message = f'frame "{child}" is rotated by [{turned}] deg relative to "{parent}"; REP 103 requires {right}'
             help = 'remove "rpy", or attach the frame to a body frame' if is_pair else ""
             yield case.problem("optical-frame", message, at, help, key=at == path)
 
@@ -91,7 +91,7 @@ class _Solid(NamedTuple):
     path: Path
 
 
-@rule("sensor-sees-itself", help="Move it.", topic=NUMBERS, accept="link or joint", imported="always")
+@rule("sensor-sees-itself", help="Move the sensor.", topic=NUMBERS, accept="link or joint", imported="always")
 def sight(case: Case) -> Iterator[Diagnostic]:
     """A warning: the robot itself, close to the sensor, blocks nearly all rays of a lidar or nearly all of an image.
 

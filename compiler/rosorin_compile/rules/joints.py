@@ -100,7 +100,7 @@ def one_parent(case: Case) -> Iterator[Diagnostic]:
         message = f'link "{child}" is the child of {len(joints)} joints, {quote(one.name for one in joints)}'
         help = f'correct one "child": no joint has the child {quote(left)}' if left else ""
         if any(end[0] == "sensors" for end in ends):
-            message, help = f'frame "{child}" is defined repeatedly: by {phrase(map(owner_of_frame, ends))}', _OWN_FRAME
+            message, help = f'frame "{child}" is defined repeatedly, by {phrase(map(owner_of_frame, ends))}', _OWN_FRAME
         related = [(f'attached here by joint "{joint.name}"', case.end(joint, "child")) for joint in joints[:-1]]
         yield case.problem("two-parents", message, ends[-1], help, related=related)
 
@@ -140,7 +140,7 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
         path, help, frame = case.end(last, "parent"), "", case.end(last, "child")
         if frame[0] == "sensors":
             path, help = frame, _OWN_FRAME
-            message = f'{owner_of_frame(frame)} defines the frame "{last.child}", but is attached to it, too'
+            message = f'{owner_of_frame(frame)} defines the frame "{last.child}", but is also attached to it'
         others = [joint for joint in circle if joint is not last]
         related = [(f'joint "{joint.name}" is part of the loop', case.end(joint, "child")) for joint in others]
         yield case.problem("joint-cycle", message, path, help, related=related)
@@ -174,7 +174,7 @@ def one_root(case: Case) -> Iterator[Diagnostic]:
     frames = {sensor.frame for sensor in robot.sensors} - set(case.section("links"))
     for name in alone:
         near = Suggestion(name, frames, details=f'add a joint with "child: {name}", or remove the link')
-        yield case.problem("unreached-link", f'link "{name}" is not in any joint', case.link(name), near, key=True)
+        yield case.problem("unreached-link", f'no joint connects link "{name}"', case.link(name), near, key=True)
 
 
 @rule("axis-zero", "An axis is zero: no direction.", "Write a direction, such as `[0, 0, 1]`.", JOINTS)

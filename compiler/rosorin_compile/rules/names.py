@@ -109,7 +109,7 @@ def swapped_letters(case: Case) -> Iterator[Diagnostic]:
         slip = next(((word, slips[word]) for word in _WORDS.findall(one.name) if word in slips), None)
         if slip is not None:
             fixed = one.name.replace(*slip)
-            message = f'{one.kind} "{one.name}" contains "{slip[0]}": did you swap two letters of "{slip[1]}"?'
+            message = f'{one.kind} "{one.name}" contains "{slip[0]}", maybe a misspelling of "{slip[1]}"'
             found = case.problem("letters-swapped", message, one.path, suggest(fixed), key=one.key)
             found = move_to_name(found, Offer(one.name, fixed))
             if found.span not in reported:  # one place in a part can define several names

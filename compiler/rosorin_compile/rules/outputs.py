@@ -92,7 +92,7 @@ def file_endings(case: Case) -> Iterator[Diagnostic]:
             others = [one.word for one in case.formats.values() if ending in one.endings and one.becomes != format.name]
             holds, taken = format.word, others[0] if others and taken and ending != ".xml" else ""
         if taken:
-            message = f'output "{output.name}" is {holds}, but "{output.file}" has a file name extension of {taken}'
+            message = f'output "{output.name}" is {holds}, but "{output.file}" ends like {taken}'
             usual = format.file[format.file.find(".") :] if "." in format.file else own[0]
             yield case.problem("file-ending", message, ("outputs", output.name, "file"), f'write "file: {stem}{usual}"')
 

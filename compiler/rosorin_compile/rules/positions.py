@@ -132,7 +132,7 @@ def zeros(case: Case) -> Iterator[Diagnostic]:
         yield case.problem("zero-beyond-limit", message, path)
 
 
-@rule("joint-has-no-position", "A servo or a pose names a planar or floating joint.", "Remove the joint there.", POSES)
+@rule("joint-has-no-position", "A servo or a pose names a planar or floating joint.", "Remove the joint.", POSES)
 @rule("joint-is-fixed", "A servo turns or a pose moves a joint that is fixed.", "Name a joint that moves.", POSES)
 def placed_joints(case: Case) -> Iterator[Diagnostic]:
     """Report positions of joints that are fixed, mimic another or have several coordinates; poses of a fixed base."""
@@ -192,7 +192,7 @@ def scales(case: Case) -> Iterator[Diagnostic]:
         elif wrong:
             limit = case.joint(wrong[0], "limit")
             message += f', but the limits of joint "{wrong[0].name}" cover {number(wrong[1])}{case.stands_in(limit)}'
-            yield case.problem("servo-range", message, path, related=[("its limits", limit)])
+            yield case.problem("servo-range", message, path, related=[("the limits", limit)])
 
 
 @rule("mimic-unknown", "A joint follows a joint that does not exist.", "Name its leader.", JOINTS)

@@ -128,7 +128,7 @@ class Step(NamedTuple):
     def owner(self) -> str:
         """The publisher in words."""
         static = f'static_transform_publisher "{self.publisher.name}"'
-        name = static if self.publisher.kind == STATIC_TRANSFORM_PUBLISHER else self.publisher.name or "the key none"
+        name = static if self.publisher.kind == STATIC_TRANSFORM_PUBLISHER else self.publisher.name or '"none"'
         return f'{name} (joint "{self.joint}")' if self.joint else name
 
 
@@ -209,10 +209,10 @@ def one_publisher(case: Case) -> Iterator[Diagnostic]:
                 active = owners if len(owners) > 1 else [*silent, *owners]
                 names = dict.fromkeys(claim.owner for claim in active)
                 parents = list(dict.fromkeys(claim.parent for claim in active))
-                what = "publishes twice" if len(names) == 1 else "publish" if len(owners) > 1 else "are both set for"
+                what = "is set twice for" if len(names) == 1 else "publish" if len(owners) > 1 else "are both set for"
                 message = f'{phrase(names)} {what} the transform to "{child}"'
                 message += f" (from {quote(parents)})" if len(parents) > 1 else ""
-                related = [(f"also published here by {claim.owner}", _place(case, claim)) for claim in active[:-1]]
+                related = [(f"also set here: {claim.owner}", _place(case, claim)) for claim in active[:-1]]
                 help, path = "", _place(case, active[-1])
                 if any(claim.publisher.kind == ROBOT_STATE_PUBLISHER for claim in active):
                     help = "robot_state_publisher publishes in every mode; choose the publisher with an argument"
@@ -236,7 +236,7 @@ def urdf_always(case: Case) -> Iterator[Diagnostic]:
         when = value_at(case.tree, (*place[:-1], "when")) if place else None
         # If the frame has two publishers, another rule reports it.
         if place and when and len(claims.get(joint.child, ())) < 2:
-            message = f'robot_state_publisher publishes joint "{joint.name}" in every mode, not only when {when}'
+            message = f'robot_state_publisher publishes joint "{joint.name}" in every mode, not only when "{when}"'
             help = "remove the condition, or choose with an argument of the description: 'publisher: \"${publisher}\"'"
             yield case.problem("bad-condition", message, (*place[:-1], "when"), help)
 
@@ -423,8 +423,8 @@ def one_tree(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("unknown-link", message, first.path, help)
         elif first.parent not in _urdf_roots(case)[1:] and first.parent in case.robot.joint_to:
             above = case.robot.joint_to[first.parent]
-            message = f"{names} would not be connected to the transform tree: no node publishes joint"
-            message += f' "{above.name}" to "{first.parent}"'
+            message = f"{names} would not be connected to the transform tree: no node publishes the transform"
+            message += f' to "{first.parent}" (joint "{above.name}")'
             yield case.problem("split-tf", message, case.publisher(above))
 
 
@@ -497,7 +497,7 @@ def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
             if absent:
                 reported.add(frame)
                 missing = {} if len(absent) == 2 ** len(modes) else absent[0]  # {}: in all modes
-                message = f'messages of {owner} have the frame_id "{frame}", but no transform connects that frame'
+                message = f'messages of {owner} have the frame_id "{frame}", but no transform leads to that frame'
                 message += in_words(missing)
-                way = f"add a publisher of this transform{' for that mode' if missing else ''}"
+                way = f"add a publisher of a transform to this frame{' for that mode' if missing else ''}"
                 yield case.problem("unknown-frame-id", message, path, way, severity=WARNING)

@@ -172,7 +172,7 @@ def duplicates(case: Case) -> Iterator[Diagnostic]:
         for what, name, *key in (one for one in names if one[1]):
             before = first.setdefault((what, name, *key), path)
             if what == "<sensor>" and name in written:
-                message = f'an output already has a {what} "{name}" for Gazebo, which is made from "sensors"'
+                message = f'an output already has a {what} "{name}" for Gazebo, which comes from "sensors"'
                 yield case.problem("duplicate-xml", message, path, 'remove it, or write "gazebo: []" in the sensor')
             elif before is not path:
                 one, two = case.tree.locate(before), case.tree.locate(path)

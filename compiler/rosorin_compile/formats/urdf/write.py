@@ -195,7 +195,7 @@ class Content:
                 invented = dict.fromkeys(self.carried, _NO_MASS) if frames_of(output) == BODIES else {}
                 self.masses = {**invented, **inertials_at(robot, self.carried)}
             except ValueError as problem:
-                message = f"in the URDF some masses move to one link: {problem}"
+                message = f"the masses of links that are one link in the URDF cannot be added: {problem}"
                 self.lost.append(error("urdf-mass-sum", message, None, "correct them"))
         gazebo, number = distribution(output.options.get("gazebo")), number_format(output.options)
         # Elements for Gazebo, and elements of sections such as ros2_control.
@@ -253,7 +253,7 @@ class Content:
     def diagnostics(self) -> Iterator[Diagnostic]:
         yield from self.lost
         if str(self.output.options.get("version", "1.0")) == "1.0":
-            help = "use a cylinder and spheres, or write 'version: \"1.2\"' if all URDF parsers support it"
+            help = "use a cylinder and spheres, or write 'version: \"1.2\"' if your URDF parsers support it"
             yield from self._replaced(Capsule, "URDF 1.0", "cylinder", "full length", help)
         yield from self._replaced(Ellipsoid, "URDF", "box", "extents", "use a sphere, a box or a mesh")
         robot, notes, lost, still = self.robot, [], [], []
@@ -286,9 +286,9 @@ class Content:
         counts = Counter(link for link, shape in pairs if isinstance(shape.geometry, kind))
         if counts:
             count, others = counts.total(), len(counts) - 1
-            where = f"link {next(iter(counts))}" + (f" and {count_of(others, 'other link')}" if others else "")
+            where = f'link "{next(iter(counts))}"' + (f" and {count_of(others, 'other link')}" if others else "")
             become = f"are written as {plural(other, 2)}" if count > 1 else f"is written as a {other}"
-            message = f"{version} has no shape {kind.__name__.lower()}: {count} of {where} {become} of the same {same}"
+            message = f"{version} has no {kind.__name__.lower()}s: {count} of {where} {become} of the same {same}"
             yield Diagnostic("urdf-cannot-say", WARNING, message, help=help)
 
 

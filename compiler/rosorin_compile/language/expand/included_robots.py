@@ -171,7 +171,7 @@ class IncludedRobots:
         elif takes_none and texts:
             place = Place(entry["args"].key_spans[next(iter(texts))], via.parent)
             message = f"{path.name} has no arguments: only a xacro has them"
-            scope.report("unknown-argument", message, place, "remove args")
+            scope.report("unknown-argument", message, place, 'remove "args"')
         elif foreign.tree is not None:
             return foreign
         return None

@@ -222,7 +222,7 @@ def _check_node(node: Any) -> None:
                 problem, column = "a loop sets plain names", target.col_offset
     elif isinstance(node, ast.Call):
         if not isinstance(node.func, ast.Name):
-            problem, help = "only functions can be called, by name", 'write "upper(text)", not "text.upper()"'
+            problem, help = "only the name of a function can be called", 'write "upper(text)", not "text.upper()"'
         elif node.keywords or any(isinstance(item, ast.Starred) for item in node.args):
             problem = "functions take their values in order, without names or stars"
     if problem:

@@ -319,7 +319,7 @@ def _wrong_constraint(entry: Mapping[str, object]) -> tuple[str, ...] | None:
         return 'connects two links, but lacks the point "at"', 'write "at: [X, Y, Z]" in the frame of the first link'
     held = entry[ends[0]]
     if isinstance(held, list) and len(held) == 2 and held[0] == held[1]:
-        return f'constrains "{held[0]}" to itself', "name two", ends[0]
+        return f'constrains "{held[0]}" to itself', "use two different ones", ends[0]
     return None
 
 

@@ -138,17 +138,17 @@ def _odometry(robot: Robot, one: ControllerParameters) -> Iterator[Finding]:
     if not one.values.get("enable_odom_tf"):
         if mine and "enable_odom_tf" in params:
             message = f'{name} has to publish {mine[0]}, but "enable_odom_tf" is false'
-            yield Finding("parameters-no-owner", message, key, "remove enable_odom_tf")
+            yield Finding("parameters-no-owner", message, key, 'remove "enable_odom_tf"')
         elif not mine and into is None:
             message = f'{name} does not publish the transform to {child}: no entry of "edges" names it as publisher'
-            help = f"edges: [{{parent: {parent}, child: {child}, publisher: {one.controller.name}}}]"
+            help = f'add "{{parent: {parent}, child: {child}, publisher: {one.controller.name}}}" to "edges"'
             yield Finding("controllers-odometry", message, "", help, NOTE)
     elif mine and edge not in mine:
         message = f"{name} publishes {edge}, but the description has {mine[0]}"
         yield Finding("parameters-other-edge", message, key, "remove it: frames are taken from the description")
     elif not mine and into is not None:
         message = f"{name} publishes {edge}, but in the description the publisher of {into.parent} -> {child} is "
-        yield Finding("parameters-two-owners", message + into.publisher.name, key, "remove enable_odom_tf")
+        yield Finding("parameters-two-owners", message + into.publisher.name, key, 'remove "enable_odom_tf"')
     elif not mine:
         message = f'{name} publishes {edge}, which is not in "edges" of the description'
         yield Finding("parameters-other-edge", message, key, 'remove "enable_odom_tf", or add the transform to "edges"')
@@ -179,7 +179,7 @@ def of_type(name: str, kind: str, distribution: str) -> Finding | None:
     message = f'controller "{name}" has the type "{kind}"'
     if plugin in every:
         others = phrase(one.capitalize() for one in DISTRIBUTIONS if plugin in plugins(one))
-        message += f", which {distribution.capitalize()} does not have, only {others}"
+        message += f", which exists only in {others}, not in {distribution.capitalize()}"
         return Finding("controller-type", message, "type", 'use another type, or another "distribution" in the output')
     short = facts("ros2_ports")["controllers"]["short"]
     words = [*known, *(word for word, of in short.items() if of in known)]

@@ -230,7 +230,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     name, notes, controllers = distro_of(output).capitalize(), [], fill(robot, distro_of(output))
     made = text(robot, output, templates, [f"Controllers of ros2_control, for {name}."], _nodes(output, controllers))
     if distro_of(output) not in (HUMBLE, JAZZY):
-        notes.append(Diagnostic("controllers-later", NOTE, f"the table of {name} is missing: Jazzy's is used"))
+        notes.append(Diagnostic("controllers-later", NOTE, f"for {name}, the controllers of Jazzy are used"))
     for one in controllers:
         for topic, to in one.remaps:
             full = full_topic(topic, namespace_of(output), one.controller.name)

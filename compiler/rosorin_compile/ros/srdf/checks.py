@@ -83,7 +83,7 @@ def _groups(case: Case, planning: Planning) -> Iterator[Diagnostic]:
         if circle:
             if group.name == next(name for name in planning.groups if name in circle):  # report each cycle once
                 message = f"planning groups contain each other: {' -> '.join([*circle, group.name])}"
-                yield case.problem("moveit-group", message, (*path, "groups"), "take one out")
+                yield case.problem("moveit-group", message, (*path, "groups"), "remove one of them")
         elif group.chain is not None and base == tip:
             message = f'the chain of planning group "{group.name}" begins and ends at link "{base}"'
             yield case.problem("moveit-group", message, (*path, "chain"), 'use the link that it moves as "tip"')

@@ -159,8 +159,7 @@ class _Report:
         meaning = _sentence(str(self.part.get("description", "")))
         if "propertyNames" in self.misfit.schema_path[-2:-1]:
             name = str(self.misfit.value)
-            form = "use letters, digits and underscores"
-            form = "do not use < > & or quotes, or spaces at the ends" if " +" in str(wanted) else form
+            form = "do not use < > &, quotes or outer spaces" if " +" in str(wanted) else "use letters, digits and _"
             path, message = [*self.path, name], f'"{name}" is not a valid name in {where}'
             return self._make("bad-name", message, _odd_letter(name) or form, path, True)
         if keyword in ("required", "dependencies"):

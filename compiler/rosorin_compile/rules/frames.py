@@ -37,8 +37,7 @@ def world_frames(case: Case) -> Iterator[Diagnostic]:
         if at is not None:
             who = "odometry or localisation (REP 105)"
             message = f'"{frame}" is a frame of the robot, but its transform comes from {who}'
-            key = frame in robot.link and at[0] == "links"
-            problem = case.problem("owns-world-frame", message, at, key=key)
+            problem = case.problem("owns-world-frame", message, at, key=frame in robot.link and at[0] == "links")
             # ``accept`` needs a link of that name.
             yield problem if frame in robot.link else replace(problem, of=())
 

@@ -179,8 +179,7 @@ class _Composer:
                 return alias[0]
             spans = {anchor: span for anchor, (_, _, span) in self.anchors.items()}
             help = Suggestion(event.anchor, spans, none="define it above, or put the text in quotes", places=spans)
-            message = f'no anchor "&{event.anchor}" is defined before this alias'
-            raise self.fail("yaml-alias", message, event, help)
+            raise self.fail("yaml-alias", f'no anchor "&{event.anchor}" is defined before this alias', event, help)
         tag, is_scalar = event.tag, isinstance(event, yaml.ScalarEvent)
         if tag not in (None, "!", "tag:yaml.org,2002:str") and not (is_scalar and tag in _UNIT_TAGS):
             advice = "list the file under include" if "include" in tag else "write the value without the tag"

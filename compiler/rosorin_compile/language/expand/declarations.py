@@ -231,8 +231,7 @@ def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope)
             if is_control:
                 place = Place(entries.key_spans[control], scope.via or entries.via)
                 help = f'write "NAME: {{{control}: ..., ...}}"'
-                message = f'"{control}" is not an entry of "{section}"{owner}: {what}'
-                scope.report("wrong-type", message, place, help)
+                scope.report("wrong-type", f'"{control}" is not an entry of "{section}"{owner}: {what}', place, help)
                 good = False
     return good
 

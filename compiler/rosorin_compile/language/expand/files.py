@@ -118,9 +118,7 @@ class Reader:
         if isinstance(lets, Map):
             self.lets += [(name, value, key_place(lets, name), value_place(lets, name)) for name, value in lets.items()]
         elif lets is not None:
-            self.scope.report(
-                "wrong-type", "let must map names to values", value_place(file, "let"), 'write "NAME: VALUE"'
-            )
+            self.scope.report("wrong-type", "let must be a mapping", value_place(file, "let"), 'write "NAME: VALUE"')
         join(made, self._own_sections(file, is_root=via is None), self.scope)
         return made
 

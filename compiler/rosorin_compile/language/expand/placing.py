@@ -394,9 +394,10 @@ def _report(rule: str, message: str, help: str, name: str, first: Map, second: M
     earlier = Place(first.key_spans[name], getattr(first[name], "via", None) if rule == "duplicate-key" else None)
     related = [Related("first defined here", earlier.span), *earlier.stack()]
     if earlier.span == place.span:
-        message, related = f"{message}, because the part that defines it is used twice", related[1:]
-        way = f'move "{name}" out of the part' if rule == "duplicate-key" else 'give each its own "prefix"'
-        help = f'remove one of the entries of "use" that use the part, or {way}'
+        what, where = ("file", "include") if isinstance(place.via, Include) else ("part", "use")
+        message, related = f"{message}, because the {what} that defines it is used twice", related[1:]
+        own = ', or give each its own "prefix"' if rule == "duplicate-name" and what == "part" else ""
+        help = f'remove one of the entries of "{where}"{own}'
     scope.report_origin(rule, message, place, help, related, argument_behind(scope.expansion.root, place))
     return False
 

@@ -79,8 +79,7 @@ def common_dimension(values: Iterable[Any]) -> Dimension | None:
         dimension = dimension_of(value)
         if common is not None and dimension not in (None, common):
             help = 'values that are added, compared or alternatives of "if" need the same dimension'
-            message = f"cannot combine {describe(common)} with {describe(dimension or NUMBER)}"
-            raise KindError(message, help=help)
+            raise KindError(f"cannot combine {describe(common)} with {describe(dimension or NUMBER)}", help=help)
         common = common or dimension
     return common
 

@@ -154,8 +154,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         if names.setdefault(drive.name, drive) is not drive:
             message = f'two actuators have the name "{drive.name}"'
             related = [case.related("the other actuator", place_of(names[drive.name]))]
-            help = "rename one of them"
-            yield case.problem("mjcf-actuators", message, place_of(drive), help, related=related)
+            yield case.problem("mjcf-actuators", message, place_of(drive), "rename one of them", related=related)
     sensors = {part.name for sensor in robot.sensors for part in sensor.simulated if part.kind == SENSOR_ELEMENT}
     raw = (one for text in robot.mjcf for one in found_in(text) if one.tags[0] == "sensor" and len(one.tags) == 2)
     sensors |= {one.attributes["name"] for one in raw if "name" in one.attributes}

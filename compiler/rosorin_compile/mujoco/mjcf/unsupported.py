@@ -213,8 +213,7 @@ def check_loadable(robot: Robot, free: bool) -> Iterator[Diagnostic]:
         low, middle, high = link.inertial.principal_moments
         products = has_products(link.inertial) and any(along_link_of(link.inertial)[3:])
         if link.inertial.mass < 0 or (low < 0 and not products):
-            message = f'MuJoCo takes the negative mass or moments of link "{link.name}" for zero'
-            yield _omitted(message, "correct them")
+            yield _omitted(f'MuJoCo takes the negative mass or moments of link "{link.name}" for zero', "correct them")
         why = "it has products, but a principal moment of zero" if low < LEAST_EIGENVALUE and products else ""
         if (low if products else max(low, 0.0)) + middle < high:
             why = "the largest principal moment exceeds the sum of the others"

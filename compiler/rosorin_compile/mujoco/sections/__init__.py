@@ -307,10 +307,7 @@ def _wrong_constraint(entry: Mapping[str, object]) -> tuple[str, ...] | None:
     if extra := next((key for key in entry if key not in known), ""):
         return f"is of type {kind}, which has no {extra}", "remove the key, or correct the type", extra
     if not ends:
-        return (
-            f"is of type {kind} but constrains nothing",
-            f"write {' or '.join(f'{end}: [...]' for end in _ENDS[kind])}",
-        )
+        return f"is of type {kind} but has no ends", f"write {' or '.join(f'{end}: [...]' for end in _ENDS[kind])}"
     if len(ends) > 1:
         return "has both links and sites", "remove one of the two", "sites"
     if fixed := next((key for key in ("at", "xyz", "rpy") if key in entry and ends == ["sites"]), ""):

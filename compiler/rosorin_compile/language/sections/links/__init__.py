@@ -154,8 +154,7 @@ def _inertial(lowering: Lowering, entry: Mapping[str, Any], path: Path, own: Map
         shapes, paths = own[entry["of"]], [here] * len(own[entry["of"]])
         if not shapes:
             help = f'give the link a {entry["of"]}, or list the shapes here: "of: [{{box: {{size: [...]}}}}]"'
-            message = f"the link has no {entry['of']} shape to take the inertia of"
-            raise LoweringError("shape-kind", message, here, help)
+            raise LoweringError("shape-kind", f"the link has no {entry['of']} shape to take the inertia of", here, help)
     else:
         paths = [(*here, index) for index in range(len(entry["of"]))]
         shapes = [lower_shape(item, at) for item, at in zip(entry["of"], paths, strict=True)]
@@ -188,8 +187,7 @@ def _solid(lowering: Lowering, shape: Shape, path: Path) -> Inertial:
     file = next((file for file in found if file is not None and is_file(file)), None)
     help = "list primitive shapes of the same body: of: [box: {size: [...]}], or give the inertia"
     if file is None:
-        message = f"the volume of the mesh {mesh.file} is unknown: no such file"
-        raise LoweringError("shape-kind", message, path, help)
+        raise LoweringError("shape-kind", f"the volume of the mesh {mesh.file} is unknown: no such file", path, help)
     try:
         if (file, mesh.scale) not in lowering.solids:
             lowering.solids[file, mesh.scale] = mesh_inertial(file, mesh.scale)

@@ -205,18 +205,18 @@ def shapes_change(
 
 def pair_by_place(old: Sequence[Solid], new: Sequence[Solid]) -> list[tuple[int, int]]:
     """Match a few old and new solids by position: in order, unless other pairs are more similar."""
-    costs = {(i, j): _unlike(one, other) for i, one in enumerate(old) for j, other in enumerate(new)}
+
+    def unlike(one: Solid, other: Solid) -> tuple[int, float]:
+        different = sum(a != b for a, b in zip(one[1:6], other[1:6], strict=True))
+        return len(SIZES) * (one.kind != other.kind) + different, math.dist(one.centre, other.centre)
+
+    costs = {(i, j): unlike(one, other) for i, one in enumerate(old) for j, other in enumerate(new)}
     found: dict[int, int] = {}
     for i, j in sorted(costs, key=lambda pair: (costs[pair], pair)):
         if i not in found and j not in found.values():
             found[i] = j
     ordered = {index: index for index in range(len(old))} if len(old) == len(new) else found
     return sorted(min(ordered, found, key=lambda pairs: sum(costs[pair][0] for pair in pairs.items())).items())
-
-
-def _unlike(one: Solid, other: Solid) -> tuple[int, float]:
-    kinds = len(SIZES) * (one.kind != other.kind)
-    return kinds + sum(a != b for a, b in zip(one[1:6], other[1:6], strict=True)), math.dist(one.centre, other.centre)
 
 
 def _words(start: str, one: Solid, other: Solid) -> Iterator[str]:
@@ -249,10 +249,8 @@ def _parts(one: Solid, other: Solid, least: sentences.Apart) -> list[str]:
     if one.kind != other.kind:
         return [f"{_sized(one)} -> {_sized(other)}", *_place(one, other, least)]
     if one.kind == "mesh":
-        scale = (
-            [f"scale {sentences.row(one.sizes)} -> {sentences.row(other.sizes)}"] if one.sizes != other.sizes else []
-        )
-        return [*scale, *_place(one, other, least)]
+        scale = f"scale {sentences.row(one.sizes)} -> {sentences.row(other.sizes)}"
+        return [*([scale] if one.sizes != other.sizes else []), *_place(one, other, least)]
     names, values, boxes = list(SIZES[one.kind]), [one.sizes, other.sizes], [one.box, other.box]
     if all(boxes):  # axis-aligned boxes are described by their corners
         names = [f"{end} {axis}" for end in ("min", "max") for axis in sentences.AXES]

@@ -61,11 +61,9 @@ class Solid(NamedTuple):
     def seen_from(self, place: Placed) -> Solid:
         """Return the solid in a frame in which its link has the pose ``place``."""
         transform = place.transform.then(Transform(self.rows, self.centre))
-        length, turn = (
-            self.tolerance + place.length + place.angle * norm(self.centre),
-            self.turn_tolerance + place.angle,
-        )
-        return self._replace(centre=transform.xyz, rows=transform.rows, tolerance=length, turn_tolerance=turn)
+        length, turn = place.length + place.angle * norm(self.centre), self.turn_tolerance + place.angle
+        known = self.tolerance + length
+        return self._replace(centre=transform.xyz, rows=transform.rows, tolerance=known, turn_tolerance=turn)
 
 
 def solid_of(shape: Shape, precision: Precision = exact, share: float = 2.0) -> Solid:

@@ -7,7 +7,7 @@ import re
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosorin_compile.language.expression import ExpressionError
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Output, Pose, Publisher, Robot
@@ -21,9 +21,7 @@ from rosorin_compile.source.xml.elements import number_of, numbers_of
 
 from .format import NUMBER_FORMAT, PLACES, Asked, Format, describe
 from .static_tf import FrameTable
-
-if TYPE_CHECKING:
-    from .templating import Templates
+from .templating import Templates
 
 # Column headers and minimum widths, so that a new frame does not change the other lines of the table.
 _FRAME_COLUMNS = {"parent": 18, "child": 18, "published by": 22, "motion": 6, "topic": 10, "x y z (m)": 35}

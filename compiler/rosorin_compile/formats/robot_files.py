@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from rosorin_compile.language.lower import lower
 from rosorin_compile.language.suppressions import apply
 from rosorin_compile.language.validate import validate
+from rosorin_compile.model import Robot
 from rosorin_compile.rules.check import acceptable, check
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Source, Span, error, has_errors
 from rosorin_compile.source.messages import add_suggestions, gather
@@ -27,10 +27,6 @@ from rosorin_compile.source.xml.markup import Document, MarkupError, parse, read
 from . import FORMATS, Format, Opened, plugged_diagnostics
 from .format import Placed
 from .imported_robot import Imported, Outputs, ReadOptions, as_tree, convert_result
-
-if TYPE_CHECKING:
-    from rosorin_compile.model import Robot
-
 
 _OTHER_FORMATS = {
     "world": ("a world of Gazebo", "name the SDF, URDF or xacro of the robot"),

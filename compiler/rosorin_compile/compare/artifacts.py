@@ -22,23 +22,12 @@ from rosorin_compile.source.diagnostics import Diagnostic, error
 from rosorin_compile.source.load import json_of
 from rosorin_compile.source.progress import Progress
 
+from . import walk
 from .describe import MOVING, Describer, describe_attachment, joint_of, shapes_change, solids_left
 from .precision import NOISE, POSE_NOISE, Precision, exact, printed_precision, rounding_precision
 from .sentences import NEW, REMOVED, with_remark
 from .solids import match
-from .walk import (
-    Address,
-    Difference,
-    Leaves,
-    Names,
-    Shapes,
-    compare_leaves,
-    leaves,
-    links_of,
-    new_joint_names,
-    new_link_names,
-    with_names,
-)
+from .walk import Address, Difference, Leaves, Names, Shapes, compare_leaves, leaves, links_of
 
 _HELP = "a template or a format is at fault, not the description: please report it"
 
@@ -51,11 +40,6 @@ class Pair(NamedTuple):
     new: Leaves
     precisions: tuple[Precision, Precision]
     renamed: Mapping[str, Names] = {}  # new names by old names, by kind ("link", "joint")
-
-    @property
-    def name(self) -> str:
-        """The name of the output."""
-        return self.output.name
 
 
 def output_of(robot: Robot, artifact: Artifact) -> Output:
@@ -86,21 +70,21 @@ def pair_of(robot: Robot, artifact: Artifact, committed: str) -> Pair | None:
 def under_names(format: Format, output: Output, found: Leaves) -> Leaves:
     """Rename leaves to the link names of the robot if an artifact uses different names."""
     names = format.names(output) if format.names is not None else {}
-    return with_names(found, names, "link", {})
+    return walk.with_names(found, names, "link", {})
 
 
 def with_new_names(pairs: Sequence[Pair]) -> list[Pair]:
     """Return the pairs after giving links and joints in the old leaves their new names."""
     links: dict[str, str] = {}
     for pair in pairs:
-        links |= new_link_names(pair.old, pair.new)
+        links |= walk.new_link_names(pair.old, pair.new)
     made = []
     for pair in pairs:
         before, after = links_of(pair.old), links_of(pair.new)
         known = {old: new for old, new in links.items() if old in before - after and new in after - before}
-        found = with_names(pair.old, known, "link", pair.new)
-        joints = new_joint_names(found, pair.new)
-        found = with_names(found, joints, "joint", pair.new)
+        found = walk.with_names(pair.old, known, "link", pair.new)
+        joints = walk.new_joint_names(found, pair.new)
+        found = walk.with_names(found, joints, "joint", pair.new)
         made.append(pair._replace(old=found, renamed={"link": known, "joint": joints}))
     return made
 
@@ -191,7 +175,7 @@ def find_changes(robot: Robot, pairs: Sequence[Pair]) -> list[Change]:
     for pair in pairs:
         for kind, names in pair.renamed.items():
             for old, new in names.items():
-                _merge(changes, Change(kind, new, "", f"{kind} {old} renamed to {new}", (pair.name,)))
+                _merge(changes, Change(kind, new, "", f"{kind} {old} renamed to {new}", (pair.output.name,)))
     # Differences with the same meaning in several artifacts are one change; collect them with artifact and text.
     groups: dict[Address, list[list[tuple[Pair, Difference, str]]]] = {}
     bodies: list[tuple[Pair, Difference]] = []
@@ -211,12 +195,12 @@ def find_changes(robot: Robot, pairs: Sequence[Pair]) -> list[Change]:
             if not address.quantity and address.kind in ("frame", "link"):
                 word = NEW if first.old is None else REMOVED
                 text = describe_attachment(robot, address.name, word, [p.new if word == NEW else p.old for p in pairs])
-            outputs, differences = tuple(each[0].name for each in group), tuple(each[1] for each in group)
+            outputs, differences = tuple(each[0].output.name for each in group), tuple(each[1] for each in group)
             changes.append(Change(*address, text, outputs, (), differences))
     # Begin with artifacts that have all frames, in which each link is separate.
     for pair, one in sorted(bodies, key=lambda found: -len(links_of(found[0].new))):
         _add_body(robot, changes, pair, one)
-    order = {pair.name: index for index, pair in enumerate(pairs)}
+    order = {pair.output.name: index for index, pair in enumerate(pairs)}
     place = {link.name: index for index, link in enumerate(robot.walk())}
 
     def sort_key(change: Change) -> tuple[object, ...]:
@@ -251,16 +235,16 @@ def _add_body(robot: Robot, changes: list[Change], pair: Pair, one: Difference) 
     """Add the artifact to the changes that explain a difference of a link, or add the difference as a change."""
     _, link, quantity = one.address
     causes = [at for at, change in enumerate(changes) if _is_cause(robot, change, pair, one)]
-    causes = [at for at in causes if pair.name in changes[at].artifacts] or causes
+    causes = [at for at in causes if pair.output.name in changes[at].artifacts] or causes
     for at in causes:
         change = changes[at]
         own = change[:2] == ("link", link) or quantity in INERTIAL
         therefore = change.therefore if own else tuple(dict.fromkeys((*change.therefore, link)))
-        changes[at] = change._replace(artifacts=(*change.artifacts, pair.name), therefore=therefore)
+        changes[at] = change._replace(artifacts=(*change.artifacts, pair.output.name), therefore=therefore)
     rest = _unexplained({changes[at].kind for at in causes}, one)
     if quantity in INERTIAL:
         for _, text in Describer(robot, (pair.old, pair.new), pair.precisions).describe(rest):
-            _merge(changes, Change("link", link, quantity, text, (pair.name,), (), (one,)))
+            _merge(changes, Change("link", link, quantity, text, (pair.output.name,), (), (one,)))
         return
     is_known = any(changes[at][:3] == ("link", link, f"{quantity} shapes") for at in causes)
     for difference in [one] if is_known else rest:
@@ -268,7 +252,7 @@ def _add_body(robot: Robot, changes: list[Change], pair: Pair, one: Difference) 
             # An artifact without names or colours may already have reported the same solids.
             if found.looks or not is_known:
                 what = f"{quantity} {'looks' if found.looks else 'shapes'}"
-                _merge(changes, Change("link", link, what, found.text, (pair.name,), (), (one,)))
+                _merge(changes, Change("link", link, what, found.text, (pair.output.name,), (), (one,)))
 
 
 def _unexplained(causes: set[str], one: Difference) -> list[Difference]:

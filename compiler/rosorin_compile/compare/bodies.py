@@ -14,26 +14,16 @@ from dataclasses import replace
 from functools import reduce
 from typing import NamedTuple
 
-from rosorin_compile.model import Joint, Limit, Pose, Robot, Vector
+from rosorin_compile.model import Joint, Limit, Robot, Vector
 from rosorin_compile.model.geometry import angle_between, dot, minus, norm, pose_of, unit
 from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.progress import Progress
 
-from . import sentences
+from . import sentences, walk
 from .difference import FRAME, JOINT, NAME, Item, Report, Side
 from .precision import HERE, ROOT_THREE, TURNS, Placed, Precision, join_errors
 from .sentences import NEW, REMOVED, Apart, existence, far, number, row, several, text_of, value_change
-from .walk import (
-    Leaves,
-    Names,
-    leaves,
-    new_joint_names,
-    new_link_names,
-    prefix_of,
-    renamed_robot,
-    with_names,
-    without_prefix,
-)
+from .walk import Leaves, Names, leaves, prefix_of, renamed_robot, with_names, without_prefix
 
 _LEAST = 1e-6  # rad, m: smaller differences of limits are ignored
 _STEPS = 16
@@ -210,9 +200,9 @@ def pair(a: Side, b: Side, tolerance: float, prefix: str | None = None) -> Pairi
         names = without_prefix(robots[at].link, prefix), without_prefix(robots[at].joint, prefix)
         robots[at] = renamed_robot(robots[at], *names)
         steps[at].append(names)
-    links = new_link_names(*(leaves(replace(robot, edges=())) for robot in robots[::-1]))
+    links = walk.new_link_names(*(leaves(replace(robot, edges=())) for robot in robots[::-1]))
     other = renamed_robot(robots[1], links, {})
-    joints = new_joint_names(leaves(other), leaves(robots[0]))
+    joints = walk.new_joint_names(leaves(other), leaves(robots[0]))
     # The new name of a joint in B must be unused, or be renamed itself.
     for name in sorted({name for name in other.joint if name not in joints} & set(joints.values())):
         joints[name] = f"{name} (of B)"
@@ -437,6 +427,5 @@ class _Frames:
         apart, least = self._gap(way, other)
         if any(apart):
             old, new = pose_of(self.a.relative(*way).transform), pose_of(self.b.relative(*other).transform)
-            near = Pose(old.xyz, sentences.near_angles(old.rpy, new.rpy)), new
-            text = sentences.describe_move(way[1], (way[0], other[0]), near, apart, others, least)
+            text = sentences.describe_move(way[1], (way[0], other[0]), (old, new), apart, others, least)
             self.items.append(Item(kind, name, "origin", text, text_of(old), text_of(new), "", *apart, "always"))

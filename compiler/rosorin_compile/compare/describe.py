@@ -127,8 +127,7 @@ class Describer(NamedTuple):
         angle = old.transform().angle_to(new.transform()) if turned else 0.0
         before, after = (str(side.get(("frame", frame), {}).get("parent", "")) for side in self.sides)
         small = max(NOISE, least / ROOT_THREE), self.tolerance / TURNS + self._known("rpy", old.rpy, new.rpy)
-        poses = Pose(old.xyz, sentences.near_angles(old.rpy, new.rpy)), new
-        return sentences.describe_move(frame, (before, after), poses, (distance, angle), least=small)
+        return sentences.describe_move(frame, (before, after), (old, new), (distance, angle), least=small)
 
 
 def describe_attachment(robot: Robot, name: str, word: str, sides: Sequence[Leaves]) -> str:
@@ -275,7 +274,5 @@ def _place(one: Solid, other: Solid, least: sentences.Apart) -> list[str]:
     if not distance and not angle:
         return []
     old, new = (pose_of(Transform(solid.rows, solid.centre)) for solid in (one, other))
-    # Remove jumps of a full turn.
-    roll, pitch, yaw = (b - math.tau * round((b - a) / math.tau) for a, b in zip(old.rpy, new.rpy, strict=True))
-    steps = sentences.coordinates(old, Pose(new.xyz, (roll, pitch, yaw)), (distance, angle), least)
+    steps = sentences.coordinates(old, new, (distance, angle), least)
     return [sentences.with_remark(sentences.far(distance, angle, verbs=True), steps)]

@@ -142,7 +142,7 @@ def coordinates(old: Pose, new: Pose, apart: Apart, least: Apart = (_LEAST, _LEA
     parts = []
     for names, numbers, unit, whole, smallest in (
         (AXES, (old.xyz, new.xyz), "m", apart[0], least[0]),
-        (ANGLES, (old.rpy, new.rpy), "rad", apart[1], least[1]),
+        (ANGLES, (_near_angles(old.rpy, new.rpy), new.rpy), "rad", apart[1], least[1]),
     ):
         allowed = max(smallest, _SHARE * whole)
         steps = [
@@ -174,7 +174,7 @@ def describe_move(
     return f"{frame} {far(*apart, verbs=True)} in {parents[1]}{with_it}: {steps}"
 
 
-def near_angles(old: Vector, new: Vector) -> Vector:
+def _near_angles(old: Vector, new: Vector) -> Vector:
     """Return angles (rad) of the same rotation as ``old`` that are as close to ``new`` as possible."""
     roll, pitch, yaw = old
     half = math.pi + 2e-6  # half a turn is positive, even with rounding

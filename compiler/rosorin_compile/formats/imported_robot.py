@@ -70,10 +70,6 @@ class Imported(NamedTuple):
     passed: frozenset[str] = frozenset()  # keys of an include that were passed to a macro
 
     @property
-    def file_name(self) -> str:
-        return file_name(self.tree["robot"]) if self.tree is not None else ""
-
-    @property
     def left_out(self) -> list[str]:
         lost = [one.message for one in self.diagnostics if one.rule == "import-cannot-carry"]
         return [message.replace(" is not carried over", "") for message in dict.fromkeys(lost)]

@@ -26,7 +26,7 @@ from rosorin_compile.source.xml.markup import Document, MarkupError, parse, read
 
 from . import FORMATS, Format, Opened, plugged_diagnostics
 from .format import Placed
-from .imported_robot import Imported, Outputs, ReadOptions, as_tree, convert_result
+from .imported_robot import Imported, Outputs, ReadOptions, as_tree, convert_result, file_name
 
 _OTHER_FORMATS = {
     "world": ("a world of Gazebo", "name the SDF, URDF or xacro of the robot"),
@@ -171,9 +171,9 @@ def _wrong_root(document: Document) -> Diagnostic:
 
 def outputs_of(imported: Imported, why: str = "") -> Outputs:
     """Return the outputs for an imported robot; if ``why`` is not empty, it is the reason to omit optional formats."""
-    made = Outputs({}, {}, {})
+    made, tree = Outputs({}, {}, {}), imported.whole
     for format in FORMATS.values():
-        asked = format.asked and format.asked(imported.whole, imported.version, imported.file_name)
+        asked = format.asked and format.asked(tree, imported.version, file_name(tree["robot"]))
         if asked and format.optional and why:
             made.left_out[format.name] = why
         elif asked:

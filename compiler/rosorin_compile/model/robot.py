@@ -366,14 +366,17 @@ class Robot:
 
     # Poses of links.
 
-    def position(self, joint: Joint, positions: Mapping[str, float]) -> float:
-        """Return the position of a joint (radians or metres), computed from its leader if it mimics one."""
-        factor, offset = 1.0, 0.0
-        while joint.mimic is not None:
-            offset += factor * joint.mimic.offset
-            factor *= joint.mimic.multiplier
-            joint = self.joint[joint.mimic.joint]
-        return factor * positions.get(joint.name, 0.0) + offset
+    def position(self, joint: Joint, positions: Mapping[str, float | Sequence[float]]) -> Any:
+        """Return the position of a joint (rad or m, by default 0), computed from its leader if it mimics one."""
+        leader, factor, offset = joint, 1.0, 0.0
+        while leader.mimic is not None:
+            offset += factor * leader.mimic.offset
+            factor *= leader.mimic.multiplier
+            leader = self.joint[leader.mimic.joint]
+        position = positions.get(leader.name, 0.0)
+        if isinstance(position, Sequence):  # a number for each coordinate, which no joint can mimic
+            return position if leader is joint else offset
+        return factor * position + offset
 
     def pose_in_root(self, link: str, positions: Mapping[str, float]) -> Transform:
         """Return the pose of a link in the root frame at joint positions (radians or metres; by default zero)."""
@@ -382,11 +385,9 @@ class Robot:
 
     def poses_in_root(self, positions: Mapping[str, float | Sequence[float]]) -> dict[str, Transform]:
         """Return the poses of all links in the root frame; a joint with several coordinates takes a number for each."""
-        single = {name: value for name, value in positions.items() if not isinstance(value, Sequence)}
         poses = {self.root: Transform()}
         for joint in self.joints_down():
-            position = self.position(joint, single) if joint.moves else positions.get(joint.name, 0.0)
-            poses[joint.child] = poses[joint.parent].then(joint.transform(position))
+            poses[joint.child] = poses[joint.parent].then(joint.transform(self.position(joint, positions)))
         return poses
 
     def transform(

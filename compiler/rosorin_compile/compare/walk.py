@@ -79,7 +79,6 @@ def compare_leaves(
     relative to the larger number, and to 1 m or 1 rad for lengths and angles.
     """
     found: list[Difference] = []
-    comparison = _Comparison(precisions, tolerance)
     for thing in dict.fromkeys([*old, *new]):
         first, second = old.get(thing), new.get(thing)
         if first is None or second is None:
@@ -89,47 +88,43 @@ def compare_leaves(
             continue
         for quantity in dict.fromkeys([*first, *second]):
             values = first.get(quantity), second.get(quantity)
-            if not comparison.same(thing[0], quantity, *values):
+            if not _same(thing[0], quantity, *values, precisions, tolerance):
                 found.append(Difference(Address(*thing, quantity), *values))
     return found
 
 
-class _Comparison(NamedTuple):
-    precisions: tuple[Precision, Precision]
-    tolerance: float
+def _same(
+    kind: str, quantity: str, old: Any, new: Any, precisions: tuple[Precision, Precision], tolerance: float
+) -> bool:
+    if old is new or (type(old) is type(new) and old == new):
+        return True
+    if old is None or new is None:
+        return False
 
-    def same(self, kind: str, quantity: str, old: Any, new: Any) -> bool:
-        if old is new or (type(old) is type(new) and old == new):
-            return True
-        if old is None or new is None:
-            return False
-        if isinstance(old, Pose) and isinstance(new, Pose):
-            near = self._near("xyz", old.xyz, new.xyz)
-            return near and same_turn(old.rpy, new.rpy, self.precisions, self.tolerance)
-        if isinstance(old, Shapes) and isinstance(new, Shapes):
-            first, second = (shapes.solids(p) for shapes, p in zip((old, new), self.precisions, strict=True))
-            rest = match(first, second, self.tolerance)
-            return not rest.old and not rest.new
-        key = "position" if kind == "pose" else "xyz" if quantity == "centre of mass" else quantity.rpartition(" ")[2]
-        if is_number(old) and is_number(new):
-            return self._near(key, (old,), (new,))
-        if isinstance(old, (tuple, list)) and isinstance(new, (tuple, list)):
-            if quantity == "inertia":
-                least = known_inertia(old, new, self.precisions, self.tolerance)
-                return all(abs(a - b) <= least for a, b in zip(old, new, strict=True))
-            if len(old) != len(new) or all(map(is_number, (*old, *new))):
-                return len(old) == len(new) and self._near(key, old, new)
-            return all(self.same(kind, key, *both) for both in zip(old, new, strict=True))
-        return bool(old == new)
-
-    def _near(self, key: str, old: Sequence[float], new: Sequence[float]) -> bool:
-        """Return True if all numbers of one key, such as ``xyz``, are equal within the tolerance."""
+    def near(key: str, old: Sequence[float], new: Sequence[float]) -> bool:
         largest = max(map(abs, (*old, *new)), default=0.0)
-        known = join_errors(self.precisions[0](key, *old), self.precisions[1](key, *new)) if old != new else 0.0
+        known = join_errors(precisions[0](key, *old), precisions[1](key, *new)) if old != new else 0.0
         floor = max(1.0, largest) if key in _ABSOLUTE else largest if len(old) > 1 else 0.0
-        return all(
-            abs(a - b) <= known + self.tolerance * max(floor, abs(a), abs(b)) for a, b in zip(old, new, strict=True)
-        )
+        pairs = zip(old, new, strict=True)
+        return all(abs(a - b) <= known + tolerance * max(floor, abs(a), abs(b)) for a, b in pairs)
+
+    if isinstance(old, Pose) and isinstance(new, Pose):
+        return near("xyz", old.xyz, new.xyz) and same_turn(old.rpy, new.rpy, precisions, tolerance)
+    if isinstance(old, Shapes) and isinstance(new, Shapes):
+        first, second = (shapes.solids(p) for shapes, p in zip((old, new), precisions, strict=True))
+        rest = match(first, second, tolerance)
+        return not rest.old and not rest.new
+    key = "position" if kind == "pose" else "xyz" if quantity == "centre of mass" else quantity.rpartition(" ")[2]
+    if is_number(old) and is_number(new):
+        return near(key, (old,), (new,))
+    if isinstance(old, (tuple, list)) and isinstance(new, (tuple, list)):
+        if quantity == "inertia":
+            least = known_inertia(old, new, precisions, tolerance)
+            return all(abs(a - b) <= least for a, b in zip(old, new, strict=True))
+        if len(old) != len(new) or all(map(is_number, (*old, *new))):
+            return len(old) == len(new) and near(key, old, new)
+        return all(_same(kind, key, *both, precisions, tolerance) for both in zip(old, new, strict=True))
+    return bool(old == new)
 
 
 def same_turn(old: Vector, new: Vector, precisions: tuple[Precision, Precision], tolerance: float) -> bool:

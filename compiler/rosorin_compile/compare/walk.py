@@ -20,7 +20,7 @@ from rosorin_compile.language.annotations import ENTRIES
 from rosorin_compile.language.schema import sections
 from rosorin_compile.model import Edge, HeightMap, Inertial, Joint, Link, Pose, Robot, Shape, Vector
 from rosorin_compile.model.geometry import IDENTITY, rotation_of_rpy
-from rosorin_compile.model.joint import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Publisher
+from rosorin_compile.model.joint import UNPUBLISHED, Publisher
 from rosorin_compile.model.link import along_link, limited_fields
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.source.xml.elements import values_of
@@ -289,9 +289,8 @@ def _edges(edges: Iterable[Edge], found: Leaves) -> None:
         entry |= {"parent": edge.parent} | _publisher(edge.publisher)
         if edge.pose is not None:
             entry["origin"] = edge.pose
-        if edge.publisher.kind != UNPUBLISHED:
-            moving = edge.moving and edge.publisher.kind != STATIC_TRANSFORM_PUBLISHER
-            entry["topic"] = "/tf" if moving else "/tf_static"
+        if edge.publisher.publishes:
+            entry["topic"] = edge.topic
 
 
 def _entries(kind: str, entries: Iterable[Any], found: Leaves) -> None:

@@ -24,7 +24,7 @@ from rosorin_compile.source.progress import Progress
 
 from . import walk
 from .describe import MOVING, Describer, describe_attachment, joint_of, shapes_change, solids_left
-from .precision import NOISE, POSE_NOISE, Precision, exact, printed_precision, rounding_precision
+from .precision import NOISE, POSE_NOISE, Precisions, exact, printed_precision, rounding_precision
 from .sentences import NEW, REMOVED, with_remark
 from .solids import match
 from .walk import Address, Difference, Leaves, Names, Shapes, compare_leaves, leaves, links_of
@@ -38,7 +38,7 @@ class Pair(NamedTuple):
     output: Output
     old: Leaves  # with new names of links and joints
     new: Leaves
-    precisions: tuple[Precision, Precision]
+    precisions: Precisions
     renamed: Mapping[str, Names] = {}  # new names by old names, by kind ("link", "joint")
 
 

@@ -427,5 +427,5 @@ class _Frames:
         apart, least = self._gap(way, other)
         if any(apart):
             old, new = pose_of(self.a.relative(*way).transform), pose_of(self.b.relative(*other).transform)
-            text = sentences.describe_move(way[1], (way[0], other[0]), (old, new), apart, others, least)
+            text = sentences.describe_move(way[1], (way[0], other[0]), (old, new), apart, least, others)
             self.items.append(Item(kind, name, "origin", text, text_of(old), text_of(new), "", *apart, "always"))

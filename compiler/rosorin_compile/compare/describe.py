@@ -13,7 +13,7 @@ from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.wording import count_of
 
 from . import sentences
-from .precision import NOISE, ROOT_THREE, TURNS, Precision, exact, join_errors
+from .precision import NOISE, ROOT_THREE, TURNS, Precisions, exact, join_errors
 from .solids import SIZES, Solid, largest_step, match, same_colour, turned_by
 from .walk import Address, Difference, Leaves, Shapes, known_inertia, same_turn
 
@@ -42,7 +42,7 @@ class Describer(NamedTuple):
 
     robot: Robot
     sides: tuple[Leaves, Leaves]  # all leaves of both versions
-    precisions: tuple[Precision, Precision] = (exact, exact)  # of the numbers on both sides
+    precisions: Precisions = (exact, exact)  # of the numbers on both sides
     tolerance: float = NOISE
 
     def describe(self, differences: Sequence[Difference]) -> Iterator[tuple[Difference, str]]:
@@ -127,7 +127,7 @@ class Describer(NamedTuple):
         angle = old.transform().angle_to(new.transform()) if turned else 0.0
         before, after = (str(side.get(("frame", frame), {}).get("parent", "")) for side in self.sides)
         small = max(NOISE, least / ROOT_THREE), self.tolerance / TURNS + self._known("rpy", old.rpy, new.rpy)
-        return sentences.describe_move(frame, (before, after), (old, new), (distance, angle), least=small)
+        return sentences.describe_move(frame, (before, after), (old, new), (distance, angle), small)
 
 
 def describe_attachment(robot: Robot, name: str, word: str, sides: Sequence[Leaves]) -> str:
@@ -166,9 +166,7 @@ class ShapeChange(NamedTuple):
     looks: bool = False
 
 
-def solids_left(
-    one: Difference, precisions: tuple[Precision, Precision]
-) -> tuple[tuple[int, int], list[Solid], list[Solid]]:
+def solids_left(one: Difference, precisions: Precisions) -> tuple[tuple[int, int], list[Solid], list[Solid]]:
     """Return the numbers of solids before and after a change of shapes, and the solids that only one side has."""
     sides = zip(one[1:], precisions, strict=True)
     old, new = (side.solids(known) if isinstance(side, Shapes) else [] for side, known in sides)

@@ -13,6 +13,7 @@ from rosorin_compile.source.numbers import off_by_short, off_by_six, six
 
 # Returns the largest error of the values of a key ("xyz", "rpy", "ixx").
 Precision = Callable[..., float]
+Precisions = tuple[Precision, Precision]  # of two compared sides
 
 # Rounding errors of arithmetic: relative to the larger of two numbers, and to 1 m or 1 rad.
 NOISE = 1e-12

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from functools import cache
 from typing import Any
@@ -20,7 +20,7 @@ from .bodies import Pairing
 from .describe import Describer
 from .difference import JOINT, LIMIT, OTHER, SHAPE, YAML, Item, Report, Side
 from .sentences import is_number, size_of, text_of
-from .walk import Difference, Leaves, compare_leaves, leaves, section_words
+from .walk import Difference, Leaves, Thing, compare_leaves, leaves, section_words
 
 ONE_BOX = "several shapes"  # the topic that a format with one box per link does not support
 # The topics that a format may not support: a key of the language, a name in messages, and the leaves ("KIND QUANTITY").
@@ -125,7 +125,7 @@ def _leaves(robot: Robot, lacking: frozenset[str], sides: tuple[Side, Side]) -> 
     return found
 
 
-def _topic(thing: tuple[str, str], quantity: str, robot: Robot) -> str | None:
+def _topic(thing: Thing, quantity: str, robot: Robot) -> str | None:
     """Return the topic of a leaf, or None if every format supports it. Each section of a package is a topic."""
     (kind, name), leaf = thing, f"{thing[0]} {quantity}"
     if kind == "frame" and name not in robot.joint_to:
@@ -161,7 +161,7 @@ def _lacking(format: Format) -> frozenset[str]:
 
 
 def _not_compared(
-    sides: tuple[Side, Side], robots: tuple[Robot, Robot], both: tuple[Leaves, Leaves], report: Report
+    sides: tuple[Side, Side], robots: Sequence[Robot], both: Sequence[Leaves], report: Report
 ) -> frozenset[str]:
     """Report and return the topics that are not compared between robots in these formats."""
     has: list[set[str]] = []
@@ -208,10 +208,7 @@ def _without_topics(found: Leaves, topics: frozenset[str], robot: Robot) -> None
 
 
 def _reduce(
-    thing: tuple[str, str],
-    entries: tuple[dict[str, Any], dict[str, Any]],
-    robots: tuple[Robot, Robot],
-    flipped: Mapping[str, bool],
+    thing: Thing, entries: Sequence[dict[str, Any]], robots: Sequence[Robot], flipped: Mapping[str, bool]
 ) -> None:
     """Remove leaves of one entry that are compared elsewhere or are equal in meaning."""
     kind, name = thing

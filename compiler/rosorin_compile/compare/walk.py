@@ -25,7 +25,7 @@ from rosorin_compile.model.link import along_link, limited_fields
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.source.xml.elements import values_of
 
-from .precision import NOISE, TURNS, Precision, exact, join_errors
+from .precision import NOISE, TURNS, Precision, Precisions, exact, join_errors
 from .sentences import is_number
 from .solids import Solid, match, solid_of
 
@@ -71,7 +71,7 @@ _MOST = 0.6
 
 
 def compare_leaves(
-    old: Leaves, new: Leaves, precisions: tuple[Precision, Precision] = (exact, exact), tolerance: float = NOISE
+    old: Leaves, new: Leaves, precisions: Precisions = (exact, exact), tolerance: float = NOISE
 ) -> list[Difference]:
     """Return every leaf that differs between two sets of leaves (see ``leaves``).
 
@@ -93,9 +93,7 @@ def compare_leaves(
     return found
 
 
-def _same(
-    kind: str, quantity: str, old: Any, new: Any, precisions: tuple[Precision, Precision], tolerance: float
-) -> bool:
+def _same(kind: str, quantity: str, old: Any, new: Any, precisions: Precisions, tolerance: float) -> bool:
     if old is new or (type(old) is type(new) and old == new):
         return True
     if old is None or new is None:
@@ -127,7 +125,7 @@ def _same(
     return bool(old == new)
 
 
-def same_turn(old: Vector, new: Vector, precisions: tuple[Precision, Precision], tolerance: float) -> bool:
+def same_turn(old: Vector, new: Vector, precisions: Precisions, tolerance: float) -> bool:
     """Return True if two triples of angles (rad) are the same rotation."""
     if old == new:
         return True
@@ -136,9 +134,7 @@ def same_turn(old: Vector, new: Vector, precisions: tuple[Precision, Precision],
     return all(abs(a - b) <= known for pair in rows for a, b in zip(*pair, strict=True))
 
 
-def known_inertia(
-    old: Sequence[float], new: Sequence[float], precisions: tuple[Precision, Precision], tolerance: float
-) -> float:
+def known_inertia(old: Sequence[float], new: Sequence[float], precisions: Precisions, tolerance: float) -> float:
     """Return the largest difference of entries of two equal inertias (kg*m^2), including the error of rotated axes."""
     largest = max(map(abs, (*old, *new)), default=0.0)
     one, other = precisions

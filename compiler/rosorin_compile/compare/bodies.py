@@ -21,7 +21,7 @@ from rosorin_compile.source.progress import Progress
 
 from . import sentences, walk
 from .difference import FRAME, JOINT, NAME, Item, Report, Side
-from .precision import HERE, ROOT_THREE, TURNS, Placed, Precision, join_errors
+from .precision import HERE, ROOT_THREE, TURNS, Precision, RoundedTransform, join_errors
 from .sentences import NEW, REMOVED, Apart, existence, far, number, row, several, text_of, value_change
 from .walk import Leaves, Names, leaves, prefix_of, renamed_robot, with_names, without_prefix
 
@@ -47,17 +47,17 @@ class Bodies:
         self.precision = precision
         self.top: dict[str, str] = {}
         self.members: dict[str, list[str]] = {}
-        self._places: dict[tuple[str, str], Placed] = {}
+        self._places: dict[tuple[str, str], RoundedTransform] = {}
         for link in robot.walk():
             joint = robot.joint_to.get(link.name)
             is_top = joint is None or not joint.is_fixed or joint.name in split
             self.top[link.name] = link.name if joint is None or is_top else self.top[joint.parent]
             self.members.setdefault(self.top[link.name], []).append(link.name)
 
-    def edge(self, joint: Joint) -> Placed:
+    def edge(self, joint: Joint) -> RoundedTransform:
         """Return the pose of a joint's child in its parent, at position zero."""
         length = ROOT_THREE * self.precision("xyz", *joint.origin.xyz)
-        return Placed(joint.origin.transform(), length, TURNS * self.precision("rpy", *joint.origin.rpy))
+        return RoundedTransform(joint.origin.transform(), length, TURNS * self.precision("rpy", *joint.origin.rpy))
 
     def above(self, top: str) -> Iterator[str]:
         """Yield the ancestors of a body, nearest first."""
@@ -71,7 +71,7 @@ class Bodies:
             return None
         return [self.robot.joint_to[top] for top in bodies[: bodies.index(upper)]][::-1]
 
-    def relative(self, source: str, target: str) -> Placed:
+    def relative(self, source: str, target: str) -> RoundedTransform:
         """Return the pose of ``target`` in ``source``, a link of the same body or a body above; all joints at zero."""
         here, found = source, HERE
         for joint in self.joints_between(self.top[source], self.top[target]) or []:
@@ -79,7 +79,7 @@ class Bodies:
             here = joint.child
         return found.then(self._within(here, target))
 
-    def _within(self, source: str, target: str) -> Placed:
+    def _within(self, source: str, target: str) -> RoundedTransform:
         """Return the pose of ``target`` in ``source``, a link of the same body, through their common ancestor."""
         if (source, target) not in self._places:
             up, down = ways = list[Joint](), list[Joint]()
@@ -91,7 +91,7 @@ class Bodies:
                 up.pop()
                 down.pop()
             steps = [*(self.edge(joint).inverse() for joint in up), *map(self.edge, reversed(down))]
-            self._places[source, target] = reduce(Placed.then, steps, HERE)
+            self._places[source, target] = reduce(RoundedTransform.then, steps, HERE)
         return self._places[source, target]
 
     def moved_by(self, top: str) -> str:
@@ -106,7 +106,7 @@ class Bodies:
         return Line(axis, place.transform.xyz, place.angle + tilt, place.length)
 
 
-def gap(one: Placed, other: Placed, tolerance: float) -> tuple[Apart, Apart]:
+def gap(one: RoundedTransform, other: RoundedTransform, tolerance: float) -> tuple[Apart, Apart]:
     """Return the distance between two poses (m, rad; zero up to ``tolerance`` and rounding), and its precision."""
     apart = math.dist(one.transform.xyz, other.transform.xyz), one.transform.angle_to(other.transform)
     least = tolerance + join_errors(one.length, other.length), tolerance + join_errors(one.angle, other.angle)

@@ -12,7 +12,7 @@ from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape
 from rosorin_compile.model.geometry import Rows, angle_between, minus, norm, plus, rotation_of_rpy
 from rosorin_compile.model.shape import Rgba
 
-from .precision import POSE_NOISE, ROOT_THREE, TURNS, Placed, Precision, exact, join_errors
+from .precision import POSE_NOISE, ROOT_THREE, TURNS, Precision, RoundedTransform, exact, join_errors
 from .sentences import text_of
 
 # The names of the sizes of a solid: full extents and full lengths (m) as in URDF; for a mesh, scale factors.
@@ -58,7 +58,7 @@ class Solid(NamedTuple):
         radius, length = self.sizes
         return self._replace(kind="cylinder", sizes=(radius, length + 2 * radius))
 
-    def seen_from(self, place: Placed) -> Solid:
+    def seen_from(self, place: RoundedTransform) -> Solid:
         """Return the solid in a frame in which its link has the pose ``place``."""
         transform = place.transform.then(Transform(self.rows, self.centre))
         length, turn = place.length + place.angle * norm(self.centre), self.turn_tolerance + place.angle
@@ -98,7 +98,7 @@ def _words(shape: Shape) -> tuple[str, ...]:
     return tuple(sorted([*words, *(f"{word} {text_of(value)}" for word, value in values)]))
 
 
-class Matched(NamedTuple):
+class Matches(NamedTuple):
     """Matched solids of two sets, by index: the pairs that are in both, and the rest of each set."""
 
     pairs: list[tuple[int, int]]
@@ -106,7 +106,7 @@ class Matched(NamedTuple):
     new: list[int]
 
 
-def match(old: Sequence[Solid], new: Sequence[Solid], noise: float = POSE_NOISE) -> Matched:
+def match(old: Sequence[Solid], new: Sequence[Solid], noise: float = POSE_NOISE) -> Matches:
     """Match equal solids of two sets; differences up to ``noise`` (m, and rotation entries) are ignored."""
     twins: dict[Solid, list[int]] = {}
     for index in reversed(range(len(new))):
@@ -126,7 +126,7 @@ def match(old: Sequence[Solid], new: Sequence[Solid], noise: float = POSE_NOISE)
             taken[twin] = index
     pairs = sorted([*pairs, *((index, twin) for twin, index in taken.items())])
     left = sorted({*range(len(old))} - {index for index, _ in pairs})
-    return Matched(pairs, left, sorted(index for index in order if index not in taken))
+    return Matches(pairs, left, sorted(index for index in order if index not in taken))
 
 
 def same(one: Solid, other: Solid, noise: float) -> bool:

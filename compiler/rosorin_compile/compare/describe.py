@@ -56,8 +56,7 @@ class Describer(NamedTuple):
             if quantity in ("centre of mass", "inertia") and None in (one.old, one.new):
                 continue  # the sentence of the mass includes it
             if isinstance(one.old, Shapes) or isinstance(one.new, Shapes):
-                counts, *left = solids_left(one, self.precisions)
-                for change in shapes_change(name, quantity, counts, *left):
+                for change in shapes_change(name, quantity, *solids_left(one, self.precisions)):
                     yield one, change.text
             else:
                 yield one, self.sentence(one)

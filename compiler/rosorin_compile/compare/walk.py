@@ -156,10 +156,8 @@ class Shapes(NamedTuple):
 def leaves(value: Any) -> Leaves:
     """Return the leaves of a value by entry (kind and name) and quantity."""
     found: Leaves = {}
-    contents = (
-        {"": value} if isinstance(value, Robot) else {one.name: getattr(value, one.name) for one in fields(value)}
-    )
-    for name, content in contents.items():
+    names = [""] if isinstance(value, Robot) else [field.name for field in fields(value)]
+    for name, content in ((name, getattr(value, name) if name else value) for name in names):
         kind = name.replace("_", " ")
         if isinstance(content, Robot):
             _robot(content, found)
@@ -311,7 +309,7 @@ def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
         return
     if isinstance(value, Mapping):
         for key, inner in value.items():
-            _flatten(inner, _below(path, key), entry)
+            _flatten(inner, f"{path} {key}".strip(), entry)
     elif is_dataclass(value) and not isinstance(value, Pose):
         for name, default in _fields(type(value)):  # type: ignore[arg-type]
             inner = getattr(value, name)
@@ -319,10 +317,10 @@ def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
             has_numbers = is_dataclass(default) and not isinstance(default, Pose)
             if inner != default or has_numbers or (is_number(default) and default):
                 whole = name in ("values", "mjcf")  # they contain texts by name
-                _flatten(inner, path if whole else _below(path, name.replace("_", " ")), entry)
+                _flatten(inner, path if whole else f"{path} {name.replace('_', ' ')}".strip(), entry)
     elif isinstance(value, (tuple, list)) and any(is_dataclass(one) or isinstance(one, Mapping) for one in value):
         for number, inner in enumerate(value, 1):
-            count, place = len(entry), _below(path, getattr(inner, "name", "") or number)
+            count, place = len(entry), f"{path} {getattr(inner, 'name', '') or number}".strip()
             _flatten(inner, place, entry)
             if len(entry) == count:  # an entry with only a name
                 entry[place] = True
@@ -333,10 +331,6 @@ def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
 @cache
 def _fields(kind: type) -> tuple[tuple[str, Any], ...]:
     return tuple((field.name, field.default) for field in fields(kind) if field.name not in (*SKIPPED, "name"))
-
-
-def _below(path: str, key: object) -> str:
-    return f"{path} {key}".strip()
 
 
 def links_of(found: Leaves) -> set[str]:

@@ -21,15 +21,11 @@ MOVING = (*MOVING_TYPES, *SEVERAL_COORDINATES)
 # Units of numbers by the end of the name of their quantity (the first match wins): for revolute, prismatic joints.
 _POSITION = ("rad", "m")
 _UNITS = {
-    "damping": ("N*m*s/rad", "N*s/m"),
-    "friction": ("N*m", "N"),
+    **dict.fromkeys(("damping", "kv", "k velocity"), ("N*m*s/rad", "N*s/m")),
+    **dict.fromkeys(("friction", "effort"), ("N*m", "N")),
+    **dict.fromkeys(("stiffness", "kp"), ("N*m/rad", "N/m")),
     "armature": ("kg*m^2", "kg"),
-    "stiffness": ("N*m/rad", "N/m"),
-    "kp": ("N*m/rad", "N/m"),
-    "kv": ("N*m*s/rad", "N*s/m"),
-    "effort": ("N*m", "N"),
     "k position": ("1/s", "1/s"),
-    "k velocity": ("N*m*s/rad", "N*s/m"),
     "velocity": ("rad/s", "m/s"),
     **dict.fromkeys(("lower", "upper", "offset", "rising", "falling", "spring reference"), _POSITION),
     **dict.fromkeys(("reference position", "soft lower limit", "soft upper limit"), _POSITION),

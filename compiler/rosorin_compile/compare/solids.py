@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from itertools import product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Sphere, Transform, Vector
+from rosorin_compile.model import Box, Ellipsoid, Mesh, Shape, Transform, Vector
 from rosorin_compile.model.geometry import Rows, angle_between, minus, norm, plus, rotation_of_rpy
 from rosorin_compile.model.shape import Rgba
 
@@ -70,24 +70,19 @@ def solid_of(shape: Shape, precision: Precision = exact, share: float = 2.0) -> 
     """Convert a shape, no height map, to a solid; ``share`` is the number of printed numbers in a size."""
     placed = shape.in_link if shape.pose.rpy != (0.0, 0.0, 0.0) else shape
     geometry, origin = placed.geometry, placed.origin()
-    key, sizes_of = _SIZED[type(geometry)]
-    sizes = sizes_of(geometry)
+    kind = type(geometry).__name__.lower()
+    if isinstance(geometry, (Box, Mesh)):
+        sizes: tuple[float, ...] = geometry.size if isinstance(geometry, Box) else geometry.scale
+    elif isinstance(geometry, Ellipsoid):
+        sizes = tuple(2 * radius for radius in geometry.radii)
+    else:
+        sizes = tuple(getattr(geometry, name) for name in SIZES[kind])
+    key = SIZES[kind][-1].split(" ")[0]  # whose digits determine the precision: size, scale, length or radius
     length = max(ROOT_THREE * precision("xyz", *shape.pose.xyz), share * precision(key, *sizes))
     turn = POSE_NOISE + TURNS * precision("rpy", *shape.pose.rpy)
     tint = precision("rgba", *shape.rgba) if shape.rgba else 0.0
-    kind, rows = type(geometry).__name__.lower(), rotation_of_rpy(origin.rpy)
+    rows = rotation_of_rpy(origin.rpy)
     return Solid(kind, sizes, origin.xyz, rows, _words(shape), shape.rgba, length, turn, tint)
-
-
-# The key whose digits determine the precision of a geometry's sizes, and the sizes.
-_SIZED: Mapping[type, tuple[str, Callable[[Any], tuple[float, ...]]]] = {
-    Box: ("size", lambda box: box.size),
-    Cylinder: ("length", lambda tube: (tube.radius, tube.length)),
-    Capsule: ("length", lambda tube: (tube.radius, tube.length)),
-    Sphere: ("radius", lambda sphere: (sphere.radius,)),
-    Ellipsoid: ("size", lambda ellipsoid: tuple(2 * radius for radius in ellipsoid.radii)),
-    Mesh: ("scale", lambda mesh: mesh.scale),
-}
 
 
 def _words(shape: Shape) -> tuple[str, ...]:

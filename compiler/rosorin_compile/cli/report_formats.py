@@ -13,7 +13,7 @@ from html import escape
 from pathlib import Path
 from urllib.parse import quote
 
-from rosorin_compile.compare.changes import Change
+from rosorin_compile.compare.artifacts import Change
 from rosorin_compile.compare.golden_check import CHANGED, MAX_LINES, TextDifference, shorten
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Span, text

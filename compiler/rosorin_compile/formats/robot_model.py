@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosorin_compile.language.annotations import misfits_of, validator, words_of
 from rosorin_compile.language.schema import subject
@@ -24,9 +24,7 @@ from rosorin_compile.source.wording import mask_controls
 from .format import PLACES, Format, Opened
 from .imported_robot import Imported, as_tree
 from .robot_files import accept, lower_artifact
-
-if TYPE_CHECKING:
-    from .templating import Templates
+from .templating import Templates
 
 _RANGE_NOTE = "the driver's model does not say which pulses exist; these are those between the limits"
 _ANY_PULSE = 10**9

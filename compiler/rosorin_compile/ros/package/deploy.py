@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated
 
-from rosorin_compile.compare.changes import Change
+from rosorin_compile.compare.artifacts import Change
 from rosorin_compile.compare.golden_check import Comparison
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compilation import Compiled

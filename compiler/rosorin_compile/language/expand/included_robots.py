@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Span, error
+from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, SourceError, Span, error
 from rosorin_compile.source.files import label
 from rosorin_compile.source.tree import Instance, Map, Place, Seq, Text
 from rosorin_compile.source.wording import first_of
@@ -26,7 +26,7 @@ from ..expression.syntax import weight
 from ..schema import backend_of, sections
 from ..symbols import THINGS, SymbolTable
 from .declarations import hides_letters, place_of
-from .files import ADDRESS, INCLUDE_KINDS, IncludeError, check_include, with_nearest_file
+from .files import ADDRESS, INCLUDE_KINDS, check_include, with_nearest_file
 from .placing import Use, copy, map_items, map_table, place_fragment, with_sources
 from .scope import Failed, Scope
 
@@ -107,13 +107,11 @@ class IncludedRobots:
         if changed:
             names = [f"{name} ({count})" if count > 1 else name for name, count in changed.items()]
             message = f'in elements that are kept as they are, "{prefix}" was put before {first_of(names, _FEW)}'
-            note = Diagnostic("include-renamed", NOTE, message, entry.value_spans["prefix"])
-            self._report(note, include.via.parent)
+            self._report(Diagnostic("include-renamed", NOTE, message, entry.value_spans["prefix"]), include.via.parent)
         made = self._attached(self._with_meshes(made, include), foreign, include)
-        owner = entry if entry.get("source") is not None else tree
         for section, node in sections().items():
             if node.sourced and isinstance(made.get(section), Map):
-                made[section] = with_sources(made[section], owner)
+                made[section] = with_sources(made[section], entry if entry.get("source") is not None else tree)
         return made
 
     def _robot(self, include: Included) -> Imported:
@@ -121,10 +119,11 @@ class IncludedRobots:
         packages, package = self.reader.packages_of(entry, by), entry.get("package")
         try:
             path = Path(label(self.reader.target(entry["file"], package, by, packages)))
-        except IncludeError as problem:
-            key = "package" if package and problem.rule == "package-missing" else "file"
+        except SourceError as problem:
+            found = problem.diagnostic
+            key = "package" if package and found.rule == "package-missing" else "file"
             place = place_of(entry, key, scope) if package or entry["file"].startswith(ADDRESS) else place
-            raise scope.fail(problem.rule, problem.message, place, problem.help) from None
+            raise scope.fail(found.rule, found.message, place, found.help) from None
         texts: dict[str, str] = {}
         for name, value in (entry.get("args") or {}).items():
             try:
@@ -163,18 +162,16 @@ class IncludedRobots:
         for diagnostic in foreign.diagnostics:
             is_here = diagnostic.span is not None and diagnostic.span.source is entry.span.source
             self._report(with_nearest_file(diagnostic, entry["file"], path), via.parent if is_here else via)
-        takes_none = foreign.tree is not None and not foreign.takes_arguments
-        if takes_none and "macro" in entry:
-            message = f"{path.name} defines no macros: only a xacro does"
-            help = "remove macro to include it as a robot"
+        if foreign.tree is None or foreign.takes_arguments:
+            return None if foreign.tree is None else foreign
+        if "macro" in entry:
+            message, help = f"{path.name} defines no macros: only a xacro does", "remove macro to include it as a robot"
             scope.report("unknown-macro", message, place_of(entry, "macro", scope), help)
-        elif takes_none and texts:
+        elif texts:
             place = Place(entry["args"].key_spans[next(iter(texts))], via.parent)
             message = f"{path.name} has no arguments: only a xacro has them"
             scope.report("unknown-argument", message, place, "remove args")
-        elif foreign.tree is not None:
-            return foreign
-        return None
+        return None if "macro" in entry or texts else foreign
 
     def _warn(self, rule: str, message: str, span: Span, help: str, include: Included) -> None:
         self._report(Diagnostic(rule, WARNING, message, span, (), help), include.via.parent)
@@ -234,10 +231,10 @@ class IncludedRobots:
         have = made.get("joints") or Map(made.span)
         if foreign.mount or "parent" not in keys:
             if keys:
-                attached = f'the macro attaches what it makes to "{foreign.mount}"'
-                attached = attached if foreign.mount else "what it includes is attached to nothing"
-                help = "remove it" if foreign.mount else "write parent: FRAME"
-                message = f'an include has "{keys[0]}", but {attached}'
+                message, help = f'an include has "{keys[0]}", but it is attached to nothing', "write parent: FRAME"
+                if foreign.mount:
+                    message = f'an include has "{keys[0]}", but the macro attaches its links to "{foreign.mount}"'
+                    help = "remove it"
                 self._warn("ignored-key", message, entry.key_spans[keys[0]], help, include)
             if is_on_parent:  # report errors in values that the include sets at the include
                 made["joints"] = joints = copy(have)
@@ -246,7 +243,7 @@ class IncludedRobots:
                         joints[name] = joint = joint.copy()
                         for key in ("parent", "xyz", "rpy", "publisher"):
                             if entry.get(key) is not None and (key == "publisher" or joint.get(key) == entry[key]):
-                                joint.put(key, entry[key], entry.key_spans[key], entry.value_spans[key])
+                                joint.put_from(entry, key)
             return made
         children = {joint["child"] for joint in have.values()}
         root = next(str(link) for link in made["links"] if link not in children)
@@ -262,14 +259,13 @@ class IncludedRobots:
         joint = Map(span, via.parent)
         joint.put("type", "fixed", span, span)
         joint.put("child", root, span, span)
-        for key in keys:
-            if key != "joint":
-                joint.put(key, entry[key], entry.key_spans[key], entry.value_spans[key])
+        for key in (key for key in keys if key != "joint"):
+            joint.put_from(entry, key)
         named = entry.value_spans["joint" if entry.get("joint") else "parent"]
         joints = Map(made.span)
         joints.put(name, joint, named, named)
-        for other, value in have.items():
-            joints.put(other, value, have.key_spans[other], have.value_spans[other])
+        for other in have:
+            joints.put_from(have, other)
         made.put("joints", joints, made.span, made.span)
         return made
 
@@ -299,8 +295,7 @@ class IncludedRobots:
                     if output["base"] == "free" and is_only and "root" in robot:
                         tree.setdefault_at("root", robot["root"], span)
             if lost:
-                file = Path(entry["file"]).name
-                message = f"settings of {file} that the MJCF does not take over: {first_of(lost, _FEW)}"
+                message = f"the MJCF does not get these settings of {Path(entry['file']).name}: {first_of(lost, _FEW)}"
                 help = "the output or another include has others: decide in the output"
                 self._warn("include-settings", message, entry.value_spans["file"], help, include)
 
@@ -313,8 +308,7 @@ def _moving_joints(tree: Map) -> int:
 def _check_include(entry: Map, scope: Scope) -> None:
     good = check_include(entry, scope, _KINDS, _KEYS)
     if "with" in entry and "macro" not in entry:
-        message = "with has values for a macro, and there is no macro"
-        help = "write macro: NAME; args has values of arguments of a file"
+        message, help = "with has values for a macro, and there is no macro", "write macro: NAME, or args for a file"
         scope.report("missing-key", message, place_of(entry, "with", scope), help)
         good = False
     prefix = entry.get("prefix")
@@ -336,7 +330,7 @@ def with_prefix(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str
     things, materials = names.among(THINGS), fragment.get("materials") or ()
     changed: Counter[str] = Counter()
 
-    def with_prefix(name: str) -> str:
+    def rename(name: str) -> str:
         changed[name] += 1
         return prefix + name
 
@@ -352,9 +346,7 @@ def with_prefix(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str
         if text in things and not _NO_NAMES.search(tag):
             yield Reference(text, "", "", "")
 
-    made = place_fragment(
-        fragment, Use(prefix), names, lambda text: Text(rename_references(text, with_prefix, references))
-    )
+    made = place_fragment(fragment, Use(prefix), names, lambda text: Text(rename_references(text, rename, references)))
     if isinstance(made.get("materials"), Map):
         made["materials"] = map_table(made["materials"], lambda name: prefix + name)
     if isinstance(made.get("accept"), Seq):
@@ -385,8 +377,7 @@ def relative_files(tree: Map) -> list[str]:
 
 def move_files(tree: Map, folder: str) -> Map:
     """Return the tree of a robot with ``folder`` before each relative mesh or texture file name."""
-    before = f"{folder.rstrip('/')}/"
-    return map_files(tree, lambda name: name if _ABSOLUTE.match(name) else before + name)
+    return map_files(tree, lambda name: name if _ABSOLUTE.match(name) else f"{folder.rstrip('/')}/{name}")
 
 
 def _mapped(node: Any, rename: Callable[[str], str], key: str) -> Any:

@@ -34,8 +34,8 @@ FILE_KEYS = ("rosorin_compile", "help", "let", "parts", "sensor_types")
 _PART_KEYS = ("help", "params", "let", "use")
 _USE_KINDS = {"part": str, "with": Map, "prefix": str, "parent": str, "content": Map}
 _CONTROLS = {
-    "for": "a loop goes inside the entry that it repeats",
-    "if": "a condition goes inside the entry that it applies to",
+    "for": "write a loop in the entry that it repeats",
+    "if": "write a condition in the entry that it controls",
 }
 _USE_KEYS = ("part", "with", "prefix", "parent", "xyz", "rpy", "mirror", "content", "source")
 
@@ -205,8 +205,7 @@ def check_use(name: str, entry: Map, scope: Scope) -> None:
 def hides_letters(key: str, entry: Map, scope: Scope) -> bool:
     """Report an invisible letter in the ``prefix`` of a part or robot; return True if there is one."""
     value = entry.get(key)
-    letter = hidden_letter(value) if isinstance(value, str) else ""
-    if letter:
+    if letter := hidden_letter(value) if isinstance(value, str) else "":
         message = f'{key} "{value}" has an invisible letter: {in_words(letter)}'
         scope.report("invisible-letter", message, place_of(entry, key, scope), "type it again, without this letter")
     return bool(letter)
@@ -215,23 +214,19 @@ def hides_letters(key: str, entry: Map, scope: Scope) -> bool:
 def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope) -> bool:
     """Report a loop or condition next to the entries of a section instead of in one; return True if all are valid."""
     good = True
-    for section in sections:
-        entries = tree.get(section)
-        for control, what in _CONTROLS.items():
-            if not isinstance(entries, Map) or control not in entries:
-                continue
-            value = entries[control]
-            is_control = isinstance(value, (str, bool))
-            if control == "for":  # also valid for an entry named "for"; a file may add "source" to it
-                entry: Any = schema()["properties"].get(section, {}).get("additionalProperties", {})
-                legal = _USE_KEYS if section == "use" else resolve(entry).get("properties", ())
-                is_control = isinstance(value, Map) and bool(value) and ({*value} - {"source"}).isdisjoint(legal)
-            if is_control:
-                place = Place(entries.key_spans[control], scope.via or entries.via)
-                help = f"write NAME: {{{control}: ..., ...}}"
-                message = f'"{control}" is not an entry of {owner}{section}: {what}'
-                scope.report("wrong-type", message, place, help)
-                good = False
+    tables = [(section, tree[section]) for section in sections if isinstance(tree.get(section), Map)]
+    for section, entries, control in [(*one, control) for one in tables for control in _CONTROLS if control in one[1]]:
+        value = entries[control]
+        is_control = isinstance(value, (str, bool))
+        if control == "for":  # also valid for an entry named "for"; a file may add "source" to it
+            entry: Any = schema()["properties"].get(section, {}).get("additionalProperties", {})
+            legal = _USE_KEYS if section == "use" else resolve(entry).get("properties", ())
+            is_control = isinstance(value, Map) and bool(value) and ({*value} - {"source"}).isdisjoint(legal)
+        if is_control:
+            place = Place(entries.key_spans[control], scope.via or entries.via)
+            message = f'"{control}" is not an entry of {owner}{section}: {_CONTROLS[control]}'
+            scope.report("wrong-type", message, place, f"write NAME: {{{control}: ..., ...}}")
+            good = False
     return good
 
 
@@ -266,20 +261,18 @@ def check_entry(
 
 def _check_vector(owner: str, tree: Map, key: str, dimension: Dimension, scope: Scope) -> bool:
     value: Any = tree.get(key)
-    where, place = f"{owner} {key}", place_of(tree, key, scope)
     if is_vector(value, dimension):
         return True
     is_triple = isinstance(value, list) and len(value) == 3
-    wrong = [one for one in value if not is_number(one, dimension)] if is_triple else []
-    if wrong and isinstance(wrong[0], Quantity):
-        number = wrong[0].text or float(wrong[0])
-        message = f"{where} is {describe(dimension)}, but {number} is {_kind(wrong[0])}"
-        scope.report("wrong-unit", message, place, "correct the unit; a bare number is in SI units")
-    elif is_triple and not wrong:
-        scope.report("not-finite", f"{where} is not finite", place, "write numbers, or leave the key out")
-    else:
-        found = f"of {_kind(wrong[0])}" if wrong else _kind(value)
-        scope.report("wrong-type", f"{where} is a list of three numbers, not {found}", place)
+    wrong = [one for one in value if not is_number(one, dimension)] if is_triple else [value]
+    rule, message, help = "not-finite", "is not finite", "write numbers, or leave the key out"
+    if wrong and isinstance(wrong[0], Quantity) and is_triple:
+        message = f"is {describe(dimension)}, but {wrong[0].text or float(wrong[0])} is {_kind(wrong[0])}"
+        rule, help = "wrong-unit", "correct the unit; a bare number is in SI units"
+    elif wrong:
+        rule, message = "wrong-type", f"is a list of three numbers, not {'of ' if is_triple else ''}{_kind(wrong[0])}"
+        help = ""
+    scope.report(rule, f"{owner} {key} {message}", place_of(tree, key, scope), help)
     return False
 
 

@@ -390,10 +390,9 @@ class Scope:
             if not piece.is_expression:
                 xacro = _OF_XACRO.search(piece.text)
                 if xacro and "<" not in text:  # XML elements may contain $(...) for another program
-                    name = (xacro[2].split() or ["NAME"])[0]
+                    name, where = (xacro[2].split() or ["NAME"])[0], _within(place, text, piece.offset + xacro.start())
                     help = f"declare {name} in args and write ${{{name}}}"
                     help = f"write package://{name}" if xacro[1] == "find" else help
-                    where = _within(place, text, piece.offset + xacro.start())
                     raise self.fail("expression", f'"{xacro[0]}" has a meaning in xacro, but none here', where, help)
                 parts.append(piece.text)
                 continue
@@ -403,8 +402,7 @@ class Scope:
             try:
                 value = evaluate(piece.text, self.lookup)
                 if self.expansion.work > MAX_WORK:
-                    message = f"the expressions of the description take more than {MAX_WORK:,} steps together"
-                    self._fail_for_size(message, place)
+                    self._fail_for_size(f"all expressions together take more than {MAX_WORK:,} steps", place)
                 if isinstance(value, (list, dict)):
                     self.count(weight(value), span, via)
                 if piece.is_whole:
@@ -478,21 +476,17 @@ def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
     for names, values in loops.items():
         where = Place(loops.value_spans[names], via)
         split = [name.strip() for name in names.split(",")]
-        inner_scopes: list[Scope] = []
-        counted = 0
-        for scope in scopes:
-            items, spans = scope.resolve(values, where), list[Span]()
-            if isinstance(items, Mapping):
-                spans = [getattr(items, "key_spans", {}).get(key, where.span) for key in items]
-                items = list(items)
-            elif isinstance(items, list):
-                spans = items.value_spans if isinstance(items, Seq) else [where.span] * len(items)
-            else:
+        outer_scopes, scopes, counted = scopes, [], 0
+        for scope in outer_scopes:
+            items = scope.resolve(values, where)
+            if not isinstance(items, (list, Mapping)):
                 help = "write a list, or ${range(4)}"
                 raise scope.fail("wrong-type", "a loop runs over a list or a table", where, help)
             if len(items) > counted:  # assume that all iterations have as many, to refuse a huge product at once
-                outer.count((len(items) - counted) * len(scopes), where.span, where.via)
+                outer.count((len(items) - counted) * len(outer_scopes), where.span, where.via)
                 counted = len(items)
+            keys = items.key_spans if isinstance(items, Map) else {}
+            spans = items.value_spans if isinstance(items, Seq) else [keys.get(key, where.span) for key in items]
             for value, span in zip(items, spans, strict=True):
                 outer_via, at = scope.via or via, span if isinstance(values, Seq) else where.span
                 if at != span:  # the values were written elsewhere
@@ -500,13 +494,12 @@ def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
                 inner = Scope(outer.expansion, scope, Instance(f"{names} = {_short(value)}", at, outer_via, made=True))
                 row = value if len(split) > 1 else [value]
                 if not isinstance(row, list) or len(row) != len(split):
-                    message = f"a round of this loop does not give {len(split)} values"
+                    message = f"an iteration of this loop does not have {len(split)} values"
                     raise inner.fail("wrong-type", message, Place(at, where.via))
                 for name, one in zip(split, row, strict=True):
                     inner.bind(name, one, Place(at, where.via))
                 inner.looped = dict.fromkeys(split, loops.key_spans[names])
-                inner_scopes.append(inner)
-        scopes = inner_scopes
+                scopes.append(inner)
     yield from scopes
 
 

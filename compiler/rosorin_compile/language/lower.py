@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Collection, Hashable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import fields, is_dataclass, replace
 from functools import cache, partial
 from graphlib import CycleError, TopologicalSorter
@@ -73,10 +73,8 @@ class Lowering:
 
     def share(self, key: Hashable, make: Callable[[], T]) -> T:
         """Return the result of ``make``, cached by the key unless problems were reported."""
-        if key in self._shared:
-            known: T = self._shared[key]
-            return known
-        before, made = len(self.diagnostics), make()
+        before = len(self.diagnostics)
+        made: T = self._shared[key] if key in self._shared else make()
         if len(self.diagnostics) == before:
             self._shared[key] = made
         return made
@@ -112,11 +110,11 @@ class Lowering:
         if child != frame or first == frame_path:
             self.place("joint", name, path)
             return
-        related = (Related("first said here", self.tree.locate(first).span),)
+        related = (Related("first defined here", self.tree.locate(first).span),)
         message = f'frame "{frame}" is defined twice: by {owner_of_frame(first)} and by {owner_of_frame(frame_path)}'
-        help = "give each a frame of its own"
+        help = "give each its own frame"
         if first[0] == "joints":
-            help = f'a sensor brings the joint to its frame along: remove joint "{name}", or name another frame'
+            help = f'a sensor creates the joint to its frame: remove joint "{name}", or name another frame'
         self("duplicate-name", message, frame_path, help, related)
 
 
@@ -156,10 +154,8 @@ def lower(tree: Map, scope: Scope | None = None) -> Lowered:
             with _guarded(plugin, section.name, report):  # after a problem, the section has no value
                 added[section.name] = _value(section, tree, lowering)
     sections = Sections(added, contents)
-    values |= {"name": tree["robot"], "sections": sections}
+    values |= {"name": tree["robot"], "sections": sections, "root_in_world": values.pop("root", None)}
     values |= {name: tuple(getattr(lowering, name)) for name in ("links", "joints", "edges", "urdf_elements")}
-    if "root" in values:
-        values["root_in_world"] = values.pop("root")
     robot = Robot(**{name: value for name, value in values.items() if value is not None})
     if sections.values:
         robot = with_sections(robot, tree, report, lowering.place)
@@ -186,13 +182,10 @@ def _completed(fragment: Mapping[str, Any], value: Any) -> Any:
     others = others if isinstance(others, Mapping) else {}
     if isinstance(value, tuple):
         return tuple(_completed(fragment.get("items", {}), item) for item in value)
-    if value is None and (properties or others):
-        value = {}
-    if not isinstance(value, Mapping):
+    if not isinstance(value, Mapping) and (value is not None or not (properties or others)):
         return value
-    resolved = {key: resolve(inner) for key, inner in properties.items()}
-    defaults = {key: inner["default"] for key, inner in resolved.items() if "default" in inner}
-    return {key: _completed(properties.get(key, others), item) for key, item in {**defaults, **value}.items()}
+    defaults = {key: inner["default"] for key, one in properties.items() if "default" in (inner := resolve(one))}
+    return {key: _completed(properties.get(key, others), item) for key, item in {**defaults, **(value or {})}.items()}
 
 
 @contextmanager
@@ -226,18 +219,18 @@ def with_sections(robot: Robot, tree: Map, report: Report, place: Place) -> Robo
 
 def _in_order(robot: Robot, symbols: SymbolTable, section: str) -> list[Any] | None:
     defined = {(symbol.kind, symbol.name): symbol.path[1] for symbol in symbols.definitions(section) if symbol.path[1:]}
-    needs: dict[Any, set[Any]] = {}
+    entries = symbols.tree[section]
+    needs: dict[Any, set[Any]] = {
+        name: set() for name in (entries if isinstance(entries, Map) else range(len(entries)))
+    }
     for reference in unresolved_references(robot, symbols, section):
         if (reference.kind, reference.name) not in defined:
             return None
         if len(reference.path) > 1:
-            needs.setdefault(reference.path[1], set()).add(defined[reference.kind, reference.name])
-    entries = symbols.tree[section]
-    names = entries if isinstance(entries, Map) else range(len(entries))
-    try:
-        return list(TopologicalSorter({name: needs.get(name, set()) - {name} for name in names}).static_order())
-    except CycleError:
-        return None
+            needs[reference.path[1]] |= {defined[reference.kind, reference.name]} - {reference.path[1]}
+    with suppress(CycleError):
+        return list(TopologicalSorter(needs).static_order())
+    return None
 
 
 def unresolved_references(robot: Robot, symbols: SymbolTable, section: str) -> list[Symbol]:
@@ -304,8 +297,9 @@ def record_of(kind: Callable[..., T], entry: Mapping[str, Any] | None, /, **give
 
 def named_records(kind: Callable[..., T], entries: Mapping[str, Any] | None) -> dict[str, T]:
     """Create a dataclass for each entry, by name; a field ``name`` is set to the name of the entry."""
-    names = {str(name): {"name": str(name)} if "name" in _fields(kind)[0] else {} for name in entries or ()}
-    return {name: record_of(kind, (entries or {})[name], **given) for name, given in names.items()}
+    has_name = "name" in _fields(kind)[0]
+    items = (entries or {}).items()
+    return {str(key): record_of(kind, entry, **({"name": str(key)} if has_name else {})) for key, entry in items}
 
 
 def _records(kind: Callable[..., T], value: Any) -> tuple[T, ...]:
@@ -363,8 +357,8 @@ def _fields(kind: Any) -> tuple[dict[str, Convert], tuple[str, ...], bool]:
     types = get_type_hints(kind)
     hints = {field.name: types[field.name] for field in fields(kind)}
     poses = tuple(name for name, hint in hints.items() if hint is Pose)
-    has_values = hints.get("values") == Values
-    return {name: _converter(hint) for name, hint in hints.items() if hint is not Pose}, poses, has_values
+    converters = {name: _converter(hint) for name, hint in hints.items() if hint is not Pose}
+    return converters, poses, hints.get("values") == Values
 
 
 def _converter(hint: Any) -> Convert:

@@ -38,9 +38,8 @@ def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = Non
     walk.through(tree)
     diagnostics = []
     for path, value in walk.not_finite:
-        message = f"{subject(path)} is not a finite number"
-        if math.isfinite(value):
-            message = f"{subject(path)} is {value:g}, and nothing can be calculated with more than {MOST:g}"
+        too_large = f"is {value:g}, and nothing can be calculated with more than {MOST:g}"
+        message = f"{subject(path)} {too_large if math.isfinite(value) else 'is not a finite number'}"
         help = "write a number, or leave the entry out"
         diagnostics.append(problem_at(scope, tree, path, "not-finite", message, help))
     reported = {tuple(path) for path in (*(one[0] for one in walk.misfits), *(one[0] for one in walk.not_finite))}
@@ -177,8 +176,8 @@ class _Report:
         if keyword == "minLength" and not value:
             return self._make("empty-text", f"{where} is empty", "write a text, or leave the key out")
         if keyword == "enum":
-            kind = {"joint": "joint type", "source": "status"}.get(self.kind, "")
-            kind = "which gazebo" if self.path[-1] == "gazebo" else kind
+            kinds = {"joint": "joint type", "source": "status"}
+            kind = "which gazebo" if self.path[-1] == "gazebo" else kinds.get(self.kind, "")
             return [not_allowed(self.tree, self.path, value, wanted, kind, self.scope)]
         rule, message = _SIMPLE.get(keyword, ("wrong-shape", f"{{where}} does not fit the schema: {keyword}"))
         if keyword in ("minimum", "maximum", "minProperties", "maxProperties", "const"):  # the message is sufficient
@@ -215,15 +214,13 @@ class _Report:
         if meant and key in swaps(meant[0]):  # outputs: other keys are only valid for some formats
             message = f'{self.where} has no key "{meant[0]}"'
             return self._make("unknown-key", message, suggest(key), [*self.path, meant[0]], True)
-        wanted = legal.get(key, {})
-        help = _sentence(wanted.get("description") or resolve(wanted).get("description", ""))
+        help = _sentence({**resolve(legal.get(key, {})), **legal.get(key, {})}.get("description", ""))
         if key == "inertia":
             help = "write ixx, iyy and izz, or of: collision to calculate it from the shapes"
         return self._make("missing-key", f'{self.where} needs the key "{key}"', help, self.path, key=True)
 
     def _wrong_type(self) -> list[Diagnostic]:
-        types = self.misfit.kinds()
-        unit = self.part.get("x-unit") or []
+        types, unit = self.misfit.kinds(), self.part.get("x-unit") or []
         units = [unit] if isinstance(unit, str) else unit
         wanted = " or ".join(_TYPES[name] for name in types if name != "null")
         wanted += f" ({' or '.join(filter(None, units))})" if units else ""
@@ -265,12 +262,11 @@ class _Report:
             return "write the number behind the colon, or leave the key out"
         if types == ["boolean"]:
             return suggestions.flag_meant(value) or "write true or false"
-        if "string" not in types:
-            return ""
-        if isinstance(value, (bool, int, float)):
-            return "put it in quotes to make it text"
-        is_element = isinstance(value, Map) and self.defined == "element"
-        return "an element is a text of XML: write - <NAME .../>" if is_element else f"write {key}: NAME"
+        help = "an element is a text of XML: write - <NAME .../>"
+        if not isinstance(value, Map) or self.defined != "element":
+            is_scalar = isinstance(value, (bool, int, float))
+            help = "put it in quotes to make it text" if is_scalar else f"write {key}: NAME"
+        return help if "string" in types else ""
 
 
 def not_allowed(

@@ -89,10 +89,10 @@ class _Failure:
         begun: tuple[int, ...] = self.begun
         if "quoted scalar" not in self.what:  # the quote was closed by the next one on a later line
             end = (self.line - 1, len(self.before.rstrip()))
-            above = [token for token in quoted_tokens(self.source.text) if token.start_mark.line < end[0]][-1:]
-            if not above or (above[0].end_mark.line, above[0].end_mark.column) != end:
+            *_, last = None, *(token for token in quoted_tokens(self.source.text) if token.start_mark.line < end[0])
+            if last is None or (last.end_mark.line, last.end_mark.column) != end:
                 return None
-            begun = self.source.span(above[0].start_mark.index)[1:3]
+            begun = self.source.span(last.start_mark.index)[1:3]
         elif "escape" in self.what:
             help = "use single quotes, or write the backslash twice"
             return self.report(f'"{self.rest[:2]}" has no meaning in double quotes', help, length=2)
@@ -155,11 +155,8 @@ class _Failure:
                 number = higher
         if not_allowed and _COLON.search(text := self.source.line(above)):
             name = printable(_COLON.split(text.strip().lstrip("- "))[0].strip()[:40])
-            message = f'this line is indented below "{name}", which already has a value'
-            spaces = _key_indent(text)
-            help = (
-                f'indent it by {count_of(spaces, "space")}, like "{name}"' if spaces else "remove the spaces before it"
-            )
+            message, spaces = f'this line is indented below "{name}", which already has a value', _key_indent(text)
+            help = f'indent it by {count_of(spaces, "space")}, like "{name}"' if spaces else "remove its indentation"
             return self.report(message, help, (self.line, self.indent + 1))
         return None
 
@@ -191,6 +188,7 @@ class _Failure:
 
     def beginning(self) -> Diagnostic:
         """Report any other mistake, such as an unclosed bracket, or a character that is special in YAML."""
+        text = self.source.text
         for words, message, help, at_begun in _REPORTS:
             if words in self.what:
                 place = self.begun if at_begun else self.at
@@ -200,15 +198,15 @@ class _Failure:
                 return self.report('a value is missing before this ","', "write the value, or remove the comma")
             if self.letter:
                 return self.report(f'"{self.letter}" closes nothing', "remove it, or open it before")
-            last = max(self.source.text.rfind("["), self.source.text.rfind("{"))
-            opened, closing = self.source.text[last], "]" if self.source.text[last] == "[" else "}"
-            return self.report(f'this "{opened}" is not closed', f'add "{closing}"', self.source.span(last)[1:3])
+            last = max(text.rfind("["), text.rfind("{"))
+            closing = "]" if text[last] == "[" else "}"
+            return self.report(f'this "{text[last]}" is not closed', f'add "{closing}"', self.source.span(last)[1:3])
         is_scanning = self.what.startswith(("while scanning", "while parsing a node", "while parsing a t"))
         if self.opened in _BEGINNINGS and is_scanning:
             return self.report(f'"{self.opened}" begins {_BEGINNINGS[self.opened]} here', _QUOTE, self.begun)
-        if "<document start>" in self.what and self.source.text.startswith("%"):
-            return self.report('a line with "%" is for YAML itself', "remove it", (1, 1))
         if "<document start>" in self.what:
+            if text.startswith("%"):
+                return self.report('a line with "%" is for YAML itself', "remove it", (1, 1))
             return self.report("the description ends before this", "remove it, or the closing bracket above")
         return self.report("YAML cannot be parsed from here on", f"indent with spaces; {_QUOTE}")
 

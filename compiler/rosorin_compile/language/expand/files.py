@@ -262,7 +262,7 @@ class Reader:
                 raise ExpressionError("find takes the name of a ROS package, and a value to use if it is not found")
             folder = package(name)
             if folder is None and not default:
-                help = f"write --package {name}=FOLDER, or source its workspace"
+                help = f"say where it is, --package {name}=FOLDER, or source its workspace"
                 raise ExpressionError(f'the package "{name}" is not found', help=help)
             return default[0] if folder is None else str(folder)
 

@@ -402,7 +402,8 @@ class Scope:
             try:
                 value = evaluate(piece.text, self.lookup)
                 if self.expansion.work > MAX_WORK:
-                    self._fail_for_size(f"all expressions together take more than {MAX_WORK:,} steps", place)
+                    message = f"the expressions of the description take more than {MAX_WORK:,} steps together"
+                    self._fail_for_size(message, place)
                 if isinstance(value, (list, dict)):
                     self.count(weight(value), span, via)
                 if piece.is_whole:

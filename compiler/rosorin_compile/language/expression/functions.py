@@ -35,13 +35,11 @@ class ExpressionError(Exception):
     ``unknown`` is an undefined name; ``unit`` is a number and the unknown unit after it.
     """
 
-    def __init__(self, message: str, column: int = -1, help: Help = "", unknown: str = "") -> None:
+    def __init__(
+        self, message: str, column: int = -1, help: Help = "", unknown: str = "", unit: tuple[str, str] | None = None
+    ) -> None:
         super().__init__(message)
-        self.message = message
-        self.column = column
-        self.help = help
-        self.unknown = unknown
-        self.unit: tuple[str, str] | None = None
+        self.message, self.column, self.help, self.unknown, self.unit = message, column, help, unknown, unit
 
 
 class KindError(ExpressionError):
@@ -86,8 +84,7 @@ def common_dimension(values: Iterable[Any]) -> Dimension | None:
         dimension = dimension_of(value)
         if common is not None and dimension not in (None, common):
             help = "what is added, compared or chosen from is of one kind; a product or a quotient may mix"
-            message = f"{describe(common)} and {describe(dimension or NUMBER)} do not go together"
-            raise KindError(message, help=help)
+            raise KindError(f"{describe(common)} and {describe(dimension or NUMBER)} do not go together", help=help)
         common = common or dimension
     return common
 

@@ -17,7 +17,7 @@ from rosorin_compile.model.shape import Box, Capsule, Cylinder, Ellipsoid, Geome
 from rosorin_compile.model.simulation import Marked
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.packages import Packages
-from rosorin_compile.source.tree import Map, Path
+from rosorin_compile.source.tree import Path
 from rosorin_compile.source.wording import phrase
 
 from ...lower import Lowering, LoweringError, entries_of, record_of, vector_of
@@ -107,13 +107,12 @@ def _check_heights(heights: Sequence[Sequence[float]], bottom: Any, path: Path) 
     tables = {"height": heights, **({"bottom": bottom} if isinstance(bottom, list) else {})}
     for word, rows in tables.items():
         here: Path = (*path, "heights" if word == "height" else word)
-        for i, row in enumerate(rows):
-            if len(row) != len(rows[0]):
-                message = f"row {i + 1} has {len(row)} {word}s, the first row {len(rows[0])}"
-                raise LoweringError("height-map-rows", message, (*here, i), "give all rows one length")
-        for i, j in [(i, j) for i, row in enumerate(rows) for j, number in enumerate(row) if number < 0]:
+        for i, row in ((i, row) for i, row in enumerate(rows) if len(row) != len(rows[0])):
+            message = f"row {i + 1} has {len(row)} {word}s, the first row {len(rows[0])}"
+            raise LoweringError("height-map-rows", message, (*here, i), "give all rows one length")
+        for at in ((i, j) for i, row in enumerate(rows) for j, number in enumerate(row) if number < 0):
             help = f"{word}s count up from z = 0"
-            raise LoweringError("height-map-rows", f"a {word} is below zero", (*here, i, j), help)
+            raise LoweringError("height-map-rows", f"a {word} is below zero", (*here, *at), help)
     lowest = min((height for row in heights for height in row if height > 0), default=math.inf)
     message, help = "", "lower it, or give it as rows like those of heights"
     if not isinstance(bottom, list):
@@ -154,8 +153,7 @@ def _inertial(lowering: Lowering, entry: Mapping[str, Any], path: Path, own: Map
         shapes, paths = own[entry["of"]], [here] * len(own[entry["of"]])
         if not shapes:
             help = f"give the link a {entry['of']}, or list the shapes here: of: [box: {{size: [...]}}]"
-            message = f"the link has no {entry['of']} shape to take the inertia of"
-            raise LoweringError("shape-kind", message, here, help)
+            raise LoweringError("shape-kind", f"the link has no {entry['of']} shape", here, help)
     else:
         paths = [(*here, index) for index in range(len(entry["of"]))]
         shapes = [lower_shape(item, at) for item, at in zip(entry["of"], paths, strict=True)]
@@ -180,22 +178,20 @@ def _solid(lowering: Lowering, shape: Shape, path: Path) -> Inertial:
         return inertial_of([shape], density=1.0)
     # Search relative to the file of the link, the main file, and the folder of the source.
     here, first = (FilePath(span.source.path) for span in (lowering.tree.locate(path[:2]).span, lowering.tree.span))
-    folders, source = [here.parent, first.parent], lowering.tree.get("source")
-    if isinstance(source, Map) and isinstance(source.get("folder"), str):
-        folders.append(first.parent / source["folder"])
-    packages = Packages({}, os.environ, here)
+    folders, packages = [here.parent, first.parent], Packages({}, os.environ, here)
+    folders.append(first.parent / (lowering.tree.get("source") or {}).get("folder", ""))
     found = (packages.resolve(mesh.file, folder) for folder in folders)
     file = next((file for file in found if file is not None and is_file(file)), None)
+    message = f"the volume of the mesh {mesh.file} is unknown: "
     help = "list primitive shapes of the same body: of: [box: {size: [...]}], or give the inertia"
     if file is None:
-        message = f"the volume of the mesh {mesh.file} is unknown: no such file"
-        raise LoweringError("shape-kind", message, path, help)
+        raise LoweringError("shape-kind", f"{message}no such file", path, help)
     try:
         if (file, mesh.scale) not in lowering.solids:
             lowering.solids[file, mesh.scale] = mesh_inertial(file, mesh.scale)
     except ExtractProblem as problem:
-        message = f"the volume of the mesh {mesh.file} is unknown: {problem.diagnostic.message}"
-        raise LoweringError("shape-kind", message, path, problem.diagnostic.help or help) from None
+        found_help = problem.diagnostic.help or help
+        raise LoweringError("shape-kind", message + problem.diagnostic.message, path, found_help) from None
     return together([(lowering.solids[file, mesh.scale], shape.pose.transform())])
 
 

@@ -112,8 +112,8 @@ def read(paths: Iterable[Path], texts: Mapping[str, str]) -> Map:
         for name in values.expression_keys():
             message = f'the argument "{name}" is an expression; a file of arguments holds values'
             raise LoadError(error("bad-argument", message, values.value_spans[name], "write its result"))
-        for name, value in values.items():
-            merged.put(name, value, values.key_spans[name], values.value_spans[name])
+        for name in values:
+            merged.put_from(values, name)
     for name, text in texts.items():
         merged[name] = text
         merged.key_spans.pop(name, None)
@@ -193,15 +193,13 @@ def as_texts(values: Mapping[str, Any]) -> tuple[dict[str, str], list[Diagnostic
 
 def with_wanted(tree: Map, wanted: Sequence[str], formats: Mapping[str, Format]) -> tuple[Map, list[Diagnostic]]:
     """Return a tree with an entry for each requested output, and an error for each unknown name."""
-    outputs = tree.get("outputs")
-    if not wanted or not (outputs is None or isinstance(outputs, Map)):  # validation reports an invalid type
+    listed = Map(tree.span, tree.via) if tree.get("outputs") is None else tree["outputs"]
+    new = [name for name in dict.fromkeys(wanted) if name not in listed] if isinstance(listed, Map) else []
+    if not new:  # validation reports outputs of an invalid type
         return tree, []
-    listed = outputs if outputs is not None else Map(tree.span, tree.via)
-    new = [name for name in dict.fromkeys(wanted) if name not in listed]
-    written = [name for name, format in formats.items() if format.write is not None] if new else []
-    unknown = [name for name in new if name not in written]
+    written = [name for name, format in formats.items() if format.write is not None]
     robot, span = str(tree.get("robot", "robot")), tree.key_spans.get("robot", tree.span)
-    if unknown or not new:
+    if unknown := [name for name in new if name not in written]:
         has = f"its outputs: {first_of(list(listed), _MOST_NAMED)}" if listed else "it lists no outputs"
         if others := [one for one in written if one not in listed]:
             has += f"; with their defaults: {first_of(others, _MOST_NAMED)}"

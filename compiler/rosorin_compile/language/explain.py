@@ -136,9 +136,6 @@ def explain(
         raise ValueError("a description with errors has no meaning to explain")
     robot, origins = lowered.robot, Origins(expanded.tree, expanded.scope, arguments)
     frames = _Frames(robot, lowered.places, origins)
-    poses = [known.name for known in robot.poses]
-    if pose and pose not in poses:
-        raise UnknownName("pose", pose, poses, none="there is none at all")
     explained = [section for section, node in sections().items() if node.explained is True]
     entries = {name: (section, name) for section in explained for name in expanded.tree.get(section) or ()}
     targets = {name: frames.meant_by(name) for name in names}
@@ -245,7 +242,7 @@ class _Frames:
         return (*map(self._edge_of_joint, self.robot.chain(frame)), *below)
 
     def _placed(self, frame: str, chain: Sequence[Edge], pose: str) -> FramePose:
-        positions = next((known.positions for known in self.robot.poses if known.name == pose), {})
+        positions = self.robot.positions(pose) if pose else {}
         root, found = chain[0].parent if chain else frame, Rigid()
         for ends in dict.fromkeys((edge.parent, edge.child) for edge in chain):
             joint = self.robot.joint_to.get(ends[1])

@@ -15,7 +15,7 @@ from dataclasses import fields, is_dataclass, replace
 from functools import cache, partial
 from graphlib import CycleError, TopologicalSorter
 from types import NoneType, UnionType
-from typing import Any, NamedTuple, Protocol, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Any, NamedTuple, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from rosorin_compile.model import Edge, Inertial, Joint, Link, Pose, Publisher, Robot, Vector
 from rosorin_compile.model.sections import ENTRIES, ITEMS, ONE, Section, Sections, own_sections
@@ -36,6 +36,7 @@ T = TypeVar("T")
 Convert = Callable[[Any], Any]
 Report = Callable[[Diagnostic, str], None]
 Place = Callable[[str, str, Path], None]
+Problem = Callable[..., None]  # reports a problem as ``Lowering`` does: its rule, message, path and help
 _ACCEPTABLE = {"shape-size": find_declared("shape-size")}
 
 
@@ -246,9 +247,8 @@ def _checked(made: object, before: Robot) -> Robot:
     types = fragment_at(("joints", "*", "type"))["enum"]
     names, known = {link.name for link in made.links}, {id(joint) for joint in before.joints}
     for joint in (joint for joint in made.joints if id(joint) not in known):
-        for end in (joint.parent, joint.child):
-            if end not in names:
-                raise ValueError(f'it adds joint "{joint.name}" at link "{end}", which does not exist')
+        if missing := [end for end in (joint.parent, joint.child) if end not in names]:
+            raise ValueError(f'it adds joint "{joint.name}" at link "{missing[0]}", which does not exist')
         if joint.type not in types:
             raise UnknownName(f'type for joint "{joint.name}"', joint.type, types)
     return made
@@ -267,12 +267,6 @@ def _place_added(before: Robot, made: Robot, symbols: SymbolTable, section: str,
             place("joint", joint.name, path)
 
 
-class Problem(Protocol):
-    """A function that reports a problem at a path of the tree, or with ``key`` at the last key of the path."""
-
-    def __call__(self, rule: str, message: str, path: Path, help: Help = "", *, key: bool = False) -> None: ...
-
-
 def entries_of(tree: Mapping[str, Any], section: str) -> list[tuple[str, Any]]:
     """Return the entries of a section sorted by name, or in the order of the file if the schema has x-ordered."""
     entries = (tree.get(section) or {}).items()
@@ -287,9 +281,7 @@ def record_of(kind: Callable[..., T], entry: Mapping[str, Any] | None, /, **give
     entry = entry or {}
     converters, poses, has_values = _fields(kind)
     found = {name: convert(entry[name]) for name, convert in converters.items() if name in entry and name not in given}
-    for name in poses:
-        if name not in given:
-            found[name] = pose_of_entry(entry)
+    found |= {name: pose_of_entry(entry) for name in poses if name not in given}
     if has_values and "values" not in given:
         found["values"] = values_of(entry, ("xyz", "rpy", "source", *converters))
     return kind(**found, **given)
@@ -311,9 +303,7 @@ def _records(kind: Callable[..., T], value: Any) -> tuple[T, ...]:
 
 def vector_of(value: Any, default: Vector = (0.0, 0.0, 0.0)) -> Vector:
     """Convert a list of three numbers to a vector; None is converted to ``default``."""
-    if value is None:
-        return default
-    x, y, z = value
+    x, y, z = default if value is None else value
     return (float(x), float(y), float(z))
 
 

@@ -76,10 +76,10 @@ def declare(scope: Scope, declared: Any, given: Given, owner: str, user: Place |
     for name in unknown:
         help = Suggestion(name, known, none="it has none", places=spans)
         scope.report("unknown-argument", f'{owner} has no argument "{name}"', given[name][1], help)
-    suggested = [nearest(name, known) for name in unknown]
     missing = [one for name, one in known.items() if name not in given and not one.has_default]
     scope.broken.update(one.name for one in missing)
     # The default or argument may have a misspelled key, which is reported already.
+    suggested = [nearest(name, known) for name in unknown]
     missing = [one for one in missing if one.sound and one.name not in suggested]
     for first, *others in [missing] if user and missing else [[one] for one in missing]:
         names, place = [one.name for one in (first, *others)], user or first.place

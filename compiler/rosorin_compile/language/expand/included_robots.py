@@ -134,8 +134,7 @@ class IncludedRobots:
         if "trust" in entry:
             message = "trust of an include has no effect: trust comes from the person who runs the command"
             help = "remove it; --trust or ROSORIN_COMPILE_TRUST=1 silences the warning xacro-runs-code"
-            span = place_of(entry, "trust", scope).span
-            self.diagnostics.append(Diagnostic("trust-ignored", WARNING, message, span, (), help))
+            self.diagnostics.append(Diagnostic("trust-ignored", WARNING, message, entry.value_spans["trust"], (), help))
         prefix = entry.get("prefix") or ""
         call = str([entry.get(key) for key in ("macro", "with", "parent", "xyz", "rpy")]) if "macro" in entry else ""
         names = (path, prefix, call, *texts.items())
@@ -207,16 +206,13 @@ class IncludedRobots:
         top = Path(os.path.commonpath([base, *places.values()]))
         above = [folder for folder in (base, *base.parents) if folder.is_relative_to(top)]
         new = {name: Path(os.path.relpath(path, top)).as_posix() for name, path in places.items()}
-        for name, found in list(new.items()):
-            if [folder for folder in above if files.is_file(folder / found)] != [top]:  # missing, or ambiguous
-                del new[name]
-        missed = [name for name in names if name not in new]
-        if missed:
+        homes = {name: [folder for folder in above if files.is_file(folder / found)] for name, found in new.items()}
+        if missed := [name for name in names if homes[name] != [top]]:  # missing, or ambiguous
             seen = f"seen from {file}, but readers look from the artifacts"
             message = f"files of meshes or textures are named as {seen}: {first_of(missed, 1)}"
             help = "say what to put before: meshes: FOLDER, as seen from the artifacts, or package://NAME"
             self._warn("include-mesh-path", message, entry.value_spans["file"], help, include)
-        return map_files(made, lambda name: new.get(name, name)) if new else made
+        return map_files(made, lambda name: name if name in missed else new.get(name, name)) if new else made
 
     def _attached(self, made: Map, foreign: Imported, include: Included) -> Map:
         """Return a robot with the joint that attaches its root. Raises Failed after reporting a duplicate name.
@@ -295,7 +291,8 @@ class IncludedRobots:
                     if output["base"] == "free" and is_only and "root" in robot:
                         tree.setdefault_at("root", robot["root"], span)
             if lost:
-                message = f"the MJCF does not get these settings of {Path(entry['file']).name}: {first_of(lost, _FEW)}"
+                file = Path(entry["file"]).name
+                message = f"settings of {file} that the MJCF does not take over: {first_of(lost, _FEW)}"
                 help = "the output or another include has others: decide in the output"
                 self._warn("include-settings", message, entry.value_spans["file"], help, include)
 

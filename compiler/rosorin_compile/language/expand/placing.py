@@ -244,10 +244,7 @@ def _axis(joint: Map, axis: int) -> dict[str, Any]:
 
 
 def _grid(grid: Map, axis: int) -> dict[str, Any]:
-    """Mirror a height map: reverse the order of its cells along x or y, or negate the heights along z.
-
-    A rule reports negative heights: a height map is measured upward from z = 0.
-    """
+    """Mirror a height map: reverse its cells along x or y, or negate the heights along z, which a rule reports."""
     heights, origin, cell = grid.get("heights"), grid.get("origin"), grid.get("cell")
     if not isinstance(heights, Seq) or not heights or not all(isinstance(row, Seq) for row in heights):
         return {}

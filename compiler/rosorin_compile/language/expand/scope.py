@@ -288,10 +288,7 @@ class Scope:
     # Evaluation
 
     def resolve(self, value: Any, place: Place, xml: bool = False) -> Any:
-        """Evaluate all expressions, loops and conditions in a value. Raises Failed after reporting errors.
-
-        ``xml``: strings in it are XML elements.
-        """
+        """Evaluate all expressions, loops and conditions in a value (with ``xml``, in XML elements). Raises Failed."""
         if self.expansion.is_constant(value):
             return value
         if isinstance(value, Map):
@@ -299,10 +296,7 @@ class Scope:
         return self._sequence(value, xml) if isinstance(value, Seq) else self.text(value, place.span, place.via, xml)
 
     def _mapping(self, value: Map) -> Map:
-        """Evaluate the keys and values of a mapping.
-
-        A key whose expression evaluates to ``none`` is omitted; parts pass on optional arguments in this way.
-        """
+        """Evaluate a mapping; a value ``none``, which an optional argument may have, is omitted with its key."""
         via = self.via or value.via
         made = Map(value.span, via)
         self.count(len(value) + 1, value.span, via)

@@ -63,10 +63,7 @@ def _mount(entry: Mapping[str, Any]) -> Joint:
 
 
 def _sensor(lowering: Lowering, name: str, entry: Mapping[str, Any], above: Mapping[str, Joint]) -> Sensor:
-    """Convert a sensor, and add its frames and the fixed joints to them unless they exist.
-
-    ``above`` has the joint to each link that the section ``joints`` or a sensor with a parent defines.
-    """
+    """Convert a sensor; add its frames and joints unless they exist. ``above`` has the joint above each link."""
     path: Path = ("sensors", name)
     frame, source = entry["frame"], record_of(Source, entry.get("source"))
     optical = entry.get("optical") or {}

@@ -161,12 +161,10 @@ class _Report:
             form = "no markup, no quotes; spaces only within" if self.defined else "use letters, digits and _"
             path, message = [*self.path, name], f'"{name}" cannot be a name in {where}'
             return self._make("bad-name", message, _odd_letter(name) or form, path, True)
-        if keyword in ("required", "dependencies"):
-            return self._missing_key()
-        if keyword == "type":
-            return self._wrong_type()
-        if keyword == "additionalProperties":
-            return self._unknown_keys()
+        methods = dict.fromkeys(("required", "dependencies"), self._missing_key)
+        methods |= {"type": self._wrong_type, "additionalProperties": self._unknown_keys}
+        if keyword in methods:
+            return methods[keyword]()
         if keyword in ("minItems", "maxItems"):
             count = f"at {'least' if keyword == 'minItems' else 'most'} {wanted}"
             count = wanted if self.part.get("minItems") == self.part.get("maxItems") else count
@@ -180,10 +178,11 @@ class _Report:
             kind = "which gazebo" if self.path[-1] == "gazebo" else kinds.get(self.kind, "")
             return [not_allowed(self.tree, self.path, value, wanted, kind, self.scope)]
         rule, message = _SIMPLE.get(keyword, ("wrong-shape", f"{{where}} does not fit the schema: {keyword}"))
+        message = message.format(
+            where=where, value=value, wanted=wanted, keys=", ".join(self.part.get("properties", {}))
+        )
         if keyword in ("minimum", "maximum", "minProperties", "maxProperties", "const"):  # the message is sufficient
             meaning = ""
-        keys = ", ".join(self.part.get("properties", {}))
-        message = message.format(where=where, value=value, wanted=wanted, keys=keys)
         return self._make(rule, message, (_odd_letter(str(value)) if keyword == "pattern" else "") or meaning)
 
     def _make(

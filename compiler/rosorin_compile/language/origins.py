@@ -12,7 +12,7 @@ from rosorin_compile.source.diagnostics import Source, Span
 from rosorin_compile.source.load import LoadError, parse_yaml
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.tree import Instance, Map, Path, Place, Seq, has, maker
-from rosorin_compile.source.units import NUMBER, Quantity, describe
+from rosorin_compile.source.units import Quantity
 
 from .expand.provenance import scope_of
 from .expand.scope import Failed, Scope
@@ -286,9 +286,8 @@ def _entry(name: str, keys: str, scope: Scope) -> tuple[Any, Place | None]:
 
 
 def _shown(value: Any) -> str:
-    if isinstance(value, Quantity) and value.dimension != NUMBER:
-        words = describe(value.dimension)  # "a length (m)", or "a quantity in kg*m"
-        return f"{exact(value)} {words[words.rindex('(') + 1 : -1] if words.endswith(')') else words.split(' in ')[-1]}"
+    if isinstance(value, Quantity):
+        return f"{exact(value)} {value.unit}".rstrip()
     if isinstance(value, (dict, list)):
         return f"a {'table' if isinstance(value, dict) else 'list'} of {len(value)}"
     return "" if value is None else exact(value) if isinstance(value, float) else str(FUNCTIONS["str"](value))[:60]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import yaml
@@ -59,12 +59,10 @@ class _Failure:
         self.letter, self.indent = self.rest[:1], len(self.text) - len(self.text.lstrip(" "))
         self.opened = source.line(self.begun[0])[self.begun[1] - 1 :][:1]
 
-    def report(
-        self, message: str, help: str, place: tuple[int, ...] = (), length: int = 1, and_here: str = ""
-    ) -> Diagnostic:
-        """Return an error at a line and column, by default where the parser stopped, which ``and_here`` describes."""
+    def report(self, message: str, help: str, place: Sequence[int] = (), length: int = 1, here: str = "") -> Diagnostic:
+        """Return an error at a line and column, by default where the parser stopped, which ``here`` describes."""
         line, column = place or self.at
-        related = [Related(and_here, Span(self.source, *self.at))] if and_here else []
+        related = [Related(here, Span(self.source, *self.at))] if here else []
         return error("yaml-syntax", message, Span(self.source, line, column, max(1, length)), help, related)
 
     def mark(self) -> Diagnostic | None:
@@ -126,7 +124,7 @@ class _Failure:
         if is_other or not is_closed:
             here = f'the "{self.letter}"' if is_other else "something else begins here" if self.text.strip() else ""
             message = f'this "{self.opened}" is not closed{f" before {here}" if is_other else ""}'
-            return self.report(message, f'add "{closing}"', self.begun, and_here=here)
+            return self.report(message, f'add "{closing}"', self.begun, here=here)
         text = re.split(r"[,\[\]{}]", self.before)[-1].strip()
         end = len(self.before.rstrip()) + 1
         word = text.split()[-1] if text else ""

@@ -283,8 +283,7 @@ def _entries(tree: Map, section: str) -> list[tuple[str, Map]]:
 def _keys(table: Any, kind: str, owner: str = "") -> Iterator[Symbol]:
     """Yield the keys of a table as definitions; a key such as ``box(x, y)`` defines the function box."""
     for key in table if isinstance(table, Map) else ():
-        place = Place(table.key_spans[key], table.via)
-        yield Symbol(kind, key.partition("(")[0], key=True, place=place, owner=owner)
+        yield Symbol(kind, key.partition("(")[0], key=True, place=Place(table.key_spans[key], table.via), owner=owner)
 
 
 def _loop_names(entry: Any) -> dict[str, None]:

@@ -94,7 +94,11 @@ def dimension_of(value: float) -> Dimension | None:
 
 def in_si(value: float, dimension: Dimension) -> Quantity:
     """Convert a bare number, which is in SI units, to a quantity of a dimension."""
-    return Quantity(value, dimension, repr(float(value)).removesuffix(".0"))
+    try:
+        number = float(value)
+    except OverflowError:  # an int that is too large for a float
+        number = math.copysign(math.inf, value > 0 or -1)
+    return Quantity(number, dimension, repr(number).removesuffix(".0"))
 
 
 def has_unit(value: object) -> bool:

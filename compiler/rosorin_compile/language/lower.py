@@ -113,9 +113,9 @@ class Lowering:
             return
         related = (Related("first defined here", self.tree.locate(first).span),)
         message = f'frame "{frame}" is defined twice: by {owner_of_frame(first)} and by {owner_of_frame(frame_path)}'
-        help = "give each its own frame"
+        help = 'give each its own "frame"'
         if first[0] == "joints":
-            help = f'a sensor creates the joint to its frame: remove joint "{name}", or name another frame'
+            help = f'a sensor also defines the joint to its frame: remove joint "{name}", or use another "frame"'
         self("duplicate-name", message, frame_path, help, related)
 
 

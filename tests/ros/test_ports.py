@@ -87,7 +87,7 @@ def test_points_of_depth_leave_the_floor_free(tmp_path: Path) -> None:
         ),
         (
             [("mock_components/GenericSystem", "gz_ros2_control/GazeboSimSystem")],
-            'hardware block "motors" has the plugin gz_ros2_control/GazeboSimSystem, which Gazebo loads',
+            'only Gazebo loads the plugin gz_ros2_control/GazeboSimSystem of hardware block "motors"',
         ),
         (
             [

@@ -47,8 +47,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
             yield from _end_effector(case, planning, one)
     yield from _virtual_joint(case, planning)
     for index, name in enumerate(planning.said.passive_joints):
-        joint = planning.joints.get(name)
-        if joint is not None and (joint.is_fixed or joint.mimic is not None):
+        if (joint := planning.joints.get(name)) is not None and (joint.is_fixed or joint.mimic is not None):
             why = "is fixed" if joint.mimic is None else f'follows "{joint.mimic.joint}": it is not commanded anyway'
             message, path = f'joint "{name}" is listed as passive, but {why}', (_TOP, "passive_joints", index)
             yield case.problem("moveit-passive-joint", message, path)
@@ -88,8 +87,7 @@ def _groups(case: Case, planning: Planning) -> Iterator[Diagnostic]:
             message = f'the chain of planning group "{group.name}" begins and ends at link "{base}"'
             yield case.problem("moveit-group", message, (*path, "chain"), "name the link that it moves: tip")
         elif tip in parents and any(not joint.is_fixed for joint in way[parents.index(tip) :]):
-            message = f'the chain of planning group "{group.name}" goes from "{base}" up to "{tip}", to which it is '
-            message += "attached"
+            message = f'the chain of planning group "{group.name}" goes from "{base}" up to its ancestor "{tip}"'
             help = f"base and tip are swapped: chain: {{base: {tip}, tip: {base}}}"
             yield case.problem("moveit-chain-swapped", message, (*path, "chain"), help, within=True)
         elif is_sound and not planning.joints_in(group):
@@ -162,16 +160,15 @@ def _virtual_joint(case: Case, planning: Planning) -> Iterator[Diagnostic]:
 
 
 def _matrix(case: Case, planning: Planning, output: Output) -> Iterator[Diagnostic]:
-    matrix = planning.said.matrix
-    if matrix is None:
+    if (matrix := planning.said.matrix) is None:
         if len(planning.solids) > 1:
             links, path = count_of(len(planning.solids), "link"), ("outputs", output.name)
             message = f"no collision matrix: MoveIt checks all pairs of {links}, neighbours too"
             yield case.problem("collisions-missing", message, path, key=True)
     elif matrix.of != planning.digest:
         pairs, _ = planning.stale_pairs()
-        message = "shapes, joints, limits or numbers changed since the collision matrix was computed: "
-        message += stale_text(pairs) if pairs else "links were added or removed"
+        what = stale_text(pairs) if pairs else "links were added or removed"
+        message = f"shapes, joints, limits or numbers changed since the collision matrix was computed: {what}"
         yield case.problem("collisions-stale", message, (_TOP, "collision_matrix", "of"))
     else:  # edited by hand, because a removed link makes the matrix stale
         within: Path = (_TOP, "collision_matrix", "pairs")

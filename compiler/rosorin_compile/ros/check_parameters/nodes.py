@@ -199,8 +199,9 @@ def check_node(node: Node) -> Iterator[Diagnostic]:
     for found in against_kind(node.shown, node.kind, values):
         parameter = node.parameters[found.key]
         is_unknown = found.rule == "parameters-unknown-key" and node.kind.key(found.key) is None
-        if is_unknown and isinstance(found.help, Suggestion) and found.help() == REMOVE:
-            found = found._replace(severity=WARNING)  # no similar key exists, as for leftover keys in vendors' files
+        unset = node.kind.like(found.key) - values.keys()
+        if is_unknown and isinstance(found.help, Suggestion) and nearest(found.key, unset) is None:
+            found = found._replace(severity=WARNING, help=REMOVE)  # a key of a vendor rather than a typo
         yield found.place(parameter.key if found.at_key else parameter.span)
     footprint = node.setting("footprint")
     if "footprint" in node.kind and isinstance(footprint.value, str) and not _POLYGON.fullmatch(footprint.value):

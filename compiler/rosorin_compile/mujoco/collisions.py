@@ -288,9 +288,8 @@ class Search(Bodies):
 
 
 def _never(pair: Pair, distance: float) -> DisabledCollision:
-    return DisabledCollision(
-        pair, DisabledCollision.NEVER, *((None, FAR) if distance >= FAR else (_rounded(distance),))
-    )
+    far = (None, FAR) if distance >= FAR else (_rounded(distance),)
+    return DisabledCollision(pair, DisabledCollision.NEVER, *far)
 
 
 def _rounded(length: float) -> float:

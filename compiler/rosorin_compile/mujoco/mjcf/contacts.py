@@ -9,7 +9,8 @@ move. That is too much: a camera fixed to the wrist can collide with the gripper
 
 Links that cannot collide because of their contact bits (``Masks``) need neither. Pairs and excludes do not depend on
 the base, because a robot can be attached to another one. Distances of convex shapes are computed with GJK (E. Gilbert,
-D. Johnson, S. Keerthi, "A fast procedure for computing the distance between complex objects", 1988).
+D. Johnson, S. Keerthi, "A fast procedure for computing the distance between complex objects in three-dimensional
+space", 1988).
 
 MJX, MuJoCo on accelerators, does not load a model in which cylinders or ellipsoids can collide with boxes, meshes or
 height fields, or height fields with each other.

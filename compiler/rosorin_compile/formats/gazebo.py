@@ -187,8 +187,8 @@ def gazebo_blocks(content: Content) -> tuple[list[str], list[Diagnostic]]:
         blocks.append("\n".join([*lines, "  </gazebo>"]))
     lost = []
     for (why, way), names in unseen.items():
-        message = f"Gazebo does not see {plural('sensor', len(names))} {quote(names, 3)}: {why}"
-        help = f"{way}; or leave the sensor out: gazebo: []"
+        message = f"Gazebo ignores {plural('sensor', len(names))} {quote(names, 3)}: {why}"
+        help = f'{way}, or write "gazebo: []" in the sensor to leave it out of Gazebo'
         lost.append(Diagnostic("gazebo-cannot-see", WARNING, message, help=help))
     physics, lost_physics = _physics(content)
     return [*blocks, *physics], [*lost, *lost_physics]
@@ -311,12 +311,12 @@ class _Mounting:
         if lost and lost not in carried:
             reason = f'the URDF has no link "{lost}"', "let robot_state_publisher publish it"
         elif lost and "inertial" not in self.content.elements:
-            reason = "it drops links without mass, and no link of this URDF has one", "add inertial to elements"
+            reason = "no link of this URDF has the mass that it needs", 'add "inertial" to "elements" of the output'
         elif lost:
-            way = "give it an inertial, or what is fixed to it"
+            way = 'add "inertial" to the link, or to a link that is fixed to it'
             reason = f'it drops link "{lost}", which has no mass in this URDF', way
         elif one.feels and not names:
-            reason = f'link "{link}" has no shape in this URDF that could feel', "give it a collision"
+            reason = f'link "{link}" has no collision shape in this URDF', 'add "collision" to the link'
         return link, pose, names, reason
 
 

@@ -199,8 +199,8 @@ def read_arguments(name: object, arguments: object) -> Edge:
 def check_numbers(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Yield an error for a ``number_format`` other than exact, which command line arguments do not support."""
     if output.options.get("number_format", "exact") != "exact":
-        message = f'the backend "{output.backend}" does not print numbers as {output.options["number_format"]}'
-        help = "write exact, or leave it out: 7 decimals of metres, 8 of radians"
+        message = f'the format "{output.backend}" does not support "number_format: {output.options["number_format"]}"'
+        help = 'write "exact", or remove the key (default: 7 decimals for metres, 8 for radians)'
         yield case.problem("number-format", message, ("outputs", output.name, "number_format"), help)
 
 

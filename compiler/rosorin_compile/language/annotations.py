@@ -33,13 +33,13 @@ def own_schema(name: str = "description") -> dict[str, Any]:
 
 
 def describe_path(path: Steps, whole: Mapping[str, Any]) -> str:
-    """Return a path for messages, such as ``joint "joint1" limit lower``; ``whole`` is the schema of descriptions."""
+    """Return a path for messages: ``"limit.lower" of joint "joint1"``; ``whole`` is the schema of descriptions."""
     if not path:
         return "the description"
-    first, *rest = path
-    if (called := whole["properties"].get(first, {}).get("x-called")) and rest:
-        first, *rest = f'{called} "{rest[0]}"', *rest[1:]
-    return str(first) + "".join(f"[{step}]" if isinstance(step, int) else f" {step}" for step in rest)
+    called = whole["properties"].get(path[0], {}).get("x-called") if len(path) > 1 else ""
+    keys = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in path[2 if called else 0 :])
+    owner = f'{called} "{path[1]}"' if called else ""
+    return f'"{keys[1:]}"{owner and f" of {owner}"}' if keys else owner
 
 
 # Kinds whose names are also valid where a name of another kind is required: every frame is also a site in the MJCF,

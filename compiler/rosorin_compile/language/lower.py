@@ -112,11 +112,11 @@ class Lowering:
         if child != frame or first == frame_path:
             self.place("joint", name, path)
             return
-        related = (Related("first said here", self.tree.locate(first).span),)
+        related = (Related("first defined here", self.tree.locate(first).span),)
         message = f'frame "{frame}" is defined twice: by {owner_of_frame(first)} and by {owner_of_frame(frame_path)}'
-        help = "give each a frame of its own"
+        help = 'give each its own "frame"'
         if first[0] == "joints":
-            help = f'a sensor brings the joint to its frame along: remove joint "{name}", or name another frame'
+            help = f'a sensor also defines the joint to its frame: remove joint "{name}", or use another "frame"'
         self("duplicate-name", message, frame_path, help, related)
 
 

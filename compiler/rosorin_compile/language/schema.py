@@ -202,7 +202,7 @@ def backend_of(name: str, entry: Mapping[str, Any]) -> str:
 
 
 def subject(path: Steps) -> str:
-    """Return a path for messages: ``joint "joint1" limit lower``."""
+    """Return a path for messages: ``"limit.lower" of joint "joint1"``."""
     return describe_path(path, schema())
 
 

@@ -126,7 +126,7 @@ def number_meant(text: str, wanted: Sequence[str], key: str = "") -> str:
     """Return the help for a text in place of a number; ``wanted`` are the valid units."""
     number = text.strip()
     if isinstance(text, Text) and _is_number(number):
-        return f"write it without the quotes: {number}"
+        return f"write {number} without the quotes"
     tidy = re.sub(r"(?<=\d)[_'\u2019 ](?=\d{3}(\D|$))", "", number.translate(_TO_ASCII).rstrip(",;").strip())
     if tidy != number and _is_number(tidy):
         return f"write {tidy}"
@@ -138,18 +138,18 @@ def number_meant(text: str, wanted: Sequence[str], key: str = "") -> str:
         if key and not wanted:
             return "write a plain number, without a unit"
         if unit := unit_meant(found[2], wanted):
-            unknown = f"unknown unit {found[2]}; " if found[2] != unit else ""
+            unknown = f'unknown unit "{found[2]}"; ' if found[2] != unit else ""
             return f"{unknown}write {found[1]} {unit}"
         if re.fullmatch(r"[A-Za-z][\w^*/-]*", found[2]):
             return f'unknown unit "{found[2]}"; {Suggestion(found[2], _units_like(wanted))()}'
     if help := _expression_meant(number):
         return help
     if number.casefold() in _UNMEASURED:
-        return "not known yet? write the best guess, with source: {status: stand_in, note: ...}"
+        return 'until it is known, write a guess and add "source: {status: stand_in, note: ...}" to the entry'
     if parse_unit(number) or unit_meant(number, wanted) in _units_like(wanted):
-        return "a number is missing before the unit"
+        return "write a number before the unit"
     if number.isidentifier() and number.isascii():
-        return f'write a number, or "${{{number}}}" for a named value'
+        return f'write a number, or "${{{number}}}" if {number} is defined in "args" or "let"'
     quantity = "" if key and not wanted else "a quantity such as 12.5 mm, "
     return f"write a number, {quantity}or an expression ${{...}}"
 
@@ -162,13 +162,13 @@ def _units_like(wanted: Sequence[str]) -> list[str]:
 def _expression_meant(text: str) -> str:
     """Return the help for a name or calculation in another language: $(arg m), {{m}}, 2*M_PI."""
     if found := re.fullmatch(r"(?:\$\(|\$|\{\{?|%\(?|<|@)\s*([A-Za-z_]\w*)\s*(?:\)s?|\}\}?|%|>)?", text):
-        return f'write "${{{found[1]}}}", with {found[1]} under args or let'
+        return f'write "${{{found[1]}}}", and define {found[1]} in "args" or "let"'
     formula = text.replace("math.", "").replace("^", "**").replace("M_PI", "pi")
     formula = formula[1:-1] if formula.startswith("{") and formula.endswith("}") else formula
     is_sum = re.search(r"[-+*/(]", formula) and re.search(r"\d|pi|\w\s*[-+*/]\s*\w", formula)
     with suppress(ExpressionError):
         if formula in ("pi", "tau") or (is_sum and len(text) <= MAX_SHOWN and compile_expression(formula)):
-            return f'a calculation is an expression: "${{{formula}}}"'
+            return f'write the calculation as an expression: "${{{formula}}}"'
     return ""
 
 
@@ -200,8 +200,8 @@ def list_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
         names = next((names for names in _VECTORS if small and set(small) <= set(names)), ())
         if names:
             numbers = [shown(value[small[name]]) if name in small else "01"[name == "a"] for name in names]
-            return f"write the numbers alone: [{', '.join(numbers)}]"
-        return f"write {example}" if is_of_numbers else 'each item begins with "- "'
+            return f"write only the numbers: [{', '.join(numbers)}]"
+        return f"write {example}" if is_of_numbers else 'begin each item of the list with "- "'
     if isinstance(value, str):
         if len(listed := numbers_in(value)) > 1 and is_of_numbers:
             return f"write [{', '.join(listed)}]"
@@ -209,7 +209,7 @@ def list_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
             return f"write {axis.replace('1', '-1') if value.startswith('-') else axis}"
         if items.get("type") == "string" or items.get("$ref", "").endswith("/name"):
             return f"write [{', '.join(value.replace(',', ' ').split())}]"
-        return f"write {example}" if is_of_numbers else 'each item begins with "- "'
+        return f"write {example}" if is_of_numbers else 'begin each item of the list with "- "'
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         text = shown(value)
         known = {"scale": f"write [{', '.join([text] * 3)}]", "rpy": f"write [0, 0, {text}] for a turn about z"}
@@ -221,7 +221,7 @@ def items_meant(value: Seq, fragment: Mapping[str, Any]) -> str:
     """Return the help for a list with the wrong number of items."""
     is_of_numbers = fragment.get("items", {}).get("type") == "number"
     if is_of_numbers and len(value) == 1 and isinstance(value[0], str) and len(listed := numbers_in(value[0])) > 1:
-        return f'separate its items by ",": [{", ".join(listed)}]'
+        return f"separate the numbers with commas: [{', '.join(listed)}]"
     if is_of_numbers and all(type(item) is int for item in value) and len(value) == 2 * fragment.get("maxItems", 0):
         pairs = (f"{first}.{second}" for first, second in zip(value[::2], value[1::2], strict=True))
         return f"write a decimal point, not a comma: [{', '.join(pairs)}]"
@@ -232,17 +232,17 @@ def mapping_meant(value: Any, fragment: Mapping[str, Any]) -> str:
     """Return the help for a value in place of a mapping; ``fragment`` is the schema of the mapping."""
     legal, required = fragment.get("properties", {}), fragment.get("required", ())
     if isinstance(value, str) and value.startswith("<"):
-        return "this is XML: write it in YAML, or keep it under urdf_elements"
+        return 'this is XML: write it as YAML, or keep it as XML in "urdf_elements"'
     if isinstance(value, str) and (found := re.fullmatch(r"([\w./-]+)\s*(?::=|[:= ])\s*(.*)", value, re.DOTALL)):
-        return f"write {found[1]}: {found[2]}".strip() if not legal or found[1] in legal else ""
+        return f'write "{f"{found[1]}: {found[2]}".strip()}"' if not legal or found[1] in legal else ""
     if isinstance(value, Seq) and not legal:
-        return "each entry is a name with its keys: NAME: {...}"
+        return 'write each entry as "NAME: {...}", without a leading "- "'
     if isinstance(value, Seq) and value and all(isinstance(item, Map) and set(item) <= set(legal) for item in value):
         return 'write its keys without "- "'
     if value is None:
-        return "indent its keys below it" if legal else "indent its entries below it, or remove it"
+        return "indent its keys below its name" if legal else "indent its entries below it, or remove it"
     if isinstance(value, str) and value and not legal:
-        return f'a ":" is missing: write {value}: ...'
+        return f'add the missing ":", as in "{value}: ..."'
     keys = required or [key for key in legal if key not in {"source", *keys_of_xml()}][:4]
     only = shown(value) if len(keys) == 1 and isinstance(value, (str, int, float)) else "..."
     return f"write {{{', '.join(f'{key}: {only}' for key in keys)}}}" if keys else ""
@@ -253,7 +253,7 @@ def flag_meant(value: Any) -> str:
     word = str(value).casefold()
     flag = "true" if word in _TRUE else "false" if word in _FALSE else ""
     if flag and isinstance(value, str) and not isinstance(value, Text):
-        return f"write {flag}: in YAML 1.2 {value} is a text"
+        return f'write {flag}: in YAML 1.2 "{value}" is text, not a boolean'
     return f"write {flag}, without quotes" if flag else ""
 
 
@@ -268,22 +268,22 @@ def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str, path: S
     """Return the help for an unknown key of the entry at a path; ``known`` are the valid keys with their schemas."""
     table, word, inner, keys = words_for(kind), key.removeprefix("xacro:"), entry.get(key), list(entry)
     if (written := _key_and_value(word)) and written[0] in known:
-        return f"write {written[0]}: {'...' if written[1][:1] in '{[' else written[1]}"
+        return f'write "{written[0]}: {"..." if written[1][:1] in "{[" else written[1]}"'
     before = keys[keys.index(key) - 1] if key in keys[1:] else ""
     if help := text_meant_by(key, entry) or way_out(word, table):
         return help
     if before and type(entry[before]) is int and inner is None and re.match(r"\d+\s*\D*$", key):
         return f"write a decimal point, not a comma: {before}: {entry[before]}.{key}"
     if before and entry[before] is None and key in resolve(known.get(before) or {}).get("properties", {}):
-        return f'"{key}" is a key of {before}: indent it deeper than "{before}"'
+        return f'"{key}" is a key of "{before}": indent it below "{before}"'
     close = _meaning(word, table)
     is_entry = len(path) == 2 and isinstance(inner, Map) and inner and known.keys() >= set(inner)
     if is_entry and close not in known and nearest(word, known) is None:
-        return f'"{key}" has the keys of an entry of {path[0]}: indent it as far as "{path[1]}"'
-    legal, other = f"legal: {', '.join(sorted(known))}", _data()["others"].get(kind)
+        return f'"{key}" looks like an entry of "{path[0]}": indent it as far as "{path[1]}"'
+    legal, other = f"known: {', '.join(sorted(known))}", _data()["others"].get(kind)
     if close in known:
         return f"{suggest(close)} ({legal})"
-    of_pose = f"joints belong in positions: {{{key}: ...}} or in pulses: {{{key}: ...}}"
+    of_pose = f'write joints in "positions: {{{key}: ...}}" or "pulses: {{{key}: ...}}"'
     instead = of_pose if kind == "pose" else f"{other} ({legal})" if other else ""
     return Suggestion(word, known, instead=instead, details=legal)()
 
@@ -318,7 +318,7 @@ def text_meant_by(key: str, entry: Map) -> str:
     for first, *rest in _texts_with_commas(entry):
         if key in rest:
             text = ", ".join([entry[first], *rest])
-            return f'a comma ends the text: put it in quotes, {first}: "{text}"'
+            return f"a comma ends text without quotes; write '{first}: \"{text}\"'"
     return ""
 
 
@@ -380,5 +380,5 @@ def key_of_entry_meant(key: str, entry: Map, known: Sequence[str], kind: str) ->
     """Return the help for an unknown key of an entry that is not evaluated yet."""
     help = text_meant_by(key, entry) or word_meant(key, known, kind)
     if kind == "use" and help.startswith("known"):
-        return f"pass an argument of the part under with: {{{key}: ...}}; {help}"
+        return f'to pass it to the part, write "with: {{{key}: VALUE}}"; known keys{help[5:]}'
     return help

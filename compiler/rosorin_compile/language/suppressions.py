@@ -69,9 +69,9 @@ def unknown_rules(tree: Map, acceptable: Mapping[str, Rule]) -> list[Diagnostic]
         if known is None:
             diagnostics.append(not_allowed(tree, ["accept", index, "rule"], rule, list(acceptable)))
         elif rule in STAYS or not known.mild:
-            why = STAYS.get(rule, "the robot could not be built, or would be built wrongly")
-            span, message = tree.locate(("accept", index, "rule")).span, f"{rule} cannot be accepted: {why}"
-            diagnostics.append(error("accept-refused", message, span, "remove the entry"))
+            why = STAYS.get(rule, "the robot could not be built, or would be wrong")
+            span, message = tree.locate(("accept", index, "rule")).span, f'"accept" cannot suppress {rule}: {why}'
+            diagnostics.append(error("accept-refused", message, span, 'remove this entry of "accept"'))
     return diagnostics
 
 
@@ -88,7 +88,7 @@ def apply(tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Mapping[str,
             if is_error:
                 groups.setdefault(found.rule, []).append(found)
         elif is_error and found.rule in acceptable and (found.rule, EVERYTHING) in entries and found.of:
-            help = (found.with_help().help, f"an error is accepted by name: of: [{found.of[0]}]")
+            help = (found.with_help().help, f'to suppress this error, add "of: [{found.of[0]}]"')
             left.append(replace(found.with_help(), help="; ".join(filter(None, help))))
         else:
             left.append(found)
@@ -96,7 +96,7 @@ def apply(tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Mapping[str,
         covering = [entry for one in group for entry in _covering(entries, one, acceptable)]
         reasons = dict.fromkeys(tree["accept"][index]["reason"] for index, _ in covering)
         more = f",{and_more(len(group) - 1, 'of this kind')}" if len(group) > 1 else ""
-        message = f"accepted: {group[0].message}{more} ({'; '.join(reasons)})"
+        message = f"accepted: {group[0].message}{more} (reason: {'; '.join(reasons)})"
         left.append(replace(group[0], severity=NOTE, message=message, help="", suggest=None, related=()))
     return AcceptResult(left, frozenset(used))
 
@@ -133,12 +133,12 @@ def unused_entries(
         if not idle or needed not in asked:
             continue
         place = tree.locate(("accept", index, "rule"))
-        message = f"{rule} is accepted, but has nothing to report"
-        help: Help = "remove the entry"
+        message = f'"accept" has no effect: {rule} reports nothing'
+        help: Help = 'remove this entry of "accept"'
         if "of" in entry:
             place = tree.locate(("accept", index, "of", list(entry["of"]).index(idle[0])))
             message += f" about {quote(idle, MAX_LISTED)}"
             names = SymbolTable(tree).among(THINGS)
-            help = help if idle[0] in names else Suggestion(idle[0], names, instead="remove the entry")
+            help = help if idle[0] in names else Suggestion(idle[0], names, instead=str(help))
         diagnostics.append(diagnostic("accept-unused", WARNING, message, place.span, help, place.stack()))
     return diagnostics

@@ -59,7 +59,7 @@ def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = Non
     for path, quantity, allowed in walk.misfits:
         named = " or ".join(map(describe, allowed)) or "a plain number"
         text = quantity.text or f"{float(quantity):g}"
-        message = f"{subject(path)} is {named}, but {text} is {describe(quantity.dimension)}"
+        message = f"{subject(path)} must be {named}, but {text} is {describe(quantity.dimension)}"
         has_unit = any(map(any, allowed))
         help = "correct the unit; a bare number is in SI units" if has_unit else "write the number without a unit"
         diagnostics.append(problem_at(scope, tree, path, "wrong-unit", message, help))
@@ -128,10 +128,10 @@ _TYPES = {"string": "text", "number": "a number", "integer": "a whole number", "
 _TYPES |= {"object": "a mapping", "array": "a list"}
 # The rule and message for keywords that need no further information.
 _SIMPLE = {
-    "minimum": ("wrong-value", "{where} is {value}, less than {wanted}"),
-    "maximum": ("wrong-value", "{where} is {value}, more than {wanted}"),
-    "exclusiveMinimum": ("wrong-value", "{where} is {value}, but has to be more than {wanted}"),
-    "exclusiveMaximum": ("wrong-value", "{where} is {value}, but has to be less than {wanted}"),
+    "minimum": ("wrong-value", "{where} is {value}, but must be at least {wanted}"),
+    "maximum": ("wrong-value", "{where} is {value}, but must be at most {wanted}"),
+    "exclusiveMinimum": ("wrong-value", "{where} is {value}, but must be more than {wanted}"),
+    "exclusiveMaximum": ("wrong-value", "{where} is {value}, but must be less than {wanted}"),
     "multipleOf": ("wrong-value", "{where} is {value}, not a multiple of {wanted}"),
     "uniqueItems": ("wrong-value", "{where} has an item twice"),
     "minLength": ("wrong-value", "{where} is shorter than {wanted} letters"),
@@ -159,8 +159,8 @@ class _Report:
         meaning = _sentence(str(self.part.get("description", "")))
         if "propertyNames" in self.misfit.schema_path[-2:-1]:
             name = str(self.misfit.value)
-            form = "no markup, no quotes; spaces only within" if self.defined else "use letters, digits and _"
-            path, message = [*self.path, name], f'"{name}" cannot be a name in {where}'
+            form = "do not use < > &, quotes or outer spaces" if " +" in str(wanted) else "use letters, digits and _"
+            path, message = [*self.path, name], f'"{name}" is not a valid name in {where}'
             return self._make("bad-name", message, _odd_letter(name) or form, path, True)
         if keyword in ("required", "dependencies"):
             return self._missing_key()
@@ -218,7 +218,7 @@ class _Report:
         wanted = legal.get(key, {})
         help = _sentence(wanted.get("description") or resolve(wanted).get("description", ""))
         if key == "inertia":
-            help = "write ixx, iyy and izz, or of: collision to calculate it from the shapes"
+            help = 'write ixx, iyy and izz, or "of: collision" next to "mass" to calculate them from the shapes'
         return self._make("missing-key", f'{self.where} needs the key "{key}"', help, self.path, key=True)
 
     def _wrong_type(self) -> list[Diagnostic]:
@@ -236,8 +236,8 @@ class _Report:
             return []
         help: str | Callable[[], str] = partial(self._type_help, types, units)
         if fallen:
-            help = f'"{self.path[-1]}" is a key of such an entry: indent it deeper than "{fallen[0]}"'
-        return self._make("wrong-type", f"{self.where} has to be {wanted}, not {_found(self.value)}", help)
+            help = f'"{self.path[-1]}" is a key, not the name of an entry: indent it below "{fallen[0]}"'
+        return self._make("wrong-type", f"{self.where} must be {wanted}, not {_found(self.value)}", help)
 
     def _type_help(self, types: list[str], units: list[str]) -> str:
         value, key = self.value, next((str(step) for step in reversed(self.path) if isinstance(step, str)), "")
@@ -254,15 +254,15 @@ class _Report:
         if "number" in types and isinstance(value, (Map, Seq)) and len(value) == 1:
             inner = value[0] if isinstance(value, Seq) else next(iter(value.values()))
             if isinstance(value, Map) and inner is None:
-                return f'write "${{{next(iter(value))}}}" for a named value, in quotes'
+                return f'write "${{{next(iter(value))}}}" with the quotes to use a named value'
             if isinstance(inner, (int, float)):
-                return f"write {key}: {suggestions.shown(inner)}"
+                return f'write "{key}: {suggestions.shown(inner)}"'
         if "array" in types:
             return suggestions.list_meant(value, key, self.part)
         if "object" in types:
             return suggestions.mapping_meant(value, self.part)
         if value is None and is_number:
-            return "write the number behind the colon, or leave the key out"
+            return "write the number after the colon, or remove the key"
         if types == ["boolean"]:
             return suggestions.flag_meant(value) or "write true or false"
         if "string" not in types:
@@ -270,7 +270,7 @@ class _Report:
         if isinstance(value, (bool, int, float)):
             return "put it in quotes to make it text"
         is_element = isinstance(value, Map) and self.defined == "element"
-        return "an element is a text of XML: write - <NAME .../>" if is_element else f"write {key}: NAME"
+        return 'write the element as XML text: "- <NAME .../>"' if is_element else f'write "{key}: NAME"'
 
 
 def not_allowed(
@@ -280,8 +280,8 @@ def not_allowed(
     allowed = list(options)
     names = list(dict.fromkeys(str(one).lower() if isinstance(one, bool) else str(one) for one in allowed))
     if isinstance(value, bool) and str(value).lower() in allowed:
-        message = f"{subject(path)} cannot be the flag {str(value).lower()}"
-        help = f'write "{str(value).lower()}" in quotes: it is a word here'
+        message = f"{subject(path)} cannot be the boolean {str(value).lower()}"
+        help = f'write "{str(value).lower()}" with the quotes: here it is text, not a boolean'
         return problem_at(scope, tree, path, "wrong-value", message, help)
 
     def suggest() -> str:
@@ -290,7 +290,7 @@ def not_allowed(
         help = suggestions.word_meant(str(value), names, kind)
         if isinstance(value, str) and "true" in names:
             help = suggestions.flag_meant(value) or help
-        return f"{help} (one of {', '.join(names)})" if help.startswith(("did", "write")) else help
+        return f"{help} (possible values: {', '.join(names)})" if help[:5] != "known" else f"possible values{help[5:]}"
 
     error = problem_at(scope, tree, path, "wrong-value", f'{subject(path)} cannot be "{value}"')
     return replace(error, suggest=suggest)

@@ -53,7 +53,7 @@ def mjcf_texts(case: Case) -> Iterator[tuple[Path, str, bool]]:
             yield case.link(link.name, "mjcf_elements", index), text, False
 
 
-@rule("bad-xml", help="Write whole elements, such as `<gazebo>...</gazebo>`.", topic=NUMBERS)
+@rule("bad-xml", help="Write complete elements, such as `<gazebo>...</gazebo>`.", topic=NUMBERS)
 def well_formed(case: Case) -> Iterator[Diagnostic]:
     """A text of `urdf_elements`, `mjcf` or `mjcf_elements` is not made of complete XML elements."""
     from rosorin_compile.source.xml.markup import MarkupError, parse
@@ -115,7 +115,7 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
                 described = False
             for attribute in element.attributes if tags == ("gazebo",) else ():
                 if attribute != "reference" and nearest(attribute, ["reference"]):
-                    message = f'<gazebo> has no attribute "{attribute}", so it is about the whole robot'
+                    message = f'<gazebo> has no attribute "{attribute}", so that it applies to the entire robot'
                     problem = case.problem("unknown-reference", message, path, suggest("reference"))
                     yield at_name(problem, attribute, element.line)
             for one in named:
@@ -130,26 +130,26 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
         sure = [use for use in uses if use[0].sure]
         found, path, _ = (sure or uses)[0]
         if name not in names[kind] and (sure or nearest(name, names[kind])):
-            message, uses = f'{found.where} names the {kind} "{name}", which does not exist', sure or uses
+            message, uses = f'{found.where} refers to {kind} "{name}", which does not exist', sure or uses
             real = {*robot.link} if kind in (LINK, FRAME) else names[kind]
-            help: Help = case.suggest(path, name, real, f"name a {kind} of the robot")
+            help: Help = case.suggest(path, name, real, f"use a {kind} of the robot")
             # Names without the prefix, as in a part.
             longer = sorted(one for one in real if one.endswith(name) and not one[: -len(name)][-1:].isalnum())
             help = suggest(*longer[:_MAX_RELATED]) if longer else help
         elif kind != "material" and carried and sure and name not in inside and name in both:
             what = "link" if name in robot.link and kind != JOINT else "joint"
-            message, uses = f'{found.where} names the {what} "{name}", which is not in the URDF', sure
+            message, uses = f'{found.where} refers to {what} "{name}", which is not in the URDF', sure
             help = "let robot_state_publisher publish it, or remove the element"
         else:
             continue
         made = [case.problem("unknown-reference", message, path, help) for _, path, _ in uses]
         first, *others = [at_name(one, name, line) for one, (_, _, line) in zip(made, uses, strict=True)]
         places = dict.fromkeys(other.span for other in others[:_MAX_RELATED] if other.span != first.span)
-        yield replace(first, related=(*(Related("also named here", place) for place in places), *first.related))
+        yield replace(first, related=(*(Related("also used here", place) for place in places), *first.related))
         yield from (other for other in others if other.span == first.span)  # other uses of a part with this text
 
 
-@rule("duplicate-xml", help="Give each a name of its own; in a part, write `${prefix}` before it.", topic=NUMBERS)
+@rule("duplicate-xml", help="Rename one of them; in a part, begin the name with `${prefix}`.", topic=NUMBERS)
 def duplicates(case: Case) -> Iterator[Diagnostic]:
     """A warning: two elements of `urdf_elements` have the same name, but their reader uses only one."""
     first: dict[tuple[str, ...], Path] = {}
@@ -172,13 +172,13 @@ def duplicates(case: Case) -> Iterator[Diagnostic]:
         for what, name, *key in (one for one in names if one[1]):
             before = first.setdefault((what, name, *key), path)
             if what == "<sensor>" and name in written:
-                message = f'an output has a {what} "{name}" for Gazebo without it'
-                yield case.problem("duplicate-xml", message, path, "remove it, or write gazebo: [] in the sensor")
+                message = f'an output already has a {what} "{name}" for Gazebo, which comes from "sensors"'
+                yield case.problem("duplicate-xml", message, path, 'remove it, or write "gazebo: []" in the sensor')
             elif before is not path:
                 one, two = case.tree.locate(before), case.tree.locate(path)
                 is_same = one.via is not None and one.span == two.span  # the same text, from two uses of a part
-                related = [Related("the other one", one.via.span if is_same and one.via else one.span)]
-                message = f'two {what} of the robot are called "{name}"'
+                related = [Related("the other element", one.via.span if is_same and one.via else one.span)]
+                message = f'two {what} elements of the robot have the name "{name}"'
                 yield case.problem("duplicate-xml", message, path, related=related)
 
 
@@ -238,16 +238,16 @@ def _misplaced(case: Case, tags: tuple[str, ...], reference: str) -> tuple[str, 
     outer = set(tags[:-1])
     if not outer.isdisjoint(_FREE) or ":" in "".join(tags[1:]):
         return None
-    unread = f"no reader takes <{tag}> in "
+    unread = f"no program reads <{tag}> in "
     parents, reader = _READ_IN.get(tag, ((parent,), ""))
     if parent not in parents and outer.isdisjoint(("transmission", "sdf")):
-        return f"{unread}<{parent}>", f"{reader} reads it in {phrase(f'<{one}>' for one in parents)}: move it there"
+        return f"{unread}<{parent}>", f"move it into {phrase(f'<{one}>' for one in parents)}, where {reader} reads it"
     if tag in _OF_GAZEBO and parent in _OF_URDF and not {"gazebo", "sdf", "transmission"} & set(tags):
-        return f"{unread}<{parent}>", 'Gazebo reads it in <gazebo reference="LINK">: move it there'
+        return f"{unread}<{parent}>", 'move it into <gazebo reference="LINK">, where Gazebo reads it'
     if parent == "gazebo" and tag in {*_OF_LINKS, *_OF_JOINTS, "sensor"}:
         is_link, is_joint = reference in case.robot.link, reference in case.robot.joint
         if not reference:
-            return f"{unread}a <gazebo> without a reference", 'name a link or a joint: <gazebo reference="NAME">'
+            return f"{unread}a <gazebo> without a reference", 'add a link or a joint: <gazebo reference="NAME">'
         if is_link != is_joint and tag in (_OF_JOINTS if is_link else _OF_LINKS):
             kind, other = ("link", "joint") if is_link else ("joint", "link")
             return f'{unread}a <gazebo> that refers to the {kind} "{reference}"', f"refer to a {other}"

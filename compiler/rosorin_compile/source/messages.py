@@ -19,7 +19,7 @@ _ORDER = {ERROR: 0, WARNING: 1, NOTE: 2}
 _OF_VALUES = {"unknown-key", "missing-key", "wrong-type", "wrong-value", "wrong-length", "wrong-unit", "not-finite"}
 _OF_VALUES |= {"bad-name", "empty-text", "wrong-shape"}
 _NAME = re.compile(r'(the key )?"[^"]*"|\[\d+\]')
-_SUBJECT = re.compile(r"^.*?(?= (has|needs|is|cannot|does)\b)")
+_SUBJECT = re.compile(r"^.*?(?= (has|needs|is|cannot|does|must)\b)")
 _VARYING = re.compile(r'"[^"]*"|[-+]?\d[\d,.]*(e[-+]?\d+)?')
 
 
@@ -93,7 +93,7 @@ def gather(diagnostics: Sequence[Diagnostic], severities: Iterable[str]) -> list
     return result
 
 
-UNNAMED = "is defined here, and may be what is misspelt"  # a related place: an unused definition with a similar name
+UNNAMED = "is defined here and may be the misspelt name"  # a related place: an unused definition with a similar name
 USED = "used here"
 _MEANT = re.compile(r'did you mean "([^"]+)"\?')
 _OF_SHAPE = ("unknown-key", "wrong-value", "wrong-type", "wrong-unit", "unknown-option")  # not merged by name

@@ -51,8 +51,8 @@ if TYPE_CHECKING:
 
     from .included_robots import Tell
 
-_FORMS = {"parts": "write NAME: {links: ..., joints: ...}", "use": "write NAME: {part: ...}"}
-_FORMS |= {"sensor_types": "write NAME: {params: ..., mjcf: ...}"}
+_FORMS = {"parts": 'write "NAME: {links: ..., joints: ...}"', "use": 'write "NAME: {part: ...}"'}
+_FORMS |= {"sensor_types": 'write "NAME: {params: ..., mjcf: ...}"'}
 _NOT_EVALUATED = ("args", "modes")
 MAX_SHOWN = 40  # characters of an argument in a message
 _MAX_FILES = 500
@@ -143,7 +143,7 @@ def _without_misnamed(root: Map, diagnostics: list[Diagnostic]) -> list[Diagnost
         waiting += [one for one in (node.values() if isinstance(node, Map) else node) if isinstance(one, (Map, Seq))]
         for key, value in node.items() if isinstance(node, Map) else ():
             if isinstance(value, Map) and "for" in swaps(key):
-                message, place = f'an entry has no key "{key}"', Place(node.key_spans[key], node.via)
+                message, place = f'this entry has no key "{key}"', Place(node.key_spans[key], node.via)
                 misnamed.append(error("unknown-key", message, place.span, suggest("for"), place.stack()))
     return [*misnamed, *(one for one in diagnostics if not (misnamed and _is_missing(one)))]
 
@@ -170,7 +170,7 @@ def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None])
     for key, help in _FORMS.items():
         if not isinstance(root.get(key) or {}, dict):
             what = "types" if key == "sensor_types" else "parts"
-            scope.report("wrong-type", f"{key} maps names to {what}", Place(root.value_spans[key], None), help)
+            scope.report("wrong-type", f'"{key}" must map names to {what}', Place(root.value_spans[key], None), help)
             good = False
     tree = Map(own.span) if any(robots) else own
     for sections in [*robots, own] if any(robots) else ():
@@ -210,7 +210,7 @@ def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, 
         span = spans.get(name)
         if span is None:  # from the command line or Python: report errors at the declaration
             span = MadeSpan(*declared.key_spans[name])
-            span.via = (Related(f"given to this run: {name}={str(value)[:MAX_SHOWN]}", None),)
+            span.via = (Related(f"passed as an argument: {name}={str(value)[:MAX_SHOWN]}", None),)
         given[name] = _given(value, kind, span), Place(span, None)
     declare(scope, declared, given, "the description")
 
@@ -242,8 +242,8 @@ def check_letters(symbols: SymbolTable, scope: Scope) -> None:
             continue
         ignore_case = one.kind in ("part", "sensor type")  # expressions distinguish r and R
         if letter := hidden_letter(one.name):
-            message = f'{one.kind} "{one.name}" has an invisible letter: {in_words(letter)}'
-            scope.report("invisible-letter", message, one.place, "type the name again, without this letter")
+            message = f'{one.kind} "{one.name}" contains an invisible character: {in_words(letter)}'
+            scope.report("invisible-letter", message, one.place, "retype the name without this character")
             continue
         similar = first.setdefault((one.kind, one.owner, look(one.name, ignore_case)), one)
         if similar.name != one.name and similar.place:
@@ -350,18 +350,18 @@ def _pattern(entry: Disabled) -> str:
 def _explained(entry: Disabled, group: list[Diagnostic]) -> Diagnostic:
     """Return the first error that a removed entry causes, with the others as related places."""
     (first, *others), item, key = group, entry.item, entry.key
-    span, why = item.value_spans["for" if entry.is_empty else "if"], "its loop has no rounds"
+    span, why = item.value_spans["for" if entry.is_empty else "if"], "its loop is empty"
     if not entry.is_empty:
-        why = f"its condition is false: {item['if']}" if isinstance(item["if"], str) else "its condition is false"
+        why = f"its condition {item['if']} is false" if isinstance(item["if"], str) else "its condition is false"
         with suppress(Failed):
             key = entry.scope.name(key, item.span, entry.scope.via) if "$" in key else key
     what = f'"{key}"' if key else "an item of a list"
-    message = f"{first.message}: {what} is left out at {span.source.path}:{span.line} ({why})"
+    message = f"{first.message}; {what} is left out at {span.source.path}:{span.line} because {why}"
     related = [Related("left out here", span)]
-    related += [Related(f"also missed: {one.message}", one.span) for one in others[:MAX_RELATED]]
+    related += [Related(f"same cause: {one.message}", one.span) for one in others[:MAX_RELATED]]
     if len(others) > MAX_RELATED:
-        related.append(Related(f"also missed:{and_more(len(others) - MAX_RELATED)}", None))
-    help = "leave out on the same condition what names it"
+        related.append(Related(f"same cause:{and_more(len(others) - MAX_RELATED)}", None))
+    help = "put the same condition on the entry that uses the name"
     return replace(first, message=message, help=help, related=(*related, *first.related))
 
 

@@ -100,7 +100,7 @@ class Reader:
         items = file.get("include")
         if items is not None and not isinstance(items, Seq):
             help = f"write [{items}]" if isinstance(items, str) else 'write "- " before each file name'
-            self.scope.report("wrong-type", "include is a list of file names", value_place(file, "include"), help)
+            self.scope.report("wrong-type", "include must be a list of file names", value_place(file, "include"), help)
         elif items:
             here = (*within, resolve(path))
             for item, span in zip(items, items.value_spans, strict=True):
@@ -118,7 +118,7 @@ class Reader:
         if isinstance(lets, Map):
             self.lets += [(name, value, key_place(lets, name), value_place(lets, name)) for name, value in lets.items()]
         elif lets is not None:
-            self.scope.report("wrong-type", "let maps names to values", value_place(file, "let"), "write name: value")
+            self.scope.report("wrong-type", "let must be a mapping", value_place(file, "let"), 'write "NAME: VALUE"')
         join(made, self._own_sections(file, is_root=via is None), self.scope)
         return made
 
@@ -166,7 +166,7 @@ class Reader:
         """Return the path of an include in the file ``by``: in the project, or in a package. Raises IncludeError."""
         file = name
         if package and name.startswith(ADDRESS):
-            raise IncludeError("wrong-type", f"{name} names its package already", "write one package")
+            raise IncludeError("wrong-type", f'{name} already has a package, so omit the key "package"', "remove one")
         if name.startswith(ADDRESS):
             package, _, file = name.removeprefix(ADDRESS).partition("/")
         if package is None:
@@ -175,16 +175,16 @@ class Reader:
                 return target
             outer = self._package_of(by)
             where = f'the folder of the package "{outer}"' if outer else "the project of the description"
-            help = f"move it inside, or name the ROS package that it is in: {ADDRESS}NAME/FILE"
+            help = f'move it inside, or write "{ADDRESS}NAME/FILE" if it is in a ROS package'
             raise IncludeError("include-outside", f"{name} is outside {where}", help)
         folder = self.package(package, packages, by)
         if folder is None:
-            help = f"say where it is, --package {package}=FOLDER or packages: of the include; or source its workspace"
-            raise IncludeError("package-missing", f'the package "{package}" is not found', help)
+            help = f'source its workspace, or use "--package {package}=FOLDER", or "packages" in the entry'
+            raise IncludeError("package-missing", f'the ROS package "{package}" is not found', help)
         inner = Path(os.path.normpath(file))
         if inner.is_absolute() or inner.parts[:1] in ((), (os.pardir,)):
             message = f'{file} is outside the folder of the package "{package}"' if file else "a package is not a file"
-            raise IncludeError("include-outside", message, f"name a file in the package: {ADDRESS}{package}/FILE")
+            raise IncludeError("include-outside", message, f'name a file in the package: "{ADDRESS}{package}/FILE"')
         self._package_folders[Path(os.path.abspath(folder))] = package
         return Path(label(folder / inner))
 
@@ -220,9 +220,9 @@ class Reader:
             if key in ("include", "let") or (not is_root and (is_help or key in ("source", "rosorin_compile"))):
                 continue
             if key == "robot" and not is_root:
-                help = "include the files that it is made of, or the URDF that is compiled of it"
+                help = "include the files that it includes, or the URDF that is compiled from it"
                 help = help if self._package_of(Path(file.span.source.path)) else "remove it"
-                message = "an included file does not name the robot"
+                message = 'an included file must not have the key "robot"'
                 self.scope.report("included-robot", message, key_place(file, key), help)
                 continue
             has_source = key == "use" or (key in sections() and sections()[key].sourced)
@@ -275,8 +275,8 @@ class Reader:
                 raise ExpressionError("find takes the name of a ROS package, and a value for where there is none")
             folder = package(name)
             if folder is None and not fallback:
-                help = f"say where it is, --package {name}=FOLDER, or source its workspace"
-                raise ExpressionError(f'the package "{name}" is not found', help=help)
+                help = f'source its workspace, or write "--package {name}=FOLDER"'
+                raise ExpressionError(f'the ROS package "{name}" is not found', help=help)
             return fallback[0] if folder is None else str(folder)
 
         return find
@@ -284,12 +284,12 @@ class Reader:
 
 def check_include(entry: Map, scope: Scope, kinds: Mapping[str, type], keys: Sequence[str] = ()) -> bool:
     """Report invalid keys and values of an include; return True if all are valid. ``keys`` are also allowed."""
-    good = check_entry("include", entry, scope, (*kinds, *keys), kinds)
+    good = check_entry('the entry of "include"', entry, scope, (*kinds, *keys), kinds)
     packages = entry.get("packages")
     if isinstance(packages, Map):
-        good &= check_entry("packages", packages, scope, None, dict.fromkeys(packages, str))
+        good &= check_entry('"packages"', packages, scope, None, dict.fromkeys(packages, str))
     if not entry.get("file"):
-        message, help = "an include needs file, the name of a file", "write include: [FILE.yaml]"
+        message, help = 'the entry of "include" needs the key "file"', 'write "include: [FILE.yaml]"'
         scope.report("wrong-type", message, Place(entry.span, scope.via or entry.via), help)
         good = False
     return good

@@ -106,7 +106,7 @@ class IncludedRobots:
         made, changed = with_prefix(tree, prefix, include.via)
         if changed:
             names = [f"{name} ({count})" if count > 1 else name for name, count in changed.items()]
-            message = f'in elements that are kept as they are, "{prefix}" was put before {first_of(names, _FEW)}'
+            message = f'in XML that is copied as it is, the prefix "{prefix}" was added to {first_of(names, _FEW)}'
             note = Diagnostic("include-renamed", NOTE, message, entry.value_spans["prefix"])
             self._report(note, include.via.parent)
         made = self._attached(self._with_meshes(made, include), foreign, include)
@@ -130,10 +130,10 @@ class IncludedRobots:
             try:
                 texts[name] = FUNCTIONS["str"](value)
             except KindError:
-                message = f'the argument "{name}" of a xacro is text or a number, not {kind_of(value)}'
+                message = f'the argument "{name}" of a xacro must be text or a number, not {kind_of(value)}'
                 raise scope.fail("bad-argument", message, place_of(entry["args"], name, scope)) from None
         if "trust" in entry:
-            message = "trust of an include has no effect: trust comes from the person who runs the command"
+            message = '"trust" of an include has no effect: only the person who runs the command can trust a file'
             help = "remove it; --trust or ROSORIN_COMPILE_TRUST=1 silences the warning xacro-runs-code"
             span = place_of(entry, "trust", scope).span
             self.diagnostics.append(Diagnostic("trust-ignored", WARNING, message, span, (), help))
@@ -144,9 +144,9 @@ class IncludedRobots:
         self.places[names] = place
         if first is not None:
             how = f'with the prefix "{prefix}"' if prefix else "without a prefix"
-            message = f"{path.name} is included twice {how}: all of its names would stand twice"
+            message = f"{path.name} is included twice {how}, so that all its names would be defined twice"
             related = [Related("first included here", first.span)]
-            raise scope.fail("duplicate-name", message, place, "give each its own prefix: left_, right_", related)
+            raise scope.fail("duplicate-name", message, place, 'give each entry its own "prefix"', related)
         same = (str(path), call, tuple(texts.items()), tuple(packages.items()), bool(entry.get("lenient")))
         if same not in self.read:
             self.read[same] = self._read(path, texts, packages, include)
@@ -166,12 +166,12 @@ class IncludedRobots:
         takes_none = foreign.tree is not None and not foreign.takes_arguments
         if takes_none and "macro" in entry:
             message = f"{path.name} defines no macros: only a xacro does"
-            help = "remove macro to include it as a robot"
+            help = 'remove "macro" to include the file as a robot'
             scope.report("unknown-macro", message, place_of(entry, "macro", scope), help)
         elif takes_none and texts:
             place = Place(entry["args"].key_spans[next(iter(texts))], via.parent)
             message = f"{path.name} has no arguments: only a xacro has them"
-            scope.report("unknown-argument", message, place, "remove args")
+            scope.report("unknown-argument", message, place, 'remove "args"')
         elif foreign.tree is not None:
             return foreign
         return None
@@ -201,7 +201,7 @@ class IncludedRobots:
         file, folder = Path(entry["file"]).name, entry.get("meshes")
         if folder is not None:
             if not names:
-                message = f"{file} names no mesh or texture by a relative path: nothing to put before"
+                message = f'"meshes" has no effect: {file} names no mesh or texture by a relative path'
                 self._warn("ignored-key", message, entry.key_spans["meshes"], "remove meshes", include)
             return move_files(made, folder)
         base = Path(os.path.abspath(made.span.source.path)).parent
@@ -215,9 +215,8 @@ class IncludedRobots:
                 del new[name]
         missed = [name for name in names if name not in new]
         if missed:
-            seen = f"seen from {file}, but readers look from the artifacts"
-            message = f"files of meshes or textures are named as {seen}: {first_of(missed, 1)}"
-            help = "say what to put before: meshes: FOLDER, as seen from the artifacts, or package://NAME"
+            message = f"paths of meshes or textures are relative to {file}, not to the artifacts: {first_of(missed, 1)}"
+            help = 'write "meshes: FOLDER", relative to the artifacts, or "meshes: package://NAME"'
             self._warn("include-mesh-path", message, entry.value_spans["file"], help, include)
         return map_files(made, lambda name: new.get(name, name)) if new else made
 
@@ -234,10 +233,10 @@ class IncludedRobots:
         have = made.get("joints") or Map(made.span)
         if foreign.mount or "parent" not in keys:
             if keys:
-                attached = f'the macro attaches what it makes to "{foreign.mount}"'
-                attached = attached if foreign.mount else "what it includes is attached to nothing"
-                help = "remove it" if foreign.mount else "write parent: FRAME"
-                message = f'an include has "{keys[0]}", but {attached}'
+                attached = f'the macro attaches its links to "{foreign.mount}" itself'
+                attached = attached if foreign.mount else 'without "parent", the robot is not attached to a frame'
+                help = f'remove "{keys[0]}"' if foreign.mount else 'write "parent: FRAME"'
+                message = f'"{keys[0]}" of the entry of "include" has no effect: {attached}'
                 self._warn("ignored-key", message, entry.key_spans[keys[0]], help, include)
             if is_on_parent:  # report errors in values that the include sets at the include
                 made["joints"] = joints = copy(have)
@@ -255,7 +254,7 @@ class IncludedRobots:
             name = name.removesuffix("_joint") + "_mount_joint"
         name = entry.get("joint") or name
         if name in have:
-            message, help = f'joint "{name}" is defined twice', "give the include another joint: NAME"
+            message, help = f'joint "{name}" is defined twice', 'write "joint: NAME" in the entry of "include"'
             self._report(error("duplicate-name", message, have.key_spans[name], help), via)
             raise Failed
         span = entry.value_spans["parent"]
@@ -300,8 +299,8 @@ class IncludedRobots:
                         tree.setdefault_at("root", robot["root"], span)
             if lost:
                 file = Path(entry["file"]).name
-                message = f"settings of {file} that the MJCF does not take over: {first_of(lost, _FEW)}"
-                help = "the output or another include has others: decide in the output"
+                message = f"the MJCF does not have these settings of {file}: {first_of(lost, _FEW)}"
+                help = "the output or another included file has different settings; set them in the output"
                 self._warn("include-settings", message, entry.value_spans["file"], help, include)
 
 
@@ -313,13 +312,13 @@ def _moving_joints(tree: Map) -> int:
 def _check_include(entry: Map, scope: Scope) -> None:
     good = check_include(entry, scope, _KINDS, _KEYS)
     if "with" in entry and "macro" not in entry:
-        message = "with has values for a macro, and there is no macro"
-        help = "write macro: NAME; args has values of arguments of a file"
+        message = '"with" passes values to a macro, but the entry has no "macro"'
+        help = 'add "macro: NAME", or use "args" to pass arguments to a file'
         scope.report("missing-key", message, place_of(entry, "with", scope), help)
         good = False
     prefix = entry.get("prefix")
     if isinstance(prefix, str) and not _PREFIX.fullmatch(prefix):
-        help = "no markup, no quotes; spaces only within"
+        help = "do not use < > &, quotes or outer spaces"
         raise scope.fail("bad-name", f'no name can begin with "{prefix}"', place_of(entry, "prefix", scope), help)
     if hides_letters("prefix", entry, scope) or not good:
         raise Failed

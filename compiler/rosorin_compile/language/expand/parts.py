@@ -63,7 +63,7 @@ class Parts:
             try:
                 # Check this before evaluation, which would treat a section of the content as an entry with a loop.
                 content = item.get("content") if isinstance(item, Map) else None
-                owner, sections = f'content of use "{key}" ', merged_sections(ENTRIES, in_parts=True)
+                owner, sections = f' in "content" of entry "{key}" of "use"', merged_sections(ENTRIES, in_parts=True)
                 if isinstance(content, Map) and not declarations.check_controls(owner, content, sections, scope):
                     raise Failed
                 for inner, entry in scope.entries(item, key, is_use=True):
@@ -80,12 +80,13 @@ class Parts:
     def instance(self, name: str, entry: Any, scope: Scope, place: Place, depth: int = 0) -> Map:
         """Return the sections that a ``use`` entry creates. Raises Failed after reporting errors."""
         if not isinstance(entry, Map):
-            raise scope.fail("wrong-type", f'use "{name}" is a mapping that names a part', place, "write part: NAME")
+            message = f'the entry "{name}" of "use" must be a mapping that names a part'
+            raise scope.fail("wrong-type", message, place, 'write "part: NAME"')
         self.expansion.parts += 1
         declarations.check_use(name, entry, scope)
         if not isinstance(entry.get("part"), str):
-            help = "name a part of parts: or of the library"
-            raise scope.fail("missing-key", 'a use needs the key "part"', place, help)
+            help = 'name a part of "parts" or of the library'
+            raise scope.fail("missing-key", f'the entry "{name}" of "use" needs the key "part"', place, help)
         if entry["part"] not in self.found:
             where = Place(entry.value_spans["part"], scope.via or entry.via)
             self.found[entry["part"]] = self._look_up(entry["part"], scope, where)
@@ -93,7 +94,7 @@ class Parts:
         scope.count(INSTANCE, *place)
         if depth > MAX_NESTED:
             message = f'parts are nested more than {MAX_NESTED} levels deep, at part "{part.name}"'
-            scope.report("part-cycle", message, place, "a part that uses itself needs an if")
+            scope.report("part-cycle", message, place, 'a part that uses itself needs an "if" to end')
             self.expansion.nodes, self.expansion.is_full = sys.maxsize, True  # report this once, not for each branch
             raise Failed
         prefix = str(entry.get("prefix", f"{name}_") or "")
@@ -116,12 +117,12 @@ class Parts:
             raise Failed
         names = SymbolTable(fragment)
         if names.mounted and entry.get("parent") is None:
-            help = "the part is attached to a frame: write parent: FRAME"
-            raise scope.fail("missing-key", f'use "{name}" needs the key "parent"', place, help)
+            help = 'write "parent: FRAME" with the frame that the part is attached to'
+            raise scope.fail("missing-key", f'the entry "{name}" of "use" needs the key "parent"', place, help)
         ignored = [key for key in ("parent", "xyz", "rpy") if entry.get(key) is not None and not names.mounted]
         if ignored:
-            help = "in the part, write parent: mount where it is attached; or remove the key"
-            message = f'use "{name}" has "{ignored[0]}", but nothing of the part is attached to "{MOUNT}"'
+            help = 'write "parent: mount" in a joint or sensor of the part, or remove the key'
+            message = f'the entry "{name}" of "use" has "{ignored[0]}", but the part attaches nothing to "{MOUNT}"'
             stack = tuple(scope.via.stack()) if scope.via else ()
             warning = Diagnostic("ignored-key", WARNING, message, entry.key_spans[ignored[0]], stack, help)
             self.expansion.diagnostics.append(warning)
@@ -160,11 +161,11 @@ class Parts:
             loaded = self._load(path, file, place.span) if path is not None else None
             if loaded is None:
                 help = self._near(short) or "see docs/parts-library.md"
-                raise scope.fail("unknown-part", f'there is no file "{file}" of parts', place, help)
+                raise scope.fail("unknown-part", f'there is no parts file "{file}"', place, help)
             parts, home = loaded[0].get("parts") or {}, loaded[1]
         if short not in parts:
             places = {f"{file}{slash}{part}": parts.key_spans[part] for part in parts}
-            instead, none = self._near(short), "define it under parts"
+            instead, none = self._near(short), 'define it in "parts"'
             suggestion = Suggestion(name, places, instead=instead, none=none, places=places)
             raise scope.fail("unknown-part", f'there is no part "{name}"', place, suggestion)
         body = parts[short]
@@ -292,10 +293,10 @@ def _changed(brought: Any, sensor: Map, kind: str, scope: Scope) -> Seq:
     only = brought[0] if isinstance(brought, Seq) and len(brought) == 1 else None
     if not isinstance(only, Map):
         count = len(brought) if isinstance(brought, Seq) else 0
-        brings = f"{count} sensors" if count else "no sensor"
-        message = f'sensor type "{kind}" brings {brings} of Gazebo: a mapping changes the one there is'
+        brings = f"{count} Gazebo sensors" if count else "no Gazebo sensor"
+        message = f'sensor type "{kind}" has {brings}, but a mapping in "gazebo" changes exactly one'
         place = Place(sensor.key_spans["gazebo"], sensor.via)
-        raise scope.fail("ignored-key", message, place, "write a list: gazebo: [{sensor: TYPE, elements: {...}}]")
+        raise scope.fail("ignored-key", message, place, 'write a list: "gazebo: [{sensor: TYPE, elements: {...}}]"')
     made = ChangedSensor(changes.span, changes.via)
     made.brought = None if "mjcf" in sensor else only
     made.put(_merged(only, changes), changes.span)
@@ -324,8 +325,8 @@ def _check_elements(use: str, fragment: Map, scope: Scope) -> None:
         for text, span in zip(texts, texts.value_spans, strict=True):
             for found in found_in(text) if isinstance(text, str) else ():
                 if words := sorted(_SPATIAL.intersection(found.attributes)):
-                    message = f'<{found.tags[-1]}> has {words[0]}, which use "{use}" does not mirror'
-                    help = "write it with words of the language, such as sites; or make a part for each side"
+                    message = f'"mirror" of the entry "{use}" of "use" ignores the {words[0]} of <{found.tags[-1]}>'
+                    help = "write it with keys of the description, such as sites, or make a part for each side"
                     failed = scope.fail("mirrored-element", message, Place(span, scope.via), help)
     if failed is not None:
         raise failed

@@ -353,7 +353,7 @@ def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
         have = tree.get(section)
         for key in value if parts and holds_many(section) and isinstance(value, Map) else ():
             if key not in keys_of(section):
-                place, message = Place(value.key_spans[key], more.via or value.via), f'{section} has no key "{key}"'
+                place, message = Place(value.key_spans[key], more.via or value.via), f'"{section}" has no key "{key}"'
                 help, origin = partial(word_meant, key, keys_of(section)), argument_behind(scope.expansion.root, place)
                 scope.report_origin("unknown-key", message, place, help, (), origin)
                 good = False
@@ -361,7 +361,8 @@ def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
             if value is not None or not parts:
                 tree.put(section, copy(value), more.key_spans[section], more.value_spans[section])
         elif value is not None and section not in joined:
-            good = _report("duplicate-key", f'"{section}" is defined twice', "remove one", section, tree, more, scope)
+            message, help = f'"{section}" is defined twice', "remove one definition"
+            good = _report("duplicate-key", message, help, section, tree, more, scope)
             for fragment in (tree, more) if scope.expansion.parts else ():
                 alone = Map(fragment.span, fragment.via)
                 alone.put("robot", "robot", fragment.span, fragment.span)
@@ -376,8 +377,8 @@ def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
             else:  # two uses of a xacro macro share the materials of its file
                 good &= _join_entries(section, have, value, scope, equal=section == "materials")
         elif value is not None and isinstance(have, Seq if section in merged_sections(ITEMS) else Map):
-            message = f"{section} is {'a list' if isinstance(have, Seq) else 'a mapping'} in every file"
-            good = _report("wrong-type", message, "write it so in both", section, tree, more, scope)
+            message = f'"{section}" must be {"a list" if isinstance(have, Seq) else "a mapping"} in every file'
+            good = _report("wrong-type", message, "use the same type in both files", section, tree, more, scope)
             continue
         result = tree.get(section)
         holds_others = isinstance(result, (Map, Seq)) and (have is not None or not is_one_entry(section))
@@ -392,6 +393,11 @@ def _report(rule: str, message: str, help: str, name: str, first: Map, second: M
     place = Place(second.key_spans[name], getattr(second[name], "via", None) or second.via)
     earlier = Place(first.key_spans[name], getattr(first[name], "via", None) if rule == "duplicate-key" else None)
     related = [Related("first defined here", earlier.span), *earlier.stack()]
+    if earlier.span == place.span:
+        what, where = ("file", "include") if isinstance(place.via, Include) else ("part", "use")
+        message, related = f"{message}, because the {what} that defines it is used twice", related[1:]
+        own = ', or give each its own "prefix"' if rule == "duplicate-name" and what == "part" else ""
+        help = f'remove one of the entries of "{where}"{own}'
     scope.report_origin(rule, message, place, help, related, argument_behind(scope.expansion.root, place))
     return False
 
@@ -408,7 +414,7 @@ def _join_entries(section: str, have: Map, more: Map, scope: Scope, equal: bool 
             have.put(name, entry, more.key_spans[name], more.value_spans[name])
         elif not (equal and have[name] == entry and have.value_spans[name] == more.value_spans[name]):
             message = f'{section.rstrip("s")} "{name}" is defined twice'
-            help = "rename or remove one, or give the part another prefix"
+            help = 'rename or remove one, or give the part another "prefix"'
             good = _report("duplicate-name", message, help, name, have, more, scope)
     return good
 

@@ -44,7 +44,7 @@ class Origin(NamedTuple):
 
     def related_places(self, used: Span) -> tuple[Related, ...]:
         """Return where the value is used, and where the other arguments were written."""
-        return (Related(USED, used), *(Related("it depends on this, too", span) for span in self.others))
+        return (Related(USED, used), *(Related("the value also depends on this", span) for span in self.others))
 
 
 def argument_of(scope: Scope, names: Iterable[str], of_kinds: bool = False) -> Origin | None:

@@ -78,9 +78,8 @@ def common_dimension(values: Iterable[Any]) -> Dimension | None:
             raise KindError(f"expected a number, got {kind_of(value)}")
         dimension = dimension_of(value)
         if common is not None and dimension not in (None, common):
-            help = "what is added, compared or chosen from is of one kind; a product or a quotient may mix"
-            message = f"{describe(common)} and {describe(dimension or NUMBER)} do not go together"
-            raise KindError(message, help=help)
+            help = 'values that are added, compared or alternatives of "if" need the same dimension'
+            raise KindError(f"cannot combine {describe(common)} with {describe(dimension or NUMBER)}", help=help)
         common = common or dimension
     return common
 
@@ -150,7 +149,7 @@ def _range(*bounds: Any) -> list[int]:
         raise ExpressionError("a range counts in whole numbers")
     numbers = range(*map(int, bounds))
     if len(numbers) > MAX_ITEMS:
-        raise ExpressionError(f"a range of more than {MAX_ITEMS:,} numbers")
+        raise ExpressionError(f"the range has more than {MAX_ITEMS:,} numbers")
     return list(numbers)
 
 
@@ -171,7 +170,7 @@ def _text(value: Any) -> str:
         return repr(float(value)) if not float(value).is_integer() else str(int(value))
     if isinstance(value, (str, int)):
         return str(value)
-    raise KindError(f"{kind_of(value)} cannot stand inside text", help="use it as the whole value")
+    raise KindError(f"{kind_of(value)} cannot be inserted into text", help="let the expression be the entire value")
 
 
 def _numbers(text: Any) -> list[Any]:
@@ -180,7 +179,7 @@ def _numbers(text: Any) -> list[Any]:
     try:
         return [float(word) for word in text.split()]
     except ValueError:
-        raise ExpressionError(f'"{text}" is not numbers with blanks between', help="write it as '0 0 1'") from None
+        raise ExpressionError(f'"{text}" is not a list of numbers', help="write it as '0 0 1'") from None
 
 
 def _replace(text: str, old: str, new: str) -> str:

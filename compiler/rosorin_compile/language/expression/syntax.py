@@ -33,7 +33,7 @@ _COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], bool]] = {ast.Eq: operator.
 _COMPARE |= {ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge}
 _COMPARE |= {ast.In: lambda a, b: a in b, ast.NotIn: lambda a, b: a not in b}
 _OTHER_OPERATORS: dict[type[ast.operator], str] = {ast.BitAnd: 'write "and"', ast.BitOr: 'write "or"'}
-_OTHER_OPERATORS |= {ast.BitXor: "write ** for a power; ^ is only for units, such as 2 kg*m^2"}
+_OTHER_OPERATORS |= {ast.BitXor: 'write "**" for a power; "^" is only for units, such as "2 kg*m^2"'}
 _SIZED = (str, list, dict)
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _FACTOR = r"[A-Za-z]+(?:\^-?\d)?(?![\w(])"
@@ -69,13 +69,13 @@ def mask_quantities(text: str) -> tuple[str, dict[tuple[int, int], Literal]]:
         start, stop = match.start(), match.start("unit") + len(unit)
         written = text[start:stop]
         if text[stop:].lstrip().startswith("**"):
-            help = f"write {unit}^2 for the power of a unit, ({written})**2 for that of the quantity"
-            raise ExpressionError(f'"**" after {written} could be the power of the unit', start, help)
+            help = f'write "{unit}^2" for a power of the unit, "({written})**2" for a power of the value'
+            raise ExpressionError(f'"**" after "{written}" is ambiguous: is it a power of the unit?', start, help)
         quotient = re.search(_OVER, text[:start])
         if quotient:
             number = quotient[1]
-            help = f"write {number}/{written.removesuffix(unit).strip()} * 1 {unit}, or {number} / ({written})"
-            message = f"{number}/{written} could be a part of 1 {unit}, or one over {written}"
+            help = f'write "{number}/{written.removesuffix(unit).strip()} * 1 {unit}", or "{number} / ({written})"'
+            message = f'"{number}/{written}" is ambiguous: a fraction of 1 {unit}, or {number} over {written}?'
             raise ExpressionError(message, start, help)
         value = Quantity(parsed, parsed.dimension, written)
         line = text.count("\n", 0, start) + 1
@@ -90,14 +90,14 @@ def mask_quantities(text: str) -> tuple[str, dict[tuple[int, int], Literal]]:
 _FOREIGN: tuple[tuple[str, str], ...] = (
     (r"&&", 'write "and"'),
     (r"\|\|", 'write "or"'),
-    (r"\?.*:", "write A if CONDITION else B"),
+    (r"\?.*:", 'write "A if CONDITION else B"'),
     (r"!(?!=)", 'write "not"'),
     (r"\$", "a name in an expression has no $ before it"),
-    (r"[\u00b0\u00ba]", "write deg: 90 deg"),
+    (r"[\u00b0\u00ba]", 'write "deg", as in "90 deg"'),
     (r"[\u2212\u2013\u2014]", 'write the minus sign of the keyboard: "-"'),
-    (r"[\u00b2\u00b3]", "write **2 or **3; in a unit ^2 or ^3"),
+    (r"[\u00b2\u00b3]", 'write "**2" or "**3"; in a unit "^2" or "^3"'),
     (r"[\u2018\u2019\u201c\u201d]", "write straight quotes"),
-    (r"(?<![=<>!])=(?!=)", 'compare with "=="; a value is given its name in let'),
+    (r"(?<![=<>!])=(?!=)", 'to compare, write "=="; named values are defined in "let"'),
     (r"\d,\d", "write a decimal point, not a comma"),
 )
 _NO_UNIT = r"(?<![\w.])([\d.]+) *([A-Za-z]+)\b"
@@ -121,11 +121,11 @@ def mistake(text: str, problem: SyntaxError) -> ExpressionError:
             return ExpressionError(f'"{sign}" has no meaning in an expression', found.start(), help)
     column = max(0, (problem.offset or 1) - 1)
     if "never closed" in str(problem.msg) or "unmatched" in str(problem.msg):
-        return ExpressionError(f"not an expression: {problem.msg}", column, "brackets come in pairs")
+        return ExpressionError(f"not an expression: {problem.msg}", column, "brackets must come in pairs")
     if operator := re.search(r"(\*\*|//|[-+*/%<>=]|\b(?:and|or|not|if|else|in))\s*$", plain):
         return ExpressionError(f'a value is missing after "{operator[1]}"', column)
     two = re.search(r"[\w)\]] +[\w(]", plain[max(0, column - 2) :])
-    help = "two values need an operator between them: * for a product" if two else ""
+    help = 'write an operator between two values, such as "*"' if two else ""
     return ExpressionError(f"not an expression: {problem.msg}", column, help)
 
 
@@ -209,20 +209,20 @@ def _check_node(node: Any) -> None:
             problem = "half a letter (a lone surrogate) cannot stand in a file"
         check_size(node.value)
     elif isinstance(node, ast.BinOp) and type(node.op) not in _BINARY:
-        problem, help = "this operator is not allowed here", _OTHER_OPERATORS.get(type(node.op), "")
+        problem, help = "this operator is not supported in an expression", _OTHER_OPERATORS.get(type(node.op), "")
     elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Invert):
-        problem = "this operator is not allowed here"
+        problem = "this operator is not supported in an expression"
     elif isinstance(node, ast.Compare) and not all(type(op) in _COMPARE for op in node.ops):
         problem = "this comparison is not allowed here"
     elif isinstance(node, (ast.ListComp, ast.GeneratorExp)):
         if len(node.generators) > 2:
-            problem = "at most two loops stand in one list"
+            problem = "a list can have at most two loops"
         for target in (generator.target for generator in node.generators):
             if not all(isinstance(name, ast.Name) for name in getattr(target, "elts", [target])):
                 problem, column = "a loop sets plain names", target.col_offset
     elif isinstance(node, ast.Call):
         if not isinstance(node.func, ast.Name):
-            problem, help = "this is not a function", "functions are called by name: upper(text), not text.upper()"
+            problem, help = "only the name of a function can be called", 'write "upper(text)", not "text.upper()"'
         elif node.keywords or any(isinstance(item, ast.Starred) for item in node.args):
             problem = "functions take their values in order, without names or stars"
     if problem:
@@ -245,8 +245,8 @@ def _constant(node: ast.Constant, lookup: Lookup) -> Any:
             continue
         text = value.value.text
         spaced = text.replace("*", " * ").replace("/", " / ").replace("^", "**")
-        help = f"call the value something else; or write {spaced} where it is meant"
-        raise ExpressionError(f'"{name}" in {text} is a unit, and a value here', node.col_offset, help)
+        help = f'rename the value, or write "{spaced}" to multiply by it'
+        raise ExpressionError(f'"{name}" in "{text}" is a unit, but also the name of a value', node.col_offset, help)
     return value.value
 
 
@@ -352,10 +352,10 @@ def _check_choices(name: ast.expr, other: ast.expr, lookup: Lookup) -> None:
     for literal in literals:
         value: Any = literal.value
         if isinstance(value, (str, int, float)) and value not in choices:
-            allowed = f"allowed: {', '.join(map(str, choices))}"
+            allowed = f"possible values: {', '.join(map(str, choices))}"
             texts = [choice for choice in choices if isinstance(choice, str)]
             help = Suggestion(value, texts, details=allowed) if isinstance(value, str) else allowed
-            raise ExpressionError(f'the argument "{name.id}" is never "{value!s}"', literal.col_offset, help)
+            raise ExpressionError(f'the argument "{name.id}" cannot be "{value!s}"', literal.col_offset, help)
 
 
 def _subscript(node: ast.Subscript, lookup: Lookup) -> Any:
@@ -372,7 +372,7 @@ def _subscript(node: ast.Subscript, lookup: Lookup) -> Any:
 def _attribute(node: ast.Attribute, lookup: Lookup) -> Any:
     table = value_of(node.value, lookup)
     if not isinstance(table, Mapping):
-        raise KindError(f"{kind_of(table)} has no entries; only a table has")
+        raise KindError(f"{kind_of(table)} has no entries: only a table has entries")
     return _entry(table, node.attr)
 
 
@@ -382,7 +382,7 @@ def _entry(container: Any, key: Any) -> Any:
     if isinstance(container, Mapping):
         if key in container:
             return container[key]
-        entries = f"entries: {', '.join(map(str, container)) or 'it is empty'}"
+        entries = f"known: {', '.join(map(str, container))}" if container else "the table is empty"
         texts = [name for name in container if isinstance(name, str)]
         help = Suggestion(str(key), texts, details=entries, places=getattr(container, "key_spans", {}))
         raise ExpressionError(f'the table has no entry "{key}"', help=help)
@@ -442,9 +442,9 @@ def _call(node: ast.Call, lookup: Lookup) -> Any:
         result = check_size(function(*values))
     except (TypeError, AttributeError):
         kinds = ", ".join(map(kind_of, values)) or "nothing"
-        raise KindError(f"{name}() does not take {kinds}") from None
+        raise KindError(f"{name}() does not accept {kinds}") from None
     except (ValueError, ArithmeticError, LookupError):
-        raise ExpressionError(f"{name}() has no value for this") from None
+        raise ExpressionError(f"{name}() is not defined for this argument") from None
     if isinstance(result, (list, str)):
         EFFORT.spend(result)
     return result

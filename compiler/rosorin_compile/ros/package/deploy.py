@@ -12,7 +12,6 @@ from rosorin_compile.compare.golden_check import Comparison
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compilation import Compiled
 from rosorin_compile.formats.format import Artifact
-from rosorin_compile.formats.ros_packages import files_below, missing, package_of, undeclared_packages
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 from rosorin_compile.output.atomic_files import OutputError, digest
 from rosorin_compile.output.package_folder import MANIFEST, open_package_folder, read_manifest
@@ -21,12 +20,14 @@ from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError, has_errors
 from rosorin_compile.source.files import is_file, read_bytes, read_text, resolve
 from rosorin_compile.source.load import LoadError
+from rosorin_compile.source.packages import package_of
 
 from ..launch_files import check_launch_files
 from .copies import copies, diff_lines, difference, forms, missing_files, other_robot, place_meshes, protect, relocate
 from .launch import LAUNCH, PUBLISHER, STATICS, carry
 from .options import NOWHERE, STAMP, Options, stored_options
 from .package import folder_of, make
+from .package_files import files_below, missing, undeclared_packages
 
 _NOT_AS_WRITTEN = "not as rosorin-compile package writes it"
 

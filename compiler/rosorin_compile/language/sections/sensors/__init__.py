@@ -105,10 +105,10 @@ def _check(lowering: Lowering, name: str, entry: Mapping[str, Any], above: Mappi
         return
     for key in _OF_THE_JOINT:
         if key in entry:
-            message = f'sensor "{name}" sits on link "{frame}", which has a place of its own: {key} has no effect'
+            message = f'sensor "{name}" is on link "{frame}", whose pose is defined elsewhere: "{key}" has no effect'
             at = lowering.tree.locate(above[frame].path, key=True).span if frame in above else None
-            related = (Related("its place is defined here", at),) if at else ()
-            lowering("ignored-key", message, (*path, key), "remove it, or say the parent", related)
+            related = (Related(f'the pose of "{frame}" is defined here', at),) if at else ()
+            lowering("ignored-key", message, (*path, key), 'remove the key, or add "parent"', related)
 
 
 def _above(tree: Mapping[str, Any], name: str) -> dict[str, _Above]:
@@ -175,17 +175,17 @@ def _elements(
 
 def _check_optical(frames: Frames, path: Path) -> None:
     if not frames.optical and not frames.turned:
-        help = "give it one: optical"
+        help = 'add "optical" to the sensor'
         raise LoweringError("missing-key", "the sensor has no optical frame", (*path, "frame"), help)
 
 
 def _mjcf_element(sensor: str, entry: Mapping[str, Any], frames: Frames, path: Path) -> Simulated:
     kinds = [kind for kind in _KINDS if kind in entry]
     if len(kinds) != 1:
-        message = f"an element of mjcf has one of {', '.join(_KINDS)}; this one has {phrase(kinds) or 'none'}"
-        raise LoweringError("missing-key", message, path, "write one entry an element")
+        message = f'an entry of "mjcf" needs exactly one of {", ".join(_KINDS)}, but has {phrase(kinds) or "none"}'
+        raise LoweringError("missing-key", message, path, "write one element per entry")
     if "section" in entry and kinds[0] != TEMPLATE_ELEMENT:
-        raise LoweringError("ignored-key", "only a template has a section", (*path, "section"), "remove it")
+        raise LoweringError("ignored-key", '"section" is only allowed with "template"', (*path, "section"), "remove it")
     own = pose_of_entry(entry) if any(key in entry for key in ("xyz", "rpy", "replicate")) else None
     link, pose, frame = frames.sensor, own, entry.get("frame", "sensor")
     if frame == "parent":
@@ -203,11 +203,11 @@ def _mjcf_element(sensor: str, entry: Mapping[str, Any], frames: Frames, path: P
 
 def _replicas(entry: Mapping[str, Any], path: Path) -> Replicas:
     if not 1 <= entry["count"] <= MAX_COPIES:
-        message = f"a count is 1 to {MAX_COPIES:,}, not {entry['count']}"
+        message = f'"count" must be 1 to {MAX_COPIES:,}, not {entry["count"]}'
         raise LoweringError("wrong-value", message, (*path, "count"), "correct it")
     step = pose_of_entry(entry)
     if sum(angle != 0 for angle in step.rpy) > 1:  # MuJoCo scales each angle: about two axes, steps would differ
-        message, help = "copies turn about one axis: one of roll, pitch, yaw", "turn the element with its own rpy"
+        message, help = "copies can only be rotated about one axis", 'rotate the element with its own "rpy"'
         raise LoweringError("wrong-value", message, (*path, "rpy"), help)
     return Replicas(entry["count"], step)
 
@@ -236,7 +236,7 @@ def _gazebo_sensor(sensor: str, entry: Mapping[str, Any], frames: Frames, path: 
 def _sdf_elements(entries: Mapping[str, Any], path: Path, depth: int) -> Iterator[SdfElement]:
     for name, value in entries.items():
         here = (*path, name)
-        _check_name("element of SDF", name, here)
+        _check_name("SDF element", name, here)
         if depth >= MAX_DEPTH:
             message = f"elements are nested deeper than {MAX_DEPTH}"
             raise LoweringError("wrong-value", message, here, "SDF has none such")
@@ -245,7 +245,7 @@ def _sdf_elements(entries: Mapping[str, Any], path: Path, depth: int) -> Iterato
             if isinstance(item, Mapping):
                 attributes, place = item.get("attributes") or {}, (*at, "attributes")
                 if not isinstance(attributes, Mapping):
-                    raise LoweringError("wrong-type", "attributes map names to values", place, "write {type: ...}")
+                    raise LoweringError("wrong-type", '"attributes" must be a mapping', place, 'write "{type: ...}"')
                 for key in attributes:
                     _check_name("attribute", key, (*place, key))
                 given = {key: text for key, text in attributes.items() if text is not None}
@@ -258,15 +258,15 @@ def _sdf_elements(entries: Mapping[str, Any], path: Path, depth: int) -> Iterato
 
 def _check_name(what: str, name: str, path: Path) -> None:
     if not _NAME.fullmatch(name):
-        raise LoweringError("bad-name", f'no {what} is called "{name}"', path, "correct it")
+        raise LoweringError("bad-name", f'"{name}" is not a valid name of an {what}', path, "correct it")
 
 
 def _sdf_value(value: Any, path: Path) -> float | str | bool:
     if isinstance(value, bool):
         return value
     if not isinstance(value, (str, int, float)):
-        message = "an element of SDF is text, a number, or elements"
-        raise LoweringError("wrong-type", message, path, "write each by its name")
+        message = "an SDF element must be text, a number, or a mapping of elements"
+        raise LoweringError("wrong-type", message, path, 'write "NAME: VALUE" for each element')
     return str(value) if isinstance(value, str) else float(value)
 
 

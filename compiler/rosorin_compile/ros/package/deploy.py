@@ -23,25 +23,13 @@ from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.packages import package_of
 
 from ..launch_files import check_launch_files
-from .copies import (
-    copies,
-    difference,
-    difference_lines,
-    forms,
-    missing_files,
-    other_robot,
-    place_meshes,
-    protect,
-    relocate,
-)
+from .copies import copies, diff_lines, difference, forms, missing_files, other_robot, place_meshes, protect, relocate
 from .launch import LAUNCH, PUBLISHER, STATICS, carry
 from .options import NOWHERE, STAMP, Options, stored_options
 from .package import folder_of, make
 from .package_files import files_below, missing, undeclared_packages
 
 _NOT_AS_WRITTEN = "not as rosorin-compile package writes it"
-# Package files and records of the tool, which artifacts must not replace.
-_OF_PACKAGES = ("package.xml", "CMakeLists.txt", "setup.py", "setup.cfg", MANIFEST)
 
 
 @dataclass(frozen=True)
@@ -54,7 +42,7 @@ class DeployedCopy:
 
 
 @dataclass(frozen=True)
-class Deployed:
+class Deployment:
     """The artifacts of a robot in a folder; ``robot`` is "" if an error prevented the deployment."""
 
     robot: str
@@ -76,7 +64,7 @@ def deploy(
     dry_run: bool = False,
     full: bool = False,
     trust: bool = False,
-) -> Deployed:
+) -> Deployment:
     """Write the artifacts of a robot into an existing ROS 2 package or another existing folder.
 
     The result has the copies with their paths, and the changes as text; after an error its ``robot`` is "".
@@ -93,7 +81,7 @@ def deploy(
         raise RequestError(f"{stored} is not read any more: pass its places with --map, and remove it")
     compiled = request.compile()
     made, diagnostics = compiled.robot, [*compiled.diagnostics]
-    result = Deployed("", str(folder), inputs=tuple(map(str, request.inputs(compiled))))
+    result = Deployment("", str(folder), inputs=tuple(map(str, request.inputs(compiled))))
     if made is None or has_errors(diagnostics):
         return replace(result, diagnostics=tuple(diagnostics))
     names = {artifact.output: _last(artifact) for artifact in compiled.artifacts}
@@ -110,7 +98,7 @@ def deploy(
             old = {name: read_bytes(folder / name) for name in texts if is_file(folder / name)}
             for one in planned:
                 target.check_name(one.file)
-                if one.file.rpartition("/")[2] in _OF_PACKAGES:
+                if one.file.rpartition("/")[2] in ("package.xml", "CMakeLists.txt", "setup.py", "setup.cfg", MANIFEST):
                     message = f"{one.file} is a file of the package itself: no artifact goes there"
                     diagnostics.append(report("deploy-not-ours", message, None, f"say --map {one.output}=PLACE"))
             kept, found = ({}, []) if has_errors(diagnostics) else protect(folder, texts, target.digests())
@@ -125,7 +113,7 @@ def deploy(
                 for one in planned:
                     differs = difference(made, one, old[one.file]) if one.file in old else None
                     listed.append(DeployedCopy(one.file, one.output, one.file in old and differs is None))
-                    changes += difference_lines(one.file, differs, full) if differs else []
+                    changes += diff_lines(one.file, differs, full) if differs else []
                     changes += [] if one.file in old else [f"{one.file}: new"]
                 result = replace(result, robot=made.name, written=not dry_run, copies=tuple(listed))
                 result = replace(result, changes=tuple(changes))
@@ -159,8 +147,7 @@ def _plan(
         chosen[artifact.output] = place
         if first is not None:
             problem = f"the outputs {first} and {artifact.output} would both go to {place}"
-        if problem:
-            diagnostics.append(report("deploy-ambiguous", problem, None, help))
+        diagnostics += [report("deploy-ambiguous", problem, None, help)] if problem else []
     if has_errors(diagnostics):
         return [], diagnostics
     going = [one for one in artifacts if one.output in chosen]
@@ -175,8 +162,7 @@ def _plan(
         planned.append(moved)
     for artifact in planned:
         if beside := FORMATS[artifact.backend].beside:
-            files_of_all = {one.file for one in planned}
-            diagnostics += missing_files(artifact.file, beside(artifact.text), files_of_all, folder)
+            diagnostics += missing_files(artifact.file, beside(artifact.text), {one.file for one in planned}, folder)
     if left := [one.output for one in artifacts if one.output not in chosen and places.get(one.output) != NOWHERE]:
         message = f"no copy of {', '.join(left)} is in {folder}, and none is put there"
         diagnostics.append(report("deploy-nowhere", message))
@@ -257,8 +243,7 @@ def check_deployed(
             diagnostics.append(problem.diagnostic)
         except OSError as problem:
             diagnostics.append(report("deploy-unreadable", f"cannot read {folder}: {problem.strerror or problem}"))
-    inputs = tuple(map(str, request.inputs(compiled)))
-    return replace(result, inputs=inputs, diagnostics=tuple(diagnostics))
+    return replace(result, inputs=tuple(map(str, request.inputs(compiled))), diagnostics=tuple(diagnostics))
 
 
 def _compare(
@@ -282,7 +267,7 @@ def _compare(
             same.append(place)
         elif differs := difference(robot, right[0], old):
             unlike.append((place, differs))
-            lines += difference_lines(place, differs, full)
+            lines += diff_lines(place, differs, full)
     for place, data in _written_by_package(compiled, robot, request, folder, files).items():
         if place in files and read_bytes(folder / place) == data:
             same.append(place)
@@ -295,8 +280,7 @@ def _compare(
     if others := ", ".join(_last(one) for one in absent if one not in needed):
         diagnostics.append(report("deployed-missing", f"there is no copy of {others} in {folder}", severity=NOTE))
     diagnostics += check_launch_files(robot, folder, files, [place for place in by_place if place.endswith(".py")])
-    differing = (place for place, _ in unlike)
-    return CheckedCopies(robot.name, tuple(same), tuple(differing), tuple(lines), tuple(unlike))
+    return CheckedCopies(robot.name, tuple(same), tuple(place for place, _ in unlike), tuple(lines), tuple(unlike))
 
 
 def _written_by_package(

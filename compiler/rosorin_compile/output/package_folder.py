@@ -37,8 +37,7 @@ class PackageFolder:
     def check_name(self, name: str) -> None:
         """Raise OutputError for a name outside of the folder, behind a link, or of something that is not a file."""
         if not is_inside(name):
-            message = f'"{name}" is not below the folder'
-            raise OutputError("deploy-outside", message, "name a file below the folder")
+            raise OutputError("deploy-outside", f'"{name}" is not below the folder', "name a file below the folder")
         path, kind = obstacle(self.path, name) or (self.path, "")
         if kind == "a symbolic link":
             message = f"{path} is a symbolic link to {path.readlink()}; nothing is written through links"

@@ -1,9 +1,8 @@
-"""Write an imported robot as description files, in YAML that reads as if a person had written it.
+"""Format an imported robot as YAML description files that are easy to read and edit.
 
-In the schema, ``x-first`` lists the keys that are written first (other keys keep the order of the source), and
-``x-file`` is the file of a section if the description is split into several files. Small values are written in flow
-style on one line, larger ones in block style. A number has the fewest digits that read back as the same double. The
-output is the same on every machine.
+The schema key ``x-first`` lists the keys of an entry that are written first; other keys keep the order of the source.
+If a description is split, the schema key ``x-file`` names the file of each section. Small values are written in flow
+style on one line, larger values in block style. Numbers have the fewest digits that are parsed to the same double.
 """
 
 from __future__ import annotations
@@ -29,20 +28,20 @@ from rosorin_compile.source.tree import Path
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.yaml_text import Scalar
 
-# The order of the files of a split description after robot.yaml; files that are not listed come last.
+# The files that robot.yaml includes if a description is split, in this order; other files come last.
 _FILES = ("parts", "links", "joints", "simulation", "sensors", "control", "extensions", "moveit")
-_BEHIND = {"let": "parts", "joints": "use"}  # section that is written directly after the key
-_LAST = 1_000  # sort position of keys that are not in the schema
-MAX_LINES = 150  # a longer description is split into files
+_BEHIND = {"let": "parts", "joints": "use"}  # write "parts" after "let", and "use" after "joints"
+_LAST = 1_000  # sort position of keys that are not in the schema, so that they are last
+MAX_LINES = 150  # longer descriptions are split into several files
 
 V = TypeVar("V")
 
 
 def write(imported: Imported, wanted: Outputs, schema: str = "", split: bool | None = None) -> dict[str, str]:
-    """Return the files of a description as a mapping from file name to text; the first is ``robot.yaml``.
+    """Return the YAML text of each file of a description by file name, ``robot.yaml`` first.
 
-    ``schema`` is the path of the JSON schema for editors, relative to the folder of the files. With ``split`` the
-    description has several files; by default only if it is longer than ``MAX_LINES``.
+    ``wanted`` is the section ``outputs``, ``schema`` the relative path of the JSON schema for editors. The description
+    is split into several files if ``split`` is True, or if it is None and the description is long.
     """
     tree, root = imported.whole, Description.ROOT_FILE
     body = {key: document_value(tree, value, (key,), imported.packages) for key, value in tree.items() if value}
@@ -72,14 +71,14 @@ def write(imported: Imported, wanted: Outputs, schema: str = "", split: bool | N
 
 
 def lines_of(tree: Mapping[str, Any]) -> int:
-    """Return the number of YAML lines that sections of a description take."""
+    """Count the lines of the YAML text for ``tree``, a mapping with sections of a description."""
     return layout({key: document_value(tree, value, (key,)) for key, value in tree.items()}).count("\n")
 
 
 def document_value(
     tree: Mapping[str, Any], value: Any, path: Path, packages: Mapping[str, FilePath] = MappingProxyType({})
 ) -> Any:
-    """Convert a value of a description to the input of ``layout``: no defaults, keys in the order of the schema."""
+    """Prepare the value at ``path`` of a description for writing as YAML: drop defaults, sort keys, format numbers."""
     if isinstance(value, (list, tuple)):
         return [document_value(tree, item, (*path, index), packages) for index, item in enumerate(value)]
     if isinstance(value, str):
@@ -96,7 +95,7 @@ def document_value(
 
 
 def _in_packages(text: str, packages: Mapping[str, FilePath]) -> str:
-    """Replace the absolute paths of ROS packages in a text with ``${find(...)}`` expressions."""
+    """Replace absolute paths of ROS packages in a string with ``${find('PACKAGE', ...)}`` expressions."""
     if not any(f"{folder}{os.sep}" in text for folder in packages.values()):
         return text if isinstance(text, Expression) else str(text)
     made = text if isinstance(text, Expression) else escape(text)
@@ -106,7 +105,7 @@ def _in_packages(text: str, packages: Mapping[str, FilePath]) -> str:
 
 
 def plain_value(value: Any) -> Any:
-    """Convert a value to the input of ``layout``, with all its keys in their present order."""
+    """Prepare a nested value for writing as YAML: format the numbers, keep all keys and their order."""
     if isinstance(value, Mapping):
         return {key: plain_value(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
@@ -115,17 +114,17 @@ def plain_value(value: Any) -> Any:
 
 
 def sorted_sections(document: Mapping[str, V]) -> dict[str, V]:
-    """Return the sections of a file in the order of the schema."""
+    """Sort the top-level sections of a description file by the order in the schema."""
     return _sorted(document, [one for key in fragment_at(())["properties"] for one in (key, _BEHIND.get(key, key))])
 
 
 def in_order(entry: Mapping[str, V]) -> dict[str, V]:
-    """Sort the keys of a link, of a joint, or of an element in one of them by the order of the schema."""
+    """Sort the keys of a link, joint or nested element such as ``visual`` by the order in the schema."""
     return _sorted(entry, _words())
 
 
 def is_default(path: Path, value: Any) -> bool:
-    """Return True if a value equals the default in the schema."""
+    """Return True if ``value`` is the schema default of the key at ``path``; always return False for booleans."""
     default = fragment_at(path).get("default")
     return default is not None and not isinstance(value, bool) and bool(value == default)
 
@@ -142,7 +141,7 @@ def _order(fragment: Mapping[str, Any]) -> Sequence[str]:
 
 @cache
 def _words() -> tuple[str, ...]:
-    """Return one order for all keys of links, joints and the elements in them."""
+    """Merge the key orders of links, joints and the elements in them into a single sequence of keys."""
     before: dict[str, list[str]] = {}
     for fragment in (*_fragments(("links", "*")), *_fragments(("joints", "*"))):
         for first, second in pairwise(_order(fragment)):
@@ -151,7 +150,7 @@ def _words() -> tuple[str, ...]:
 
 
 def _fragments(path: Path) -> Iterator[Mapping[str, Any]]:
-    """Yield the schema of the value at a path and of its properties and list items, recursively."""
+    """Yield the schema of the value at ``path``, then recursively the schemas of its properties and list items."""
     fragment = fragment_at(path)
     yield fragment
     for step in (*fragment.get("properties", ()), *([0] if "items" in fragment else [])):
@@ -159,16 +158,16 @@ def _fragments(path: Path) -> Iterator[Mapping[str, Any]]:
 
 
 WIDTH = 120
-_WORDS = ("for", "if")  # keys of a loop and of a condition
-_SPACED = 2  # entries of several lines are separated by empty lines down to this depth: sections and their entries
-_SHORT_DEPTH = 2  # deepest nesting of mappings that is written on one line
+_WORDS = ("for", "if")  # a link with such a name is quoted, because these keys mark loops and conditions
+_SPACED = 2  # down to this depth (sections and their entries), empty lines separate multi-line entries
+_SHORT_DEPTH = 2  # maximum nesting of mappings that are written on one line
 
-# The comment lines above the entry at each path of a document; the empty path is the top of the file.
+# Comment lines by the path of the entry that they precede; the empty path is the top of the file.
 Remarks = dict[Path, Sequence[str]]
 
 
 class Verbatim(str):
-    """A scalar that is written unchanged, such as a number or a quantity."""
+    """A YAML scalar that is written without quotes or escapes, such as ``5 mm``."""
 
     __slots__ = ()
 
@@ -190,16 +189,17 @@ def escape(text: str) -> str:
 
 
 def layout(document: Mapping[str, Any], remarks: Mapping[Path, Sequence[str]] = MappingProxyType({})) -> str:
-    """Format a document as YAML text that ends with a newline.
+    """Format nested values as YAML that ends with a newline; ``remarks`` are the comment lines by path.
 
-    Values are mappings, lists, strings, ``Verbatim``, ``Expression``, booleans and None.
+    A document contains mappings, lists, strings, ``Verbatim``, ``Expression``, booleans and None; numbers are
+    ``Verbatim``.
     """
     made = _Layout(remarks)
     return "".join(f"{line}\n" for line in [*made.comment((), ""), *made.mapping(document, 0, ())])
 
 
 def flow(value: Any) -> str | None:
-    """Format a value in flow style on one line, or return None for a string of several lines."""
+    """Format a value in YAML flow style on one line, or return None if it contains a multi-line string."""
     if isinstance(value, Mapping):
         items = [(f"{_key(key, True)}: ", flow(item)) for key, item in value.items()]
     elif isinstance(value, list):
@@ -228,12 +228,12 @@ def _key(name: str, in_flow: bool) -> str:
 
 
 def is_number(value: Any) -> bool:
-    """Return True for an int or float, and False for a boolean."""
+    """Return True for an int or float, but False for a bool."""
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 def free_name(name: str, taken: Collection[str]) -> str:
-    """Return ``name``, or if it is taken the name with the first free number appended (``wheel_2``)."""
+    """Return ``name``, or ``name`` with the first free number appended (``wheel_2``) if it is in ``taken``."""
     made, number = name, 1
     while made in taken:
         number += 1
@@ -242,12 +242,12 @@ def free_name(name: str, taken: Collection[str]) -> str:
 
 
 def within_part(path: Path) -> Path:
-    """Return a path relative to its part: ``("parts", "leg", "links", "foot")`` becomes ``("links", "foot")``."""
+    """Strip the part from a path: ``("parts", "leg", "links", "foot")`` becomes ``("links", "foot")``."""
     return path[2:] if path[:1] == ("parts",) and len(path) > 2 else path
 
 
 class _Layout:
-    """Formats one document as YAML lines, with the comments above their entries."""
+    """Formats a document as YAML lines, with each comment above the entry that it describes."""
 
     def __init__(self, remarks: Mapping[Path, Sequence[str]]) -> None:
         self.remarks = remarks
@@ -278,7 +278,7 @@ class _Layout:
         return lines
 
     def value(self, head: str, item: Any, indent: int, path: Path) -> list[str]:
-        """Format a value on the line of ``head`` (a key or a dash), wrapped over several lines, or as a block below."""
+        """Format a value after ``head`` (a key or a dash): on the same line, wrapped, or as a block below."""
         if not isinstance(item, (Mapping, list)):
             return _text(head, item, indent)
         short = flow(item) if not item or path not in self.open else None
@@ -289,7 +289,7 @@ class _Layout:
         if short and is_flat and (isinstance(item, list) or len(path) > _SPACED):
             keys = [f"{_key(key, True)}: " for key in item] if isinstance(item, Mapping) else [""] * len(item)
             pairs = zip(keys, items, strict=True)
-            text = ", ".join(f"{key}{flow(one)}".replace(" ", "\0") for key, one in pairs)  # wrap between items only
+            text = ", ".join(f"{key}{flow(one)}".replace(" ", "\0") for key, one in pairs)  # break only between items
             text, margin = f"{short[0]}{text}{short[-1]}", " " * (indent + 2)
             wrap = textwrap.TextWrapper(WIDTH, f"{head} ", margin, break_long_words=False, break_on_hyphens=False)
             return [line.replace("\0", " ") for line in wrap.wrap(text)]
@@ -298,7 +298,7 @@ class _Layout:
         return [head, *self.sequence(item, indent + 2, path)]
 
     def may_be_short(self, item: Mapping[str, Any] | list[Any], path: Path) -> bool:
-        """Return True if a value may be written on one line if it fits."""
+        """Return True if the value at ``path`` is simple enough to be written on one line."""
         path = within_part(path)
         if isinstance(item, list):
             return _depth(item) == 0
@@ -307,7 +307,7 @@ class _Layout:
 
 
 def _text(head: str, value: Any, indent: int) -> list[str]:
-    """Format a scalar on the line of ``head``, or a string of several lines as a block below it."""
+    """Format a scalar after ``head`` on the same line, or a multi-line string as a literal block below ``head``."""
     if isinstance(value, str) and not isinstance(value, Verbatim):
         text = value if isinstance(value, Expression) else escape(value)
         lines = text.removesuffix("\n").split("\n")
@@ -319,23 +319,23 @@ def _text(head: str, value: Any, indent: int) -> list[str]:
 
 
 def _depth(value: Any) -> int:
-    """Return the number of nested levels of mappings in a value."""
+    """Count the levels of nested mappings in a value."""
     if isinstance(value, Mapping):
         return 1 + max(map(_depth, value.values()), default=0)
     return max(map(_depth, value), default=0) if isinstance(value, list) else 0
 
 
 ROTATING = ("revolute", "continuous")
-_DECIMALS = (0, 1, 2)  # numbers of decimals of angles in degrees
+_DECIMALS = (0, 1, 2)  # decimals to try for angles in degrees
 _MAX_DEGREES = 1e6
-# The units of a value of a rotating and of a sliding joint, and the unit in degrees for the rotating joint.
+# The schema has (unit for rotating joints, unit for sliding joints); rotating joints are written in the unit here.
 _OF_JOINT = {("rad", "m"): "deg", ("rad/s", "m/s"): "deg/s"}
 _VERBATIM = "mjcf"  # values below this key are MuJoCo attributes, which have no units
 _OF_SENSOR: tuple[Path, ...] = (("with", "fov"), ("with", "vertical_fov"), ("with", "hfov"))
 
 
 def number(value: float, angle: str = "") -> Verbatim:
-    """Format a number; ``angle`` is ``deg`` or ``deg/s`` if the value (rad, rad/s) may be written in degrees.
+    """Format a number; with ``angle`` ("deg" or "deg/s"), write radians in degrees if that is exact.
 
     >>> number(-1.5707963267948966, "deg"), number(1.5708, "deg"), number(-0.0)
     ('-90 deg', '1.5708', '0')
@@ -350,7 +350,7 @@ def number(value: float, angle: str = "") -> Verbatim:
 
 
 def in_degrees(value: float, unit: str) -> str:
-    """Format radians in degrees, or return "" unless at most two decimals give exactly the same double."""
+    """Format an angle (rad) in degrees with at most two decimals, or return "" if the text is not exact."""
     degrees = math.degrees(value)
     for decimals in _DECIMALS if abs(degrees) < _MAX_DEGREES else ():
         text = f"{exact(round(degrees, decimals))} {unit}"
@@ -360,7 +360,7 @@ def in_degrees(value: float, unit: str) -> str:
 
 
 def angle_of(tree: Mapping[str, Any], path: Path) -> str:
-    """Return the unit in degrees (deg, deg/s) of the value at a path, or "" if it is not an angle."""
+    """Return the unit in which to write the value at ``path``: "deg", "deg/s", or "" if it is not an angle."""
     body = tree["parts"][path[1]] if path[0] == "parts" and len(path) > 2 else tree
     path = within_part(path)
     if path[-2:-1] == ("rpy",) or (path[:1] == ("sensors",) and path[2:] in _OF_SENSOR):
@@ -375,10 +375,10 @@ def angle_of(tree: Mapping[str, Any], path: Path) -> str:
 
 
 def place_comments(comments: Iterable[Comment], document: Mapping[str, Any], root: bool) -> dict[Path, list[str]]:
-    """Map the path of each entry of one file to the comment lines above it.
+    """Return the comment lines of a description file by the path of the entry that they precede.
 
-    A comment belongs to the file that has its section. A comment that belongs to no section, or to the name of the
-    robot, is at the top of the ``root`` file.
+    Only comments on sections in ``document`` are returned. Comments without a section, or on the name of the robot, are
+    at the top of the ``root`` file (``robot.yaml``).
     """
     found: dict[Path, list[str]] = {}
     for comment in comments:
@@ -390,22 +390,22 @@ def place_comments(comments: Iterable[Comment], document: Mapping[str, Any], roo
             if not (is_item or (isinstance(node, Mapping) and step in node)) or isinstance(node[step], Verbatim):
                 break
             node, path = node[step], (*path, step)
-        if not (path if of_section else root):  # the section is in another file
+        if not (path if of_section else root):  # skip a comment on a section of another file
             continue
         lines, above = clean_comment(comment.text), found.setdefault(path, [])
-        if len(lines) == 1 or above[-len(lines) :] != lines:  # a file that is included twice repeats its comments
+        if len(lines) == 1 or above[-len(lines) :] != lines:  # skip comments of a file included twice
             above += lines
     return found
 
 
 def clean_comment(text: str) -> list[str]:
-    """Return the lines of a comment without common indentation and without leading and trailing empty lines.
+    """Split an XML comment into lines without common indentation and without leading and trailing empty lines.
 
     >>> clean_comment(" the arm "), clean_comment("# the arm")
     (['the arm'], ['# the arm'])
     """
     first, *others = (line.expandtabs(4).rstrip() for line in re.split("\r\n|[\n\r\x85\u2028\u2029]", text))
-    # The first line follows ``<!--``, so its indentation does not count.
+    # Dedent only the other lines, because the first line follows ``<!--``.
     found = [printable(line) for line in [first.strip(), *textwrap.dedent("\n".join(others)).split("\n")]]
     while found and not found[0]:
         found.pop(0)

@@ -38,19 +38,19 @@ from .round_trip import RoundTrip, check_round_trip, schema_path
 from .xacro.translate import Target, translate
 
 _MJCF = "mjcf"
-_TAG = re.compile(r"(?:\s|<!--.*?-->)*<([^\s/>!?]+)", re.DOTALL)  # the tag of an element that is kept
-_REGISTRY = {"ament_cmake": "CMakeLists.txt", "ament_python": "setup.py"}  # lists what is installed and tested
+_TAG = re.compile(r"(?:\s|<!--.*?-->)*<([^\s/>!?]+)", re.DOTALL)  # matches the first tag of an XML string
+_REGISTRY = {"ament_cmake": "CMakeLists.txt", "ament_python": "setup.py"}  # build file by build type
 _BUILD_TYPE = re.compile(r"<build_type[^<>]*>\s*([^<\s]+)\s*</build_type>")
 _NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")
 
 
-# The written files, lines to add to other files of the package, and lines about the next steps.
+# (names of the written files, lines to add to other files of the package, next steps for the user)
 _Written = tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]
 
 
 @dataclass(frozen=True)
 class ImportResult:
-    """The description that an import wrote."""
+    """The result of ``import_robot``: the written description, a report and diagnostics."""
 
     source: Annotated[str, "the file that was imported"]
     robot: Annotated[str, "its name"] = ""
@@ -64,7 +64,7 @@ class ImportResult:
 
 
 class _Package(NamedTuple):
-    """The ROS package that gets the description; ``source`` is the robot file, relative to ``folder``."""
+    """The ROS package that gets the description; ``source`` is the path of the robot file relative to ``folder``."""
 
     folder: Path
     name: str
@@ -73,7 +73,7 @@ class _Package(NamedTuple):
 
 
 def companions() -> list[Format]:
-    """Return the formats that only add to a robot of another file, such as SRDF."""
+    """Return the formats that extend a robot of another format, such as SRDF, which extends a URDF."""
     return [format for format in FORMATS.values() if format.join is not None]
 
 
@@ -100,25 +100,25 @@ def import_robot(
 ) -> ImportResult:
     """Convert a URDF, xacro, SDF or MJCF file to a description, and write it unless an error is found.
 
-    The description is compiled and compared with the source before it is written. If the folder has the description of
-    an earlier import of the same source, the changes of both are merged. Nothing was written if ``diagnostics`` of the
-    result has errors and ``written`` is empty.
+    The description is compiled and compared with the source before it is written. If the folder already contains a
+    description of the same source, changes of the source are merged with edits of the description. If ``diagnostics``
+    of the result has errors and ``written`` is empty, nothing was written.
 
     Args:
         source: The file of the robot.
-        into: The folder of the ROS package that contains ``source``. The description is written to its
-            ``descriptions/``, with a test that compares both.
-        output: The folder of the description without ``into``; by default ``descriptions/ROBOT``.
-        name: The name of the robot; by default that of ``source``.
-        meshes: The prefix of relative mesh names: a folder relative to the artifacts, or ``package://NAME``.
-        companions: Files that add to the robot, by format: ``{"srdf": "robot.srdf"}``.
+        into: The folder of the ROS package that contains ``source``. The description is written to ``descriptions/`` in
+            this package, with a test that compares it with ``source``.
+        output: The folder of the description if ``into`` is not set; by default ``descriptions/ROBOT``.
+        name: The name of the robot; by default the name in ``source``.
+        meshes: A prefix for relative mesh file names: a folder relative to the artifacts, or ``package://NAME``.
+        companions: Files that extend the robot, by format: ``{"srdf": "robot.srdf"}``.
         strict: Treat unsupported elements as errors.
         lenient: Accept violations of the specification where possible.
         parts: Factor repeated structures into parts.
         verbatim: Copy the Gazebo and ros2_control elements of a URDF unchanged.
         flat: Import the URDF that a xacro generates, without its macros.
-        drives: Servos that the MJCF gets for a robot without actuators: ``"position"`` (for joints with limits; the
-            others get velocity servos), ``"velocity"`` or ``"none"``; by default ``"position"``.
+        drives: The servos to add to the MJCF if the robot has no actuators: ``"position"`` (default; joints without
+            limits get velocity servos), ``"velocity"`` or ``"none"``.
         force: Write to a folder that is not empty.
         keep_edits: If both the source and the description changed the same lines, keep those of the description.
     """
@@ -130,7 +130,7 @@ def import_robot(
     package = _check_options(source, others, into, output, force, name, meshes)
     if package is not None:
         reading = replace(reading, packages={package.name: package.folder, **reading.packages})
-    # The arguments that affect the result; importing again requires the same arguments.
+    # Record the arguments that affect the result, because a repeated import must use the same arguments.
     options = {"name": name, "meshes": meshes, "drives": drives}
     flags = {"--no-parts": not parts, "--verbatim": verbatim, "--flat": flat}
     words = [package.source if package else source.name, *(f"{key}:={text}" for key, text in reading.arguments.items())]
@@ -161,13 +161,13 @@ def import_robot(
         return replace(result, diagnostics=tuple(diagnostics))
     imported, files = converted.imported, trip.files
     lines, translated = [*_report_parts(trip), *report_elements(converted)], list[str]()
-    if record is not None and (len(record) > 1) != (len(files) > 1):  # stay with one file or several
+    if record is not None and (len(record) > 1) != (len(files) > 1):  # do not split or join an existing description
         files = write(trip.shown, trip.outputs, schema_path(folder), len(record) > 1)
     if keeps and source is not Description.ON_STDIN:
         target = Target(folder, schema_path(folder), name, prefix, package is not None)
         translation = translate(source, reading, read, trip.outputs, target)
         translated += translation.report
-        if translation.files:  # a translated xacro keeps its elements unchanged
+        if translation.files:  # Gazebo and ros2_control elements of a translated xacro stay XML
             imported, files, lines = read, translation.files, []
     report = [*_report(folder, imported, trip, files), *lines, *translated]
     if record is None:
@@ -184,7 +184,7 @@ def import_robot(
     paths, to_do, steps = written
     names = tuple(name for name in paths if not is_record(name))
     if record is not None:
-        with suppress(OSError):  # the remaining files are harmless, because nothing includes them
+        with suppress(OSError):  # files that cannot be removed are harmless, because no file includes them
             remove(folder, merged)
         changed = [*names, *(f"{name} (removed)" for name in merged.removed if not is_record(name))]
         first = f"{folder}: written: {', '.join(changed)}" if changed else f"{folder}: unchanged"
@@ -202,7 +202,7 @@ def _check_options(
     name: str | None,
     meshes: str | None,
 ) -> _Package | None:
-    """Validate files and options; return the package of ``--into``, or None. Raises RequestError."""
+    """Validate files and options; return the ROS package at ``into``, or None if unset. Raises RequestError."""
     for path in (source, *companions.values()):
         if path is not Description.ON_STDIN:
             _check_file(path)
@@ -222,7 +222,7 @@ def _check_options(
 def _read(
     source: Path, reading: ReadOptions, companions: Mapping[str, Path], strict: bool
 ) -> tuple[Imported, list[Diagnostic]]:
-    """Read the source and its companions such as an SRDF. Raises RequestError."""
+    """Read the robot file and its companion files, such as an SRDF. Raises RequestError."""
     imported = read_robot(source, reading)
     if reading.arguments and not imported.takes_arguments and imported.tree is not None:
         raise RequestError(f"{source} takes no arguments: only a xacro does")
@@ -235,7 +235,7 @@ def _read(
 
 
 def _with_drives(tree: Map, drives: str | None, source: Path) -> Map:
-    """Add assumed servos if the source has no actuators. Raises RequestError for an MJCF."""
+    """Add the servos of ``--drives`` to a robot without actuators. Raises RequestError for an MJCF."""
     outputs, joints = tree.get("outputs") or Map(tree.span), list((tree.get("joints") or {}).values())
     if _MJCF in outputs:
         if drives not in (None, "none"):
@@ -251,7 +251,7 @@ def _with_drives(tree: Map, drives: str | None, source: Path) -> Map:
 def _prove(
     converted: Converted, folder: Path, parts: bool, reading: ReadOptions, strict: bool
 ) -> tuple[RoundTrip | None, list[Diagnostic]]:
-    """Compile the description in a temporary folder and compare it with the source."""
+    """Compile the description and compare it with the source; return None if the temporary folder is unusable."""
     try:
         trip = check_round_trip(converted.imported, folder, parts, converted.plain, reading.packages)
     except OSError as problem:
@@ -267,7 +267,7 @@ def _prove(
 def _write(
     folder: Path, merged: Merged, package: _Package | None, arguments: Mapping[str, str], is_new: bool
 ) -> tuple[_Written | None, list[Diagnostic]]:
-    """Write the files of a description; keep a backup of each edited file that is replaced."""
+    """Write the files of a description, and back up each edited file that is replaced; return None after an error."""
 
     def judge(name: str, old: bytes, _: bytes) -> Literal["replace", "keep"]:
         return "replace" if is_record(name) or old == merged.before.get(name, "").encode() else "keep"
@@ -309,7 +309,7 @@ def _check_folder(folder: Path, help: str) -> None:
 
 
 def _report(folder: Path, imported: Imported, trip: RoundTrip, files: Mapping[str, str]) -> list[str]:
-    """Return the import report: size, comparison with the source, and elements that were kept or left out."""
+    """Return the import report: size, comparison with the source, and elements that were copied or left out."""
     tree = imported.whole
     links, joints = len(tree.get("links") or ()), len(tree.get("joints") or ())
     report = [
@@ -332,7 +332,7 @@ def _report(folder: Path, imported: Imported, trip: RoundTrip, files: Mapping[st
 
 
 def _report_parts(trip: RoundTrip) -> list[str]:
-    """Return the lines of the report about parts, and about a changed order of joints."""
+    """Return the report lines about parts with their number of instances, and about a changed order of joints."""
     tree = trip.shown.whole
     bodies = [tree, *(tree.get("parts") or {}).values()]
     uses = Counter(use["part"] for body in bodies for use in (body.get("use") or {}).values())
@@ -352,7 +352,7 @@ def _texts(node: Any) -> Iterator[str]:
 
 
 def _package_at(folder: Path, source: Path) -> _Package:
-    """Return the ROS package in a folder. Raises RequestError if it is none or does not contain the source."""
+    """Return the ROS package ``folder``. Raises RequestError if it is no package, or does not contain ``source``."""
     if not is_folder(folder):
         raise RequestError(f"{folder} is not a folder; --into names the folder of a ROS package")
     found = package_of(folder)
@@ -374,10 +374,10 @@ def _package_at(folder: Path, source: Path) -> _Package:
 def _write_into(
     package: _Package, name: str, files: Mapping[str, str], arguments: Mapping[str, str], is_new: bool
 ) -> _Written:
-    """Write a description and its test into a package in one transaction. Raises OutputError.
+    """Write a description and its test into a ROS package in one transaction. Raises OutputError.
 
-    Other files of the package and an edited test stay unchanged. ``name`` is the folder of the description. Lines to
-    add to other files are only returned if the description ``is_new``.
+    ``name`` is the name of the folder of the description. Other files, and a test that the user edited, stay unchanged.
+    Lines to add to other files are only returned for a new description (``is_new``).
     """
     from rosorin_compile.formats.templating import Templates
 
@@ -389,7 +389,7 @@ def _write_into(
     with open_package_folder(package.folder) as target:
         path = package.folder / test
         is_edited = os.path.lexists(path) and not (is_file(path) and read_bytes(path) == text)
-        # Records are written last, and robot.yaml.imported at the very end, because it marks a complete import.
+        # Write records (*.imported) last, and robot.yaml.imported at the very end, because it marks a complete import.
         order = sorted(files, key=lambda file: (is_record(file), file == f"{Description.ROOT_FILE}{ENDING}", file))
         data = {} if is_edited else {test: text}
         data |= {f"{description}/{file}": files[file].encode() for file in order}
@@ -405,7 +405,7 @@ def _write_into(
 
 
 def _lines_to_add(package: _Package, description: str, test: str, files: Mapping[str, str]) -> Iterator[str]:
-    """Yield the lines that install a description and run its test, grouped by the file to add them to."""
+    """Yield the lines that the user must add to the ROS package to install the description and run its test."""
     depends = "ament_cmake_pytest"
     install = [
         "install(DIRECTORY descriptions DESTINATION share/${PROJECT_NAME})",
@@ -419,7 +419,7 @@ def _lines_to_add(package: _Package, description: str, test: str, files: Mapping
         for file in sorted(f"{description}/{name}" for name in files if not is_record(name)):
             rows.setdefault(file.rpartition("/")[0], []).append(file)
         install = [f"('share/{package.name}/{folder}', {names})," for folder, names in rows.items()]
-        install.append("extras_require={'test': ['pytest']},")  # colcon requires it to run pytest
+        install.append("extras_require={'test': ['pytest']},")  # without this key, colcon does not run pytest
         depends = "python3-pytest"
     tag = f"<test_depend>{depends}</test_depend>"
     for file, lines in {_REGISTRY[package.build_type]: install, "package.xml": [tag]}.items():

@@ -1,8 +1,8 @@
 """Rename the meshes of an imported robot so that its description finds the same files as the source.
 
-The section ``source`` of a description has the ``folder`` in which relative names are looked up, and ``packages`` that
-can be found from the source but not from the description. If a relative name leads out of the folder of the source,
-all names become relative to a common parent folder, so that artifacts can be moved together with the meshes.
+In the section ``source`` of a description, ``folder`` is the base of relative mesh file names, and ``packages`` has the
+folders of ROS packages that cannot be found from the description. If a relative name leads out of the folder of the
+source, all names become relative to a common parent folder, so that artifacts can be moved together with the meshes.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ def rename_files(
 ) -> tuple[Map, list[Diagnostic], str | None]:
     """Rename meshes and textures so that the description finds the same files as the source.
 
-    Returns the tree with the new names, diagnostics, and the prefix of all relative names, or None. ``folder`` is the
-    folder of the description, ``meshes`` the prefix from ``--meshes``. With ``keeps``, names are unchanged because
-    macros generate them; if files are outside the source folder, the prefix is the path from artifacts to source.
+    Returns (description, diagnostics, prefix added to relative names or None). ``folder`` is the folder of the
+    description, ``meshes`` the prefix from ``--meshes``. With ``keeps``, names stay unchanged because macros generate
+    them; if files are outside the source folder, the prefix is the path from artifacts to source.
     """
     place = tree.value_spans.get("robot", tree.span)
     searched = Places(source, source.parent, packages, os.environ).search(tree, relative=meshes is None)
@@ -51,7 +51,7 @@ def rename_files(
                 known[package] = _seen(Path(*base.parts[:depth]), here)
         return _with_places(move_files(tree, meshes), "", known), messages, meshes
     top, names = base, {name: name for name in relative}
-    if not keeps and (files or has_files):  # if all files are missing, names are kept
+    if not keeps and (files or has_files):  # keep the names if no file exists
         top, names = _names(base, relative, files)
     known = _packages({names.get(name, name): file for name, file in files.items()}, here)
     bare = [name for name in files if name not in names and not _is_of_package(name)]
@@ -75,7 +75,7 @@ def _is_of_package(name: str) -> bool:
 
 
 def _names(base: Path, relative: Sequence[str], files: Mapping[str, Path]) -> tuple[Path, dict[str, str]]:
-    """Return the common parent folder of mesh files, and the new file names relative to it, by old name.
+    """Return (common parent folder of all mesh files, new file names relative to that folder by old name).
 
     ``base`` is the folder of the source. An absolute path into another ROS package becomes a ``package://`` URI.
     """
@@ -98,7 +98,7 @@ def _names(base: Path, relative: Sequence[str], files: Mapping[str, Path]) -> tu
 
 
 def _packages(files: Mapping[str, Path], here: Path) -> dict[str, str]:
-    """Return the folders of packages in file names by package, except packages that can be found from ``here``."""
+    """Return the folder of each ROS package in ``files`` that cannot be found from ``here``, by package name."""
     near, found = Packages({}, os.environ, here / Description.ROOT_FILE), dict[str, str]()
     for name, file in files.items():
         package, _, path = name.partition("://")[2].lstrip("/").partition("/")
@@ -111,7 +111,7 @@ def _packages(files: Mapping[str, Path], here: Path) -> dict[str, str]:
 
 
 def seen_from(imported: Imported, folder: Path) -> Imported:
-    """Convert the paths in the section ``source`` of a robot, which are relative to ``folder``, to absolute paths."""
+    """Make the paths in the section ``source`` of a robot, which are relative to ``folder``, absolute."""
     source = imported.tree.get("source") if imported.tree is not None else None
     if imported.tree is None or not (isinstance(source, Map) and {"folder", "packages"} & source.keys()):
         return imported
@@ -122,7 +122,7 @@ def seen_from(imported: Imported, folder: Path) -> Imported:
 
 
 def _with_places(tree: Map, folder: str, packages: Mapping[str, str]) -> Map:
-    """Store the folders of meshes and packages in the section ``source`` of a tree."""
+    """Store the mesh folder and the package folders in the section ``source`` of a description."""
     places = {key: value for key, value in (("folder", folder), ("packages", dict(packages))) if value}
     made = tree.copy()
     made["source"] = as_tree({**(tree.get("source") or {}), **places}, tree.span)
@@ -135,6 +135,6 @@ def _seen(path: Path, folder: Path) -> str:
 
 
 def _elsewhere(how: str, names: Sequence[str], span: Span) -> Diagnostic:
-    """Return the warning about names that become wrong if the artifacts are moved."""
+    """Return a warning that the files ``names`` will not be found if the artifacts are moved."""
     help = "name them as package://NAME/FILE; or import with --meshes FOLDER, as seen from the artifacts"
     return Diagnostic(_RULE, WARNING, f"files {how}: {first_of(names, 1)}", span, (), help)

@@ -19,7 +19,7 @@ from rosorin_compile.source.project import DESCRIPTIONS, ROOT_FILE, Description,
 
 
 class Template(NamedTuple):
-    """A template of a description: a phrase about the robot, and the files, which templates may share."""
+    """A template for a new description: ``what`` describes the robot, ``files`` are paths in the template folder."""
 
     what: str
     files: tuple[str, ...]
@@ -37,16 +37,16 @@ TEMPLATES = {
     "sensor_rig": Template("sensors on a plate: a lidar, two cameras, an IMU, GNSS", ("sensor_rig/robot.yaml",)),
 }
 DEFAULT = "base"
-START = "start"  # folder of these files in the package data
+START = "start"  # folder of the template files in the package data
 PLACEHOLDER = "NAME"
 _MAX_NAME = 60
 
 
 @dataclass(frozen=True)
 class NewRobot:
-    """A new description that was written, and the schema for editors.
+    """The result of ``init``: the new description, and the JSON schema for editors.
 
-    ``schema_outdated`` is True if the project has a schema of another version, which was not replaced.
+    ``schema_outdated`` is True if the project already has a schema of another version, which is not replaced.
     """
 
     description: Path
@@ -57,7 +57,7 @@ class NewRobot:
 
 
 def check_free(name: str, project: Path) -> None:
-    """Raise RequestError if the name is not valid for a robot, or if the project already has such a description."""
+    """Raise RequestError if ``name`` is not a valid robot name, or is already used in the project."""
     help = "use letters, digits and underscores, and begin with a letter: my_robot"
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", name):
         raise RequestError(f'"{name}" cannot be the name of a robot; {help}')
@@ -71,7 +71,7 @@ def check_free(name: str, project: Path) -> None:
 
 
 def texts_of(template: str, name: str) -> dict[str, str]:
-    """Return the texts of a template for a robot with this name, by file name."""
+    """Return the text of each template file by file name, with the placeholder replaced by the robot name."""
     folder = data_folder("templates") / START
     paths = [folder / file for file in TEMPLATES[template].files]
     return {path.name: path.read_text("utf-8").replace(PLACEHOLDER, name) for path in paths}
@@ -118,7 +118,7 @@ def init(name: str, template: str = "base", project: FilePath = ".") -> NewRobot
 
 
 def _is_same_schema(committed: bytes, text: str) -> bool:
-    """Return True if a schema for editors has this version, ignoring the xacro macros that were added to it."""
+    """Return True if the committed JSON schema equals ``text``, except for xacro macros added to it."""
     with suppress(ValueError, KeyError, TypeError, AttributeError):
         schema = json.loads(committed)
         schema["properties"]["include"]["items"].pop("allOf", None)

@@ -1,8 +1,8 @@
-"""Import a changed source again into its existing description, and merge both changes.
+"""Import a changed source again, and merge the changes with edits of the existing description.
 
-An import records each file that it writes: ``robot.yaml.imported`` next to ``robot.yaml``, and so on. The first line of
-``robot.yaml.imported`` has the command line of the import. Records are committed together with the description. They
-are the common base when ``git merge-file`` merges edited files with newly imported files.
+An import stores a copy of each file that it writes, called a record: ``robot.yaml.imported`` next to ``robot.yaml``.
+The first line of ``robot.yaml.imported`` has the command line of the import. Records are committed together with the
+description. They are the common base when ``git merge-file`` merges edited files with newly imported files.
 """
 
 from __future__ import annotations
@@ -27,22 +27,22 @@ from rosorin_compile.source.wording import count_of, phrase, printable
 ENDING = ".imported"
 _PROGRAM = "# rosorin-compile import "
 _MARK = re.compile(r"^<{7}(?= |$)", re.MULTILINE)
-_MOST_CONFLICTS = 127  # the largest exit code of git merge-file that counts conflicts
+_MOST_CONFLICTS = 127  # exit codes of git merge-file up to this value count conflicts, higher values are errors
 
 
 class Merged(NamedTuple):
-    """The result of merging an edited description with a new import."""
+    """The result of merging an edited description with a new import of its source."""
 
-    files: Mapping[str, str] = {}  # files to write and their records
-    before: Mapping[str, str] = {}  # files of the description before the merge
-    removed: Sequence[str] = ()  # files and records that the source no longer produces
+    files: Mapping[str, str] = {}  # text of the files to write and of their records, by name
+    before: Mapping[str, str] = {}  # text of the files before the merge, by name
+    removed: Sequence[str] = ()  # names of files and records that the source no longer produces
     diagnostics: Sequence[Diagnostic] = ()
-    lines: Sequence[str] = ()
-    refused: bool = False  # True if nothing is written, because of an error
+    lines: Sequence[str] = ()  # lines of the import report
+    refused: bool = False  # True if an error prevents the merge, so that nothing is written
 
 
 def record_of(files: Mapping[str, str], words: Iterable[str]) -> dict[str, str]:
-    """Return the records of description files, text by file name; ``words`` is the command line."""
+    """Return the record (unedited copy) of each description file by name; ``words`` is the import command line."""
     made = {f"{name}{ENDING}": text for name, text in files.items()}
     root = f"{Description.ROOT_FILE}{ENDING}"
     if root in made:
@@ -51,7 +51,7 @@ def record_of(files: Mapping[str, str], words: Iterable[str]) -> dict[str, str]:
 
 
 def is_record(name: str) -> bool:
-    """Return True if a file name ends like a record."""
+    """Return True if a file name has the suffix of a record (``.imported``)."""
     return name.endswith(ENDING)
 
 
@@ -61,7 +61,7 @@ def _text(path: Path) -> str:
 
 
 def read_record(folder: Path, words: Sequence[str]) -> dict[str, str] | None:
-    """Return the files as the last import wrote them, or None if the records are missing or damaged.
+    """Return the text of each file as the last import wrote it, or None if records are missing or damaged.
 
     Raises RequestError if a record cannot be read, or if it was written by an import with other arguments.
     """
@@ -77,7 +77,7 @@ def read_record(folder: Path, words: Sequence[str]) -> dict[str, str] | None:
         raise RequestError(f"cannot read {folder}: {problem.strerror or type(problem).__name__}") from None
     if not before or not os.path.lexists(folder / Description.ROOT_FILE):
         return None
-    # Earlier versions recorded the source without its folder.
+    # Also accept the file name alone, because earlier versions recorded the source without its folder.
     if _source(before) not in map(_source, (words, [Path(words[0]).name, *words[1:]])):
         message = f"{folder} is of another import: rosorin-compile import {_source(before)}; this one is: "
         raise RequestError(f"{message}{_source(words)}; name a folder with -o, or another robot with --name")
@@ -88,7 +88,7 @@ def read_record(folder: Path, words: Sequence[str]) -> dict[str, str] | None:
 
 
 def _source(words: Sequence[str]) -> str:
-    """Return the source file and its arguments from the command line of an import."""
+    """Return the part of an import command line before the options: the source file and its arguments."""
     return printable(shlex.join(takewhile(lambda word: not word.startswith("--"), words)))
 
 
@@ -97,8 +97,8 @@ def import_again(
 ) -> Merged:
     """Merge newly imported files (``theirs``) with the files of a description, without writing anything.
 
-    ``words`` is the command line of the import; ``keep_ours`` resolves conflicts in favour of the edits in the
-    description. Raises RequestError for a file that cannot be read.
+    ``record`` has the files of the last import, ``words`` is the command line of the new import. With ``keep_ours``,
+    edits of the description win conflicts. Raises RequestError for a file that cannot be read.
     """
     source = printable(Path(words[0]).name)
     ours, found, files = dict[str, str](), list[Diagnostic](), dict[str, str]()
@@ -108,7 +108,7 @@ def import_again(
             if not is_file(path):
                 continue
             ours[name] = _text(path)
-            if _MARK.search(ours[name]):  # unresolved conflict markers
+            if _MARK.search(ours[name]):  # report conflict markers that are left from an earlier merge
                 parse_yaml(Source(str(path), ours[name]))
         except LoadError as problem:
             found.append(problem.diagnostic)
@@ -159,17 +159,17 @@ def import_again(
 
 
 class _NoGit(Exception):
-    """``git merge-file`` cannot run; the message is the reason."""
+    """``git merge-file`` cannot run; the message of the exception is the reason."""
 
 
 def _merge_texts(base: str, ours: str, theirs: str, source: str, keep_ours: bool) -> str:
-    """Merge three texts with ``git merge-file`` and diff3 conflict markers. Raises _NoGit."""
+    """Merge with ``git merge-file``; write diff3 markers at conflicts unless ``keep_ours``. Raises _NoGit."""
     git = shutil.which("git")
     if git is None:
         raise _NoGit("git is not installed")
     windows = "\r\n" in ours and "\n" not in ours.replace("\r\n", "")
     texts = {"ours": ours.replace("\r\n", "\n") if windows else ours, "base": base, "theirs": theirs}
-    # Ignore the surrounding repository and the git configuration of the user.
+    # Do not use the configuration of a surrounding git repository or of the user.
     environment = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
     environment |= {"GIT_CONFIG_NOSYSTEM": "1", "GIT_CONFIG_GLOBAL": os.devnull, "LC_ALL": "C"}
     try:
@@ -188,7 +188,7 @@ def _merge_texts(base: str, ours: str, theirs: str, source: str, keep_ours: bool
 
 
 def remove(folder: Path, merged: Merged) -> None:
-    """Delete files that the source no longer produces, unless they changed since they were read. Raises OSError."""
+    """Delete the files ``merged.removed``, unless they changed since they were read. Raises OSError."""
     for name in merged.removed:
         path = folder / name
         if is_record(name) or path.read_bytes() == merged.before[name].encode():

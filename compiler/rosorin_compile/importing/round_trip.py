@@ -36,15 +36,15 @@ _MAX_DIFFERENCES = 20
 
 
 class RoundTrip(NamedTuple):
-    """The files of a description (text by file name), and their comparison with the source."""
+    """The text of each file of a description by file name, and the comparison of the description with the source."""
 
     files: dict[str, str]
-    outputs: Outputs  # the requested artifacts
-    diagnostics: list[Diagnostic]  # errors that prevent the comparison, or the differences
-    shown: Imported  # the robot as written, with or without parts
-    proof: Proof = Proof()  # comparison in the engine, such as MuJoCo for an MJCF
-    untold: tuple[Diagnostic, ...] = ()  # errors about differences without a diagnostic
-    reordered: bool = False  # the order of moving joints differs from the source
+    outputs: Outputs  # the section ``outputs``: artifacts to compile
+    diagnostics: list[Diagnostic]  # compile errors, or differences from the source
+    shown: Imported  # the robot as written to ``files``, with parts if any were made
+    proof: Proof = Proof()  # comparison in a simulator, such as MuJoCo for an MJCF
+    untold: tuple[Diagnostic, ...] = ()  # errors for differences that no other diagnostic reports
+    reordered: bool = False  # True if the order of moving joints differs from the source
 
 
 def check_round_trip(
@@ -56,14 +56,14 @@ def check_round_trip(
 ) -> RoundTrip:
     """Write the description of a robot to a temporary folder, compile it, and compare the result with the source.
 
-    Meshes are looked up relative to ``folder``, the destination of the description, and in ``packages``. ``plain`` is
-    the robot before its elements were converted to sections. With ``parts``, repeated structures are written as parts,
-    unless the result differs.
+    Meshes are looked up relative to ``folder``, the final folder of the description, and in ``packages``. ``plain`` is
+    the robot before Gazebo and ros2_control elements were converted, or None if they were not. With ``parts``, repeated
+    structures are written as parts, unless the result differs.
     """
     shown = with_parts(imported) if parts else imported
     if shown is not imported:
         trip = _round_trip(imported, shown, folder, plain, packages)
-        # Controllers for MuJoCo address the joints of an MJCF by index.
+        # Do not reorder the joints of an MJCF, because MuJoCo controllers address joints by index.
         if not (trip.diagnostics or trip.untold or (trip.reordered and imported.format == "mjcf")):
             return trip
     return _round_trip(imported, imported, folder, plain, packages)
@@ -72,7 +72,7 @@ def check_round_trip(
 def _round_trip(
     imported: Imported, shown: Imported, folder: Path, plain: Map | None, packages: Mapping[str, Path]
 ) -> RoundTrip:
-    """Compile ``shown``, which is ``imported`` or its form with parts, and compare it with the source."""
+    """Compile ``shown`` (the robot ``imported``, possibly with parts), and compare it with ``imported``."""
     Progress.step("proving the import")
     outputs = outputs_of(imported)
     for _ in range(2):
@@ -82,10 +82,10 @@ def _round_trip(
         errors = [one for one in compiled.diagnostics if one.severity == ERROR]
         if not errors:
             break
-        # Usually only the MJCF needs data that the source lacks, such as a mass: retry without it.
+        # Usually only the MJCF needs data that the source lacks, such as a mass: retry without the MJCF.
         outputs = outputs_of(imported, " ".join(errors[0].message.split()))
     for one in errors:
-        if one.span is not None:  # report the destination instead of the temporary folder
+        if one.span is not None:  # report the final folder instead of the temporary folder
             source = Source(str(folder / Path(one.span.source.path).name), one.span.source.text)
             one = replace(one, span=one.span._replace(source=source), related=())
         trip.diagnostics.append(one)
@@ -95,7 +95,7 @@ def _round_trip(
     if before is None or made is None:
         return trip._replace(diagnostics=[_differs("the description cannot be compared with the source", [])])
     found = [] if plain is None else _element_changes(before, made)
-    if plain is not None:  # converted elements were compared above, as XML
+    if plain is not None:  # exclude converted elements, which were compared above as XML
         names = ("urdf_elements", "sensors", "edges", "publishers", "control")
         made_plain = replace(made, **{name: getattr(before, name) for name in names})
     found += model_differences(before, made if plain is None else made_plain, 0.0)
@@ -123,7 +123,7 @@ def schema_path(folder: Path) -> str:
 
 
 def _compile(texts: Mapping[str, str], packages: Mapping[str, Path], **options: Any) -> Compiled:
-    """Compile the files of a description in a temporary folder."""
+    """Compile a description, given as text by file name, in a temporary folder."""
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as stage:
         for name, text in texts.items():
             Path(stage, name).write_text(text, "utf-8")
@@ -131,9 +131,9 @@ def _compile(texts: Mapping[str, str], packages: Mapping[str, Path], **options: 
 
 
 def _proof(imported: Imported, shown: Imported, outputs: Outputs, folder: Path, packages: Mapping[str, Path]) -> Proof:
-    """Load the source and the artifact of the same format in an engine, such as MuJoCo, and compare them.
+    """Compare the source with the compiled artifact of the same format in a simulator, such as MuJoCo.
 
-    The artifact is compiled as for its final folder, with the same number format and mesh files.
+    The artifact is compiled with the mesh paths and the number format of its final folder.
     """
     format = FORMATS.get(imported.format)
     if format is None or format.prove is None or format.name not in outputs.entries:
@@ -160,13 +160,13 @@ def _differs(what: str, found: Sequence[str]) -> Diagnostic:
 
 
 def _some(texts: Sequence[str]) -> tuple[Related, ...]:
-    """Return the first differences, and the number of the remaining ones."""
+    """Return the first ``_MAX_DIFFERENCES`` texts, and the number of remaining texts, as notes of a diagnostic."""
     more = [and_more(len(texts) - _MAX_DIFFERENCES).strip()] if len(texts) > _MAX_DIFFERENCES else []
     return tuple(Related(text, None) for text in [*texts[:_MAX_DIFFERENCES], *more])
 
 
 def model_differences(one: Robot, other: Robot, tolerance: float = NOISE) -> list[str]:
-    """Describe each difference between two robots above an absolute or relative ``tolerance`` in one sentence."""
+    """Return a sentence for each difference between two robots above ``tolerance`` (absolute or relative)."""
 
     def precision(key: object, *values: object) -> float:  # noqa: ARG001
         return tolerance / 2
@@ -178,7 +178,7 @@ def model_differences(one: Robot, other: Robot, tolerance: float = NOISE) -> lis
 
 
 def _element_changes(source: Robot, made: Robot) -> list[str]:
-    """Describe how the Gazebo and ros2_control elements that the sections generate differ from the source."""
+    """Return the differences between the Gazebo and ros2_control elements of two robots as sentences."""
     format = FORMATS.published_format()
     output = next((one for one in made.outputs if one.backend == format.name), None)
     before, after = list(source.urdf_elements), list(made.urdf_elements)

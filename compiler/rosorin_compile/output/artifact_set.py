@@ -1,6 +1,6 @@
-"""Write the artifacts of a robot as one set: even if killed, the folder contains either the old or the new set.
+"""Write the artifacts of a robot as a set: even if the process is killed, the folder has either the old or the new set.
 
-A new folder is prepared and swapped with the old one. Files that are not artifacts are hard-linked into it.
+A new folder is prepared and swapped with the old folder. Files that are not artifacts are hard-linked into it.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from rosorin_compile.source.wording import printable
 from .atomic_files import STAGING_NAME, OutputError, entries_below, is_generated, kept_name, lock, replace_folder
 
 MAX_FOREIGN = 200  # a folder with more files that are not artifacts is probably not an output folder
-Texts = Mapping[str, str | bytes]  # by relative POSIX name
-Decision = Literal["replace", "keep", "refuse"]  # keep: rename the old file
-Judge = Callable[[str, bytes, bytes], Decision]  # from the name of a file, its old and its new bytes
+Texts = Mapping[str, str | bytes]  # contents of files by relative POSIX name
+Decision = Literal["replace", "keep", "refuse"]  # what to do with an existing file that differs; "keep" renames it
+Judge = Callable[[str, bytes, bytes], Decision]  # arguments: file name, old contents, new contents
 
 
 class WriteResult(NamedTuple):
-    """The result of writing a set: new or changed artifacts, unchanged ones, and files that are not artifacts.
+    """The result of writing a set of artifacts; all names are relative POSIX names, sorted.
 
-    All are relative POSIX names, sorted. ``renamed`` files may not be from this tool: they have a new name now.
+    ``kept`` are other files, ``renamed`` are (old, new) names of replaced files that others may have written.
     """
 
     written: tuple[str, ...]
@@ -39,7 +39,7 @@ class WriteResult(NamedTuple):
     renamed: tuple[tuple[str, str], ...] = ()
 
     def diagnostics(self, folder: Path) -> list[Diagnostic]:
-        """Return a warning for each replaced file that this tool may not have written."""
+        """Return a warning for each file that was renamed, because this tool may not have written it."""
         texts = [f"{folder}/{name} may be of somebody else; it is {kept} now" for name, kept in self.renamed]
         return [Diagnostic("output-kept", WARNING, t, help="remove that file if it is not needed") for t in texts]
 
@@ -47,8 +47,8 @@ class WriteResult(NamedTuple):
 def write_artifacts(folder: Path, files: Texts, prune: bool = False) -> WriteResult:
     """Write the artifacts of a robot like ``write_set``, but do not overwrite files that this tool did not write.
 
-    An old file without the mark of this tool is an error if the new file has one. If neither has one, the old file is
-    renamed, unless this tool wrote it or, in a fresh checkout, another file of the set. Raises OutputError.
+    If only the new file has the mark of this tool, that is an error. If neither has it, the old file is renamed, unless
+    this tool wrote the old file or, in a fresh checkout, another file of the set. Raises OutputError.
     """
     try:
         present = [path for path in map(folder.joinpath, files) if path.is_file()]
@@ -74,10 +74,10 @@ def write_set(
 ) -> WriteResult:
     """Write ``files``, text or bytes by relative POSIX name, as the set of artifacts in ``folder``.
 
-    If all files are equal already, nothing is touched. Other files in the folder are kept, or removed with ``prune``.
-    ``judge`` decides about each file that would be replaced. Without ``durable``, for callers that write many sets and
-    verify their contents, nothing is flushed to disk, and leftovers of killed processes next to the folder are not
-    removed. Raises OutputError.
+    If no file changes, nothing is written. Other files in the folder are kept, or removed with ``prune``. ``judge``
+    decides about each file that would be replaced. Without ``durable``, for callers that write many sets and verify
+    their contents, nothing is flushed to disk, and leftovers of killed processes next to the folder are not removed.
+    Raises OutputError.
     """
     check_names(files)
     contents = {name: encode(name, files[name]) for name in sorted(files)}
@@ -91,7 +91,7 @@ def write_set(
 
 
 def read_set(folder: Path) -> dict[str, bytes]:
-    """Return the bytes of all regular files below ``folder`` by relative POSIX name, sorted; {} without a folder.
+    """Return the contents of all files below ``folder`` by relative POSIX name, or {} if the folder does not exist.
 
     Waits for a process that is writing the set. Raises OutputError.
     """
@@ -106,8 +106,8 @@ def read_set(folder: Path) -> dict[str, bytes]:
 
 
 def _resolved(folder: Path) -> Path:
-    """Return the output folder with links resolved. Raises OutputError if it cannot be replaced."""
-    with suppress(ValueError):  # for a surrogate in the name
+    """Return the output folder with links resolved. Raises OutputError if the folder cannot be replaced."""
+    with suppress(ValueError):  # a surrogate in the name raises ValueError
         is_named = folder.name not in ("", "..") and not STAGING_NAME.fullmatch(folder.name)
         if is_named and b"\0" not in os.fsencode(folder):
             return folder.resolve() if folder.is_symlink() and folder.is_dir() else folder
@@ -116,7 +116,7 @@ def _resolved(folder: Path) -> Path:
 
 
 def check_names(files: Collection[str]) -> None:
-    """Raise OutputError for a name outside of the folder, or one that is the folder of another name."""
+    """Raise OutputError if a name is outside of the folder, or is both a file and the folder of another name."""
     for name in sorted(files):
         if not is_inside(name):
             message = f'artifact "{name}" would not be in the output folder'
@@ -148,7 +148,7 @@ def encode(name: str, text: str | bytes) -> bytes:
 def _update(
     shown: Path, folder: Path, contents: dict[str, bytes], prune: bool, judge: Judge | None, durable: bool
 ) -> WriteResult:
-    """Compare the set with the folder, and replace the folder if anything differs. Raises OutputError, OSError."""
+    """Replace the folder if a file in ``contents`` is new or changed. Raises OutputError, OSError."""
     exists = os.path.lexists(folder)
     if exists and (folder.is_symlink() or not folder.is_dir()):
         raise OutputError("output-folder", f"the output folder {folder} is not a folder", "name another one")
@@ -181,12 +181,12 @@ def _update(
 
 
 def _entries(folder: Path, own: Collection[str]) -> dict[str, bool]:
-    """Map each entry of the folder, a sorted relative POSIX name, to True if it is a folder.
+    """Map the relative POSIX name of each entry in the folder to True if the entry is a folder.
 
-    Raises OutputError if it does not look like an output folder, and OSError where another file system is mounted.
+    Raises OutputError if this is probably not an output folder, and OSError where another file system is mounted.
     """
     with suppress(OSError), lock(folder, tidy=True):
-        pass  # leftovers of processes that wrote a single file into the folder
+        pass  # locking with ``tidy`` removes leftovers of killed processes
     present, foreign, device = {}, 0, folder.stat().st_dev
     for name, entry in entries_below(folder):
         present[name] = entry.is_dir(follow_symlinks=False)
@@ -201,7 +201,7 @@ def _entries(folder: Path, own: Collection[str]) -> dict[str, bool]:
 
 
 def obstacle(folder: Path, name: str) -> tuple[Path, str] | None:
-    """Return the first path that prevents ``name`` from being written, and what kind of file it is, or None."""
+    """Return (path, kind of file) for the first path that prevents writing the file ``name``, or None."""
     kinds = {stat.S_IFREG: "a file", stat.S_IFDIR: "a folder", stat.S_IFLNK: "a symbolic link"}
     for step in (*_parents(name), name):
         if not os.path.lexists(folder / step):
@@ -213,7 +213,7 @@ def obstacle(folder: Path, name: str) -> tuple[Path, str] | None:
 
 
 def remember(path: Path) -> None:
-    """Record that this tool wrote a file without a mark. Failures are ignored."""
+    """Record that this tool wrote a file that has no mark of this tool. Failures are ignored."""
     with suppress(OSError):
         if (record := _record(path)) and not record.exists():
             record.touch()

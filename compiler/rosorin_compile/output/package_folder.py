@@ -1,7 +1,7 @@
 """Write files into a folder that also contains other files, such as a ROS package.
 
 Each file is written in one step, and the manifest last. The manifest has the digest of each written file. While files
-are replaced, it has the old digest, if any, and the new digest of each: if the process is killed, the manifest shows
+are replaced, it has the old (if any) and the new digest of each file: if the process is killed, the manifest shows
 which files may be from either run.
 """
 
@@ -23,7 +23,7 @@ MANIFEST = ".rosorin-compile-written.json"
 
 
 class PackageFolder:
-    """A locked folder into which files are written. With ``is_new`` it does not exist yet."""
+    """A locked folder into which files are written; ``is_new`` is True if the folder does not exist yet."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -31,11 +31,11 @@ class PackageFolder:
         self._manifest = read_manifest(path)
 
     def digests(self) -> dict[str, list[str]]:
-        """Return the digests of the written files by name; files of an unfinished run may have two."""
+        """Return a list of digests by file name; files of an unfinished run may have an old and a new digest."""
         return {name: [value] if isinstance(value, str) else value for name, value in self._manifest.items()}
 
     def check_name(self, name: str) -> None:
-        """Raise OutputError for a name outside of the folder, behind a link, or of something that is not a file."""
+        """Raise OutputError if a name is outside of the folder, below a symbolic link, or not a regular file."""
         if not is_inside(name):
             raise OutputError("deploy-outside", f'"{name}" is not below the folder', "name a file below the folder")
         path, kind = obstacle(self.path, name) or (self.path, "")
@@ -49,10 +49,10 @@ class PackageFolder:
     def write(
         self, files: Mapping[str, bytes], unlisted: Mapping[str, bytes] | None = None, manifest: bool = True
     ) -> tuple[str, ...]:
-        """Write ``files`` in their order, and the manifest last; return the new and changed ones, sorted.
+        """Write ``files`` in their order, and the manifest last; return the changed files, sorted.
 
-        Files that are ``unlisted`` in the manifest are written first. If a step fails, the folder is unchanged. A new
-        folder is written as a whole. Raises OutputError.
+        The files ``unlisted`` are written first and are not in the manifest. If a step fails, the folder is unchanged.
+        A new folder is written in one step. Raises OutputError.
         """
         contents = {**(unlisted or {}), **files}
         for name in contents:
@@ -62,7 +62,7 @@ class PackageFolder:
             changed = {name: data for name, data in contents.items() if data != before[name]}
             listed = {name for name in self._manifest if name in files or (self.path / name).is_file()}
             if any(name not in files and not isinstance(self._manifest[name], str) for name in listed):
-                listed |= self._manifest.keys()  # of an unfinished run, including files that it has not written yet
+                listed |= self._manifest.keys()  # also list files of an unfinished run that are not written yet
             final = {name: self._manifest[name] for name in listed} | {n: digest(data) for n, data in files.items()}
             last = {MANIFEST: _manifest_text(final)} if manifest else {}
             if self.is_new:
@@ -89,7 +89,7 @@ class PackageFolder:
 
 @contextmanager
 def open_package_folder(folder: Path, dry_run: bool = False) -> Iterator[PackageFolder]:
-    """Lock a folder, which need not exist, and yield it. With ``dry_run`` nothing is locked. Raises OutputError."""
+    """Lock a folder, unless ``dry_run``, and yield a ``PackageFolder``. Raises OutputError."""
     with ExitStack() as stack:
         try:
             path = folder.resolve()
@@ -98,7 +98,7 @@ def open_package_folder(folder: Path, dry_run: bool = False) -> Iterator[Package
             if not dry_run:
                 path.parent.mkdir(parents=True, exist_ok=True)
                 with suppress(OSError), lock(path.parent, tidy=True):
-                    pass  # a leftover of a process that was killed after it created the folder
+                    pass  # locking with ``tidy`` removes leftovers of killed processes
                 stack.enter_context(lock(path if path.is_dir() else path.parent, tidy=True))
             package = PackageFolder(path)
         except OSError as problem:
@@ -111,7 +111,7 @@ def _content(path: Path) -> bytes | None:
 
 
 def read_manifest(folder: Path) -> dict[str, str | list[str]]:
-    """Return the digests in the manifest by name, as lists after an unfinished run; {} if missing or damaged."""
+    """Return digests by file name (lists after an unfinished run), or {} if the manifest is missing or damaged."""
     try:
         values = json_of((folder / MANIFEST).read_bytes())
     except (OSError, ValueError):

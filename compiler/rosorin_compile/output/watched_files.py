@@ -10,13 +10,13 @@ from pathlib import Path
 from rosorin_compile.source.files import Version, recording, version
 
 INTERVAL = 0.3  # seconds between two checks
-SETTLE = 0.05  # seconds without a change after which an editor has probably saved all files
-_CLOCK_STEP = 20_000_000  # ns: how much file times may lag behind the clock
-_PATIENCE = 20  # checks of files that keep changing before they are read anyway
+SETTLE = 0.05  # seconds without a change, after which an editor has probably saved all files
+_CLOCK_STEP = 20_000_000  # ns, maximum delay of file times behind the clock
+_PATIENCE = 20  # maximum number of checks while files keep changing
 
 
 class WatchedFiles:
-    """The files from which a robot was compiled, except those in the folder ``artifacts``, and their versions then."""
+    """The files from which a robot was compiled, with their versions; files in ``artifacts`` are ignored."""
 
     def __init__(self, artifacts: Path | None = None) -> None:
         self.artifacts = None if artifacts is None else os.path.abspath(artifacts)
@@ -24,11 +24,11 @@ class WatchedFiles:
         self.is_outdated = False
 
     def has_changed(self) -> bool:
-        """Return True if a file was changed, removed or created since it was read or not found."""
+        """Return True if a file was changed, removed or created since ``read``."""
         return self.is_outdated or any(version(path) != before for path, before in self.versions.items())
 
     def settle(self, sleep: Callable[[float], None] = time.sleep) -> None:
-        """Wait until the files stop changing, for a second at most."""
+        """Wait until the files stop changing, but at most one second."""
         before = [*map(version, self.versions)]
         for _ in range(_PATIENCE):
             sleep(SETTLE)
@@ -38,7 +38,7 @@ class WatchedFiles:
             before = after
 
     def read(self, used: Callable[[], object]) -> None:
-        """Call ``used`` and record the files that it reads or looks for; changes during the call are detected later."""
+        """Call ``used``, and record the version of each file that the call reads or looks for."""
         begun = time.time_ns() - _CLOCK_STEP
         with recording() as paths:
             used()

@@ -35,26 +35,26 @@ from rosorin_compile.source.system import pip_install
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.version import __version__
 
-_lock = threading.Lock()  # a Dask worker may have several threads
-_parsed: dict[Path, dict[Path, Any]] = {}  # the cache of parsed description files, by current folder
+_lock = threading.Lock()  # allows one compilation at a time, because a Dask worker may have several threads
+_parsed: dict[Path, dict[Path, Any]] = {}  # cache of parsed description files, by working directory
 
 
 @dataclass(frozen=True)
 class Job:
-    """The input that all variants of a sweep share."""
+    """The input that all variants of a sweep share: the robot, shared arguments, and the working directory."""
 
-    request: Request  # with the output folder of the sweep
+    request: Request  # the robot to compile, and the output folder of the sweep
     shared: dict[str, Any]
     current: Path = field(default_factory=Path.cwd)
     version: str = __version__
 
     def is_current(self, variant: Variant, record: Mapping[str, Any]) -> bool:
-        """Return True if a variant was written with its current arguments and from the current files."""
+        """Return True if a variant was written with these arguments, and its input files are unchanged since."""
         same = (input_digest(path) == before for path, before in record["inputs"].items())
         return bool(record["key"] == self.key(variant)) and all(same)
 
     def key(self, variant: Variant) -> str:
-        """Return a digest of everything that a variant depends on, except the contents of its input files."""
+        """Return a digest of everything that affects a variant, except the contents of its input files."""
         packages = sorted((name, os.path.abspath(folder)) for name, folder in self.request.packages.items())
         job = [self.state, str(self.request.description.path), str(self.current), self.request.trust, packages]
         arguments = plain([self.shared, variant.arguments], typed=True)
@@ -62,7 +62,7 @@ class Job:
 
     @cached_property
     def state(self) -> str:
-        """A digest of the version of this tool, the installed packages and the search path of packages."""
+        """A digest of the version of this tool, the installed Python packages and the ROS package search path."""
         files = [path for folder in tool_folders().values() for path in folder.rglob("*") if path.suffix != ".pyc"]
         parts = [f"{one.metadata['Name']} {one.version}" for one in distributions()]
         parts += [f"{path} {path.stat().st_mtime_ns}" for path in files if path.is_file()]
@@ -80,7 +80,7 @@ class Result:
 
 
 def compile_variant(job: Job, variant: Variant) -> Result:
-    """Compile a variant; its errors are part of the result. Raises ValueError in a worker of another version."""
+    """Compile a variant; errors are part of the result. Raises ValueError in a worker of another version."""
     with _entered(job):
         start = time.time_ns()
         description = job.request.description
@@ -95,7 +95,7 @@ def compile_variant(job: Job, variant: Variant) -> Result:
             files = {}
             found.append(problem.diagnostic)
         entry = entry_of(variant, found, {name: digest(data) for name, data in files.items()})
-        # A diagnostic with a position in the list of variants is outdated when rows move.
+        # If a diagnostic refers to the list of variants, the list is an input, because rows of the list can move.
         mentioned = {place.get("file") for one in entry["diagnostics"] for place in (one, *one["related"])}
         listed = mentioned & {span.source.path for span in variant.arguments.value_spans.values()}
         inputs = map(os.path.abspath, (*compiled.inputs, *listed))
@@ -112,7 +112,7 @@ def _compiled(job: Job, variant: Variant, search: Any = None) -> Compiled:
     if has_errors(variant.diagnostics):
         return Compiled(None, (), list(variant.diagnostics), ())
     arguments = Map(variant.arguments.span)
-    for source in (job.shared, variant.arguments):  # arguments of the variant override shared ones
+    for source in (job.shared, variant.arguments):  # arguments of the variant override shared arguments
         for name, value in source.items():
             arguments[name] = value
             if isinstance(source, Map) and name in source.value_spans:
@@ -125,7 +125,7 @@ def _compiled(job: Job, variant: Variant, search: Any = None) -> Compiled:
 
 @contextmanager
 def _entered(job: Job) -> Iterator[None]:
-    """Run the block in the current folder of a job, in one thread at a time."""
+    """Run the block in the working directory of a job, in one thread at a time."""
     if job.version != __version__:
         raise ValueError(f"the worker has rosorin-compile {__version__}, not {job.version}")
     with _lock, Progress.hide_steps():
@@ -138,7 +138,7 @@ def _entered(job: Job) -> Iterator[None]:
 
 
 def entry_of(variant: Variant, found: list[Diagnostic], artifacts: Mapping[str, str]) -> dict[str, Any]:
-    """Return the entry of a variant in ``sweep.json``; ``artifacts`` are digests by name."""
+    """Return the entry of a variant for ``sweep.json``; ``artifacts`` are digests by file name."""
     return {
         "name": variant.name,
         "folder": variant.name,
@@ -150,7 +150,7 @@ def entry_of(variant: Variant, found: list[Diagnostic], artifacts: Mapping[str, 
 
 
 def from_json(found: Mapping[str, Any], variants: str) -> Diagnostic:
-    """Return a diagnostic from an entry of ``sweep.json``; ``variants`` names the variants that have it."""
+    """Convert JSON from ``sweep.json`` to a diagnostic; ``variants`` names the variants that have the diagnostic."""
 
     def span_of(place: Mapping[str, Any]) -> Span | None:
         text = ""
@@ -165,7 +165,7 @@ def from_json(found: Mapping[str, Any], variants: str) -> Diagnostic:
 
 
 def plain(value: Any, typed: bool = False) -> Any:
-    """Return an argument as JSON data, a quantity as its text. With ``typed``, values of different types differ."""
+    """Convert an argument to JSON data, a quantity to its text; with ``typed``, values of different types differ."""
     made = value
     if isinstance(value, dict):
         made = {str(key): plain(item, typed) for key, item in value.items()}
@@ -179,7 +179,7 @@ def plain(value: Any, typed: bool = False) -> Any:
 
 
 def input_digest(path: str, start: float = math.inf) -> str:
-    """Return the digest of a file: "" if it cannot be read, "changed" if it was changed since ``start`` (ns)."""
+    """Return the digest of a file, or "" if it is unreadable, or "changed" if it changed since ``start`` (ns)."""
     with suppress(OSError):
         status = Path(path).stat()
         is_new = max(status.st_mtime_ns, status.st_ctime_ns) >= start
@@ -192,12 +192,12 @@ def _content_digest(path: str, *_: int) -> str:
     return digest(read_bytes(path))
 
 
-_TIMEOUT = 10  # seconds to wait for a scheduler
+_TIMEOUT = 10  # seconds to wait for a Dask scheduler and its workers
 Work = Callable[[Variant], Any]
 
 
 def connect(address: str) -> Any:
-    """Connect to the Dask scheduler at an address and return the client. Raises OutputError."""
+    """Connect to the Dask scheduler at an address, and return the Dask client. Raises OutputError."""
     try:
         from distributed import Client
 
@@ -215,11 +215,11 @@ def connect(address: str) -> Any:
 def compile_in_order(
     variants: Iterable[Variant], work: Work, jobs: int = 1, client: Any = None, known: Work = lambda _: None
 ) -> Iterator[tuple[Variant, Any]]:
-    """Yield each variant with its result: from ``known``, or else from ``work``; a diagnostic if its process died.
+    """Yield (variant, result) in order: ``known(variant)`` or, if that is None, the result of ``work(variant)``.
 
-    The work is done by ``jobs`` processes, or by a Dask client. Raises OutputError if the client fails.
+    ``jobs`` processes or a Dask client do the work; the result is a diagnostic if a process died. Raises OutputError.
     """
-    gc.enable()  # __main__ disables it for short runs
+    gc.enable()  # the command line disables garbage collection for short runs
     pool: Any = _processes(jobs) if jobs > 1 and client is None else None
     if client is not None:
         jobs, pool = max(1, sum(client.nthreads().values())), client.get_executor(pure=False)
@@ -234,7 +234,7 @@ def compile_in_order(
                     pool = _processes(jobs)
                     result = pool.submit(work, variant)
             waiting.append((variant, result))
-            # Limit the number of waiting results, so that memory does not grow with the list.
+            # Limit the number of waiting results, so that memory does not grow with the number of variants.
             while waiting and (len(waiting) > 2 * jobs or not isinstance(head := waiting[0][1], Future) or head.done()):
                 yield _finished(*waiting.popleft(), work, client)
         while waiting:
@@ -265,7 +265,7 @@ def _finished(variant: Variant, result: Any, work: Work, client: Any) -> tuple[V
 
 
 def _processes(jobs: int) -> ProcessPoolExecutor:
-    # A forked process starts without imports, but forking is unsafe while other threads run.
+    # A forked process starts fast, because it imports nothing, but forking is unsafe while other threads run.
     forks = sys.platform == "linux" and system.HAS_FORK and threading.active_count() == 1
     context = multiprocessing.get_context("fork" if forks else "spawn")
     Progress.wipe()
@@ -278,6 +278,6 @@ def _begin_worker(parent: int) -> None:
             time.sleep(0.5)
         os._exit(1)
 
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # so that Ctrl-C prints no traceback
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # end silently after Ctrl-C
     Progress.hide()
     threading.Thread(target=end_with_parent, daemon=True).start()

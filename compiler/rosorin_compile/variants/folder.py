@@ -1,7 +1,7 @@
 """The output folder of a sweep: a subfolder per variant, ``sweep.json``, and a hidden folder with a record per variant.
 
-The folder of a variant is replaced in one step, so that it is complete even if this process is killed. Its record, with
-the digests of inputs and artifacts, is written last.
+The folder of a variant is replaced in one step, so that it is complete even if this process is killed. The record of a
+variant, with the digests of inputs and artifacts, is written last.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _NO_LOCKS = "this system has no file locks (fcntl): nothing keeps another run fr
 
 
 class VariantsFolder:
-    """The output folder of one run. The methods raise OutputError, or OSError if nothing can be written."""
+    """The output folder of a sweep. The methods raise OutputError, or OSError if nothing can be written."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -32,20 +32,20 @@ class VariantsFolder:
 
     @contextmanager
     def hold(self) -> Iterator[None]:
-        """Create and lock the folder."""
+        """Create and lock the output folder of a sweep."""
         self._records.mkdir(parents=True, exist_ok=True)
         system.needs("fcntl", _NO_LOCKS)
         with (self._hidden / "lock").open("ab") as lock_file:
             try:
                 import fcntl
 
-                # Unlike a flock, this lock is not inherited by worker processes, which may outlive a killed run.
+                # Do not use flock, because worker processes inherit such a lock, and may outlive a killed run.
                 fcntl.lockf(lock_file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except (BlockingIOError, PermissionError):
                 message = f"another run writes into {self.path}"
                 raise OutputError("output-busy", message, "wait until it ends, or name another folder") from None
             except (ImportError, OSError):
-                pass  # not supported on Windows and some network drives
+                pass  # locks are not supported on Windows and some network drives
             with suppress(FileNotFoundError), (self.path / INDEX).open("rb") as file:
                 if file.read(10) not in (b'{"sweep": ', b""):
                     raise _not_ours(self.path / INDEX)
@@ -58,7 +58,7 @@ class VariantsFolder:
         return sorted(path.stem for path in self._records.glob("*.json"))
 
     def record(self, name: str) -> dict[str, Any]:
-        """Read the record of a variant; without a valid one, return a record with an empty key."""
+        """Read the record of a variant: input digests and entry of ``sweep.json``; empty if missing or invalid."""
         try:
             record = json.loads((self._records / f"{name}.json").read_bytes())
             entry = {**record["entry"], "artifacts": dict(record["entry"]["artifacts"])}
@@ -67,13 +67,13 @@ class VariantsFolder:
             return {"key": "", "inputs": {}, "entry": {"artifacts": {}}}
 
     def is_intact(self, name: str, artifacts: Mapping[str, str]) -> bool:
-        """Return True if the artifacts of a variant have these digests."""
+        """Return True if the artifacts of a variant exist and have these digests."""
         with suppress(OSError):
             return all(digest((self.path / name / file).read_bytes()) == d for file, d in artifacts.items())
         return False
 
     def put(self, name: str, files: Mapping[str, bytes], record: Mapping[str, Any]) -> None:
-        """Write ``files`` as the artifacts of a variant; foreign files in its folder are kept."""
+        """Write ``files`` as the artifacts of a variant, and its record; other files in its folder are kept."""
         folder, known = self.path / name, set(self.record(name)["entry"]["artifacts"])
         if os.path.lexists(folder) and (folder.is_symlink() or not folder.is_dir()):
             raise OutputError("output-in-the-way", f"{folder} is not a folder", "move it away, or rename the variant")
@@ -81,7 +81,7 @@ class VariantsFolder:
             is_ours = path.is_file() and not path.is_symlink() and (may_replace(path) or path.read_bytes() == data)
             if os.path.lexists(path) and not is_ours:
                 raise _not_ours(path)
-        # If this process is killed from here on, the next run treats both old and new files as artifacts.
+        # If this process is killed after this line, the next run treats both old and new files as artifacts.
         artifacts = dict.fromkeys(sorted(known | set(files)), "")
         self._write_record(name, {"key": "", "inputs": {}, "entry": {"artifacts": artifacts}})
         if files:
@@ -90,14 +90,14 @@ class VariantsFolder:
         self._write_record(name, record)
 
     def drop(self, name: str) -> None:
-        """Remove the artifacts of a variant."""
+        """Remove the artifacts and the record of a variant."""
         if (self._records / f"{name}.json").is_file():
-            (self.path / INDEX).unlink(missing_ok=True)  # it is outdated
+            (self.path / INDEX).unlink(missing_ok=True)  # the index is outdated now
             self._remove(self.path / name, set(self.record(name)["entry"]["artifacts"]))
             (self._records / f"{name}.json").unlink()
 
     def _remove(self, folder: Path, names: set[str]) -> None:
-        """Remove files of a variant, in one step if its folder contains no others."""
+        """Remove files of a variant, in one step if the folder contains no other files."""
         if not names or not folder.is_dir():
             return
         if all(name in names or entry.is_dir(follow_symlinks=False) for name, entry in entries_below(folder)):
@@ -106,19 +106,19 @@ class VariantsFolder:
             return
         for path in (folder / name for name in names if ".." not in Path(name).parts):
             path.unlink(missing_ok=True)
-            with suppress(OSError):  # a folder that is not empty
+            with suppress(OSError):  # keep folders that are not empty
                 for parent in path.relative_to(self.path).parents[:-1]:
                     (self.path / parent).rmdir()
 
     def _write_record(self, name: str, record: Mapping[str, Any]) -> None:
-        (self.path / INDEX).unlink(missing_ok=True)  # it is outdated
+        (self.path / INDEX).unlink(missing_ok=True)  # the index is outdated now
         new = self._hidden / "new-record.json"
         new.write_text(json.dumps(record), "utf-8")
         new.replace(self._records / f"{name}.json")
 
     @contextmanager
     def index(self, head: Mapping[str, object]) -> Iterator[Callable[[Mapping[str, Any]], object]]:
-        """Write ``sweep.json``: yield a function that adds an entry. The file is moved into place at the end."""
+        """Write ``sweep.json``: yield a function that adds an entry; the file is replaced at the end."""
         new, place, before = self._hidden / "new-index.json", self.path / INDEX, iter(["\n"])
         with new.open("w", encoding="utf-8", newline="\n") as file:
             file.write(json.dumps({"sweep": 1, **head})[:-1] + ', "variants": [')

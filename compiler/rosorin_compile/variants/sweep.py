@@ -39,7 +39,7 @@ from .variants import NAME, Variants, wrong_name
 if TYPE_CHECKING:
     from distributed import Client
 
-MAX_FAILED = 20  # the number of variants whose errors are reported
+MAX_FAILED = 20  # maximum number of variants whose errors are reported
 _OF_VARIANT = ("output-not-ours", "output-in-the-way", "output-folder", "output-foreign", "output-name")
 
 
@@ -55,13 +55,13 @@ def sweep(
     """Compile a description with the arguments of each variant, without writing files.
 
     Args:
-        variants: A CSV or YAML file or a folder as in ``sweep --over``, arguments by name, or an iterable of pairs of a
-            name and arguments or of tables with ``name`` among the arguments.
-        arguments: Arguments of all variants, which those of a variant override.
+        variants: A CSV or YAML file or a folder as in ``sweep --over``, a mapping from names to arguments, an
+            iterable of (name, arguments), or an iterable of arguments that include ``name``.
+        arguments: Arguments of all variants; a variant can override them.
         client: A ``distributed.Client`` on whose cluster the variants are compiled.
 
     Yields:
-        A ``Compiled`` for each variant, in order; errors in the list itself are one ``Compiled`` without a variant.
+        A ``Compiled`` for each variant, in order. If the list has errors, a single ``Compiled`` without a variant.
 
     Raises:
         OutputError: The cluster fails.
@@ -98,7 +98,7 @@ def sweep(
 
 
 def _variant(entry: Any) -> Variant:
-    """Create a variant from a pair of name and arguments, or from arguments that include ``name``."""
+    """Create a variant from (name, arguments), or from a mapping of arguments that includes ``name``."""
     if isinstance(entry, Mapping):
         name, arguments = entry.get(NAME, ""), {key: value for key, value in entry.items() if key != NAME}
     else:
@@ -112,9 +112,9 @@ def _variant(entry: Any) -> Variant:
 
 @dataclass(frozen=True)
 class WrittenVariants:
-    """The number of variants by status; `sweep.json` in the folder lists them.
+    """The result of ``write_sweep``: the number of variants by status; `sweep.json` lists the variants.
 
-    ``complete`` is false if not all variants could be written; ``diagnostics`` has the reason and the errors of the
+    If not all variants could be written, ``complete`` is False. ``diagnostics`` has the reason, and the errors of the
     first variants; `sweep.json` has all errors.
     """
 
@@ -208,7 +208,7 @@ class _Writer:
         self.folder, self.edited = VariantsFolder(job.request.description.outputs), 0
         self.counts = dict.fromkeys(("made", "unchanged", "error"), 0)
         self.removed: list[str] = []
-        self.remarks: dict[str, tuple[str, int]] = {}  # by JSON text: first variant with it, and the count
+        self.remarks: dict[str, tuple[str, int]] = {}  # (first variant, number of variants) by diagnostic as JSON
 
     def run(self, jobs: int | None, dask: str) -> None:
         """Compile all variants and write ``sweep.json``. Raises OutputError, LoadError."""
@@ -238,7 +238,7 @@ class _Writer:
             self.tell(Diagnostic("variant-outdated", WARNING, message, help="edit a copy elsewhere"))
 
     def _unchanged(self, variant: Variant) -> dict[str, Any] | None:
-        """Return the entry of an up-to-date variant, or None if it must be compiled."""
+        """Return the entry of a variant if it is up to date, or None if it must be compiled."""
         record = self.folder.record(variant.name)
         if not self.job.is_current(variant, record):
             return None
@@ -247,7 +247,7 @@ class _Writer:
         return record["entry"] if is_intact else None
 
     def _write(self, variant: Variant, result: Result | Diagnostic) -> dict[str, Any]:
-        """Write a variant that was compiled, and return its entry. Raises OutputError if nothing can be written."""
+        """Write a compiled variant, and return its entry. Raises OutputError if no file can be written."""
         if isinstance(result, Diagnostic):
             result = Result(entry_of(variant, [result], {}), {}, {})
         try:
@@ -263,7 +263,7 @@ class _Writer:
         return result.entry
 
     def _report(self, entry: Mapping[str, Any]) -> None:
-        """Report the errors of a variant; collect its warnings and notes, which repeat, until the end of the run."""
+        """Report the errors of a variant; collect warnings and notes, which many variants share, until the end."""
         for found in entry["diagnostics"]:
             if found["severity"] != ERROR:
                 first, count = self.remarks.get(json.dumps(found), (entry["name"], 0))

@@ -1,4 +1,4 @@
-"""Read a list of variants: a name and arguments for each robot of a sweep."""
+"""Read a list of variants: the name and the arguments for each robot of a sweep."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ from rosorin_compile.source.tree import Map, Seq, Text
 
 NAME = "name"
 TABLES, TREES = (".csv", ".tsv"), (*Description.ENDINGS, ".json")
-_MAX_NODES = 20_000_000  # the maximum number of values in a list
-_SEPARATOR = re.compile(r"sep=(.)\r?\n?\Z", re.IGNORECASE)  # the first line in CSV files of some spreadsheets
+_MAX_NODES = 20_000_000  # maximum number of values in a list of variants
+_SEPARATOR = re.compile(r"sep=(.)\r?\n?\Z", re.IGNORECASE)  # the optional first line of CSV files from spreadsheets
 
 
 class Variants:
     """A list of variants, which can be iterated over repeatedly. Call ``check`` first.
 
-    It is a CSV, TSV, YAML or JSON file, or a folder of YAML or JSON files. ``arguments`` are the declared names. For a
-    folder, ``whole`` is the argument that is set to each file: to its contents, or to its path relative to ``home``.
+    It is a CSV, TSV, YAML or JSON file, or a folder of YAML or JSON files. ``arguments`` are the declared names. The
+    files of a folder are values of the argument ``whole``: their contents, or their paths relative to ``home``.
     """
 
     def __init__(self, path: Path, arguments: Collection[str], whole: str = "", home: Path | None = None) -> None:
         self.path, self.shown, self.arguments, self.whole, self.home = path, files.label(path), arguments, whole, home
         self.is_folder = files.is_folder(path)
         self.is_table = not self.is_folder and path.suffix.lower() in TABLES
-        self._places: dict[str, Span | None] = {}  # by name, normalized as on case-insensitive file systems
+        self._places: dict[str, Span | None] = {}  # positions by name, ignoring case as some file systems do
 
     def __len__(self) -> int:
         return len(self._places)
@@ -51,7 +51,7 @@ class Variants:
         return self._from_table() if self.is_table else self._from_tree()
 
     def check(self) -> list[Diagnostic]:
-        """Return the errors that make the list unusable; errors of one variant are part of that variant."""
+        """Return the errors that make the list unusable; other errors are part of their variant."""
         found: list[Diagnostic] = []
         try:
             if not os.path.lexists(self.path):
@@ -82,12 +82,12 @@ class Variants:
 
     @cached_property
     def _files(self) -> list[Path]:
-        """Return the variant files in a folder, sorted by name. Raises OSError."""
+        """The variant files in a folder, sorted by name. Raises OSError."""
         found = [path for path in sorted(self.path.iterdir()) if path.name.lower().endswith(TREES)]
         return [path for path in found if files.is_file(path) and not path.name.startswith(".")]
 
     def _rows(self) -> Iterator[tuple[list[str], list[Span]]]:
-        """Yield the cells and their positions for each row that is not empty. Raises LoadError."""
+        """Yield (cells, positions of the cells) for each row that is not empty. Raises LoadError."""
         lines, first = io.StringIO(self._source.text, newline="").readlines(), 0
         header = next((line for line in lines if line.strip()), "")
         declared = _SEPARATOR.match(header)
@@ -97,7 +97,7 @@ class Variants:
             for cells in rows:
                 text = "".join(lines[first : rows.line_num])
                 if any(map(str.strip, cells)) and not _SEPARATOR.match(text):
-                    # A worker process gets the text of the row, not of the whole list, but with the same line number.
+                    # A worker process only gets the text of this row, after empty lines that keep its line number.
                     yield cells, _places(Source(self.shown, "\n" * first + text), text, first + 1, delimiter)
                 first = rows.line_num
         except csv.Error as problem:
@@ -156,7 +156,7 @@ class Variants:
             yield Variant(key, values, key_span, _expressions(values)) if is_named else _from_entry(values)
 
     def _from_file(self, path: Path) -> Variant:
-        """Read a variant from a file in a folder; errors in the file are errors of the variant."""
+        """Read a variant from a file in a folder; errors in the file are part of the variant."""
         variant = _unread(path)
         arguments = variant.arguments
         if self.whole and self.home:
@@ -179,7 +179,7 @@ def _refused(message: str, place: Span | None = None, help: str = "", rule: str 
 
 def _read(path: Path) -> Source:
     source = read_utf8(path, files.label(path))
-    # YAML does not allow tabs for indentation, but JSON does; JSON strings contain no tabs.
+    # Replace tabs, because a JSON file may be indented with tabs, but YAML may not; JSON strings contain no tabs.
     return source._replace(text=source.text.replace("\t", " ")) if path.suffix.lower() == ".json" else source
 
 
@@ -194,7 +194,7 @@ def _from_entry(entry: Map) -> Variant:
     name, place, values = entry[NAME], entry.value_spans[NAME], Map(entry.span)
     for key in (key for key in entry if key != NAME):
         values.put(key, entry[key], entry.key_spans[key], entry.value_spans[key])
-    if not isinstance(name, str):  # keep the text of a name such as 0007, not the number 7
+    if not isinstance(name, str):  # keep the text of a name such as 0007 instead of the number 7
         name = place.source.line(place.line)[place.column - 1 :][: place.length]
     return Variant(name, values, place, _expressions(values))
 
@@ -215,7 +215,7 @@ def wrong_name(variant: Variant) -> Iterator[Diagnostic]:
 
 
 def _places(source: Source, text: str, first: int, delimiter: str) -> list[Span]:
-    """Return the position of each cell in a row; ``first`` is the number of its first line."""
+    """Return the position of each cell in a row; ``first`` is the line number of the row."""
     places, at = list[Span](), 0
     masked = re.sub('"[^"]*"', lambda quoted: "_" * len(quoted[0]), text.rstrip("\r\n"))
     for cell in masked.split(delimiter):

@@ -1,7 +1,7 @@
 """Write a page that shows the changes of robots, as an overlay on the previous version and as a list.
 
-``check`` overlays the compiled robot on the committed one, ``diff`` overlays the second robot on the first. A page can
-have several robots.
+``check`` overlays the compiled robot on the robot of the committed artifacts, ``diff`` overlays the second robot on the
+first robot. A page can have several robots.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ COMMITTED = "what is committed"
 
 
 class Picture(NamedTuple):
-    """A robot on a page: its current version, its previous version or None, and the differences.
+    """A robot on an HTML page of changes: its current version, its version ``before`` or None, and differences.
 
     ``files`` are the mesh files of the previous version by name, ``inputs`` the files that the page depends on.
     """
@@ -46,7 +46,7 @@ class Picture(NamedTuple):
 
 
 class ChangesPage(NamedTuple):
-    """The result of writing a page: the number of robots (0: nothing was written), and omitted files."""
+    """The result of writing an HTML page of changes: the number of robots (0: no file was written), omitted meshes."""
 
     file: Path
     robots: int = 0
@@ -55,7 +55,7 @@ class ChangesPage(NamedTuple):
 
 
 class Pictures:
-    """The robots on a page, in the order in which they are added."""
+    """Collects robots for an HTML page of changes, and writes the page."""
 
     def __init__(self, file: Path, meshes: bool = True, max_megabytes: float | None = None) -> None:
         self.file = file
@@ -63,7 +63,7 @@ class Pictures:
         self.taken: list[Picture] = []
 
     def take(self, request: Request, compiled: Compiled, found: Committed) -> None:
-        """Add a robot with the changes since its artifacts were committed."""
+        """Add a robot to the page, with its changes since its artifacts were committed."""
         shown, outputs = load(request)[0], request.description.outputs
         comparison, committed, meshes = found.comparison, found.committed, found.meshes
         if shown is None:
@@ -87,7 +87,7 @@ class Pictures:
         self.taken.append(Picture(shown, before, old_files, inputs, changes, notes, summary))
 
     def take_sides(self, requests: Sequence[Request], found: Difference, prefix: str | None) -> None:
-        """Add the differences of two robots, if both can be shown; ``prefix`` is that of the second robot."""
+        """Add two compared robots to the page, if both can be shown; ``prefix`` is a prefix of names in the second."""
         first, second = (load(request)[0] for request in requests)
         if first is None or second is None:
             return
@@ -104,7 +104,7 @@ class Pictures:
         self.taken.append(Picture(second, overlay, first.meshes, inputs, changes, notes, summary))
 
     def write(self) -> ChangesPage:
-        """Write the page, with changed robots first. Raises OutputError."""
+        """Write the HTML page of changes; robots with changes are first. Raises OutputError."""
         if not self.taken:
             return ChangesPage(self.file)
         ordered = sorted(self.taken, key=lambda one: not (one.changes or one.notes))
@@ -129,7 +129,7 @@ class Pictures:
 
 
 def change_data(change: Change, robots: Iterable[Robot]) -> Data:
-    """Return the JSON data for a change, with the frame where it is visible."""
+    """Convert a change to JSON data for the HTML page, with the frame at which the change is visible."""
     _, is_colour, values = change.text.rpartition(" colour ")
     colours = _colours(*values.split(" -> ")) if is_colour and " -> " in values else None
     return _entry(change.words(), _frame(change.kind, change.name, robots), change.artifacts, colours)
@@ -141,14 +141,14 @@ def _entry(text: str, frame: str, artifacts: Sequence[str], colours: Data | None
 
 
 def _colours(was: object, became: object) -> Data:
-    """Parse two colours (red, green, blue and alpha); return None for other values."""
+    """Return {"was": colour, "is": colour}, as red, green, blue and alpha, or None if a value is not a colour."""
     texts = {"was": str(was).split(), "is": str(became).split()}
     return {key: [*map(float, numbers)] if len(numbers) == 4 else None for key, numbers in texts.items()}
 
 
 def _frame(kind: str, name: str, robots: Iterable[Robot]) -> str:
-    """Return the frame where a change is visible, or "" if there is none."""
-    plain = name.split(" when ")[0].split(" below ")[0]  # without the condition of a publisher
+    """Return the frame at which a change is visible, or "" if there is no such frame."""
+    plain = name.split(" when ")[0].split(" below ")[0]  # remove the condition from the name of a publisher
     frames: list[str] = []
     for robot in robots:
         frames += [robot.joint[name].child] if kind == "joint" and name in robot.joint else []

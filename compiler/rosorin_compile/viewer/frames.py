@@ -1,4 +1,4 @@
-"""Compute the trees of frames of a robot with their publishers, and show them as drawings and as text."""
+"""Compute the trees of frames of a robot with the publisher of each transform, and format them as SVG and as text."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from .frames_picture import Tree, cells_of, frame_trees, number_whys, svg
 
 @dataclass(frozen=True)
 class FrameEdge:
-    """An edge in a tree of frames. ``publisher`` is None if no node publishes it, for the reason in ``why``.
+    """A transform ``parent`` -> ``child`` in a tree of frames, and the ROS node that publishes the transform.
 
-    ``when`` is a condition in modes, or None for always. ``joint`` and ``type`` are None if the edge is not a joint.
+    ``why`` is the reason if ``publisher`` is None; ``when`` is a condition on modes. Values that do not apply are None.
     """
 
     parent: str
@@ -39,7 +39,7 @@ class FrameEdge:
 
     @classmethod
     def from_row(cls, row: Row) -> FrameEdge:
-        """Convert a row of the table of frames to an edge."""
+        """Create an edge (a transform) from a row of the table of transforms."""
         publisher, topic = (row.publisher, row.topic) if row.published else (None, None)
         rest = (row.why, topic, row.when, row.joint, row.kind)
         return cls(row.parent, row.child, publisher, *(text or None for text in rest))
@@ -47,7 +47,7 @@ class FrameEdge:
 
 @dataclass(frozen=True)
 class FrameSituation:
-    """The tree of frames for some modes: ``when`` describes them, ``modes`` lists all combinations."""
+    """A tree of frames, and the modes in which it is published: ``when`` in words, ``modes`` as on/off states."""
 
     when: str
     modes: tuple[Mapping[str, bool], ...]
@@ -57,9 +57,9 @@ class FrameSituation:
 
 @dataclass(frozen=True)
 class Frames:
-    """The trees of frames of a robot, one for each combination of modes with a different tree.
+    """The result of ``frames``: a tree of frames for each combination of modes in which the tree differs.
 
-    ``files`` are the drawings that were written. ``robot`` is None if ``diagnostics`` has errors.
+    ``files`` are the SVG files that were written. ``robot`` is None if ``diagnostics`` has errors.
     """
 
     name: str
@@ -82,11 +82,11 @@ def frames(
     force: bool = False,
     trust: bool = False,
 ) -> Frames:
-    """Return the trees of frames of a robot with the publisher of each edge, or write them as drawings.
+    """Return the trees of frames of a robot with the publisher of each transform, or write the trees as SVG.
 
     Args:
         frame: Return only the path from the root to this frame.
-        publisher: Return only the edges of this node; ``"nobody"`` selects edges without a publisher.
+        publisher: Return only transforms from this ROS node; ``"nobody"`` selects transforms without a publisher.
         modes: Modes that are on or off; by default, return a tree for each combination that differs.
         output: Where to write drawings: an ``.svg`` file, or a folder for one file per tree.
 
@@ -121,7 +121,7 @@ def frames(
 
 
 def _draw(found: Frames, robot: Robot, output: str, force: bool) -> Frames:
-    """Write one drawing, or one for each tree if ``output`` is a folder (existing, or with a trailing "/").
+    """Write all trees to an SVG file, or each tree to a file if ``output`` is a folder (or ends with "/").
 
     ``force`` replaces files that this tool did not write. Raises RequestError.
     """
@@ -148,7 +148,7 @@ def _draw(found: Frames, robot: Robot, output: str, force: bool) -> Frames:
 
 def check_target(path: Path, force: bool) -> None:
     """Raise RequestError if the file exists and this tool did not write it, unless ``force`` is true."""
-    with suppress(OSError):  # reported when the file is written
+    with suppress(OSError):  # an unreadable path is reported when the file is written
         if os.path.lexists(path) and not path.is_file():
             raise RequestError(f"{path} cannot be written: it is not a regular file")
         if not force and path.is_file() and not may_replace(path):
@@ -156,28 +156,28 @@ def check_target(path: Path, force: bool) -> None:
 
 
 _HEADS = ("published by", "topic", "joint", "")
-_OPTIONAL = ("joint", "topic")  # columns to omit, in this order, if the terminal is too narrow
+_OPTIONAL = ("joint", "topic")  # columns to leave out, in this order, if the terminal is too narrow
 BOLD, _DIM, _PLAIN = "\033[1m", "\033[2m", "\033[0m"
-# ANSI colours: blue, yellow, green, magenta, cyan, red, then the bright variants.
+# ANSI colour codes: blue, yellow, green, magenta, cyan, red, then the bright variants.
 _COLOURS = ("34", "33", "32", "35", "36", "31", "94", "93", "92", "95", "96", "91")
 _GAP = "  "
 
 
 class Look(NamedTuple):
-    """Options for printing: ASCII or box-drawing characters, a colour for each publisher, the width (0: unlimited)."""
+    """Options for text output: ASCII only, publishers to colour (none: no colours), width in columns (0: unlimited)."""
 
     ascii: bool = False
     publishers: Sequence[str] = ()
     width: int = 0
 
     def paint(self, text: str, code: str) -> str:
-        """Return a text in a colour, or unchanged if colours are off."""
+        """Return a text in a colour (ANSI code), or unchanged if colours are off."""
         return f"{code}{text}{_PLAIN}" if self.publishers and text else text
 
 
 def tree(lines: Sequence[Line], look: Look) -> list[str]:
-    """Print a tree as lines of text."""
-    before: list[str] = []  # prefix of the lines below each line
+    """Format a tree of frames as lines of text."""
+    before: list[str] = []  # for each line, the prefix of the lines of its children
     entries = []
     solid, dashed, corner, side, bar = ("--", "..", "`", "|", "|") if look.ascii else ("──", "╌╌", "└", "├", "│")
     for line in lines:
@@ -192,12 +192,12 @@ def tree(lines: Sequence[Line], look: Look) -> list[str]:
 
 
 def table(rows: Sequence[Row], look: Look) -> list[str]:
-    """Print edges as a table without the tree."""
+    """Format transforms as a table, without drawing the tree."""
     return _columns(("from", "to", *_HEADS), [((row.parent, row.child), row, 0) for row in rows], look)
 
 
 def _columns(heads: Sequence[str], entries: Sequence[tuple[tuple[str, ...], Row | None, int]], look: Look) -> list[str]:
-    """Align entries in columns with headers; an entry has its first cells, its edge, and its indentation."""
+    """Align entries (first cells, transform or None, indentation) in columns with headers."""
     whys = number_whys(row for _, row, _ in entries)
     shown = [(dict(zip(heads, heads, strict=True)), _DIM, 0)]
     for first, row, indent in entries:
@@ -224,6 +224,6 @@ def _columns(heads: Sequence[str], entries: Sequence[tuple[tuple[str, ...], Row 
 
 
 def text_width(text: str) -> int:
-    """Return the width of a text in terminal columns."""
+    """Return the width of a text in terminal columns; East Asian characters take two columns."""
     shown = [letter for letter in text if unicodedata.category(letter) not in ("Mn", "Me", "Cf")]
     return sum(2 if unicodedata.east_asian_width(letter) in ("W", "F") else 1 for letter in shown)

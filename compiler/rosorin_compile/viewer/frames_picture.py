@@ -1,7 +1,7 @@
 """frames_picture: an SVG of the trees of frames, one for each combination of modes with a different tree.
 
-This module computes the layout, and ``templates/viewer/frames.svg.jinja`` prints it. A line of the tree is a group
-``<g class="line">`` with its values in ``data-`` attributes.
+This module computes the layout, and ``templates/viewer/frames.svg.jinja`` prints it. A line of the tree (a frame) is a
+group ``<g class="line">`` with its values in ``data-`` attributes.
 """
 
 from __future__ import annotations
@@ -24,22 +24,22 @@ if TYPE_CHECKING:
     from rosorin_compile.rules.case import Case
 
 
-_MAX_TREES = 32  # limit of trees in a picture
-# Colours for people with any kind of colour vision, dark enough for lines on white, based on the palettes of
+_MAX_TREES = 32  # maximum number of trees in a picture
+# Colours that are distinct with any colour vision and dark enough for lines on white, based on the palettes of
 # Okabe and Ito (https://jfly.uni-koeln.de/color) and of Paul Tol (https://personal.sron.nl/~pault).
 PALETTE = (
     *("#0072b2", "#d55e00", "#009e73", "#aa4499", "#b8860b", "#56b4e9", "#882255", "#332288", "#44aa99"),
     *("#999933", "#cc6677", "#117733"),
 )
-GREY = "#8c959f"  # no publisher
+GREY = "#8c959f"  # colour of transforms without a publisher
 
-_SIZE = 12.0  # font size, in pixels
+_SIZE = 12.0  # font size in pixels
 _ROW, _INDENT, _PAD, _STEP = 27.0, 32.0, 8.0, 22.0
 _MARGIN, _GAP, _HEAD = 22.0, 26.0, 56.0
 _COLUMNS = {"publisher": "published by", "topic": "topic", "joint": "joint", "when": "when"}
 
 
-# Kinds of edges, with the width of the line and the meaning for the legend.
+# Line width (pixels) and legend of each kind of transform.
 _STYLES: Mapping[str, dict[str, Any]] = {
     "moving": {"width": 2.6, "dashed": False, "about": "moving, on /tf"},
     "static": {"width": 1.2, "dashed": False, "about": "static, on /tf_static"},
@@ -48,15 +48,15 @@ _STYLES: Mapping[str, dict[str, Any]] = {
 
 
 class TooMany(RequestError):
-    """There are too many trees for a picture."""
+    """The frames depend on too many modes, or have too many different trees, for a picture."""
 
     def __str__(self) -> str:
-        """Return the message with a hint on how to reduce the number of trees."""
+        """Return the message with a hint to select modes, which reduces the number of trees."""
         return f"{self.args[0]}; name modes: --mode NAME"
 
 
 class Tree(NamedTuple):
-    """The edges of a tree, and the modes in which it is published.
+    """The transforms of a tree of frames, and the modes in which they are published.
 
     ``label`` describes the modes ("slam is on", or "" if irrelevant), ``short`` is the part for a file name.
     """
@@ -68,12 +68,12 @@ class Tree(NamedTuple):
 
 
 def colours(publishers: Sequence[str]) -> Mapping[str, str]:
-    """Return a colour for each publisher; the colours of the palette are repeated if necessary."""
+    """Return a colour by publisher; colours are repeated if there are more publishers than colours."""
     return {name: PALETTE[at % len(PALETTE)] for at, name in enumerate(publishers)}
 
 
 def frame_trees(robot: Robot, fixed: Mapping[str, bool]) -> tuple[Tree, ...]:
-    """Return the trees of a robot with some modes ``fixed``, starting with all other modes on. Raises TooMany."""
+    """Return the different trees of frames for all modes that are not ``fixed``, all on first. Raises TooMany."""
     edges = rows(robot)
     used = modes_in(robot, [row.when for row in edges])
     varied = [mode for mode in used if mode not in fixed]
@@ -83,7 +83,7 @@ def frame_trees(robot: Robot, fixed: Mapping[str, bool]) -> tuple[Tree, ...]:
     for states in product((True, False), repeat=len(varied)):
         modes = {**fixed, **dict(zip(varied, states, strict=True))}
         active = [row for row in edges if holds(row.when, modes)]
-        # A published edge replaces an unpublished one between the same frames.
+        # A published transform replaces an unpublished transform between the same frames.
         best = {(row.parent, row.child): row for row in sorted(active, key=lambda row: row.published)}
         shown = tuple(row for row in active if row.published or best[row.parent, row.child] is row)
         groups.setdefault(shown, []).append(states)
@@ -103,7 +103,7 @@ def frame_trees(robot: Robot, fixed: Mapping[str, bool]) -> tuple[Tree, ...]:
 
 
 def _cubes(group: Sequence[tuple[bool, ...]]) -> list[dict[int, bool]]:
-    """Return the smallest list of conditions (states by mode number) that covers a group of combinations of modes."""
+    """Return few conditions (states by mode number), of which one holds for exactly the combinations in ``group``."""
     left, cubes = list(group), []
     while left:
         cube = dict(enumerate(left[0]))
@@ -118,7 +118,7 @@ def _cubes(group: Sequence[tuple[bool, ...]]) -> list[dict[int, bool]]:
 
 
 def svg(robot: Robot, trees: Sequence[Tree]) -> str:
-    """Return the SVG of all trees, one below the other."""
+    """Format an SVG of all trees, one below the other."""
     from rosorin_compile.formats.templating import Templates
 
     drawn = [lines(tree.edges, robot.frames) for tree in trees]
@@ -128,7 +128,7 @@ def svg(robot: Robot, trees: Sequence[Tree]) -> str:
     colour = colours(publishers(rows(robot)))
     title = f"{robot.name}: the tree of frames"
 
-    # Left edges of the columns next to the tree, and the right edge of the last column.
+    # Compute the left edges of the columns to the right of the tree, and the right edge of the last column.
     columns, end = {}, max(map(right_of, every), default=_MARGIN) + _GAP
     for name, head in _COLUMNS.items():
         columns[name] = end
@@ -137,7 +137,7 @@ def svg(robot: Robot, trees: Sequence[Tree]) -> str:
             end += max(map(text_width, (head, *texts))) + _GAP + (14.0 if name == "publisher" else 0.0)
 
     panels = [_panel(tree, part) for tree, part in zip(trees, drawn, strict=True)]
-    # The legend: publishers with their colours, wrapped to rows, and the kinds of lines.
+    # Place the legend: publishers with their colours, wrapped to rows, and the kinds of lines.
     keys = [name for name in colour if any(row.publisher == name for row in edges)]
     styles = [style for name, style in _STYLES.items() if name != NOBODY or any(not row.published for row in edges)]
     limit = max(
@@ -173,7 +173,7 @@ def svg(robot: Robot, trees: Sequence[Tree]) -> str:
 
 
 def _panel(tree: Tree, drawn: Sequence[Line]) -> dict[str, Any]:
-    """Return the values of a tree for the template, with the numbers of frames and of edges of each kind."""
+    """Return the values of a tree of frames for the SVG template, with the numbers of frames and edges."""
     edges = [line.row for line in drawn if line.row is not None]
     frames, styles = len({line.frame for line in drawn}), Counter(row.style for row in edges)
     kinds = {"moving": "moving", "static": "static", NOBODY: "published by nobody"}
@@ -189,18 +189,18 @@ def _panel(tree: Tree, drawn: Sequence[Line]) -> dict[str, Any]:
 
 
 def number_whys(edges: Iterable[Row | None]) -> dict[str, int]:
-    """Return a footnote number for each reason why no node publishes an edge."""
+    """Return a footnote number by reason why no ROS node publishes a transform."""
     return {why: at for at, why in enumerate(dict.fromkeys(row.why for row in edges if row and row.why), 1)}
 
 
 def right_of(line: Line) -> float:
-    """Return the x coordinate (pixels) of the right edge of the box of a frame."""
+    """Return the x coordinate (pixels) of the right edge of the box with the frame name in a line of the tree."""
     name = f"{line.frame} (again)" if line.again else line.frame
     return _MARGIN + _INDENT * line.depth + text_width(name) + 2 * _PAD
 
 
 def cells_of(row: Row, whys: Mapping[str, int]) -> dict[str, str]:
-    """Return the cells of an edge by column; ``whys`` has the footnote numbers."""
+    """Return the table cells of a transform by column; ``whys`` has footnote numbers by reason."""
     return {
         "publisher": f"{row.publisher} ({whys.get(row.why)})" if row.why else row.publisher,
         "topic": row.topic if row.published else "",
@@ -210,17 +210,17 @@ def cells_of(row: Row, whys: Mapping[str, int]) -> dict[str, str]:
 
 
 def text_width(text: str, size: float = _SIZE) -> float:
-    """Estimate the width of a text (pixels): 0.6 of the font size per letter in a monospace font, wider for others."""
+    """Estimate the width of a text in pixels, for a monospace font of ``size`` pixels."""
     return sum(0.61 if letter.isascii() else 1.1 for letter in text) * size
 
 
 def short_number(value: float) -> str:
-    """Format a number with one decimal, or without if that is zero."""
+    """Format a number with one decimal, or without decimals if the decimal is zero."""
     return f"{value:.1f}".removesuffix(".0")
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
-    """Return the SVG of a robot. Option ``modes``: modes that are on; by default, a tree for each combination."""
+    """Format the tree of frames as SVG. Option ``modes``: the modes that are on; default: all combinations."""
     on = output.options.get("modes")
     try:
         return svg(robot, frame_trees(robot, {} if on is None else {mode: mode in on for mode in robot.modes})), []
@@ -230,7 +230,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Report file names other than .svg, and unknown modes."""
+    """Report a file name that does not end in .svg, and unknown modes."""
     path: tuple[str, ...] = ("outputs", output.name)
     if not output.file.casefold().endswith(".svg"):
         message = f'"{output.file}" does not say which kind of picture it is'

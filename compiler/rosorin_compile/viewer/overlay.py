@@ -1,7 +1,7 @@
 """Compute which links moved between two versions of a robot, and which old shapes to draw, for a page of changes.
 
 A link that moved relative to its parent is distinguished from a link that moved with its parent. Unchanged shapes are
-drawn only once. The previous robot is the compiled one with the old frames, joints and shapes from the committed
+drawn only once. The previous robot is the compiled robot with the old frames, joints and shapes from the committed
 artifacts; everything else is as compiled.
 """
 
@@ -25,18 +25,18 @@ from rosorin_compile.model import HeightMap, Joint, Link, Mesh, Pose, Robot, Sha
 from rosorin_compile.model.geometry import pose_of
 from rosorin_compile.model.joint import Mimic
 
-# How a link changed. A carried link moved with its parent.
+# How a link changed; a CARRIED link only moved because its parent moved.
 MOVED, CARRIED, SHAPED, NEW, REMOVED = "moved", "carried", "shaped", "new", "removed"
 PURPOSES = ("visual", "collision")
-_LEAST = 1e-9  # m and rad
+_LEAST = 1e-9  # smallest tolerance, in m and rad
 
 
 class Overlay(NamedTuple):
-    """The old robot, with the names of the new one, and the changes of its links.
+    """The old robot, with the link names of the new robot, and the changes of its links.
 
-    ``how`` has the changed links by name, ``shapes`` the old shapes that moved or were removed, by link and purpose.
-    ``at`` is the pose of the old root in the new one. ``frames`` has the frame where a change is visible, by the name
-    of the change in a comparison.
+    ``how`` has the kind of change by link, ``shapes`` the old shapes that moved or were removed, by link and purpose.
+    ``at`` is the pose of the old root link in the new root link. ``frames`` has the frame at which a change is visible,
+    by the name of the change in a comparison.
     """
 
     old: Robot
@@ -46,7 +46,7 @@ class Overlay(NamedTuple):
     frames: Mapping[str, str] = {}
 
     def with_meshes(self, changed: Collection[str]) -> Overlay:
-        """Return the overlay with the links whose mesh files are in ``changed`` (names as in the description)."""
+        """Return an overlay that also has the links with mesh files in ``changed`` (names as in the description)."""
         how, shapes = dict(self.how), dict(self.shapes)
         for link, purpose in product(self.old.links, PURPOSES):
             others = [s for s in getattr(link, purpose) if isinstance(s.geometry, Mesh) and s.geometry.file in changed]
@@ -56,11 +56,11 @@ class Overlay(NamedTuple):
 
 
 def of_two(difference: RobotDifference, prefix: str | None) -> Overlay:
-    """Return the overlay of two robots; ``prefix`` is the prefix of names in the second one."""
+    """Return the overlay of the first robot on the second; ``prefix`` is a prefix of names in the second robot."""
     a, b = difference.sides
     pairing = pair_sides(a, b, difference.tolerance, prefix)
     first, second = pairing.a.robot, pairing.b.robot
-    # Common names are in the order of links and joints, which yields the names in the second robot.
+    # The common names have the order of links and joints, which gives the names in the second robot.
     links, joints = (
         {common.name: own.name for common, own in zip(getattr(second, kind), getattr(b.robot, kind), strict=True)}
         for kind in ("links", "joints")
@@ -77,7 +77,7 @@ def of_two(difference: RobotDifference, prefix: str | None) -> Overlay:
 
 
 def _apart(names: Sequence[str], shared: Mapping[str, str]) -> dict[str, str]:
-    """Map names of the first robot to names of the second; rename those that mean something else in the second."""
+    """Map names of the first robot to names of the second; rename those with another meaning in the second."""
     taken = set(shared.values())
     return {name: shared.get(name, f"{name} (before)" if name in taken else name) for name in names}
 
@@ -89,17 +89,17 @@ def moves(
     precisions: tuple[Precision, Precision] = (exact, exact),
     unknown: Collection[str] = (),
 ) -> Overlay:
-    """Return the change of each link between two robots that use the same names for the same links.
+    """Return how each link changed between two robots that use the same names for the same links.
 
     Differences within ``tolerance`` (m, rad) or the rounding in ``precisions`` are ignored. ``unknown`` are links that
     the format of either robot cannot contain.
     """
     tolerance = max(tolerance, _LEAST)
     a, b = Bodies(old, precisions[0]), Bodies(new, precisions[1])
-    # The reference that counts as unmoved: a root, or the first common link, if any.
+    # Use a link as the fixed reference: a root link, or the first link of both robots, if any.
     names = [new.root, old.root, *(link.name for link in new.walk())]
     anchor = next((name for name in names if name in a.top and name in b.top), "")
-    # A format may not support visuals or collision shapes at all.
+    # Skip visuals or collision shapes if the format of a robot has none at all.
     purposes = [p for p in PURPOSES if all(any(getattr(x, p) for x in robot.links) for robot in (old, new))]
     how: dict[str, str] = {}
     for link in new.walk():
@@ -107,7 +107,7 @@ def moves(
         if name not in a.top:
             how[name] = NEW
             continue
-        # The nearest common ancestor link.
+        # Compare the pose relative to the nearest ancestor link that both robots have.
         above = next((j.parent for j in reversed(new.chain(name)) if j.parent in a.top), anchor)
         ways = (side.joints_between(side.top[above], side.top[name]) or [] for side in (a, b))
         first, second = ([joint.mimic for joint in way] for way in ways)
@@ -137,7 +137,7 @@ def moves(
 
 
 def _gone(a: Bodies, b: Bodies, name: str, purpose: str, tolerance: float, mate: str | None = None) -> list[Shape]:
-    """Return the shapes of a link in ``a`` that do not exist in ``b`` on a link fixed to it or to ``mate``."""
+    """Return the shapes of a link in robot ``a`` that robot ``b`` lacks on all links fixed to ``mate``."""
     pieces, around = _pieces(a, name, purpose), list[Solid]()
     mate = name if mate is None else mate
     if not mate:
@@ -149,7 +149,7 @@ def _gone(a: Bodies, b: Bodies, name: str, purpose: str, tolerance: float, mate:
 
 
 def _pieces(side: Bodies, name: str, purpose: str) -> list[tuple[Shape, Solid]]:
-    """Return the shapes of a link, each with its solid in the frame of the link."""
+    """Return (shape, solid in the frame of the link) for each shape of a link."""
     shapes = [solid for shape in getattr(side.robot.link[name], purpose) for solid in shape.solids()]
     pieces = pieces_of(name, shapes, side.precision, capsules=False)
     return [(shape, piece.solid) for shape, piece in zip(shapes, pieces, strict=True)]
@@ -159,9 +159,9 @@ _GRID = frozenset(field.name for field in fields(HeightMap))
 
 
 def robot_before(robot: Robot, pairs: Sequence[Pair]) -> Robot:
-    """Return the previous robot of the artifacts, or ``robot`` unchanged if they do not describe a tree.
+    """Return the robot as it was when the artifacts were committed, or ``robot`` if the old links are not a tree.
 
-    A frame that is new in one artifact but was already in another is not new.
+    A frame that is new in one artifact is not new if another artifact already had it.
     """
     known = {name for pair in pairs for name in links_of(pair.old)}
     before = _Before(robot, [pair.old for pair in pairs])
@@ -181,7 +181,7 @@ class _Before:
         self.start = robot
         self.links = {link.name: link for link in robot.links}
         self.joints = {joint.child: joint for joint in robot.joints}
-        # Some formats do not have the names of all joints.
+        # Names of joints by child link, from all artifacts, because some formats lack names of joints.
         entries = [(thing, entry) for side in sides for thing, entry in side.items()]
         self.names = {str(of["child"]): name for (kind, name), of in entries if kind == "joint" and "child" in of}
 
@@ -191,7 +191,7 @@ class _Before:
         return made if made.is_tree else self.start
 
     def undo(self, difference: Difference, old: Leaves) -> None:
-        """Restore the old value of a difference, if the model can express it."""
+        """Undo a difference: restore the value of the committed artifacts, if the robot model can express it."""
         (kind, name, quantity), was = difference.address, difference.old
         link, joint = self.links.get(name), self.joints.get(name)
         if not quantity and kind in ("frame", "link") and " " not in name:
@@ -220,7 +220,7 @@ class _Before:
             self.links[name] = replace(link, **changed)
 
     def _add(self, name: str, old: Leaves) -> None:
-        """Add a link that was removed, with the joint to its parent."""
+        """Add a link that was removed since, and the joint to its parent."""
         entry = old.get(("link", name), {})
         self.links.setdefault(name, Link(name, **{key: entry[key].shapes for key in PURPOSES if key in entry}))
         frame = old.get(("frame", name), {})
@@ -233,7 +233,7 @@ class _Before:
 
 
 def _joint(joint: Joint, quantity: str, value: Any, entry: Mapping[str, Any]) -> Joint:
-    if not quantity:  # the artifact only lists moving joints
+    if not quantity:  # the format only lists moving joints, so a missing joint is fixed
         return replace(joint, type="fixed" if value is None else value.get("type", "fixed"))
     if quantity == "type":
         return replace(joint, type=value or "fixed")
@@ -247,7 +247,7 @@ def _joint(joint: Joint, quantity: str, value: Any, entry: Mapping[str, Any]) ->
 
 
 def _shapes(now: Sequence[Shape], old: Shapes, new: Shapes) -> tuple[Shape, ...]:
-    """Restore the old shapes of a link, except for shapes that an artifact merged into it from other frames."""
+    """Restore the old shapes of a link, except for shapes that an artifact merged into the link from other frames."""
     before, after = ([_bare(solid) for solid in side.solids()] for side in (old, new))
     rest = match(before, after)
     added = [after[at] for at in rest.new]
@@ -258,9 +258,9 @@ def _shapes(now: Sequence[Shape], old: Shapes, new: Shapes) -> tuple[Shape, ...]
     back = [before_now[at] for at in rest.old]
     if own:
         return (*(piece for at, piece in enumerate(here) if at not in own), *back)
-    return tuple(now) if rest.old and rest.new else (*now, *back)  # if both, another frame changed
+    return tuple(now) if rest.old and rest.new else (*now, *back)  # shapes removed and added: another frame changed
 
 
 def _bare(solid: Solid) -> Solid:
-    """Return a solid without appearance and names, except for its mesh file."""
+    """Return a solid without its colour and names; the name of a mesh file is kept."""
     return solid._replace(rgba=None, words=tuple(word for word in solid.words if word.startswith("file ")))

@@ -25,12 +25,12 @@ if TYPE_CHECKING:
     from rosorin_compile.model import Robot
     from rosorin_compile.rules.case import Case
 
-_EXPLAINED = 300  # links; the page of a larger robot does not contain the sources of its numbers
+_EXPLAINED = 300  # maximum number of links for which the page shows the sources of numbers
 
 
 @dataclass(frozen=True)
 class RobotView:
-    """A robot for a page: its JSON data, its mesh and image files by name, and the files of its description."""
+    """A robot for an HTML page: its JSON data, mesh and image files by name, and the files of its description."""
 
     case: Case
     data: Data
@@ -45,7 +45,7 @@ class RobotView:
         return self.case.robot
 
     def explain(self, frame: str) -> list[str]:
-        """Return the lines of ``explain`` for a frame; empty for a robot that is not a description."""
+        """Return the lines that ``explain`` prints for a frame, or [] if the robot has no description."""
         expanded, lowered = self.understood.expanded, self.understood.lowered
         if expanded.scope is None or lowered is None:
             return []
@@ -55,7 +55,7 @@ class RobotView:
 
 
 def load(request: Request) -> tuple[RobotView | None, list[Diagnostic], tuple[Path, ...]]:
-    """Read a robot in any format; return its view (None after errors), diagnostics, and the files that were read."""
+    """Read a robot in any format; return (view or None after errors, diagnostics, files that were read)."""
     understood, description = request.understand(), request.description
     case, own_files, diagnostics = understood.case, understood.expanded.files, understood.diagnostics
     if case is None:
@@ -76,17 +76,17 @@ def load(request: Request) -> tuple[RobotView | None, list[Diagnostic], tuple[Pa
 
 
 def _place(span: Span) -> Data:
-    """Return a source position as JSON data, with the absolute path for an editor."""
+    """Convert a source position to JSON data, with the absolute path for opening an editor."""
     file = span.source.path
     return {"file": file, "line": span.line, "column": span.column, "path": os.path.abspath(file)}
 
 
 def on_disk(shown: RobotView, embedding: Embedding | None) -> Data:
-    """Return the data for a page without absolute paths, to share it; meshes are added to ``embedding`` if not None."""
+    """Return JSON data for an HTML page to share: without absolute paths, with embedded meshes unless None."""
     data = dict(shown.data)
     if embedding is not None:
         data.update(tables(shown.robot, shown.meshes, embedding))
-    table: dict[str, int] = {}  # most lines occur for several links
+    table: dict[str, int] = {}  # store each line once, because most lines occur for several links
     links = list(data["links"])
     for number, link in enumerate(links if len(links) <= _EXPLAINED else ()):
         Progress.step("explaining", number, len(links))
@@ -96,7 +96,7 @@ def on_disk(shown: RobotView, embedding: Embedding | None) -> Data:
 
 
 def nameless(data: Data, named: Iterable[Path] = ()) -> Data:
-    """Replace absolute paths in JSON data by paths relative to the working directory, or by file names."""
+    """Replace absolute paths in JSON data with paths relative to the working directory, or with file names."""
     places = [entry["where"]["file"] for entry in (*data["links"], *data.get("warnings", ())) if "where" in entry]
     here, names = Path.cwd(), dict[str, str]()
     for path in map(Path, dict.fromkeys([*places, *map(str, named)])):
@@ -124,9 +124,9 @@ def nameless(data: Data, named: Iterable[Path] = ()) -> Data:
 
 @dataclass(frozen=True)
 class Page:
-    """The result of writing the page of a robot, with its size in ``bytes``; not ``written`` after errors.
+    """The result of ``view``: the HTML file and its size in ``bytes``; ``written`` is False after errors.
 
-    ``left_out`` has the meshes and images that the page lacks, with the reason.
+    ``left_out`` describes the meshes and images that the page does not show, with the reason.
     """
 
     robot: str

@@ -1,7 +1,7 @@
 """Serve the page of a robot, with its meshes and the sources of its numbers, and update it when files change.
 
-Other websites in the same browser cannot read it: the server only accepts requests with a Host header of this machine
-(which protects against DNS rebinding), and never allows cross-origin access.
+Other websites in the same browser cannot read the page: the server only accepts requests with a Host header of this
+machine (which protects against DNS rebinding), and never allows cross-origin access.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ if TYPE_CHECKING:
 Data = dict[str, Any]
 
 LOOPBACK = "127.0.0.1"
-PORT = 8642  # default; if it is in use, the system chooses a port
-_LARGEST = 1_000_000  # bytes of a request
-_BEAT = 1.0  # s between checks whether a page is still open
-_PATIENCE = 60.0  # s, timeout of a request
-_HTTP = 80  # browsers omit this port in the Host header
+PORT = 8642  # default port; if it is in use, the system chooses another port
+_LARGEST = 1_000_000  # maximum size of a request in bytes
+_BEAT = 1.0  # seconds between checks that a page is still open
+_PATIENCE = 60.0  # timeout of a request in seconds
+_HTTP = 80  # default HTTP port, which browsers omit in the Host header
 _HOST = re.compile(r"(?:\[([0-9a-f:.]{2,45})\]|([0-9a-z._-]{1,253}))(?::([0-9]{1,5}))?")
 _TEXT = "text/plain; charset=utf-8"
 _HEADERS = {
@@ -59,16 +59,16 @@ _HEADERS = {
 
 
 class Refused(Exception):
-    """A request is refused, with an HTTP status and a reason."""
+    """A request is refused; the arguments are the HTTP status and the reason."""
 
 
 class Page:
-    """The current content; one thread watches files, others answer requests. ``listeners`` counts open pages."""
+    """The current page, shared between the thread that watches files and the threads that answer requests."""
 
     def __init__(self) -> None:
         self.change = threading.Condition()
         self.changes = 0
-        self.listeners = 0
+        self.listeners = 0  # number of open pages
         self.text = ""
         self.data: Data = {}
         self.version = ""
@@ -78,13 +78,13 @@ class Page:
         self.touching: Callable[[Mapping[str, Any]], list[list[str]]] | None = None
 
     def notify(self) -> None:
-        """Notify every open page of a new version of the robot or of an error."""
+        """Notify every open page of a new version of the robot, or of an error."""
         with self.change:
             self.changes += 1
             self.change.notify_all()
 
     def events(self) -> bytes:
-        """Return the current state as server-sent events."""
+        """Return the version of the page, and any errors, as server-sent events."""
         text = f"event: robot\ndata: {json.dumps(self.version)}\n\n"
         text += f"event: problem\ndata: {json.dumps({'text': self.problem})}\n\n" if self.problem else ""
         return text.encode()
@@ -98,12 +98,12 @@ def _address(text: str) -> Any:
 
 
 def is_loopback(host: str) -> bool:
-    """Return True if an address is a loopback address."""
+    """Return True if a host name or IP address is a loopback address."""
     return host == "localhost" or bool(getattr(_address(host), "is_loopback", False))
 
 
 class Server(ThreadingHTTPServer):
-    """The HTTP server; ``host`` is an address of this machine."""
+    """The HTTP server of a page; ``host`` is an address of this machine."""
 
     daemon_threads = True
 
@@ -134,11 +134,11 @@ class Server(ThreadingHTTPServer):
         return _address(bare) is not None or bare in ("localhost", self.host.lower(), machine, f"{machine}.local")
 
     def handle_error(self, request: object, client_address: object) -> None:
-        """Ignore errors after a browser has closed the connection."""
+        """Ignore errors that occur after a browser has closed the connection."""
 
 
 def bound(page: Page, host: str, port: int | None) -> Server:
-    """Start a server at a port, by default ``PORT`` or, if that is in use, any free port. Raises OSError."""
+    """Create a server that is bound to ``port``, by default to ``PORT`` or else any free port. Raises OSError."""
     if port is None:
         with suppress(OSError):
             return Server(page, host, PORT)
@@ -170,12 +170,12 @@ class _Handler(BaseHTTPRequestHandler):
             self._send(f"{why}\n".encode(), _TEXT, status)
 
     def _check_origin(self) -> None:
-        """Refuse a request with a foreign Host header, or from a page of another origin."""
+        """Refuse a request with a foreign Host header, or from a page of another website."""
         hosts = self.headers.get_all("Host", [])
         host = hosts[0].lower() if len(hosts) == 1 else ""
         origin = self.headers.get("Origin", f"http://{host}").lower()
         foreign = self.headers.get("Sec-Fetch-Site", "none") not in ("none", "same-origin")
-        followed = self.path == "/" and self.headers.get("Sec-Fetch-Mode") == "navigate"  # a followed link
+        followed = self.path == "/" and self.headers.get("Sec-Fetch-Mode") == "navigate"  # the user followed a link
         if not self.server.is_mine(host) or origin != f"http://{host}" or (foreign and not followed):
             self.close_connection = True
             raise Refused(HTTPStatus.FORBIDDEN, "this robot is shown only to this machine")
@@ -191,7 +191,7 @@ class _Handler(BaseHTTPRequestHandler):
             self._json(page.explain(parse_qs(url.query).get("frame", [""])[0]))
         elif url.path == "/events":
             self._events()
-        elif url.path == "/favicon.ico":  # browsers always request it
+        elif url.path == "/favicon.ico":  # avoid an error, because browsers always request this file
             self._send(b"", "image/x-icon")
         elif url.path.startswith("/mesh/") and file is not None:
             try:
@@ -205,7 +205,7 @@ class _Handler(BaseHTTPRequestHandler):
         size = self.headers.get("Content-Length", "")
         fits = size.isascii() and size.isdecimal() and len(size) <= len(str(_LARGEST)) and int(size) <= _LARGEST
         if not fits or self.headers.get_content_type() != "application/json":
-            self.close_connection = True  # because the request body is not read
+            self.close_connection = True  # close, because the body of the request is not read
             raise Refused(HTTPStatus.BAD_REQUEST, "this is not a question about the robot")
         content = self.rfile.read(int(size))
         if self.path != "/touching":
@@ -226,7 +226,7 @@ class _Handler(BaseHTTPRequestHandler):
         page, seen = self.server.page, -1
         self._head("text/event-stream", HTTPStatus.OK, Connection="close")
         page.listeners += 1
-        try:  # the browser sends nothing more, so a readable socket means that it was closed
+        try:  # the browser sends nothing more, so a readable socket means that the page was closed
             while not select.select([self.connection], [], [], 0)[0] or self.connection.recv(1, socket.MSG_PEEK):
                 with page.change:
                     page.change.wait_for(lambda: page.changes != seen, _BEAT)  # noqa: B023
@@ -234,7 +234,7 @@ class _Handler(BaseHTTPRequestHandler):
                 if is_new:
                     self.wfile.write(page.events())
                     self.wfile.flush()
-        except OSError:  # the page was closed
+        except OSError:  # end, because the browser closed the connection
             pass
         finally:
             self.close_connection = True
@@ -254,11 +254,11 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.write(content)
 
 
-_INTERVAL = 0.15  # s between checks of the files
+_INTERVAL = 0.15  # seconds between checks for changed files
 
 
 class LiveRobot:
-    """Compiles and serves a robot while its files change; ``contacts`` returns a finder of overlapping links."""
+    """Compiles and serves a robot while its files change; ``contacts`` creates a finder of overlapping links."""
 
     def __init__(self, request: Request, console: Console, contacts: Callable[[RobotView], Any]) -> None:
         self.console = console
@@ -266,15 +266,15 @@ class LiveRobot:
         self.contacts = contacts
         self.inputs = WatchedFiles()
         self.page = Page()
-        self.numbers: dict[Path, str] = {}  # permanent ids of mesh files, so that an older page can still load them
-        self.lock = threading.Lock()  # for explanations and contacts, which are not thread-safe
+        self.numbers: dict[Path, str] = {}  # ids of mesh files; permanent, so that older pages can still load them
+        self.lock = threading.Lock()  # protects explanations and contacts, which are not thread-safe
 
     def serve(self, server: Server, open_browser: bool) -> None:
         """Serve the page until Ctrl-C or SIGTERM, also while the robot has errors."""
         import gc
         import signal
 
-        gc.enable()  # the CLI turns it off for short runs
+        gc.enable()  # the command line disables garbage collection for short runs
         signal.signal(signal.SIGTERM, signal.default_int_handler)
         host = server.host
         name = "localhost" if host == LOOPBACK else f"[{host}]" if ":" in host else host
@@ -301,7 +301,7 @@ class LiveRobot:
             server.socket.close()
 
     def compile(self) -> None:
-        """Read the robot and notify the pages; after an error, they keep the last valid version."""
+        """Compile the robot and notify open pages; after an error, the pages keep the last valid version."""
         Progress.begin()
         shown, diagnostics, inputs = load(self.request)
         Progress.wipe()
@@ -309,7 +309,7 @@ class LiveRobot:
         self.console.show(errors)
         for file in inputs:
             with suppress(OSError):
-                files.read_bytes(file)  # also watch files that the page requests later
+                files.read_bytes(file)  # read the file now, so that it is watched for changes
         page = self.page
         if shown is None:
             if not page.text:
@@ -326,17 +326,17 @@ class LiveRobot:
         page.notify()
 
     def _publish(self, data: Data) -> None:
-        """Serve a new version of the page."""
+        """Replace the served page with a new version that shows ``data``."""
         self.page.version = version = secrets.token_hex(8)
         self.page.text, self.page.data = html(data, live=version), {**data, "version": version}
 
     def _alone(self, function: Callable[[Any], Any], argument: Any) -> Any:
-        """Call a function while holding the lock."""
+        """Call a function while holding the lock for code that is not thread-safe."""
         with self.lock:
             return function(argument)
 
     def _contacts_of(self, shown: RobotView) -> Callable[[Mapping[str, Any]], list[list[str]]]:
-        """Return a function that computes the pairs of links that overlap at joint positions (rad or m)."""
+        """Return a function that finds the pairs of links that overlap at joint positions (rad or m)."""
         engine = self.contacts(shown)
 
         def touching(state: Mapping[str, Any]) -> list[list[str]]:
@@ -348,7 +348,7 @@ class LiveRobot:
                 positions = {name: at for name, at in state.items() if name in shown.robot.joint}
                 found: list[list[str]] = self._alone(engine.pairs, positions)
                 return found
-            except Exception as problem:  # the page shows any error of the engine
+            except Exception as problem:  # show any error of the collision engine on the page
                 reason = " ".join(str(problem).split())[:200] or type(problem).__name__
                 raise Refused(HTTPStatus.NOT_IMPLEMENTED, reason) from None
 

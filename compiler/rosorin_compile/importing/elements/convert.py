@@ -1,7 +1,7 @@
 """Replace Gazebo and ros2_control elements of a URDF or SDF with equivalent sections of the description.
 
-Each new entry is compiled to XML again and compared with the original element. An element is kept unchanged, with a
-reason in the report, if a rule refuses the entry, if the XML differs, or if the language cannot express the element.
+Each new entry is compiled to XML again and compared with the original element. An element is kept as XML, with a reason
+in the report, if its entry violates a rule, if the XML differs, or if the description language cannot express it.
 """
 
 from __future__ import annotations
@@ -35,36 +35,36 @@ if TYPE_CHECKING:
 
 CONTROL, SENSORS, ELEMENTS = "control", "sensors", "urdf_elements"
 _FORMATS = ("urdf", "sdf")
-_FEW = 3  # names per line of the report
+_FEW = 3  # maximum number of names in a line of the report
 
 
 class Candidate(NamedTuple):
-    """An XML element that may become an entry of a section; ``text`` and ``number`` are its indices in the source."""
+    """An XML element that may be converted to an entry of the section ``control`` or ``sensors``."""
 
     section: str
     name: str
-    text: int
-    number: int
+    text: int  # index of the XML string in ``urdf_elements``
+    number: int  # index of the <sensor> in that XML string
     element: Tree
-    reference: str = ""  # the link or joint of the enclosing <gazebo>
+    reference: str = ""  # the link or joint to which the enclosing <gazebo> refers
 
     @property
     def called(self) -> str:
-        """The name of the element in messages."""
+        """The element as messages call it, such as ``sensor "lidar"``."""
         return f'{"sensor" if self.section == SENSORS else "<ros2_control>"} "{self.name}"'
 
 
 class Converted(NamedTuple):
-    """A robot with converted elements: ``names`` of new entries by kind, and reasons for ``kept`` elements by name."""
+    """A robot whose Gazebo and ros2_control elements were converted to sections where possible."""
 
     imported: Imported
-    plain: Map | None = None  # the robot before the conversion
-    names: Mapping[str, Sequence[str]] = {}
-    kept: Mapping[str, str] = {}
+    plain: Map | None = None  # the robot before the conversion, or None if no element was converted
+    names: Mapping[str, Sequence[str]] = {}  # names of the new entries, by kind such as "sensor"
+    kept: Mapping[str, str] = {}  # why an element is kept as XML, by element
 
 
 def with_sections(imported: Imported) -> Converted:
-    """Replace the Gazebo and ros2_control elements of a robot with sections where possible."""
+    """Convert the Gazebo and ros2_control elements of a robot to sections of the description where possible."""
     tree = imported.tree
     texts = tree.get(ELEMENTS) if tree is not None else None
     if tree is None or imported.format not in _FORMATS or not isinstance(texts, Seq):
@@ -76,7 +76,7 @@ def with_sections(imported: Imported) -> Converted:
 
 
 class _Conversion:
-    """Converts the elements of one robot; ``kept`` maps each unchanged element to the reason."""
+    """Converts the XML elements of a robot to sections; ``kept`` has the reason for each element that stays XML."""
 
     def __init__(self, imported: Imported, tree: Map, texts: Seq, robot: Robot) -> None:
         self.imported, self.tree, self.texts, self.robot = imported, tree, texts, robot
@@ -106,7 +106,7 @@ class _Conversion:
         return Converted(imported, self.tree, {key: value for key, value in names.items() if value}, self.kept)
 
     def control(self, found: Mapping[str, Candidate]) -> tuple[dict[str, Any], str]:
-        """Return entries for ``<ros2_control>`` blocks, and the ROS distribution that can express most blocks."""
+        """Convert <ros2_control> blocks; return (entries by name, ROS distribution that supports most of them)."""
         made = []
         for distribution in ("jazzy", "humble"):
             humble, options = distribution == "humble", {"control": distribution}
@@ -119,7 +119,7 @@ class _Conversion:
         return entries, distribution
 
     def sensors(self, found: Mapping[str, Candidate]) -> tuple[dict[str, Any], str]:
-        """Return entries for ``<sensor>`` elements, and the Gazebo version that most elements are for."""
+        """Convert <sensor> elements; return (entries by name, Gazebo version that most elements are written for)."""
         gazebo = gazebo_of([one.element for one in found.values()])
         sensors: dict[str, GazeboSensor] = {}
         entries: dict[str, Any] = {}
@@ -142,7 +142,7 @@ class _Conversion:
         return entries, gazebo
 
     def remove_refused(self, entries: dict[str, Any], section: str, options: Mapping[str, Any]) -> dict[str, str]:
-        """Remove entries that violate a rule, alone or combined, and return the reasons by entry name."""
+        """Remove entries that cause errors, alone or together; return the error messages by entry name."""
         reasons: dict[str, str] = {}
         if entries and self.with_entries(section, entries, options)[1]:
             for name in list(entries):
@@ -162,9 +162,9 @@ class _Conversion:
         options: Mapping[str, Any],
         followers: Set[str] = frozenset(),
     ) -> dict[str, str]:
-        """Remove entries whose compiled XML differs from the original element, and return the reasons by entry name."""
+        """Remove entries whose compiled XML differs from the original element; return the differences by name."""
         reasons: dict[str, str] = {}
-        while entries:  # an entry may differ because of another entry, so compare again
+        while entries:  # removing an entry may change the XML of others, so compare again
             texts, wrong = self.write(section, entries, options), dict[str, str]()
             for name in entries:
                 one = found[name]
@@ -184,7 +184,7 @@ class _Conversion:
         return reasons
 
     def with_entries(self, section: str, entries: Any, options: Mapping[str, Any]) -> tuple[Robot | None, str]:
-        """Return the robot with the entries of a section, or None and the first error message."""
+        """Compile the robot with these entries in a section; return (robot, "") or (None, first error message)."""
         output = {"file": "robot.urdf", **options}
         tree, expansion = put_values(self.tree, {section: entries, "outputs": {"urdf": output}}).copy(), Expansion()
         if isinstance(tree.get(SENSORS), Map):
@@ -196,7 +196,7 @@ class _Conversion:
         return (None if message else lower(tree).robot), message
 
     def write(self, section: str, entries: dict[str, Any], options: Mapping[str, Any]) -> dict[str, list[str]]:
-        """Compile entries to URDF elements, by the name of the element in messages."""
+        """Compile entries of a section to URDF elements; return the elements by ``Candidate.called``."""
         robot, brings = self.with_entries(section, entries, options)[0], FORMATS["urdf"].brings
         found: dict[str, list[str]] = {}
         if robot is not None and brings is not None:
@@ -206,7 +206,7 @@ class _Conversion:
         return found
 
     def without(self, taken: list[Candidate]) -> tuple[Seq, list[Comment]]:
-        """Return the unconverted elements, without empty ``<gazebo>`` elements, and all comments at their new paths."""
+        """Remove the converted elements ``taken``; return the other XML elements, and all comments with new paths."""
         left, paths, inner = Seq(self.texts.span, self.texts.via), dict[int, Path](), list[Comment]()
         for index, (text, span) in enumerate(zip(self.texts, self.texts.value_spans, strict=True)):
             rest = str(text)
@@ -225,7 +225,7 @@ class _Conversion:
 
 
 def _candidates(texts: Sequence[str]) -> list[Candidate]:
-    """Return the ``<ros2_control>`` blocks and sensors in XML texts; a text that is not XML is skipped."""
+    """Find the <ros2_control> and <sensor> elements in strings of XML; skip strings that are not XML."""
     found = []
     for index, text in enumerate(texts):
         with suppress(ValueError):
@@ -241,13 +241,13 @@ def _candidates(texts: Sequence[str]) -> list[Candidate]:
 
 
 def _cut(text: str, taken: list[Candidate]) -> tuple[str, list[tuple[Path, str]]]:
-    """Remove elements from a text; return the rest, and the comments in the removed text with their entry paths."""
+    """Remove elements from an XML string; return the rest, and (entry path, comment) for each removed comment."""
     root = parse(Source("", f"<all>{text}</all>")).root
     outer = root.children[0]
     sensors = [child for child in outer.children if child.tag == "sensor"]
     elements = {one.name: outer if one.section == CONTROL else sensors[one.number] for one in taken}
     is_empty = outer.tag != "gazebo" or len(outer.children) == len(taken)
-    remarks: dict[int, tuple[Path, str]] = {}  # by offset in the text
+    remarks: dict[int, tuple[Path, str]] = {}  # (entry path, comment) by offset in ``text``
     for name, element in (*elements.items(), *([(taken[0].name, outer)] if is_empty else [])):
         for item in (item for inner in element.iter() for item in inner.content):
             if isinstance(item, Remark) and item.kind == COMMENT:
@@ -263,7 +263,7 @@ def _cut(text: str, taken: list[Candidate]) -> tuple[str, list[tuple[Path, str]]
 
 
 def put_values(tree: Map, values: Mapping[str, Any]) -> Map:
-    """Copy a tree with some keys added or replaced; keys with empty values are removed."""
+    """Return a copy of a description with some keys set; keys with empty values are removed."""
     made = tree.copy()
     for key, value in values.items():
         if value:

@@ -1,9 +1,9 @@
 """Convert Gazebo and ros2_control elements to entries of the ``sensors`` and ``control`` sections.
 
-A ``<sensor>`` becomes a sensor type of the library, with arguments for its range, rays and image. ``overlay`` compares
-it with the ``<sensor>`` that the type generates; different and additional elements go to the key ``gazebo``. A
-``<ros2_control>`` is read in the syntax of Humble and Jazzy. Content that an entry cannot represent is detected later,
-when the entry is compiled and compared with the element.
+A ``<sensor>`` becomes an entry with a sensor type of the parts library, and arguments such as range, rays and image
+size. ``overlay`` compares it with the ``<sensor>`` that this type generates, and puts the differences into the key
+``gazebo``. A ``<ros2_control>`` is read in the syntax of Humble or Jazzy. Content that an entry cannot represent is
+detected later, when the entry is compiled and compared with the element.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ _CLASSIC = ("ray", "gpu_ray", "depth", "gps", "multicamera")
 _MODERN = ("gpu_lidar", "rgbd_camera", "navsat")
 _FRAMES = ("gz_frame_id", "ignition_frame_id")
 _FRAME_NAMES = ("frame_name", "frameName", "frame_id")
-_NEAR = 5e-3  # rad: tolerance for symmetric angles and full circles
-# Arguments of library sensor types, each with the SDF element and the child that has the number.
+_NEAR = 5e-3  # rad, tolerance for symmetric angles and full circles
+# Arguments of library sensor types, and the (element, child element) of SDF that has their value.
 _RANGES = {"max_range": ("range", "max"), "min_range": ("range", "min")}
 _LENSES = {
     "hfov": ("camera", "horizontal_fov"),
@@ -52,17 +52,17 @@ _LENSES = {
     "far": ("clip", "far"),
 }
 _WIDEST = {"hfov": math.radians(170), "fov": math.tau, "vertical_fov": math.radians(179)}
-_SMALLEST = 1e-4  # m, the smallest distance that library types accept
+_SMALLEST = 1e-4  # m, the smallest range that library sensor types accept
 _FLAGS = {"true": True, "True": True, "false": False, "False": False}
 _INTERFACE_NUMBERS = {"min": "min", "max": "max", "initial_value": "initial"}
 
 
 class CannotConvert(Exception):
-    """An element has content that the language cannot express; the message names it."""
+    """An element has content that the description language cannot express; the message names the content."""
 
 
 class GazeboSensor(NamedTuple):
-    """A ``<sensor>`` element: ``reference`` is its link or joint, ``pose`` has metres and radians."""
+    """A parsed <sensor>: ``reference`` is its link or joint, ``pose`` is x, y, z (m), roll, pitch, yaw (rad)."""
 
     name: str
     type: str
@@ -71,7 +71,7 @@ class GazeboSensor(NamedTuple):
     pose: tuple[float, ...]
 
     def inner(self, *path: str) -> Mapping[str, Any]:
-        """Return the child elements at a path; ``lidar`` also finds the older name <ray>."""
+        """Return the children of the element at a path of tags; ``lidar`` also matches the older tag <ray>."""
         values: Mapping[str, Any] = self.elements
         for key in path:
             found = values.get(key) or (values.get("ray") if key == "lidar" else None)
@@ -80,7 +80,7 @@ class GazeboSensor(NamedTuple):
 
     @property
     def stamp(self) -> str:
-        """The frame_id of the messages, set by a Gazebo element or a plug-in, or "" if unset."""
+        """The frame_id of the messages of the sensor, set by a Gazebo element or a plug-in, or "" if unset."""
         plugins = self.elements.get("plugin") or []
         plugins = plugins if isinstance(plugins, list) else [plugins]
         named = [self.elements.get(name) for name in _FRAMES]
@@ -89,7 +89,7 @@ class GazeboSensor(NamedTuple):
 
 
 def read_sensor(element: Element, reference: str) -> GazeboSensor:
-    """Parse a <sensor> element. Raises CannotConvert for a pose that is not six numbers."""
+    """Parse the <sensor> of a link or joint. Raises CannotConvert if <pose> is not six numbers."""
     made = _elements(element, exact=False)
     try:
         numbers = tuple(map(float, str(made.pop("pose", None) or "0 0 0 0 0 0").split()))
@@ -102,7 +102,7 @@ def read_sensor(element: Element, reference: str) -> GazeboSensor:
 
 
 def _elements(element: Element, exact: bool) -> dict[str, Any]:
-    """Convert the children of an element to nested mappings; ``exact`` keeps text that would be written differently."""
+    """Convert child elements to nested mappings; with ``exact``, numbers stay strings unless written back unchanged."""
     made: dict[str, Any] = {}
     for child in element:
         value = _value(child, exact or child.tag == "plugin")
@@ -145,7 +145,7 @@ def gazebo_of(elements: Sequence[Element]) -> str:
 
 
 def entry(one: GazeboSensor, robot: Robot, gazebo: str) -> dict[str, Any]:
-    """Return the ``sensors`` entry of a sensor, without its ``gazebo`` key. Raises CannotConvert."""
+    """Convert a sensor to an entry of the section ``sensors``, without the key ``gazebo``. Raises CannotConvert."""
     kind, frame = TYPES.get(one.type, ""), one.reference
     if one.type in LIDARS:
         rays, layers = (one.inner("lidar", "scan", axis).get("samples", 1.0) for axis in ("horizontal", "vertical"))
@@ -171,7 +171,7 @@ def entry(one: GazeboSensor, robot: Robot, gazebo: str) -> dict[str, Any]:
     if arguments := _arguments(one, kind, gazebo):
         made["with"] = arguments
     stamp, optical = one.stamp, ""
-    if kind in IMAGES:  # the image frame is fixed to the camera
+    if kind in IMAGES:  # find the optical frame, a link that is fixed to the camera
         near = [frame, *(joint.child for joint in robot.joints if joint.parent == frame and joint.is_fixed)]
         fixed = [joint.child for joint in robot.joints if joint.parent in near and joint.is_fixed]
         below = [name for name in fixed if "optical" in name and "optical" not in frame]
@@ -182,14 +182,14 @@ def entry(one: GazeboSensor, robot: Robot, gazebo: str) -> dict[str, Any]:
         ends = [(axis["min_angle"], axis["max_angle"]) for word, axis in axes.items() if word in arguments]
         count = int(arguments.get("rays", 1)) * int(arguments.get("layers", 1))
         if count > MAX_RAYS or any(abs(low + high) > _NEAR for low, high in ends):
-            made["mjcf"] = []  # MuJoCo's rays are symmetric
+            made["mjcf"] = []  # omit the lidar from the MJCF: too slow, or asymmetric, which MuJoCo does not support
     if stamp in robot.link and stamp not in (frame, optical):
         made["stamps"] = [stamp]
     return made
 
 
 def _arguments(one: GazeboSensor, kind: str, gazebo: str) -> dict[str, Any]:
-    """Return the arguments of a library sensor type; numbers outside its accepted range are left out."""
+    """Return the arguments for a sensor type of the parts library, without numbers that the type does not accept."""
     rate, topic = one.elements.get("update_rate", 0.0), one.elements.get("topic")
     topic = one.inner("contact").get("topic", topic) if kind == "contact" else topic
     made: dict[str, Any] = {"rate": rate} if isinstance(rate, float) and rate >= 0 else {}
@@ -232,7 +232,7 @@ def _noise(word: str, noise: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _field_of_view(word: str, axis: Mapping[str, Any], rays: int) -> dict[str, Any]:
-    """Return the field of view argument (rad) if the angles are symmetric; a full circle is the default."""
+    """Return {word: field of view in rad} for the angles of ``axis``, or {} for a full circle, which is the default."""
     low, high = axis.get("min_angle"), axis.get("max_angle")
     if not isinstance(low, float) or not isinstance(high, float):
         return {}
@@ -243,18 +243,18 @@ def _field_of_view(word: str, axis: Mapping[str, Any], rays: int) -> dict[str, A
 
 
 def without_collisions(texts: Sequence[str]) -> list[str]:
-    """Remove the collision names of contact sensors from XML texts; they follow from the shapes of the link."""
+    """Remove <collision> names of contact sensors from XML; the shapes of the link determine these names."""
     return [re.sub(r"<collision>[^<]*</collision>", "", text) for text in texts]
 
 
 def overlay(one: GazeboSensor, sensor: Sensor, gazebo: str) -> dict[str, Any]:
-    """Return the ``gazebo`` key: where the source sensor differs from the one that its type generates."""
+    """Return the differences of the source sensor ``one`` from the generated ``sensor``, for the key ``gazebo``."""
     made: dict[str, Any] = {}
     if len(sensor.gazebo) != 1:
         return made
     brought = sensor.gazebo[0]
     frame_id = brought.FRAME_ELEMENTS[gazebo]
-    if gazebo == "classic":  # only the type changes; elements have the names of new Gazebo in every description
+    if gazebo == "classic":  # only the type differs, because descriptions use the element names of new Gazebo
         brought = replace(brought, type=brought.in_classic().type)
     if one.type != brought.type:
         made["sensor"] = one.type
@@ -270,7 +270,7 @@ def overlay(one: GazeboSensor, sensor: Sensor, gazebo: str) -> dict[str, Any]:
     lidar = "ray" if gazebo == "classic" or one.type in ("gpu_lidar", "lidar") else ""
     if lidar in elements and "lidar" not in elements:
         elements = {("lidar" if key == lidar else key): value for key, value in elements.items()}
-    if brought.feels and "contact" in elements:  # the collisions follow from the shapes of the link
+    if brought.feels and "contact" in elements:  # ignore collision names, which follow from the shapes of the link
         elements["contact"] = {key: value for key, value in one.inner("contact").items() if key != "collision"}
     if frame_id and not any(name in elements for name in _FRAMES):
         elements[frame_id] = None
@@ -281,7 +281,7 @@ def overlay(one: GazeboSensor, sensor: Sensor, gazebo: str) -> dict[str, Any]:
 
 
 def _changes(own: Mapping[str, Any], wanted: Mapping[str, Any], above: tuple[str, ...]) -> dict[str, Any]:
-    """Return the new and changed values of ``wanted``, and None for keys that only ``own`` has."""
+    """Return the values of ``wanted`` that differ from ``own``, recursively; keys that only ``own`` has are None."""
     made: dict[str, Any] = {}
     for key, value in wanted.items():
         if isinstance(value, dict) and isinstance(own.get(key), dict):
@@ -307,7 +307,7 @@ def _is_default(path: tuple[str, ...], value: Any) -> bool:
 
 
 def block(element: Element, robot: Robot, humble: bool) -> dict[str, Any]:
-    """Return the ``control`` entry of a <ros2_control> block, read as Humble or as Jazzy does."""
+    """Convert a <ros2_control> block to an entry of ``control``, in the syntax of Humble (``humble``) or Jazzy."""
     hardware = element.find("hardware")
     hardware = Element("hardware") if hardware is None else hardware
     kind = element.get("type", "").strip()
@@ -340,7 +340,7 @@ def _joint(element: Element, robot: Robot, humble: bool) -> dict[str, Any] | Non
         commands = entry.get("command", {})
         if not isinstance(commands, dict):
             commands = dict.fromkeys([commands] if isinstance(commands, str) else commands)
-        for interface, numbers in commands.items():  # a command without a limit although the joint has it
+        for interface, numbers in commands.items():  # set "limits" to "urdf" if a command lacks a limit of the joint
             low, high = joint.limits_of(interface)
             ends = {end for end, limit in (("min", low), ("max", high)) if limit is not None}
             if not ends <= (numbers or {}).keys():
@@ -350,7 +350,7 @@ def _joint(element: Element, robot: Robot, humble: bool) -> dict[str, Any] | Non
         if not (joint and joint.mimic and _FLAGS.get(flag) is True):
             entry["mimic"] = _FLAGS.get(flag, flag)
     elif humble and joint is not None and joint.mimic is not None:
-        # On Humble, the parameter ``mimic`` repeats the leader; without it the hardware commands the joint itself.
+        # On Humble, the parameter ``mimic`` names the leader joint; a joint without it is not coupled to the leader.
         params = entry.get("params", {})
         if params.pop("mimic", None) is None:
             entry["mimic"] = False
@@ -376,7 +376,7 @@ def _interface(element: Element) -> dict[str, Any] | None:
 
 
 def _by_name(element: Element, tag: str, read: Callable[[Element], Any]) -> dict[str, Any]:
-    """Return the parsed children with a tag, by their attribute ``name``."""
+    """Parse the child elements with a tag using ``read``; return the results by the attribute ``name``."""
     return {child.get("name", ""): read(child) for child in element if child.tag == tag}
 
 
@@ -385,7 +385,7 @@ def _params(element: Element) -> dict[str, Any]:
 
 
 def plain(text: str) -> Any:
-    """Convert a text to a number or boolean if that is written back as the same text, else return the text."""
+    """Parse a number or boolean that would be written back as the same string; return other strings unchanged."""
     if text in ("true", "false"):
         return text == "true"
     number = _number(text)

@@ -33,7 +33,7 @@ MARK = "# rosorin-compile extract"  # the first words of every file that extract
 
 @dataclass(frozen=True)
 class ExtractedBoxes:
-    """The shapes around each part and their fit, and the section ``links`` with one shape per part."""
+    """The result of ``extract_boxes``: shapes and their fit by mesh or link, and the YAML section ``links``."""
 
     parts: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     text: str = ""
@@ -43,7 +43,7 @@ class ExtractedBoxes:
 
 @dataclass(frozen=True)
 class ExtractedHeightMap:
-    """A height map in a frame, and a section ``links`` that contains it."""
+    """The result of ``extract_height_map``: a height map in ``frame``, and the YAML section ``links``."""
 
     frame: str = ""
     height_map: HeightMap | None = None
@@ -80,15 +80,15 @@ def extract_boxes(
 ) -> ExtractedBoxes:
     """Fit boxes, cylinders, capsules and stacks of boxes to meshes.
 
-    ``parts`` of the result has for each part the shapes of every kind with their fit (metres, cubic metres, radians),
-    ``text`` the section ``links`` of a description with one of them, and ``report`` a table.
+    In the result, ``parts`` has the shapes of every kind and their fit by mesh or link (m, m^3, rad). ``text`` is the
+    section ``links`` of a description with shapes of the kind ``shape``, and ``report`` is a table.
 
     Args:
         sources: Mesh files, or one robot: a description, URDF, xacro, SDF or MJCF.
-        links: The links of the robot to use; by default all that have meshes.
-        section: Use the meshes of ``"collision"`` or ``"visual"`` shapes; ``"auto"``: collision, else visual.
-        scale: The factors of mesh files along x, y and z, such as 0.001 for millimetres.
-        shape: The shape in ``text``: box, oriented_box, cylinder, capsule, stack or smallest.
+        links: The links of the robot to use; by default all links with meshes.
+        section: Use the meshes of ``"collision"`` or ``"visual"`` shapes; ``"auto"`` prefers collision meshes.
+        scale: Factors for the coordinates in mesh files along x, y and z, such as 0.001 for millimetres.
+        shape: The kind of shape in ``text``: box, oriented_box, cylinder, capsule, stack or smallest.
         stack: The number of boxes in a stack, 1 to 100.
         axis: The axis of the stack: x, y, z or auto.
         digits: Decimals of lengths in metres, 0 to 9.
@@ -126,7 +126,7 @@ def extract_boxes(
                 overhang = "open mesh"
                 if fit.overhang is not None:
                     overhang = f"{_volume(fit.overhang)} ({100 * fit.overhang / fit.volume:.0f}%)"
-                overlap = math.floor(fit.overlap * 1000) / 10  # rounded down, so that 100% means all corners
+                overlap = math.floor(fit.overlap * 1000) / 10  # round down, so that 100% means all vertices
                 rows.append((part.name, name, _volume(fit.volume), overhang, f"{overlap:g}%"))
             values[part.name] = {"meshes": list(part.meshes), "triangles": len(part.triangles)}
             values[part.name] |= {"closed": fit.overhang is not None, "smallest": smallest, "shapes": shapes}
@@ -154,7 +154,7 @@ def _sizes(shape: Shape) -> dict[str, dict[str, Any]]:
 
 
 def shape_entry(shape: Shape) -> dict[str, Any]:
-    """Convert a shape to an entry of ``collision`` for ``description.layout``."""
+    """Convert a shape to an entry of the list ``collision`` of a link, ready for writing as YAML."""
     geometry, sizes = shape.geometry, _sizes(shape)
     if isinstance(geometry, Box) and geometry.centre == (0.0, 0.0, 0.0):
         sizes = {"box": {"size": geometry.size}}
@@ -195,11 +195,11 @@ def extract_height_map(
 ) -> ExtractedHeightMap:
     """Compute the top surface of meshes as heights on a grid.
 
-    ``height_map`` of the result is None with errors in ``diagnostics``; ``text`` is the section ``links`` of a
+    In the result, ``height_map`` is None if ``diagnostics`` has errors; ``text`` is the section ``links`` of a
     description with the map.
 
     Args:
-        sources: Mesh files, or one robot with ``link``.
+        sources: Mesh files, or one robot (then ``link`` is required).
         link: The link of the robot whose meshes are used.
         section: As in ``extract_boxes``.
         scale: As in ``extract_boxes``.
@@ -212,9 +212,9 @@ def extract_height_map(
         size: The size of the grid (x, y) in metres, instead of ``cells``.
         below: Ignore surfaces above this height, in metres.
         map_digits: Decimals of heights in metres, 0 to 9.
-        step: Round heights of boxes to multiples of this length in metres; by default a cell.
-        bottom: Also compute the lowest point of the mesh.
-        into: A file of a description whose height map is replaced, on the same grid.
+        step: Round the heights of boxes to multiples of this length in metres; by default ``cell``.
+        bottom: Also compute the height of the lowest point of the mesh.
+        into: A description file; its height map is replaced with a new map on the same grid.
         status: The status of the source in the description: calculated, measured or factory.
         note: The note of the source in the description; by default the names of the meshes.
     """
@@ -267,7 +267,7 @@ def extract_height_map(
 
 
 def _first_line(sources: Sequence[str], arguments: Mapping[str, str], command: str) -> str:
-    """Return the first line of an extracted file: the command that wrote it."""
+    """Return the first line of an extracted file: a comment with the command that wrote the file."""
     names = [Path(name).name if Path(name).is_absolute() else name for name in sources]
     words = [*names, *(f"{name}:={value}" for name, value in arguments.items())]
     return mask_controls(f"{MARK} {command} {shlex.join(words)}".replace("\n", " ")) + "\n"
@@ -284,12 +284,12 @@ def _save(path: FilePath, text: str, force: bool) -> None:
 
 
 def is_made(old: bytes) -> bool:
-    """Return True if a file with this content was written by extract."""
+    """Return True if a file with this content was written by the command ``extract``."""
     return old.startswith(MARK.encode())
 
 
 def all_diagnostics(problem: DiagnosticError, others: list[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """Sort a problem in with the other diagnostics. Raises RequestError for a mesh file that does not exist."""
+    """Return ``others`` and the diagnostic of ``problem``, sorted. Raises RequestError for a missing mesh file."""
     if isinstance(problem, NotThere):
         raise RequestError(f"{problem.diagnostic.message}; {problem.diagnostic.help}") from None
     return tuple(arrange([*others, problem.diagnostic]))
@@ -297,7 +297,7 @@ def all_diagnostics(problem: DiagnosticError, others: list[Diagnostic]) -> tuple
 
 @dataclass(frozen=True)
 class Part:
-    """A mesh file or a link: its triangles (n, 3, 3) in metres in its frame, and the names of its mesh files."""
+    """The triangles (n, 3, 3) in metres of a mesh file, or of a link in the link frame, and the mesh file names."""
 
     name: str
     triangles: Floats
@@ -319,7 +319,7 @@ class RobotSource:
             first = next(one for one in reading.diagnostics if one.severity == ERROR)
             diagnostics += [one for one in reading.diagnostics if one is not first]
             raise ExtractProblem(first)
-        # Unconvertible elements contain no joint and no mesh; `check` reports the diagnostics of a description.
+        # Do not report diagnostics of a description (`check` does) or unsupported elements (not joints or meshes).
         found = reading.diagnostics if request.is_foreign else ()
         found = [one for one in found if one.rule != "import-cannot-carry"]
         diagnostics += [one for one in found if one.severity in (ERROR, WARNING)]
@@ -327,13 +327,13 @@ class RobotSource:
         self.path, self.packages = description.path, PackageFinder(options.packages, os.environ, description.path)
 
     def link(self, name: str) -> str:
-        """Return ``link`` unchanged. Raises UnknownName if the robot has no such link."""
+        """Return ``name`` unchanged. Raises UnknownName if the robot has no link with this name."""
         if name not in self.robot.link:
             raise UnknownName("link", name, self.robot.link, "the robot")
         return name
 
     def part(self, link: str, section: str) -> Part | None:
-        """Return the meshes of a link in its frame, or None; warn about meshes that cannot be read."""
+        """Return the meshes of a link in its frame, or None if it has none; warn about unreadable meshes."""
         import numpy as np
 
         shapes = {"collision": self.robot.link[link].collision, "visual": self.robot.link[link].visual}
@@ -370,7 +370,7 @@ def read_parts(
     options: ReadOptions,
     diagnostics: list[Diagnostic],
 ) -> tuple[list[Part], RobotSource | None]:
-    """Return a part for each mesh file, or the parts of one robot (a part per link with meshes) and the robot.
+    """Load mesh files, or the meshes of a robot; return a ``Part`` for each file or link, and the robot or None.
 
     ``scale`` has the factors for mesh files along x, y and z. Raises RequestError, ExtractProblem.
     """

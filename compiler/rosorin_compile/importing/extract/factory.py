@@ -25,7 +25,7 @@ from .extract import MARK, RobotSource, all_diagnostics, is_made
 
 _POSE = ("type", "parent", "child", "xyz", "rpy", "axis")
 _KEYS = (*_POSE, "limit", "mimic", "dynamics", "calibration", "safety_controller")
-_NOT_TAKEN = ("mass-", "inertia-", "shape-")  # rules about values that are not extracted
+_NOT_TAKEN = ("mass-", "inertia-", "shape-")  # prefixes of rules about values that are not extracted
 _MAX_BYTES = 5_000_000  # size limit of a robot file
 _ROBOT = re.compile(r"<robot\b[^>]*?\sname\s*=", re.DOTALL)
 _INCLUDES = re.compile(r"<xacro:include\b[^>]*?\sfilename\s*=\s*[\"']([^\"']+)[\"']", re.DOTALL)
@@ -66,9 +66,9 @@ def extract_factory(
     trust: bool = False,
     warn: Warn = None,
 ) -> ExtractedFactory:
-    """Write the joints, a box for each link and a height map of a ROS description package to a folder.
+    """Write the joints, a box for each link and a height map of a ROS description package to YAML files.
 
-    The options that are not listed here are those of ``extract_height_map``.
+    Options that are not listed here are the same as in ``extract_height_map``.
 
     Args:
         package: The folder of the package.
@@ -118,7 +118,7 @@ def extract_factory(
                 diagnostics += messages
             except ExtractProblem as problem:
                 diagnostics.append(problem.diagnostic)
-        # The joints keep all numbers, so the ``accept`` entries for their rule violations are kept, too.
+        # Copy the ``accept`` entries that suppress diagnostics, because the joint values are copied unchanged.
         joints = {
             joint: {key: plain_value(value) for key, value in entry.items() if key in _KEYS}
             for joint, entry in (source.tree.get("joints") or {}).items()
@@ -155,7 +155,7 @@ def _find_robot_file(package: Path, requested: str | None) -> Path:
     included: set[Path] = set()
     for path, text in texts.items():
         for address in _INCLUDES.findall(text):
-            # An expression in a name, as in ${model}.xacro or $(arg model).xacro, matches any text.
+            # An expression in a file name, as in ${model}.xacro or $(arg model).xacro, matches any text.
             pieces = re.split(r"\$\{[^}]*\}|\$\([^)]*\)", address.rpartition("/")[2])
             pattern = re.compile(".+".join(map(re.escape, pieces)))
             included |= {other for other in texts if other != path and pattern.fullmatch(other.name)}
@@ -182,7 +182,7 @@ def _find_robot_file(package: Path, requested: str | None) -> Path:
 
 
 def _choice(text: str) -> str:
-    """Describe the variables that select the includes of a file, and the values that they are compared with."""
+    """Describe the arguments and environment variables that select the included files, with their known values."""
     includes = _INCLUDES.findall(text)
     conditions = [value[1:-1] for _, value, content in _CONDITION.findall(text) if "<xacro:include" in content]
     conditions += [name for name in includes if "$" in name]

@@ -5,7 +5,7 @@ triangle raises every cell whose interior it intersects. A wall exactly on a gri
 assigned to the cell on its inner side. So a box that ends on a grid line does not fill the adjacent cells, and no wall
 is lost.
 
-A height map in a description file is edited in place; the new text is parsed and compared with the old text.
+A height map in a description file is edited in place; the new text is parsed to check that nothing else changed.
 """
 
 from __future__ import annotations
@@ -37,25 +37,25 @@ from .shapes import round_down
 Floats = NDArray[np.float64]
 
 MAX_CELLS = 1_000_000
-CHUNK = 50_000  # triangles processed at once
-_MOST_PAIRS = 100_000  # triangle-cell pairs processed at once
-_LINE = 1e-5  # half the width of a grid line, in cells: STL coordinates have 24 bits
+CHUNK = 50_000  # number of triangles that are processed at once
+_MOST_PAIRS = 100_000  # number of (triangle, cell) pairs that are processed at once
+_LINE = 1e-5  # half the width of a grid line in cells, because STL coordinates have only 24 bits
 _HELP = "write it in block style without anchors and aliases; or write a file with -o FILE, and paste it"
-_NOISE = 1e-6  # m, a mesh that extends less than this beyond the grid or below z = 0 is not reported
+_NOISE = 1e-6  # m, a smaller excess of the mesh beyond the grid or below z = 0 is not reported
 
 
 @dataclass(frozen=True)
 class GridOptions:
     """The options of a height map, lengths in metres. Raises RequestError for conflicting or invalid options."""
 
-    cell: float | None = None  # by default 10 mm
-    origin: tuple[float, float] | None = None
-    cells: tuple[int, int] | None = None  # by default as many as cover the mesh
-    size: tuple[float, float] | None = None  # instead of ``cells``
+    cell: float | None = None  # edge length of a cell; by default 10 mm
+    origin: tuple[float, float] | None = None  # x and y of the lower corner
+    cells: tuple[int, int] | None = None  # number along x and y; by default as many as cover the mesh
+    size: tuple[float, float] | None = None  # edge lengths of the grid along x and y, instead of ``cells``
     below: float | None = None  # ignore surfaces above this height
-    digits: int = 4
-    step: float | None = None  # by default ``cell``
-    bottom: bool = False  # also compute the lowest point of the mesh
+    digits: int = 4  # decimals of heights
+    step: float | None = None  # round box heights to multiples of this length; by default ``cell``
+    bottom: bool = False  # also compute the height of the lowest point of the mesh
 
     def __post_init__(self) -> None:
         for name, values in {"cell": (self.cell,), "step": (self.step,), "size": self.size or ()}.items():
@@ -68,7 +68,7 @@ class GridOptions:
 
 
 class Grid(NamedTuple):
-    """A grid of square cells: ``cells`` along x and y with edge ``cell`` (m); ``origin`` (m) is its lower corner."""
+    """A grid with ``cells`` (nx, ny) squares of edge length ``cell`` (m); ``origin`` (m) is its lower corner (x, y)."""
 
     origin: tuple[float, float]
     cell: float
@@ -78,8 +78,8 @@ class Grid(NamedTuple):
 def make_height_map(triangles: Floats, request: GridOptions, frame: str) -> tuple[HeightMap, list[Diagnostic]]:
     """Compute a height map from triangles (n, 3, 3) in metres in a frame. Raises ExtractProblem.
 
-    The default grid is the smallest grid with a rounded origin that covers the mesh. Returns a warning for surfaces
-    outside the grid and a note for surfaces below z = 0.
+    The default grid is the smallest grid with a rounded origin that covers the mesh. Also returns a warning for
+    surfaces outside the grid and a note for surfaces below z = 0.
     """
     method = "highest point of each triangle in each cell"
     if request.below is not None:
@@ -146,7 +146,7 @@ def surface_heights(triangles: Floats, grid: Grid) -> Floats:
         within = ((across == 1) & (lower >= 0) & (upper <= np.array(grid.cells))).all(axis=1)
         np.maximum.at(heights, first[within, 0] * grid.cells[1] + first[within, 1], scaled[within, :, 2].max(axis=1))
         across[within] = 0
-        # Pairs of a triangle and a cell that it may intersect, in chunks.
+        # To limit memory, process in chunks all pairs of a triangle and a cell that may intersect.
         ends = np.cumsum(across[:, 0] * across[:, 1])
         for pair in range(0, int(ends[-1]) if len(ends) else 0, _MOST_PAIRS):
             number = np.arange(pair, min(pair + _MOST_PAIRS, int(ends[-1])))
@@ -159,7 +159,7 @@ def surface_heights(triangles: Floats, grid: Grid) -> Floats:
 
 
 def _highest(triangles: Floats, cells: NDArray[np.int64]) -> Floats:
-    """Return the maximum height (m,) of each triangle (m, 3, 3) within its cell (m, 2), -inf if they do not intersect.
+    """Return the maximum height (n,) of each triangle (n, 3, 3) over its cell (n, 2), -inf if it misses the cell.
 
     The highest point is a corner of the triangle, an intersection of an edge with a side of the cell, or above a corner
     of the cell. Grid lines do not belong to the interior of a cell.
@@ -176,7 +176,7 @@ def _highest(triangles: Floats, cells: NDArray[np.int64]) -> Floats:
                 place = start[:, other] + share * way[:, other]
                 on_side = crosses & (share >= 0) & (share <= 1) & (np.abs(place - middle[:, other]) <= half)
                 highest = np.maximum(highest, np.where(on_side, start[:, 2] + share * way[:, 2], -np.inf))
-    # The points above the corners of the cell; a vertical triangle has none.
+    # Compute the heights above the corners of the cell; a vertical triangle has no such height.
     start, edges = triangles[:, 0], triangles[:, 1:] - triangles[:, :1]
     (p, q), (r, s) = edges[:, 0, :2].T, edges[:, 1, :2].T
     area = p * s - q * r
@@ -210,7 +210,7 @@ def summary(height_map: HeightMap) -> str:
 
 
 def height_map_yaml(link: str, height_map: HeightMap, status: str, note: str) -> str:
-    """Format a section ``links`` in which the height map is the collision shape of a link."""
+    """Format a YAML section ``links`` with the height map as a collision shape of a link."""
     cell, bottom = _length(height_map.cell), height_map.bottom
     lines = [
         f"origin: {_row(height_map.origin)}",
@@ -242,7 +242,7 @@ def _source_line(status: str, note: str) -> str:
 
 @dataclass(frozen=True)
 class MapEntry:
-    """A height map in a description file: its link, its index under ``collision``, and its parsed values."""
+    """A height map in a description file: its link, its index in the list ``collision``, and that list item."""
 
     source: Source
     link: str
@@ -250,7 +250,7 @@ class MapEntry:
     collision: Map
 
     def complete(self, grid: GridOptions) -> GridOptions:
-        """Fill unset options with the grid and step of this height map. Raises ExtractProblem."""
+        """Return options whose unset values are copied from this height map. Raises ExtractProblem."""
         values: Map = self.collision["height_map"]
         try:
             x, y = map(float, values["origin"])
@@ -265,7 +265,7 @@ class MapEntry:
 
 
 def find_map(path: Path, link: str | None) -> MapEntry:
-    """Find the height map of a link in a description file, or the only one of the file. Raises SourceError."""
+    """Find the height map of ``link`` in a description file (None: the only height map). Raises SourceError."""
     source = read_utf8(path, str(path))
     tree = parse_yaml(source)
     links = tree.get("links") if isinstance(tree, Map) else None
@@ -285,7 +285,7 @@ def find_map(path: Path, link: str | None) -> MapEntry:
 
 
 def replace_map(entry: MapEntry, new: HeightMap, status: str, note: str) -> str:
-    """Return the text of the file with the height map replaced. Raises ExtractProblem if it cannot be edited."""
+    """Return the text of a description file with a new height map. Raises ExtractProblem if that is impossible."""
     old, spans = entry.collision["height_map"], entry.collision.key_spans
     values: dict[str, Any] = {"origin": list(new.origin), "cell": new.cell, "method": new.method}
     texts = {"origin": _row(new.origin), "cell": _length(new.cell), "method": Scalar(new.method).in_quotes()}
@@ -319,7 +319,7 @@ def replace_map(entry: MapEntry, new: HeightMap, status: str, note: str) -> str:
 
 
 def _edit(lines: list[str], key: Span, text: str, below: Sequence[str] = ()) -> tuple[int, int, list[str]]:
-    """Return the start and end index of the lines of a key, and the new lines; a comment after the key is kept."""
+    """Return (start, end, new lines) to replace the lines of a YAML key; a comment after the key is kept."""
     first = lines[key.line - 1]
     comment = re.search(r"\s+#.*$", first)
     head = first[: key.column - 1] + text + (comment[0] if comment else "")
@@ -327,7 +327,7 @@ def _edit(lines: list[str], key: Span, text: str, below: Sequence[str] = ()) -> 
 
 
 def _block_end(lines: list[str], key: Span) -> int:
-    """Return the index of the first line after the block value of a key."""
+    """Return the index of the first line after the block value of a YAML key."""
     end = key.line
     for number in range(key.line, len(lines)):
         content = lines[number].lstrip()

@@ -1,6 +1,6 @@
 """Fit bounding shapes to a mesh: box, oriented box, cylinder, capsule and stack of boxes; measure their fit.
 
-Each shape encloses the mesh, also after its dimensions are rounded. A rotated shape is only preferred to a less rotated
+Each shape encloses the mesh, even after its dimensions are rounded. A rotated shape is only preferred to a less rotated
 shape if its volume is more than one percent smaller.
 """
 
@@ -26,7 +26,7 @@ from rosorin_compile.model.shape import volume_and_moments
 Floats = NDArray[np.float64]
 Vector = tuple[float, float, float]
 
-_STL_NOISE = 1e-7  # m: STL corners have 24 bits
+_STL_NOISE = 1e-7  # m, rounding error of STL coordinates, which have 24 bits
 
 
 @dataclass(frozen=True)
@@ -41,17 +41,17 @@ class Fit:
 
 
 def fit_shapes(triangles: Floats, digits: int, stack: int, axis: str = "auto") -> dict[str, Fit]:
-    """Fit a bounding shape of each kind to triangles (n, 3, 3) in metres, and measure the fit.
+    """Fit a bounding shape of each kind to triangles (n, 3, 3) in metres, and return the fits by kind.
 
     Lengths have ``digits`` decimals. The stack has ``stack`` boxes along ``axis``: x, y, z, or auto (least volume).
     """
     corners = triangles.reshape(-1, 3)
     mesh = Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=True)
     size = abs(float(mesh.volume)) if mesh.is_watertight else 0.0
-    triangles = np.round(triangles, 10)  # otherwise divisions by differences below 0.1 nm follow
+    triangles = np.round(triangles, 10)  # avoid divisions by differences below 0.1 nm
     hull = _hull(triangles.reshape(-1, 3))
     oriented = _oriented_box(hull, digits)
-    angles: list[Vector] = [(0, math.pi / 2, 0), (math.pi / 2, 0, 0), (0, 0, 0)]  # along x, y and z
+    angles: list[Vector] = [(0, math.pi / 2, 0), (math.pi / 2, 0, 0), (0, 0, 0)]  # z axis along x, y and z
     if oriented.pose.rpy != (0, 0, 0):
         angles += [_angles_along((x, y, z)) for x, y, z in zip(*oriented.pose.transform().rows, strict=True)]
     cylinders, capsules = zip(*(_round_shapes(hull, rpy, digits) for rpy in angles), strict=True)
@@ -71,7 +71,7 @@ def fit_shapes(triangles: Floats, digits: int, stack: int, axis: str = "auto") -
 
 
 def enclosing_box(points: Floats, digits: int) -> Box:
-    """Return the axis-aligned box around points (..., 3), rounded outwards to a number of decimals."""
+    """Return the axis-aligned box around points (..., 3), rounded outwards to ``digits`` decimals."""
     points = points.reshape(-1, 3)
     low = [round_down(float(value), digits) for value in points.min(axis=0)]
     high = [round_up(float(value), digits) for value in points.max(axis=0)]
@@ -80,18 +80,18 @@ def enclosing_box(points: Floats, digits: int) -> Box:
 
 
 def round_up(value: float, digits: int) -> float:
-    """Round metres up; an excess below 0.1 um, or below a twentieth of the last decimal, is ignored."""
+    """Round a length (m) up to ``digits`` decimals, after subtracting a tolerance of at most 0.1 um."""
     scale = 10.0**digits
     return round(math.ceil(value * scale - min(_STL_NOISE * scale, 0.05)) / scale, digits) + 0.0
 
 
 def round_down(value: float, digits: int) -> float:
-    """Round metres down, with the same tolerance as ``round_up``."""
+    """Round a length (m) down to ``digits`` decimals, with the same tolerance as ``round_up``."""
     return -round_up(-value, digits) + 0.0
 
 
 def in_frame(points: Floats, pose: Pose) -> Floats:
-    """Transform points (n, 3) into the frame with the given pose."""
+    """Transform points (n, 3) from the parent frame into the frame at ``pose``."""
     local: Floats = (points - np.array(pose.xyz)) @ _rotation(pose.rpy)
     return local
 
@@ -111,7 +111,7 @@ def _rounded_angles(rpy: Vector) -> Vector:
 
 
 def _angles_along(axis: Vector) -> Vector:
-    """Return roll, pitch and yaw (rad) of a frame with its z axis along ``axis``, pointing upwards."""
+    """Return roll, pitch and yaw (rad) of a frame whose z axis is parallel to ``axis`` and points upwards."""
     x, y, z = axis if axis[2] >= 0 else (-axis[0], -axis[1], -axis[2])
     return _rounded_angles((0.0, math.atan2(math.hypot(x, y), z), math.atan2(y, x)))
 
@@ -130,7 +130,7 @@ def _hull(points: Floats) -> Floats:
 
 
 def _oriented_box(hull: Floats, digits: int) -> Shape:
-    """Return the smallest box aligned with a face of the hull, or the axis-aligned box if that is not larger."""
+    """Return the smallest box aligned with a face of the hull, or the axis-aligned box if it is about as small."""
     aligned = Shape(enclosing_box(hull, digits))
     try:
         with np.errstate(all="ignore"):
@@ -148,7 +148,7 @@ def _oriented_box(hull: Floats, digits: int) -> Shape:
 
 
 def _least_rotation(axes: Floats) -> Vector:
-    """Return roll, pitch and yaw (rad) of a box, with its axes (rows) permuted and flipped for the least rotation."""
+    """Return roll, pitch and yaw (rad) for box axes (rows), permuted and flipped for the least rotation."""
     turned = [
         axes[list(order)] * np.array(signs)[:, None]
         for order in itertools.permutations(range(3))
@@ -165,7 +165,7 @@ def _positive(value: float, digits: int) -> float:
 
 
 def _round_shapes(points: Floats, rpy: Vector, digits: int) -> tuple[Shape, Shape]:
-    """Return the smallest cylinder along the z axis of a rotated frame, and the best of 32 capsules on that axis."""
+    """Return the smallest cylinder and capsule around points (n, 3), along the z axis of a frame rotated by ``rpy``."""
     rotation = _rotation(rpy)
     local = points @ rotation
     (x, y), _ = smallest_circle(local[:, :2])
@@ -203,7 +203,7 @@ def _stack(triangles: Floats, count: int, axis: str, digits: int) -> tuple[Shape
         height = triangles[:, :, along]
         corners = triangles[(height.max(axis=1) >= low) & (height.min(axis=1) <= high)]
         points, faces = corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
-        # Faces in a cutting plane belong to both slices, but trimesh drops them.
+        # Add the vertices in the cutting planes, because trimesh drops faces in these planes.
         inside = points[(points[:, along] >= low - _STL_NOISE) & (points[:, along] <= high + _STL_NOISE)]
         for direction, cut in ((normal, low), (-normal, high)):
             if len(faces):
@@ -233,23 +233,23 @@ def smallest_circle(points: Floats) -> tuple[tuple[float, float], float]:
     distances = squareform(pdist(hull))
     first, second = divmod(int(distances.argmax()), len(hull))
     centre, radius = (hull[first] + hull[second]) / 2, distances[first, second] / 2
-    # A circle defined by two points has the farthest pair; else its centre is a vertex of a Voronoi diagram.
+    # If two points define the circle, they are the farthest pair; otherwise search for the centre.
     if np.linalg.norm(hull - centre, axis=1).max() > radius * (1 + 1e-9) + 1e-15:
         centre, _ = minimum_nsphere(hull)
     return (float(centre[0]), float(centre[1])), float(np.linalg.norm(hull - centre, axis=1).max())
 
 
 def _contains(shape: Shape, points: Floats) -> NDArray[np.bool_]:
-    """Return a mask (m,) of the points (m, 3) inside a shape or on its surface."""
+    """Return a mask (n,) of the points (n, 3) that are inside a shape or on its surface."""
     local, geometry = in_frame(points, shape.pose), shape.geometry
     if isinstance(geometry, Box):
         beyond = np.maximum(np.array(geometry.lower) - local, local - np.array(geometry.upper)).max(axis=1)
     else:
-        assert isinstance(geometry, Cylinder | Capsule)  # noqa: S101 - the only other shapes of fits
+        assert isinstance(geometry, Cylinder | Capsule)  # noqa: S101 - fits contain no other shapes
         radial, axial = np.hypot(local[:, 0], local[:, 1]), abs(local[:, 2]) - geometry.length / 2
         if isinstance(geometry, Cylinder):
             beyond = np.maximum(radial - geometry.radius, axial)
         else:
             beyond = np.hypot(radial, axial.clip(0)) - geometry.radius
-    contained: NDArray[np.bool_] = beyond <= 2e-7  # m: a point this far outside is on the surface
+    contained: NDArray[np.bool_] = beyond <= 2e-7  # tolerance in metres for points on the surface
     return contained

@@ -1,9 +1,9 @@
-"""Represent repeated subtrees as nodes with flat values, and replace differing values with parameters of a part.
+"""Flatten links and joints for the comparison of subtrees, and replace differing values with parameters of a part.
 
-A node is a link and its parent joint. Its values map the path of each scalar below "link" and "joint" to the scalar. A
-node precedes all of its descendants, so that a subtree is a slice. Numbers that differ only in sign share a sign
-parameter. A string that contains the name of the part's use becomes an expression with ``${name}``. A list in which
-several numbers differ becomes one parameter, and equal values in several places share one parameter.
+A node is a link with its parent joint; its values are all scalars of both by path. A node precedes its descendants, so
+that a subtree is a slice of the list. Numbers that differ only in sign share a sign parameter. A string that contains
+the name of the instance (entry of ``use``) becomes an expression with ``${name}``. A list in which several numbers
+differ becomes one parameter, and equal values in several places share one parameter.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from ..description import Expression, escape, free_name, is_number
 
 Values = dict[Path, Any]
 
-MOUNT = "mount"  # name within a part of the link that a use is attached to
-# Paths of values in a joint that are names of joints or actuators.
+MOUNT = "mount"  # in a part, the name for the link of the robot that the part is attached to
+# Paths of values in a node that are names of joints, mimic constraints or actuators.
 REFERENCES: tuple[Path, ...] = (("joint", "mimic", "joint"), ("joint", "mimic", "name"), ("joint", "actuator", "name"))
-_MAX_NODES = 200  # maximum number of links in one part
-# Keys that parts do not support: XML, names of publishers and links, and entries whose names differ between instances.
+_MAX_NODES = 200  # maximum number of links in a part
+# Links and joints with these keys cannot be in a part: XML, or names that differ between instances.
 _UNFIT = frozenset(("publisher", "target", "urdf_elements", "mjcf_elements", "sites", "cameras", "lights"))
 _WITH_AXIS = ("revolute", "continuous", "prismatic", "planar")
 _PRODUCTS = ("ixy", "ixz", "iyz")
@@ -38,16 +38,16 @@ _AXES = {"xyz": ("x", "y", "z"), "rpy": ("roll", "pitch", "yaw")}
 
 @dataclass
 class Node:
-    """A link with its parent joint; the root has an empty joint name."""
+    """A link with its parent joint, whose name is "" for a root link."""
 
     link: str
     joint: str
-    carrier: str
+    carrier: str  # name of the parent link, or MOUNT
     up: int  # index of the parent node, or -1
     rank: tuple[int, int]  # positions of link and joint in the source
-    entries: dict[str, Any]
-    values: Values
-    size: int = 1
+    entries: dict[str, Any]  # the entries "link" and "joint" of the description
+    values: Values  # the scalars in ``entries`` by path
+    size: int = 1  # number of nodes in the subtree
 
     @property
     def kind(self) -> str:
@@ -57,12 +57,12 @@ class Node:
 
     @property
     def names(self) -> list[str]:
-        """The names that the node defines: link, joint, actuator."""
+        """The names of the link, the joint, the mimic constraint and the actuator."""
         return [self.link, self.joint, *(self.values[path] for path in REFERENCES[1:] if path in self.values)]
 
 
 def nodes_of(body: Mapping[str, Any]) -> list[Node]:
-    """Return the nodes of a robot or part, parents before children, or [] if links and joints do not form a forest."""
+    """Return a ``Node`` for each link of a robot or part, parents first, or [] if the links do not form a forest."""
     links, joints = body.get("links") or {}, body.get("joints") or {}
     below: dict[str, list[str]] = defaultdict(list)
     for name, joint in joints.items():
@@ -97,7 +97,7 @@ def nodes_of(body: Mapping[str, Any]) -> list[Node]:
 
 
 def equal_shapes(nodes: list[Node]) -> list[list[int]]:
-    """Return groups of root nodes whose subtrees can be instances of one part, largest subtrees first."""
+    """Group links by the structure of their subtrees; return node indices by group, the largest subtrees first."""
     numbers: dict[Any, int] = {}
     below: list[list[int]] = [[] for _ in nodes]
     fits = [
@@ -107,7 +107,7 @@ def equal_shapes(nodes: list[Node]) -> list[list[int]]:
     groups: dict[int, list[int]] = defaultdict(list)
     for index in range(len(nodes) - 1, -1, -1):
         node = nodes[index]
-        signature = frozenset(  # paths, types of the values, and types of joints and shapes
+        signature = frozenset(  # compare paths, types of values, and types of joints and shapes
             (path, value if path[-1] in ("type", "kind") else type(value) if isinstance(value, (bool, str)) else float)
             for path, value in node.values.items()
         )
@@ -138,13 +138,13 @@ def _scalars(value: Any, path: Path = ()) -> Iterator[tuple[Path, Any]]:
 
 
 def mirror_node(node: Node, mirror: str, is_root: bool) -> Values:
-    """Return the values of a node reflected along an axis, as the key ``mirror`` of a use does."""
+    """Return the values of a link and joint reflected along the axis ``mirror`` ("x", "y", "z", or "" for none)."""
     values = dict(node.values)
     axis = "xyz".index(mirror) if mirror else -1
     for path, number in node.values.items() if mirror else ():
         key, index = (path[-2], path[-1]) if len(path) > 1 else ("", "")
         is_axis_of_joint = path[:2] == ("joint", "axis") and node.kind in _WITH_AXIS
-        if is_root and is_pose(path):  # the pose of the root is given by the use
+        if is_root and is_pose(path):  # skip the pose of the root link, which the entry of "use" sets
             continue
         if key in ("min", "max") and index == axis and path[-3] == "box":
             opposite: Path = (*path[:-2], "max" if key == "min" else "min", axis)
@@ -167,7 +167,7 @@ def _negative(value: float) -> float:
 
 
 def is_pose(path: Path) -> bool:
-    """Return True if a path is in the pose of a joint."""
+    """Return True if a path such as ``("joint", "xyz", 0)`` belongs to the pose of a joint."""
     return path[:2] in (("joint", "xyz"), ("joint", "rpy"))
 
 
@@ -178,7 +178,7 @@ class Parameter:
     name: str
     kind: str
     values: Sequence[Any]
-    is_derived: bool = False  # computed in the part from ``mirrored``
+    is_derived: bool = False  # computed in the part from the built-in variable ``mirrored``
 
     @property
     def default(self) -> Any:
@@ -189,7 +189,7 @@ class Parameter:
 
     @property
     def entry(self) -> dict[str, Any]:
-        """The entry under ``params`` of the part."""
+        """The declaration of the parameter for the section ``params`` of the part."""
         if self.kind == "sign":
             return {"type": "integer", "one_of": [1, -1]}
         entry = {} if self.kind == "any" else {"type": self.kind}
@@ -197,7 +197,7 @@ class Parameter:
 
 
 class Parameters:
-    """The parameters of one part; ``uses`` (names), ``prefixes`` and ``mirrored`` have an item per instance."""
+    """The parameters of one part; ``uses`` (names), ``prefixes`` and ``mirrored`` have an item for each instance."""
 
     def __init__(self, uses: Sequence[str], prefixes: Sequence[str], mirrored: Sequence[bool]) -> None:
         self.uses, self.prefixes, self.mirrored = uses, prefixes, mirrored
@@ -206,17 +206,17 @@ class Parameters:
 
     @property
     def arguments(self) -> list[Parameter]:
-        """The parameters that each use sets."""
+        """The parameters that each instance sets, without derived parameters."""
         return [one for one in self._index.values() if not one.is_derived]
 
     @property
     def derived(self) -> dict[str, Expression]:
-        """The parameters that the part computes, with their expressions."""
+        """The expressions of the parameters that the part computes, by parameter name."""
         names = [one.name for one in self._index.values() if one.is_derived]
         return dict.fromkeys(names, Expression("${-1 if mirrored else 1}"))
 
     def replace(self, values: Mapping[Path, Sequence[Any]], owner: str) -> dict[Path, Any]:
-        """Return an expression for each scalar or list of a link or joint that differs between instances."""
+        """Return an expression with parameters for each path in ``values`` that differs between instances."""
         differing = [path for path, some in values.items() if any(value != some[0] for value in some[1:])]
         numbers = [path for path in differing if isinstance(path[-1], int) and all(map(is_number, values[path]))]
         points = Counter(path[:-1] for path in numbers if not _is_sign(values[path]))
@@ -238,7 +238,7 @@ class Parameters:
         return terms
 
     def _parameter(self, kind: str, values: Sequence[Any], path: Path, owner: str) -> str:
-        """Return the name of the parameter with these values; create it if necessary."""
+        """Return the name of the parameter with these values; create the parameter if necessary."""
         key = (kind, repr(list(values)))
         if key not in self._index:
             words = [step for step in path if isinstance(step, str)]
@@ -265,7 +265,7 @@ class Parameters:
         return f"{text[:-1] if text in ('1', '-1') else f'{text} * '}{self._index[signs].name}"
 
     def _text(self, texts: Sequence[str], path: Path, owner: str) -> str:
-        """Return an expression with the name or prefix of the use, or with a parameter for the differing substring."""
+        """Return an expression for differing strings, which has ``${name}``, ``${prefix}`` or a parameter."""
         if all(self.uses) and not any("${" in text or "$(" in text for text in texts):
             for word, names in (("name", self.uses), ("prefix", self.prefixes)):
                 pattern = r"{}" if word == "prefix" else r"(?<![A-Za-z0-9]){}(?![A-Za-z0-9])"
@@ -286,7 +286,7 @@ class Parameters:
 
 
 def _identifier(text: str) -> str:
-    """Convert a text to a valid name in expressions."""
+    """Convert a string to a valid parameter name."""
     name = re.sub(r"[\W_]+", "_", text, flags=re.ASCII).strip("_").lower()
     return name if name and not name[0].isdigit() else f"n_{name}".strip("_")
 

@@ -1,7 +1,7 @@
 """Find subtrees of equal structure, and move them into parts if that makes the description shorter.
 
-A part has short names, and each use adds a prefix: ``left_`` and ``wheel`` make ``left_wheel``. If the differing word
-is not at the beginning (``hip_FL_joint``), names in the part contain ``${name}``, and uses have no prefix.
+Links in a part have short names, and each instance (entry of ``use``) adds a prefix: ``left_`` and ``wheel`` make
+``left_wheel``. If the differing word is not at the beginning (``hip_FL_joint``), names contain ``${name}`` instead.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from .nodes import MOUNT, REFERENCES, Node, Parameters, deep_copy, equal_shapes,
 
 MAX_PARAMETERS = 6
 _MIN_SAVED = 8  # minimum number of lines that a part saves in total
-_SAVED_BY_USE = 3  # minimum number of lines that a part saves per use
-_MAX_SHARE = 0.8  # maximum length with the part, as a fraction of the length without it
-_WORK = 60  # maximum comparisons per node of the robot, so that the search takes linear time
-_PARAMETER_COST = 4  # a parameter or a mirror is as hard to read as this many expressions
+_SAVED_BY_USE = 3  # minimum number of lines that a part saves per instance
+_MAX_SHARE = 0.8  # maximum length of the description with the part, as a fraction of the length without
+_WORK = 60  # maximum comparisons per link of the robot, so that the search takes linear time
+_PARAMETER_COST = 4  # a parameter or the key "mirror" is as hard to read as this many expressions
 
 _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|[^A-Za-z\d]")
 _SEPARATORS = "_-./: "
@@ -41,7 +41,7 @@ _PART_OF = {word: whole for whole, words in _WHOLES.items() for word in words.sp
 
 
 class Split(NamedTuple):
-    """The names and prefixes of uses (an item per instance), and the names within the part (``rests``)."""
+    """Names and prefixes of the instances of a part, and the names of links and joints inside the part (``rests``)."""
 
     uses: list[str]
     prefixes: list[str]
@@ -50,18 +50,18 @@ class Split(NamedTuple):
 
 @dataclass
 class Part:
-    """A part with its uses; ``names`` maps names of the first instance to names in the part, ``cost`` rates reading."""
+    """A part and its entries of ``use`` by instance; ``cost`` rates how hard the part is to read."""
 
     name: str
     entry: dict[str, Any]
     uses: dict[str, dict[str, Any]]
-    names: Mapping[str, str]
+    names: Mapping[str, str]  # names in the part by name in the first instance
     has_prefix: bool
     cost: int
 
 
 class _Result:
-    """Parts by name, the comments of the robot, and the remaining number of node comparisons."""
+    """The new parts by name, the comments with their new paths, and the number of comparisons still allowed."""
 
     def __init__(self, imported: Imported) -> None:
         self.comments = list(imported.comments)
@@ -70,7 +70,7 @@ class _Result:
 
 
 def with_parts(imported: Imported) -> Imported:
-    """Replace repeated structures with parts and uses; return the same object if there are none."""
+    """Replace repeated links and joints with parts and instances; return ``imported`` itself if none repeat."""
     result, made = _Result(imported), imported.whole.copy()
     made.update(_Body(imported.whole, (), result).with_uses())
     made["parts"] = result.parts
@@ -83,20 +83,20 @@ class _Body:
     def __init__(self, body: Mapping[str, Any], path: Path, result: _Result) -> None:
         self.body, self.path, self.result = body, path, result
         self.nodes = nodes_of(body)
-        self.uses: list[tuple[int, str, dict[str, Any]]] = []  # joint position in the source, name, entry
+        self.uses: list[tuple[int, str, dict[str, Any]]] = []  # (joint index in the source, name, entry) of ``use``
         self.covered: set[int] = set()
-        # By section and name: the path in the part, the path of the use, is it the first instance, is it the root link.
+        # By (section, name): (path in the part, path of the instance, is in the first instance, is the root link).
         self.homes: dict[Path, tuple[Path, Path, bool, bool]] = {}
 
     def with_uses(self) -> Mapping[str, Any]:
-        """Return the robot or part with its repeated links and joints replaced by uses."""
+        """Return the robot or part with its repeated links and joints replaced by the section ``use``."""
         groups = equal_shapes(self.nodes)
         for number, group in enumerate(groups):
             Progress.step("finding repeated structures", number, len(groups))
             members = [start for start in group if start not in self.covered]
             if len(members) < 2 or self._try(members):
                 continue
-            equal: dict[Any, list[int]] = defaultdict(list)  # the front legs of a quadruped may be a part of their own
+            equal: dict[Any, list[int]] = defaultdict(list)  # group equal instances, such as the front legs of a robot
             for start in members:
                 row = self.nodes[start : start + self.nodes[start].size]
                 numbers = [item for node in row for item in node.values.items() if is_number(item[1])]
@@ -117,7 +117,7 @@ class _Body:
         return made
 
     def _try(self, members: list[int]) -> bool:
-        """Make a part from instances, mirrored on one side if that is simpler; return False if it is not worth it."""
+        """Make a part from instances, with one side mirrored if that is simpler; return False if no lines are saved."""
         base = next((start for start in members if any(map(_LEFT.fullmatch, _words(self.nodes[start].link)))), None)
         members = sorted(members, key=lambda start: start != base)
         rows = [self.nodes[start : start + self.nodes[start].size] for start in members]
@@ -144,7 +144,7 @@ class _Body:
         return True
 
     def _make(self, rows: Sequence[list[Node]], mirrors: Sequence[str]) -> Part | None:
-        """Return a part for some instances, or None if the language cannot express it."""
+        """Return a part for the nodes of several instances, or None if the description language cannot express it."""
         self.result.budget -= len(rows) * len(rows[0])
         names = [[name for node in row for name in node.names] for row in rows]
         parted = split(list(zip(*names, strict=True))) if self.result.budget >= 0 else None
@@ -196,7 +196,7 @@ class _Body:
         return Part(name, made, entries, renames[0], all(parted.prefixes), cost)
 
     def _is_worth(self, nodes: list[Node], part: Part) -> bool:
-        """Return True if the part and its uses are clearly shorter than the subtrees, and the part is not trivial."""
+        """Return True if the part and its instances are much shorter than the subtrees, and not trivial."""
         names = {name: name for node in nodes for name in node.names}
         once = lines_of(_sections(nodes, [{}] * len(nodes), names))
         new = lines_of({"parts": {part.name: part.entry}}) + lines_of({"use": part.uses})
@@ -205,9 +205,9 @@ class _Body:
         return is_short and len(part.entry.get("params", ())) < once
 
     def _move_comments(self) -> None:
-        """Move comments about repeated links and joints.
+        """Move comments about repeated links and joints into the part, or above the entry of ``use``.
 
-        Comments in the first instance, and equal comments in others, move into the part; the rest move above the use.
+        Comments in the first instance move into the part; equal comments in other instances are dropped.
         """
         depth, moved = len(self.path), list[Comment]()
         for comment in self.result.comments:
@@ -228,7 +228,7 @@ class _Body:
 def _sections(
     nodes: Sequence[Node], terms: Sequence[Mapping[Path, Any]], names: Mapping[str, str]
 ) -> dict[str, dict[str, Any]]:
-    """Return the links and joints of a part in source order, with names from ``names`` and values from ``terms``."""
+    """Return the links and joints of a part in source order, with new ``names``, and ``terms`` as values by path."""
     filled = [(node, deep_copy(node.entries)) for node in nodes]
     for (_, entries), replacements in zip(filled, terms, strict=True):
         for path, term in replacements.items():
@@ -247,7 +247,7 @@ def _sections(
 
 
 def split(names: Sequence[Sequence[str]]) -> Split | None:
-    """Split the names of instances into use and inner names, or return None if the language cannot compose them.
+    """Split names into names of instances and names inside the part, or return None if that is impossible.
 
     ``names`` has a row for each link or joint of the part, with its name in each instance.
 
@@ -256,8 +256,8 @@ def split(names: Sequence[Sequence[str]]) -> Split | None:
     >>> split([["hip_FL", "hip_FR"], ["thigh_FL", "thigh_FR"]]).rests
     ['hip_${name}', 'thigh_${name}']
     """
-    ends: list[tuple[str, str]] = []  # common beginning and end of each row
-    uses: list[str] = []  # text between them, an item per instance
+    ends: list[tuple[str, str]] = []  # common beginning and end of the names in each row
+    uses: list[str] = []  # differing text between beginning and end, for each instance
     for row in names:
         pieces = [_WORD.findall(name) for name in row]
         differing = [place for place, some in enumerate(zip(*pieces, strict=False)) if len(set(some)) > 1]
@@ -270,7 +270,7 @@ def split(names: Sequence[Sequence[str]]) -> Split | None:
         uses = between
         ends.append(("".join(pieces[0][:first]), "".join(pieces[0][last:])))
     word = _WORD.findall(ends[0][0])[-1:]
-    while word and all(head.endswith(word[0]) for head, _ in ends):  # leg1, leg2: "leg" belongs to the use
+    while word and all(head.endswith(word[0]) for head, _ in ends):  # leg1, leg2: "leg" is part of the instance name
         uses = [f"{word[0]}{use}" for use in uses]
         ends = [(head.removesuffix(word[0]), tail) for head, tail in ends]
         word = _WORD.findall(ends[0][0])[-1:]
@@ -291,7 +291,7 @@ def _words(name: str) -> list[str]:
 
 
 def _part_name(uses: Sequence[str], rests: Sequence[str]) -> str:
-    """Return a name for a part: "wheel" for a use "left" and the inner names "wheel_link" and "wheel_joint"."""
+    """Return a name for a part: "wheel" for an instance "left" with "wheel_link" and "wheel_joint"."""
 
     def specific(name: str) -> list[str]:
         return [word for word in _words(name) if not _SIDE.fullmatch(word) and word not in _GENERIC]

@@ -2,8 +2,8 @@
 
 ``expand`` expands a file in a child process (``child``) and reads the result as URDF. ``translate`` keeps macros and
 arguments: the child executes the file symbolically (``program``), builds an intermediate representation (``ir``) and
-returns the description (``write_yaml``), which is compared with the output of xacro. ``macros`` calls a macro of a
-vendor's file. This module imports nothing, so that the child process starts fast.
+returns the description (``write_yaml``), which is compared with the output of xacro. ``macros`` writes the call of a
+macro in a vendor's file. This module imports almost nothing, so that the child process starts fast.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""The child process that expands a xacro file: reads a JSON request from stdin, writes a JSON answer to stdout.
+"""Expand a xacro file in a child process: read a JSON request from stdin, and write a JSON answer to stdout.
 
-Every file is first read by our XML reader, which refuses entities. Each element keeps its place through the expansion:
-the number of its file, its offset in the text and the number of the macro call that created it (-1 for none). Calls
-are numbered in the list ``calls``, which has the place of the calling element for each call.
+Every file is first parsed by our XML reader, which rejects entities. Each element keeps its source position (``Place``)
+through the expansion: the number of its file, its offset in the text and the number of the macro call that created it
+(-1 for none). The list ``calls`` has the source position of each macro call.
 """
 
 from __future__ import annotations
@@ -34,26 +34,26 @@ MAX_MEMORY = 8 << 30  # bytes
 _GRACE = 2  # seconds of CPU time to report the position before the kernel ends the process
 _PR_SET_PDEATHSIG = 1  # include/uapi/linux/prctl.h: which signal a process gets when its parent ends
 MARK = "rosorin_place"
-CALL = "rosorin-call"  # the element around a macro call in a generated text
+CALL = "rosorin-call"  # tag of the element around the macro call in generated text
 
 
 class OutOfTime(BaseException):
-    """The time limit is exceeded. A BaseException, so that xacro does not catch it."""
+    """The time limit is exceeded; this is a BaseException, so that xacro does not catch the exception."""
 
 
 class NotMarkup(Exception):
-    """A file is not XML, or not safe to read; the arguments are its name and the reason."""
+    """A file is not XML, or not safe to read; the arguments of the exception are the file name and the reason."""
 
 
 class MissingPackage(Exception):
-    """A package cannot be found; the argument is its name."""
+    """A ROS package cannot be found; the argument of the exception is its name."""
 
     def __str__(self) -> str:
         return f'the package "{self.args[0]}" is not found'
 
 
 class Context(dict[str, Any]):
-    """The context of substitutions, with the current file for $(dirname), which xacro 2.1.1 does not set."""
+    """The context of $(...) substitutions; adds the current file for $(dirname), which xacro 2.1.1 does not set."""
 
     stack: Callable[[], list[str]]
 
@@ -68,7 +68,7 @@ def main(run: Callable[[dict[str, Any]], dict[str, Any]] = lambda request: Expan
     """Read a request from stdin, run it (by default: expand the file), and write the answer to stdout."""
     request = json.loads(sys.stdin.buffer.read())
     answer_to = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)  # print() in the xacro must not mix with the answer
+    os.dup2(2, 1)  # redirect print() in a xacro to stderr, because stdout is for the answer
     _limit(request["seconds"])
     if request["environment"] is not None:
         os.environ.clear()
@@ -93,23 +93,23 @@ def _limit(seconds: float) -> None:
 
         until = math.ceil(seconds) + _GRACE
         for kind, most in ((resource.RLIMIT_AS, (MAX_MEMORY,) * 2), (resource.RLIMIT_CPU, (until, until + _GRACE))):
-            with suppress(OSError, ValueError):  # a lower limit may be set already
+            with suppress(OSError, ValueError):  # ignore errors, because a lower limit may be set already
                 resource.setrlimit(kind, most)
-    with suppress(AttributeError, OSError):  # not on Windows
+    with suppress(AttributeError, OSError):  # not available on Windows
         signal.signal(signal.SIGPROF, end)
         signal.setitimer(signal.ITIMER_PROF, seconds)
-    with suppress(ImportError, OSError, AttributeError):  # Linux
+    with suppress(ImportError, OSError, AttributeError):  # only available on Linux
         import ctypes
 
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 class Expansion:
-    """One run of the xacro library on the file in a request."""
+    """Runs the xacro library on the file in a request."""
 
     def __init__(self, request: dict[str, Any]) -> None:
         self.file: str = request["file"]
-        self.text: str | None = request.get("text")  # expanded instead of the file contents
+        self.text: str | None = request.get("text")  # xacro text to expand instead of the contents of the file
         self.given: dict[str, str] = request["arguments"]
         self.packages = Packages({k: Path(v) for k, v in request["packages"].items()}, os.environ, Path(self.file))
         self.files: dict[str, int] = {}
@@ -118,10 +118,10 @@ class Expansion:
         self.open_calls: list[int] = []
 
     def answer(self) -> dict[str, Any]:
-        """Return the expanded text or the error, the files that were read, and the places of all elements.
+        """Return the expanded text or the error, the files that were read, and the positions of all elements.
 
-        ``places`` are the places of the elements in the text, ``at`` is the place of the error, and ``folders`` are
-        local folders whose paths may occur in the text.
+        ``places`` are the source positions of the elements in the text, ``at`` is the source position of the error, and
+        ``folders`` are local folders whose paths may occur in the text.
         """
         try:
             xacro: Any = import_module("xacro")
@@ -140,7 +140,7 @@ class Expansion:
             folders = [*answer["packages"].values(), *(str(Path(os.path.abspath(name)).parent) for name in files)]
             answer["folders"] = [folder for folder in dict.fromkeys(folders) if len(Path(folder).parts) > 1]
             answer["text"] = document.toprettyxml(indent="  ")
-        except Exception as problem:  # the file can run any code, so any exception is a result
+        except Exception as problem:  # a xacro can run any code, and so raise any exception
             answer |= _error(problem) | {"at": _place_of_error(problem)}
         except OutOfTime as problem:
             answer |= {"is_late": True, "at": _place_of_error(problem)}
@@ -152,7 +152,7 @@ class Expansion:
         return answer | {"read": list(self.files), "calls": self.calls}
 
     def expand(self, xacro: Any, arguments: dict[str, str]) -> Any:
-        """Return the expanded document without xacro's banner comment."""
+        """Expand the file and return the XML document, without the banner comment of xacro."""
         xacro.init_stacks(self.file)
         document = xacro.parse(self.text, self.file)
         xacro.process_doc(document, mappings=arguments)
@@ -161,14 +161,14 @@ class Expansion:
         return document
 
     def share(self, name: str) -> str:
-        """Return the share folder of a package. Raises MissingPackage."""
+        """Return the share folder of a ROS package. Raises MissingPackage."""
         folder = self.packages.find(name)
         if folder is None:
             raise MissingPackage(name)
         return str(folder)
 
     def prepare(self, xacro: Any) -> None:
-        """Patch xacro to find packages without ROS, read files safely, and track the places of elements."""
+        """Patch xacro to find packages without ROS, read files safely, and track source positions of elements."""
         index: Any = ModuleType("ament_index_python")
         inner: Any = ModuleType("ament_index_python.packages")
         inner.get_package_share_directory = index.get_package_share_directory = self.share
@@ -195,7 +195,7 @@ class Expansion:
                 xacro.filestack.pop()
                 raise NotMarkup(name, problem.diagnostic.message) from None
             text = source.text
-            if text.startswith("<?xml"):  # drop the declared encoding, because the text is decoded
+            if text.startswith("<?xml"):  # drop the declared encoding, because the text is already decoded
                 end = text.find("?>") + 2
                 text = '<?xml version="1.0"?>' + "\n" * text.count("\n", 0, end) + text[end:]
             made = own_parse(text, filename)
@@ -206,11 +206,11 @@ class Expansion:
             return made
 
         xacro.abs_filename_spec, xacro.parse = absolute, read
-        # xacro calls open in load_yaml, and glob for includes with wildcards.
+        # Also replace ``open`` and ``glob``, which xacro calls in load_yaml and for includes with wildcards.
         xacro.open, xacro.glob = _opened, SimpleNamespace(glob=glob.glob)
         xacro.substitution_args_context = Context()
         xacro.substitution_args_context.stack = lambda: xacro.filestack
-        # Copied elements keep the place of the original, with the number of the current macro call.
+        # Copied elements keep the source position of the original, with the number of the current macro call.
         module: Any = minidom
         own_clone, own_call = module._clone_node, xacro.handle_macro_call
         sys.setrecursionlimit(sys.getrecursionlimit() * 3 // 2)  # the wrapper adds a stack frame to each macro call
@@ -238,7 +238,7 @@ class Expansion:
 
 
 def _keep_call(root: Any) -> None:
-    """Replace the CALL element with its content, and remove links that the file creates outside the macro."""
+    """Replace the <rosorin-call> element with its content; remove links that are created outside of the macro call."""
     (call,) = root.getElementsByTagName(CALL)
     outside = [node for node in root.childNodes if node.nodeType == node.ELEMENT_NODE and node is not call]
     if any(node.tagName == "link" for node in outside):
@@ -257,7 +257,7 @@ def _opened(name: str) -> StringIO:
 
 
 def portable(name: str, packages: Packages, files: Sequence[str]) -> str:
-    """Convert an absolute file name to a ``package://`` URI, or to a path relative to the last of the files.
+    """Convert an absolute file name to a ``package://`` URI, or to a path relative to the last file in ``files``.
 
     ``$(find arm)/meshes/a.stl`` becomes ``package://arm/meshes/a.stl``; ``$(dirname)/a.stl`` outside of any package
     becomes a name relative to the xacro.
@@ -279,7 +279,7 @@ def portable(name: str, packages: Packages, files: Sequence[str]) -> str:
 
 
 def _error(problem: BaseException) -> dict[str, Any]:
-    """Convert an exception to an answer with the root cause; xacro wraps exceptions in its own."""
+    """Convert an exception to an error answer with the root cause, because xacro wraps exceptions."""
     for cause in causes(problem):
         if isinstance(cause, MissingPackage):
             return {"package": cause.args[0]}
@@ -311,7 +311,7 @@ def elements(document: minidom.Document) -> Iterator[Any]:
 
 
 def _place_of_error(problem: BaseException) -> Place | None:
-    """Return the place of the element at which xacro failed; for endless recursion, of the outermost element."""
+    """Return the source position of the failing element; for endless recursion, of the outermost element."""
     found: list[Place | None] = []
     for frame, _ in walk_tb(problem.__traceback__):
         if frame.f_globals.get("__name__", "").startswith("xacro"):
@@ -321,7 +321,7 @@ def _place_of_error(problem: BaseException) -> Place | None:
 
 
 def _place(node: Any) -> Place | None:
-    """Return the place of a node, or of the closest ancestor that has one if xacro created the node."""
+    """Return the source position of an XML node, or of its closest ancestor if xacro created the node."""
     while node is not None and not hasattr(node, MARK):
         node = node.parentNode
     return getattr(node, MARK, None)

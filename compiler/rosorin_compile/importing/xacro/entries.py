@@ -1,4 +1,4 @@
-"""Convert links and joints of a xacro to entries of a description, and macros in them to named values (``let``).
+"""Convert links and joints of a xacro to entries of a description, and macros in them to functions under ``let``.
 
 Elements in ``<xacro:if>`` and ``<xacro:unless>`` are alternatives. They are merged key by key: equal values are written
 once, and different values become ``${A if CONDITION else B}``. This module runs in the child process.
@@ -25,7 +25,7 @@ _JOINT_PARTS = ("limit", "mimic", "dynamics", "calibration", "safety_controller"
 _LISTS = ("visual", "collision", "urdf_elements")
 _ZEROS = {"origin": ("xyz", "rpy"), "inertia": ("ixy", "ixz", "iyz")}
 
-Item = tuple[str, Any, ast.expr | None]  # key of an entry, value, condition or None
+Item = tuple[str, Any, ast.expr | None]  # (key of an entry, value, condition or None if unconditional)
 _WIDTH = 90
 IF = Verbatim("if")
 _NUMBER = re.compile(r"-?[\d.]+(e[-+]?\d+)?( [a-z/]+)?")
@@ -36,22 +36,22 @@ Alternative = tuple[Any, Condition]
 
 
 class Entries:
-    """Converts elements to entries; ``inner`` collects the comments in the current entry."""
+    """Converts XML elements to entries of a description; ``inner`` has the comments in the current element."""
 
     def __init__(self, values: Values, write_macro: Callable[[Macro], dict[str, Any]]) -> None:
         self.values = values
         self.write_macro = write_macro
         self.inner: list[str] = []
-        self._kind: Any = ""  # type of the current joint
-        self._position = ""  # unit of its position
+        self._kind: Any = ""  # type of the current joint, such as "revolute"
+        self._position = ""  # unit of the position of the current joint
 
     def link(self, node: Element) -> Any:
-        """Return a <link> as an entry of ``links``."""
+        """Convert a <link> to an entry of ``links``."""
         self.inner = []
         return self._sole_call(node) or self.finish(self.fragment(node.body, "link"))
 
     def joint(self, node: Element) -> dict[str, Any]:
-        """Return a <joint> as an entry of ``joints``."""
+        """Convert a <joint> to an entry of ``joints``."""
         self.inner = []
         self._kind = kind = self.values.text(node.attributes.get("type", []))
         turns, slides = kind in ("revolute", "continuous"), kind in ("prismatic", "planar")
@@ -75,7 +75,7 @@ class Entries:
         return made
 
     def fragment(self, nodes: list[Any], level: str) -> list[Item]:
-        """Convert the content of an element to keys and values with conditions."""
+        """Convert the child nodes of an element with the tag ``level``, such as "link", to (key, value, condition)."""
         items: list[Item] = []
         for node in nodes:
             if isinstance(node, Comment):
@@ -91,7 +91,7 @@ class Entries:
         return items
 
     def _piece(self, node: Element, level: str) -> Iterator[Item]:
-        """Yield the keys of an element at a level such as link, joint or visual."""
+        """Convert a child of an element with the tag ``level``, such as "link", to (key, value, condition) tuples."""
         tag, values = node.tag, self.values
         if level == "link" and tag == "inertial":
             yield tag, self.finish(self.fragment(node.body, tag)), None
@@ -138,7 +138,7 @@ class Entries:
             raise Failed(f"<{tag}> in <{level}> has no word")
 
     def finish(self, items: list[Item]) -> dict[str, Any]:
-        """Build an entry from items; alternatives of one key become a conditional value. Raises Failed."""
+        """Build an entry from (key, value, condition) tuples; merge several values of a key. Raises Failed."""
         made: dict[str, Any] = {}
         for key in dict.fromkeys(one[0] for one in items):
             found = [(value, when) for name, value, when in items if name == key]
@@ -171,7 +171,7 @@ class Entries:
         return made
 
     def call_text(self, call: Call) -> str:
-        """Format a macro call as the call of a named value in an expression."""
+        """Format a macro call as an expression that calls the ``let`` function of the macro."""
         if call.macro.level != "xml":
             self.write_macro(call.macro)
         parameters = call.macro.parameters.items()
@@ -179,7 +179,7 @@ class Entries:
         return self.values.expression_text(ast.Call(ast.Name(call.macro.ours, ast.Load()), arguments, []))
 
     def named_value(self, macro: Macro) -> tuple[Any, dict[str, Any]]:
-        """Convert a macro in a link, a joint or XML to a named value; return the value and its keys. Raises Failed."""
+        """Convert a macro in a link, joint or XML to a ``let`` function; return (body, keys). Raises Failed."""
         self.inner = []
         if macro.level == "xml":
             text = "\n".join(self._lines(macro.body, ""))
@@ -191,7 +191,7 @@ class Entries:
         return inner[0] if len(entry) == 1 else entry, entry
 
     def _call_items(self, call: Call) -> list[Item]:
-        """Return the keys that a macro call contributes to an entry."""
+        """Return (key, value, None for no condition) for each key that a macro call adds to an entry."""
         entry, text = self.write_macro(call.macro), self.call_text(call)
         items: list[Item] = []
         for key in entry:
@@ -202,7 +202,7 @@ class Entries:
         return items
 
     def _sole_call(self, node: Element) -> Any:
-        """Return the macro call if it is the only content of an element and sets several keys, else None."""
+        """Return an expression if the only content of an element is a macro call that sets several keys, else None."""
         body = [one for one in node.body if not isinstance(one, Comment)]
         if len(body) == 1 and isinstance(body[0], Element) and body[0].tag == "geometry":
             body = [one for one in body[0].body if not isinstance(one, Comment)]
@@ -211,7 +211,7 @@ class Entries:
         return Expression(f"${{{self.call_text(body[0])}}}")
 
     def xml(self, node: Element) -> Any:
-        """Format an element that is kept as XML text, or as an Expression."""
+        """Format an element as XML for the description; return an Expression if the text has computed values."""
         lines = self._lines([node], "")
         whole = "".join(line.strip() for line in lines)
         if len(lines) == 3 and len(whole) <= _WIDTH and "<!--" not in whole:
@@ -220,7 +220,7 @@ class Entries:
         return Expression(text) if "${" in text else text
 
     def _lines(self, nodes: list[Any], pad: str) -> list[str]:
-        """Format nodes as lines of XML. Raises Failed."""
+        """Format nodes as lines of XML, indented by ``pad``. Raises Failed."""
         lines: list[str] = []
         for at, node in enumerate(nodes):
             text = ""
@@ -238,7 +238,7 @@ class Entries:
         return lines
 
     def _choice(self, node: If, following: list[Any], pad: str) -> list[str]:
-        """Format conditional XML as lines; ``following`` may begin with the opposite condition."""
+        """Format a conditional element as XML lines; ``following`` may begin with the opposite condition."""
         condition = self.condition(node)
         decided = fold(condition)
         other = following[0].body if following and _is_opposite(node, following[0]) else []
@@ -281,7 +281,7 @@ def _is_opposite(one: Any, other: Any) -> bool:
 
 
 def conditional(value: Any, when: Condition) -> Any:
-    """Return a value, or a conditional entry (``if``) if there is a condition."""
+    """Return a value with the key ``if`` for the condition ``when``, or unchanged if ``when`` is None."""
     if when is None:
         return value
     condition = Expression(f"${{{as_text(when)}}}")
@@ -289,7 +289,7 @@ def conditional(value: Any, when: Condition) -> Any:
 
 
 def merge(key: str, found: list[Alternative], sure: Sequence[Condition] = ()) -> Any:
-    """Merge alternatives into one value, or return None if impossible; one of the ``sure`` conditions always holds."""
+    """Merge (value, condition) pairs into one value, or return None if impossible; one of ``sure`` is always true."""
     found = sorted(found, key=lambda one: one[1] is None)
     values, whens = [value for value, _ in found], [when for _, when in found]
     if whens.count(None) > 1:
@@ -332,7 +332,7 @@ def _tables(found: list[Alternative]) -> dict[Any, Any] | None:
 
 
 def node_of(value: Any) -> ast.expr | None:
-    """Convert a value of a description to an expression, or return None for a mapping."""
+    """Convert a value of a description to an expression tree, or return None for a mapping."""
     if isinstance(value, list):
         items = [node for item in value if (node := node_of(item)) is not None]
         return ast.List(items, ast.Load()) if len(items) == len(value) else None
@@ -355,5 +355,5 @@ def node_of(value: Any) -> ast.expr | None:
 def _parsed(text: str) -> ast.expr:
     try:
         return ast.parse(text.strip(), mode="eval").body
-    except SyntaxError:  # a number with a unit
+    except SyntaxError:  # the text is a number with a unit
         return ast.Name(text if _NUMBER.fullmatch(text) else f"({text})")

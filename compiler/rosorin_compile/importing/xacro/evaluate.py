@@ -1,8 +1,8 @@
 """Evaluate xacro expressions and conditions symbolically.
 
-Each expression is translated to the description language and evaluated once with example values. The content of a
-condition on an argument stays in the document, and properties set in it become conditional. This module runs in the
-child process.
+Each expression is translated to the description language and evaluated once with example values. Content that depends
+on an argument stays in the document with its condition, and properties set in it become conditional. This module runs
+in the child process.
 """
 
 from __future__ import annotations
@@ -37,13 +37,13 @@ _METHODS = "endswith get items join keys lower replace split startswith strip up
 
 
 class Evaluator:
-    """Evaluates expressions in a scope; with ``arguments``, names refer to xacro arguments, as in $(eval)."""
+    """Evaluates expressions in the scope ``symbols``; with ``arguments``, names are xacro arguments, as in $(eval)."""
 
     def __init__(self, program: Program, symbols: Any, arguments: bool = False) -> None:
         self.program, self.symbols, self.arguments = program, symbols, arguments
 
     def eval(self, tree: ast.expr) -> Any:
-        """Evaluate an expression to a symbol, function or namespace. Raises Failed, or Python's error for constants."""
+        """Evaluate an expression to a symbolic value, function or namespace. Raises Failed, or a Python error."""
         method = getattr(self, f"_{type(tree).__name__.lower()}", self._computed)
         return method(tree)
 
@@ -51,7 +51,7 @@ class Evaluator:
         return ir.symbol_of(self.eval(tree))
 
     def _made(self, tree: ast.expr, node: ast.expr, items: dict[ast.expr, ir.Symbol], kind: str = "") -> ir.Symbol:
-        """Return a symbol for ``node``; its example is ``tree`` computed with the examples of ``items``."""
+        """Return a symbolic value: the expression ``node``, with the result of ``tree`` as the example value."""
         known = all(map(ir.is_known, items.values()))
         value: Any = ir.UNKNOWN
         if all(one.value is not ir.UNKNOWN for one in items.values()):
@@ -63,7 +63,7 @@ class Evaluator:
         return ir.Symbol(node, value, kind or ir.type_of(value), known)
 
     def _example(self, tree: ast.expr, items: dict[ast.expr, Any]) -> Any:
-        """Evaluate a tree in Python with the examples of ``items`` in place of these subtrees."""
+        """Evaluate an expression in Python, with the example values of ``items`` in place of these subtrees."""
         names = {one: f"_{index}" for index, one in enumerate(items)}
         examples = {names[one]: ir.example_of(value) for one, value in items.items()}
         value = self.program.xacro.safe_eval(ast.unparse(_with_names(tree, names)), examples)
@@ -155,7 +155,7 @@ class Evaluator:
         return self._made(tree, node, sides, "boolean")
 
     def _equality(self, items: list[ir.Symbol], operator: ast.cmpop) -> ast.expr | None:
-        """Return the comparison of a boolean or number with a constant, which xacro may have as text, or None."""
+        """Return == or != with the constant converted to the type of the other operand, or None if impossible."""
         constants = [one for one in items if one.known and not any(ir.variables_in([one.node]))]
         if not isinstance(operator, (ast.Eq, ast.NotEq)) or not constants:
             return None
@@ -210,7 +210,7 @@ class Evaluator:
         return self._function(tree, name, {})
 
     def _function(self, tree: ast.Call, name: str, owner: dict[ast.expr, ir.Symbol]) -> ir.Symbol:
-        """Translate the call of a function, or of a method of ``owner``, that the language also has."""
+        """Translate the call of a function or method that Python and the description language share."""
         arguments = owner | {one: self._symbol(one) for one in tree.args}
         items = list(arguments.values())
         node: ast.expr = ir.call(name, *(one.node for one in items))
@@ -224,7 +224,7 @@ class Evaluator:
         return self._made(tree, node, arguments | called)
 
     def _computed(self, tree: ast.expr) -> Any:
-        """Evaluate an unsupported kind of expression in Python. Raises Failed if it is not constant."""
+        """Evaluate an untranslatable expression with Python. Raises Failed if the expression is not constant."""
         own = {one.id for one in ast.walk(tree) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)}
         own |= {one.arg for one in ast.walk(tree) if isinstance(one, ast.arg)}
         items: dict[ast.expr, Any] = {}
@@ -240,7 +240,7 @@ class Evaluator:
 
 
 def _with_names(tree: Any, names: dict[ast.expr, str]) -> Any:
-    """Copy a tree with some nodes replaced by variables."""
+    """Copy an expression tree with the subtrees in ``names`` replaced by variables."""
     if isinstance(tree, list):
         return [_with_names(one, names) for one in tree]
     if not isinstance(tree, ast.AST):
@@ -251,7 +251,7 @@ def _with_names(tree: Any, names: dict[ast.expr, str]) -> Any:
 
 
 def choice(test: ir.Symbol, then: ir.Symbol, other: ir.Symbol) -> ir.Symbol:
-    """Return the symbol ``then if test else other``, simplified if possible."""
+    """Return the symbolic value of ``then if test else other``, simplified if possible."""
     node, is_same = _without_not(test.as_truth())
     if not is_same:
         then, other = other, then
@@ -264,7 +264,7 @@ def choice(test: ir.Symbol, then: ir.Symbol, other: ir.Symbol) -> ir.Symbol:
 
 
 def _without_not(node: ast.expr) -> tuple[ast.expr, bool]:
-    """Strip ``not`` from a condition; the flag is False if that inverts it."""
+    """Strip leading ``not`` operators from a condition; the flag is False if that inverts the condition."""
     is_same = True
     while isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
         node, is_same = node.operand, not is_same
@@ -272,7 +272,7 @@ def _without_not(node: ast.expr) -> tuple[ast.expr, bool]:
 
 
 class Conditions:
-    """The conditions of one run; ``assumed`` has the values of the conditions around the current element."""
+    """Evaluates conditions of a xacro; ``assumed`` has the values of the conditions around the current element."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
@@ -300,7 +300,7 @@ class Conditions:
             program.xacro.replace_node(node, by=None)
 
     def _branch(self, node: Any, test: ir.Symbol, holds: bool, macros: Any, symbols: Any) -> None:
-        """Evaluate the content of a conditional element; properties set in it become conditional."""
+        """Evaluate the content of an undecided condition; properties set in the content become conditional."""
         program, calls, xacro = self.program, self.program.macro_calls, self.program.xacro
         value = test.value is not ir.UNKNOWN and bool(xacro.get_boolean_value(test, ""))
         test = ir.Symbol(test.as_flag(), value, "boolean", False)
@@ -323,7 +323,7 @@ class Conditions:
             if is_endless or any(isinstance(one, ir.Failed) for one in chain):
                 raise (ir.Restart if program.blame([test.node], reason) else ir.Failed(reason)) from None
             program.refused |= dict.fromkeys(ir.variables_in([test.node]), reason)
-            for table, values, unevaluated in before:  # undo the branch, because xacro fails with that value, too
+            for table, values, unevaluated in before:  # undo the branch, because xacro rejects this argument value
                 dict.clear(table)
                 dict.update(table, values)
                 table.unevaluated = unevaluated
@@ -350,7 +350,7 @@ class Conditions:
                 dict.__setitem__(table, name, choice(test, then, other))
 
     def _tables(self, table: Any) -> Iterator[Any]:
-        """Yield a scope and its enclosing scopes, without the root."""
+        """Yield the scope ``table`` and its enclosing scopes, without the outermost scope."""
         while isinstance(table, self.program.xacro.Table) and table is not table.root:
             yield table
             table = table.parent
@@ -361,13 +361,13 @@ class NamedFiles:
 
     def __init__(self, program: Program) -> None:
         self.program = program
-        self.copied: dict[str, str] = {}  # texts of YAML files that are copied to the description
+        self.copied: dict[str, str] = {}  # text of each YAML file to copy to the description, by name
         self.folders: dict[str, str] = {}  # package folders by name
         self.unfound: dict[str, None] = {}  # packages that need the option --package
         self._found = Packages({}, os.environ, Path(program.request["folder"], Description.ROOT_FILE))
 
     def finds(self, package: str) -> bool:
-        """Return True if the description can find a package by name. Raises Failed for a missing package."""
+        """Return True if the description can find a ROS package by name. Raises Failed for a missing package."""
         folder, found = self.program.packages.find(package), self._found.find(package)
         if folder is None:
             raise ir.Failed(f'the package "{package}" is not found')
@@ -375,7 +375,7 @@ class NamedFiles:
         return found is not None and files.resolve(found) == files.resolve(folder)
 
     def load(self, name: ir.Symbol) -> ir.Symbol:
-        """Translate load_yaml: return the symbol ``load(name)`` with the content of the YAML file as example."""
+        """Translate ``load_yaml`` to a call of ``load``; the example value is the content of the YAML file."""
         if name.value is ir.UNKNOWN:
             raise ir.Failed("the file that is loaded is not known", name.node)
         node: ast.expr = ir.plain_node(self._copy(str(name.value)))
@@ -389,7 +389,7 @@ class NamedFiles:
         return ir.Symbol(ir.call("load", node), value, ir.type_of(value), name.known)
 
     def name_of(self, pieces: ir.Pieces) -> ir.Pieces:
-        """Return the name of a YAML file in the description: a ``package://`` URI for a file in a package."""
+        """Convert a YAML file name for the description; a file in a package gets a ``package://`` URI."""
         first = pieces[0] if pieces else ""
         if not isinstance(first, ir.Symbol) or not first.package:
             return pieces
@@ -401,7 +401,7 @@ class NamedFiles:
         return name if not name.startswith("package://") or self.finds(package) else rest
 
     def _copy(self, name: str) -> str:
-        """Return the name of a YAML file in the description; copy the file if its package cannot be found there."""
+        """Return the name of a YAML file in the description; copy the file if its package cannot be found."""
         path = os.path.abspath(str(self.program.xacro.abs_filename_spec(name)))
         if "://" in name or name.startswith("/"):
             name = self._address(portable(path, self.program.packages, [*self.program.files, self.program.file]))
@@ -411,12 +411,12 @@ class NamedFiles:
         if not name.startswith("package://"):
             if Path(name).is_absolute() or ".." in Path(name).parts:
                 raise ir.Failed(f"{Path(name).name} is not a file of the xacro or its packages")
-            with suppress(OSError, ValueError):  # xacro reports an unreadable file itself
+            with suppress(OSError, ValueError):  # skip an unreadable file, which xacro reports
                 self.copied[name] = files.read_text(Path(path))
         return name
 
     def _candidates(self, name: ir.Symbol) -> list[str]:
-        """Return the files that match a name with arguments, and record the argument values that select them."""
+        """Find the files that match a name with arguments; record the argument values that select them."""
         pattern, form, variables = "", "", []
         for piece in ir.pieces_of(name):
             variable = piece.variable if isinstance(piece, ir.Symbol) else None

@@ -1,7 +1,7 @@
 """Expand a xacro file in a child process, and read the result as URDF.
 
 Expansion can run arbitrary Python code from the file, because the sandbox of xacro is weak (see docs). Therefore a
-warning is printed first, and a file without xacro syntax is not expanded.
+warning is reported first, and a file without xacro syntax is not expanded.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from .macros import how_to_call, macro_call, macros_of
 MAX_SECONDS = 30  # of CPU time; overridden by ROSORIN_COMPILE_XACRO_SECONDS, which ``--xacro-seconds`` sets
 _PATIENCE, _START = 4, 60  # wall-clock limit: _PATIENCE * CPU limit + _START, in seconds
 _MOST_RELATED = 12
-_TRUST = "ROSORIN_COMPILE_TRUST"  # 1: trust all files
+_TRUST = "ROSORIN_COMPILE_TRUST"  # environment variable; "1" means that all files are trusted
 _TRUSTED_FILES = Path("rosorin-compile", "trusted")  # SHA-256 digests, in the configuration folder of the user
 
 _CHILD = (
@@ -49,18 +49,18 @@ _CHILD = (
     "main()\n"
 )
 _SYMBOLIC = _CHILD.replace(".child", ".program")
-# Xacro elements without output, and with output; other names are macro calls.
+# Xacro elements that create no output, and those that create output; other xacro elements are macro calls.
 _DEFINING = ("arg", "include", "macro", "property")
 _MAKING = ("attribute", "call", "element", "if", "insert_block", "unless")
 _COMMENT = re.compile("<!--.*?-->", re.DOTALL)
 _ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)["']|\$\(arg\s+([^\s)]+)""")
 _EXPRESSION = re.compile(r"when evaluating expression '(.*?)'(?: when|$)")
 _FORMS = ("${{{}}}", "$(arg {})", "$(env {})", "(find {})", "package://{}/", "<{}")
-_HELPS = {  # patterns of xacro error messages about a name, with the help
+_HELPS = {  # help texts by pattern of a xacro error message; {0} is the matched name
     r"substitution argument (\S+)": "give it a value: {0}:=VALUE, or in an include args: {{{0}: VALUE}}",
     r"environment variable '(.+?)' is": "set it: export {0}=VALUE; or write $(optenv {0} VALUE), which has a default",
 }
-# The beginnings of lines that ``xacro.print_location`` prints.
+# The beginnings of lines that ``xacro.print_location`` prints, which are not shown to the user.
 _LOCATION = re.compile("when instantiating macro|instantiated from|included from|in file|when processing file")
 
 
@@ -69,9 +69,9 @@ class _Origins:
 
     def __init__(self, answer: Mapping[str, Any], document: Document, path: Path) -> None:
         self.calls: Sequence[Place] = answer.get("calls", ())
-        self.elements: dict[int, dict[int, Element]] = {}  # by file number and offset
+        self.elements: dict[int, dict[int, Element]] = {}  # elements by file number and offset in the file
         for number, name in enumerate(answer.get("read", ())):
-            with suppress(MarkupError):  # the file was changed or removed since
+            with suppress(MarkupError):  # skip a file that was changed or removed since
                 is_entry = os.path.abspath(name) == os.path.abspath(path)
                 opened = document if is_entry else parse(read_source(Path(os.path.normpath(name))))
                 self.elements[number] = {element.start: element for element in opened.root.iter()}
@@ -125,20 +125,20 @@ def _span_in_tag(element: Element, origin: Element, start: int, length: int) -> 
 
 
 def is_xacro(document: Document, path: Path) -> bool:
-    """Return True if a document has xacro elements or attributes, or ${} or $() if it declares xacro."""
+    """Return True if a document has xacro elements or attributes, or declares xacro and contains ${} or $()."""
     elements = document.root.iter() if "xacro:" in document.source.text else ()
     if any(name.startswith("xacro:") for element in elements for name in (element.tag, *element.attributes)):
         return True
     declared = path.suffix.lower() == ".xacro" or "xmlns:xacro" in document.root.attributes
-    # Expanded files also declare the prefix, and often contain unexpanded comments.
+    # Ignore comments, because expanded files also declare the prefix, and often contain unexpanded comments.
     return declared and re.search(r"\$[{(]", _COMMENT.sub("", document.source.text)) is not None
 
 
 def _only_left_over(document: Document, path: Path) -> bool:
-    """Return True if a .urdf file is expanded except for leftover xacro elements, which URDF parsers ignore.
+    """Return True if a .urdf file is expanded, except for leftover xacro elements, which URDF parsers ignore.
 
-    Such a file has links, and no expressions outside of the leftover elements. A leftover may also be the call of an
-    undefined macro; without a declaration of the prefix, xacro cannot read the file at all.
+    Such a file has links, and no expressions outside of the leftover elements. A leftover element may also call an
+    undefined macro. If the prefix is not declared, xacro cannot read the file at all.
     """
     if path.suffix.lower() != ".urdf" or not any(child.tag == "link" for child in document.root.children):
         return False
@@ -183,7 +183,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
     for name in answer.get("files", ()):
         found.setdefault(os.path.abspath(name), Path(os.path.normpath(name)))
     files = tuple(found.values())
-    if trusted and not options.trust and (others := untrusted_files(files)):  # only the main file is trusted
+    if trusted and not options.trust and (others := untrusted_files(files)):  # an included file is not trusted
         diagnostics.append(replace(warning, message=f"{message}: {label(others[0])} is not a trusted file"))
     origins = _Origins(answer, document, path)
     diagnostics += _remarks(answer, first)
@@ -196,13 +196,13 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         joints = [child for child in made.root.children if child.tag == "joint"]
         parents = [inner.get("link") for joint in joints for inner in joint.children if inner.tag == "parent"]
         mount = next((name for name in parents if call is not None and name not in links), "")
-        if mount:  # the macro is attached to a link of the including robot
+        if mount:  # the macro attaches its links to ``mount``, a link of the including robot
             text = f"{answer['text'].rstrip().removesuffix('</robot>')}<link name={attribute_value(mount)}/></robot>"
             made = parse(Source(document.source.path, text))
     except MarkupError as failure:
         message = f"xacro makes something of {path.name} that is not XML: {failure.diagnostic.message}"
         return Imported(None, [*diagnostics, replace(failure.diagnostic, message=message, span=first)], (), files)
-    origins.connect(made, [*answer["places"], None], first)  # the mount link has no place
+    origins.connect(made, [*answer["places"], None], first)  # the mount link has no source position
     problem = None if links or mount else _no_links(document, path, options)
     if problem is None and made.root.tag != "robot":
         help = f"write it to a file first: xacro {path.name} > {path.name.split('.')[0]}.xml"
@@ -233,7 +233,7 @@ def _errors(
         message = "xacro, which expands .xacro files, is not installed"
         return [error("extra-missing", message, first, system.pip_install("import"))]
     missing = answer.get("package")
-    if "markup" not in answer and missing is None:  # otherwise unread files may declare the argument
+    if "markup" not in answer and missing is None:  # an argument may be declared in a file that was not read
         known: set[str] = set()
         for file in files:
             with suppress(MarkupError):
@@ -250,7 +250,7 @@ def _errors(
             stack.append(Document(read_source(Path(os.path.normpath(name)))))
     element = origins.element(answer.get("at"))
     text = " ".join(re.sub(r"<class '[^']*'>:", "", answer.get("error", "")).split())
-    text = re.sub(r"^(.+) \1$", r"\1", text)  # some xacro messages are repeated
+    text = re.sub(r"^(.+) \1$", r"\1", text)  # remove the repetition in some xacro messages
     span = stack[-1].span(0) if element is None else element.span
     if element is not None:  # narrow the span to the word that the error mentions
         tag = element.document.source.text[element.start : element.opened]
@@ -287,7 +287,7 @@ def _no_links(document: Document, path: Path, options: ReadOptions) -> Diagnosti
 
 
 def _without_mount(tree: Map, mount: str) -> Map:
-    """Remove the link of the including robot that a macro is attached to."""
+    """Remove the link ``mount`` of the including robot, to which a macro is attached, from the expanded robot."""
     made = tree.copy()
     made["links"] = made["links"].copy()
     del made["links"][mount]
@@ -300,7 +300,7 @@ def _without_mount(tree: Map, mount: str) -> Map:
 
 
 def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnostic]:
-    """Yield a warning if elements contain absolute paths into ``folders``."""
+    """Yield a warning if XML elements contain absolute paths into ``folders``."""
     found: list[tuple[str, Span]] = []
     for element in made.root.iter() if any(folder in made.source.text for folder in folders) else ():
         values = [(attribute.value, attribute.span) for attribute in element.attributes.values()]
@@ -314,7 +314,7 @@ def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnos
 
 
 def _remarks(answer: Mapping[str, Any], span: Span) -> list[Diagnostic]:
-    """Convert the output that was printed during the expansion to notes."""
+    """Convert the text that xacro printed during the expansion to notes."""
     text = re.sub("\x1b\\[[0-9;]*m", "", answer["printed"]) if "text" in answer else ""
     lines = [line.strip() for line in text.splitlines() if line.strip() and not _LOCATION.match(line)]
     return [Diagnostic("xacro-says", report.NOTE, one[:200], span) for one in list(dict.fromkeys(lines))[:10]]
@@ -323,7 +323,7 @@ def _remarks(answer: Mapping[str, Any], span: Span) -> list[Diagnostic]:
 def _expand(
     path: Path, options: ReadOptions, plan: Mapping[str, Any] | None = None, text: str | None = None
 ) -> dict[str, Any]:
-    """Run xacro in a child process on a file, or on ``text`` instead; symbolically if there is a ``plan``."""
+    """Expand a xacro file (or ``text``) in a child process; with ``plan``, translate it. Return the JSON answer."""
     setting = os.environ.get("ROSORIN_COMPILE_XACRO_SECONDS", "")
     seconds = (int(setting) if re.fullmatch("[0-9]{1,8}", setting) else 0) or MAX_SECONDS
     request = {
@@ -338,7 +338,7 @@ def _expand(
     variables = {**os.environ, "PYTHONHASHSEED": "0", "PYTHONDONTWRITEBYTECODE": "1", "PYTHONIOENCODING": "utf-8"}
     answer: dict[str, Any]
     try:
-        child = subprocess.run(  # noqa: S603 - our own module; the user was warned
+        child = subprocess.run(  # noqa: S603 - runs our own module; the user was warned
             [sys.executable, "-c", _CHILD if plan is None else _SYMBOLIC],
             input=json.dumps(request).encode(),
             capture_output=True,
@@ -347,7 +347,7 @@ def _expand(
             check=False,
         )
         output = child.stderr.decode("utf-8", "replace")
-        if child.returncode == -getattr(signal, "SIGXCPU", 0) < 0:  # ended by the kernel during one long computation
+        if child.returncode == -getattr(signal, "SIGXCPU", 0) < 0:  # the kernel ended the process at the CPU limit
             answer = {"is_late": True}
         else:
             answer = {**json.loads(child.stdout), "printed": output}

@@ -3,7 +3,7 @@
 A value is a ``Symbol``: an expression of the description language with an example of the value that xacro computes.
 Expressions are Python syntax trees; the node of a variable has the attribute ``variable``. The type of a symbol is the
 type of its expression; the value in xacro may be a string instead. Properties, arguments and parameters are
-``Variable``s; blocks become parameters. ``nodes_of`` converts a symbolically evaluated document to nodes.
+``Variable``s; XML blocks become parameters. ``nodes_of`` converts a symbolically evaluated document to nodes.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from rosorin_compile.language.expression.functions import CONSTANTS, OF_DESCRIPT
 from ..description import free_name
 from .child import MARK, Place
 
-COMMENTS = "rosorin_comments"  # the attribute of an element with its preceding comments
-TOKEN = re.compile("\ua657(\\d+)\ua657")  # represents a symbol in a string; the letter is from an unused script
-UNKNOWN = object()  # the example of a symbol whose value cannot be computed
+COMMENTS = "rosorin_comments"  # attribute of an XML element that stores the comments before it
+TOKEN = re.compile("\ua657(\\d+)\ua657")  # stands for a ``Symbol`` in a string; the letter is from an unused script
+UNKNOWN = object()  # the example of a ``Symbol`` if the value cannot be computed
 _FLAGS = {"true": True, "True": True, "false": False, "False": False}
 _OUTSIDE = ("find", "load", "error")  # functions that read files or raise errors and cannot be folded
 _NUMBERS = re.compile(r"\s*[-+]?[\d.][\d.eE+-]*(?:\s+[-+]?[\d.][\d.eE+-]*)+\s*")
 
-Pieces = list[Any]  # strings and symbols
+Pieces = list[Any]  # strings and ``Symbol``s that are concatenated
 
 
 class Failed(Exception):
-    """A value cannot be expressed in the language; ``nodes`` are the expressions that it depends on."""
+    """A value cannot be expressed in the description language; ``nodes`` are the expressions that cause this."""
 
     def __init__(self, reason: str, *nodes: ast.AST) -> None:
         super().__init__(reason)
@@ -42,7 +42,7 @@ class Failed(Exception):
 
 
 def literal(text: Any) -> Any:
-    """Convert a string to the number or boolean that xacro takes it for, else return it unchanged."""
+    """Convert a string to a number or boolean as xacro does, or return it unchanged."""
     if not isinstance(text, str) or "_" in text:
         return text
     for kind in (int, float):
@@ -54,7 +54,7 @@ def literal(text: Any) -> Any:
 
 
 def plain_node(value: Any) -> ast.expr:
-    """Convert a Python value to an expression. Raises Failed."""
+    """Convert a Python value to an expression. Raises Failed if the description language has no such value."""
     if value is None or isinstance(value, bool):
         return ast.Name({None: "none", True: "true", False: "false"}[value], ast.Load())
     if isinstance(value, (list, tuple)):
@@ -71,7 +71,7 @@ def plain_node(value: Any) -> ast.expr:
 
 
 def number_in(text: str) -> int | float:
-    """Parse a number. Raises Failed."""
+    """Parse a finite number from a string. Raises Failed if the string is not a number."""
     value = literal(text.strip())
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         raise Failed(f'"{text[:40]}" is not a number')
@@ -79,7 +79,7 @@ def number_in(text: str) -> int | float:
 
 
 def number_node(text: str) -> ast.expr:
-    """Convert a string with a number to an expression. Raises Failed."""
+    """Convert a string with a number to an expression. Raises Failed if the string is not a number."""
     value = number_in(text)
     if isinstance(value, float) and value.is_integer() and abs(value) < 1e6:
         value = int(value)
@@ -87,12 +87,12 @@ def number_node(text: str) -> ast.expr:
 
 
 def call(name: str, *arguments: ast.expr) -> ast.Call:
-    """Build the call of a function of the language."""
+    """Build an expression that calls a function of the description language."""
     return ast.Call(ast.Name(name, ast.Load()), list(arguments), [])
 
 
 def negate(node: ast.expr) -> ast.expr:
-    """Negate a condition."""
+    """Return the negation of a condition, simplified if possible."""
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
         return node.operand
     if isinstance(node, ast.Name) and node.id in ("true", "false"):
@@ -105,7 +105,7 @@ def negate(node: ast.expr) -> ast.expr:
 
 
 def all_of(*nodes: ast.expr | None) -> ast.expr | None:
-    """Join conditions with ``and``; return None if there are none."""
+    """Join conditions with ``and``, where None is true; return None if the result is always true."""
     found: dict[str, ast.expr] = {}
     for node in nodes:
         decided = True if node is None else fold(node)
@@ -127,7 +127,7 @@ def fold(node: ast.expr) -> Any:
 
 
 def as_text(node: ast.expr) -> str:
-    """Format an expression in the syntax of the language."""
+    """Format an expression in the syntax of the description language."""
     for one in ast.walk(node):
         if isinstance(one, ast.Name) and hasattr(one, "variable"):
             one.id = one.variable.ours
@@ -135,54 +135,54 @@ def as_text(node: ast.expr) -> str:
 
 
 def variables_in(nodes: Iterable[ast.AST]) -> Iterator[Any]:
-    """Yield the variables in expressions."""
+    """Yield the ``Variable`` objects that occur in expressions."""
     for node in nodes:
         yield from (one.variable for one in ast.walk(node) if hasattr(one, "variable"))
 
 
 def usable(name: str, taken: Iterable[str], shadows: bool = False) -> str:
-    """Return a valid and free name for a variable of the language; ``shadows`` allows names of functions."""
+    """Convert ``name`` to a valid variable name that is not ``taken``; ``shadows`` allows names of functions."""
     reserved = {*(() if shadows else functions()), *OF_DESCRIPTIONS, *CONSTANTS, "rad", "deg", *kwlist, *taken}
     return free_name(re.sub(r"\W", "_", name, flags=re.ASCII) or "value", reserved)
 
 
 class Restart(Exception):
-    """The run has to start again, because a macro or an argument cannot be kept."""
+    """The translation has to start again, because a macro or an argument cannot be translated."""
 
 
 @dataclass(eq=False)
 class Variable:
-    """An argument, a parameter of a macro, or a property that becomes a named value."""
+    """An argument, a parameter of a macro, or a property that becomes an entry of ``let``."""
 
     kind: str
     name: str
     ours: str  # name in the description
     value: Any  # an example value in xacro
     type: str
-    symbol: Symbol | None = None  # the value of a property, or the default of an argument
-    owner: str = ""  # key of its macro
+    symbol: Symbol | None = None  # value of a property, or default of an argument
+    owner: str = ""  # key of the macro that has the parameter or property
     place: Any = None
     comments: list[str] = field(default_factory=list)
-    candidates: list[Any] = field(default_factory=list)  # values that it is compared with
+    candidates: list[Any] = field(default_factory=list)  # values with which conditions compare the variable
     environment: bool = False
-    names_file: bool = False  # it occurs in the name of a loaded YAML file
-    names_mesh: bool = False
-    printed: bool = False  # it is inserted into a string
+    names_file: bool = False  # True if it occurs in the name of a loaded YAML file
+    names_mesh: bool = False  # True if it is the name of a mesh or texture file
+    printed: bool = False  # True if it is inserted into a string
     used: bool = False
     digits: str = ""  # the number as written in the source
 
     @property
     def node(self) -> ast.expr:
-        """An expression that reads the variable."""
+        """A syntax tree node that reads the variable."""
         made = ast.Name(self.ours, ast.Load())
         made.variable = self  # type: ignore[attr-defined]
         return made
 
 
 class Symbol:
-    """An expression of the language with its type and an example of the value that xacro computes.
+    """A symbolic value: an expression of the description language, its type, and an example computed by xacro.
 
-    A ``known`` symbol is constant, and its example is the value. ``pieces`` are the pieces of a composed string.
+    If ``known``, the value is constant and equal to the example. ``pieces`` are the parts of a concatenated string.
     """
 
     tokens: list[Symbol] = []  # all symbols that occur in strings, by token number  # noqa: RUF012
@@ -205,25 +205,25 @@ class Symbol:
 
     @property
     def variable(self) -> Variable | None:
-        """The variable if the expression is just its name, else None."""
+        """The variable if the expression is only a variable name, else None."""
         return getattr(self._node, "variable", None)
 
     @property
     def constant(self) -> str | None:
-        """The string if the symbol is a string constant, else None."""
+        """The string if the expression is a string constant, else None."""
         node = self._node
         return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else None
 
     @property
     def package(self) -> str:
-        """The name of the package if the symbol is ``find(NAME)``, else ""."""
+        """The name of the ROS package if the expression is ``find(NAME)``, else ""."""
         node: Any = self._node
         is_find = isinstance(node, ast.Call) and getattr(node.func, "id", "") == "find"
         return str(node.args[0].value) if is_find else ""
 
     @property
     def declared_type(self) -> str:
-        """The type of a variable with this value: a string of numbers is a list, "false" is a boolean."""
+        """The type to declare for a variable with this value: a list for "0 0 1", a boolean for "false"."""
         if self.constant in ("true", "false"):
             return "boolean"
         can_be_list = self.constant is not None or len(self.pieces) > 1 or self.type == "list"
@@ -231,7 +231,7 @@ class Symbol:
         return "list" if is_list else self.type
 
     def as_number(self) -> ast.expr:
-        """Return the expression as a number. Raises Failed for a string that is not a number."""
+        """Convert the symbolic value to a numeric expression. Raises Failed for a string that is not a number."""
         if self.constant is not None:
             return number_node(self.constant)
         if self.pieces:
@@ -239,7 +239,7 @@ class Symbol:
         return call("float", self.node) if self.type == "text" else self.node
 
     def as_flag(self) -> ast.expr:
-        """Return the expression as a boolean by the rules of xacro conditions."""
+        """Convert the symbolic value to a boolean expression, by the rules of xacro conditions."""
         if self.constant is not None:
             return plain_node(bool(literal(self.constant)))
         if self.type == "boolean":
@@ -251,23 +251,23 @@ class Symbol:
         return call("bool", self.node)
 
     def as_truth(self) -> ast.expr:
-        """Return the expression as a boolean by the rules of Python."""
+        """Convert the symbolic value to a boolean expression, by the rules of Python."""
         if self.type == "text" and self.constant is None:
             return ast.Compare(self.node, [ast.NotEq()], [ast.Constant("")])
         return plain_node(bool(self.constant)) if self.constant is not None else self.as_flag()
 
     def as_list(self) -> ast.expr:
-        """Return the expression as a list of numbers."""
+        """Convert the symbolic value to an expression for a list of numbers."""
         words = words_of(self.pieces or ([self.constant] if self.constant is not None else []))
         if len(words) > 1:
             return ast.List([_number_of_word(word) for word in words], ast.Load())
         return self.node if self.type == "list" else call("numbers", self.node)
 
     def as_text(self) -> ast.expr:
-        """Return the expression as the text that xacro prints."""
+        """Convert the symbolic value to a string expression, formatted as xacro prints the value."""
         if self.pieces or self.constant is not None:
             return self.node
-        if self.type == "boolean" and not isinstance(self.value, str):  # a string argument is printed as written
+        if self.type == "boolean" and not isinstance(self.value, str):  # a boolean in a string is printed unchanged
             decided = fold(self.node)
             if isinstance(decided, bool):
                 return ast.Constant(str(decided))
@@ -281,12 +281,12 @@ class Symbol:
 
 
 def symbol_of(value: Any) -> Symbol:
-    """Convert a value to a symbol. Raises Failed if the language has no such value."""
+    """Convert a value to a symbolic value. Raises Failed if the description language has no such value."""
     return value if isinstance(value, Symbol) else Symbol(plain_node(value), value, type_of(value), True)
 
 
 def example_of(value: Any) -> Any:
-    """Return the example of a symbol, or any other value unchanged."""
+    """Return the example of a symbolic value, or any other value unchanged."""
     return value.value if isinstance(value, Symbol) else value
 
 
@@ -296,13 +296,13 @@ def is_known(value: Any) -> bool:
 
 
 def type_of(value: Any) -> str:
-    """Return the type of a Python value in the language."""
+    """Return the name of the type that a Python value has in the description language."""
     kinds = ((bool, "boolean"), ((int, float), "number"), (str, "text"), ((list, tuple), "list"), (dict, "table"))
     return next((kind for types, kind in kinds if isinstance(value, types)), "")
 
 
 def join_pieces(pieces: Pieces) -> Any:
-    """Join pieces to a string if all are constant, otherwise to a symbol."""
+    """Concatenate strings and symbolic values; return a string if all are constant, else a symbolic value."""
     made: Pieces = []
     for piece in pieces:
         for one in piece.pieces or [piece] if isinstance(piece, Symbol) else [piece]:
@@ -321,19 +321,19 @@ def join_pieces(pieces: Pieces) -> Any:
 
 
 def pieces_of(value: Any) -> Pieces:
-    """Split a string or symbol into its pieces."""
+    """Split a string or symbolic value into the strings and symbolic values that it concatenates."""
     text = value.constant if isinstance(value, Symbol) else value
     return ([text] if text else []) if text is not None else value.pieces or [value]
 
 
 def with_tokens(text: str) -> Any:
-    """Replace the tokens in a string with their symbols."""
+    """Replace tokens in a string with the symbolic values that they represent; return a string or symbolic value."""
     parts = TOKEN.split(text)
     return join_pieces([Symbol.tokens[int(part)] if index % 2 else part for index, part in enumerate(parts)])
 
 
 def joined_node(pieces: Pieces) -> ast.expr:
-    """Return an expression that concatenates pieces."""
+    """Return an expression that concatenates strings and symbolic values."""
     made: ast.expr | None = None
     for piece in pieces:
         item = ast.Constant(piece) if isinstance(piece, str) else piece.as_text()
@@ -346,7 +346,7 @@ def joined_node(pieces: Pieces) -> ast.expr:
 
 
 def words_of(pieces: Pieces) -> list[Pieces]:
-    """Split pieces into words at whitespace."""
+    """Split a concatenation of strings and symbolic values into words at whitespace."""
     words: list[Pieces] = [[]]
     for piece in pieces:
         parts = re.split(r"\s+", piece) if isinstance(piece, str) else [piece]
@@ -369,7 +369,7 @@ def _number_of_word(word: Pieces) -> ast.expr:
 
 @dataclass(eq=False)
 class Element:
-    """An XML element with its attributes and content."""
+    """An XML element with its attributes and child nodes."""
 
     tag: str
     attributes: dict[str, Pieces]
@@ -380,7 +380,7 @@ class Element:
 
 @dataclass(eq=False)
 class Call:
-    """A call of a kept macro; ``given`` has the value of each parameter, and True if it is the default."""
+    """The call of a translated macro; ``given`` has (value, True if it is the default) by parameter."""
 
     macro: Macro
     given: dict[str, tuple[Symbol, bool]]
@@ -390,7 +390,7 @@ class Call:
 
 @dataclass(eq=False)
 class If:
-    """Nodes that exist only if ``test`` equals ``holds``."""
+    """An <xacro:if> or <xacro:unless>: ``body`` exists only if the condition ``test`` equals ``holds``."""
 
     test: Symbol
     holds: bool
@@ -399,7 +399,7 @@ class If:
 
 @dataclass(eq=False)
 class Words:
-    """Text in an element."""
+    """The text in an XML element."""
 
     pieces: Pieces
 
@@ -413,10 +413,10 @@ class Comment:
 
 @dataclass(eq=False)
 class Macro:
-    """A kept macro. ``level`` is the tag in which it is called; at level ``robot`` it becomes a part."""
+    """A translated macro: a part if ``level`` (the tag around its calls) is "robot", else a ``let`` function."""
 
     name: str
-    key: str  # place of the definition, as text
+    key: str  # source position of the definition, as a string
     level: str
     place: Place | None
     comments: list[str]
@@ -430,7 +430,7 @@ class Macro:
 
 
 def nodes_of(parent: Any) -> list[Any]:
-    """Convert the content of an element in an evaluated document to nodes."""
+    """Convert the content of an XML element to nodes of the intermediate representation."""
     made: list[Any] = []
     for node in parent.childNodes:
         place, comments = getattr(node, MARK, None), getattr(node, COMMENTS, [])
@@ -454,7 +454,7 @@ def nodes_of(parent: Any) -> list[Any]:
 
 
 def walk(nodes: list[Any]) -> Iterator[Any]:
-    """Yield nodes and their descendants in document order."""
+    """Yield nodes of the intermediate representation and their descendants in document order."""
     for node in nodes:
         yield node
         yield from walk(getattr(node, "body", []))

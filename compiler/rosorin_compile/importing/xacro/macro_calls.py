@@ -1,7 +1,7 @@
 """Handle macro calls during the symbolic execution of a xacro.
 
-The call of a macro that becomes a part or a named value stays in the document, and the macro body is evaluated once,
-with symbols for its parameters. Other calls are expanded as in xacro. This module runs in the child process.
+The call of a macro that becomes a part or a ``let`` function stays in the document, and the macro body is evaluated
+once, with symbols for its parameters. Other calls are expanded as in xacro. This module runs in the child process.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 MAX_DEPTH = 40
 _TRANSPARENT = ("xacro-if", "xacro:if", "xacro:unless")
-# Elements whose content may become a named value; macros in other elements become XML text.
+# Elements in which a macro can become a ``let`` function; macros in other elements become XML text.
 _SHAPES = ("link/visual", "link/collision")
 _ENTRIES = ("link", "joint", "link/inertial", *_SHAPES, *(f"{one}/geometry" for one in _SHAPES))
 
-Names = dict[str, dict[str, str]]  # parameters that replace a block, by block and attribute
+Names = dict[str, dict[str, str]]  # names of parameters that replace an <origin> block, by block and attribute
 
 
 @dataclass(eq=False)
@@ -39,22 +39,22 @@ class Invocation:
 
     @property
     def key(self) -> str:
-        """The place of the macro definition, as text."""
+        """The source position of the macro definition, as a string."""
         return str(getattr(self.definition.body, MARK, None))
 
 
 class Calls:
-    """The macro calls of one run."""
+    """Handles the macro calls of a xacro, and collects the translated macros."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
-        self.macros: dict[str, Macro] = {}  # kept macros
+        self.macros: dict[str, Macro] = {}  # translated macros by key and level
         self.building: list[Macro] = []  # stack of macros whose bodies are being evaluated
-        self.paths: list[str] = [""]  # stack of element paths of their calls
-        self.called: dict[str, bool] = {}  # by macro key: did it produce an element?
+        self.paths: list[str] = [""]  # stack of the element paths around the calls of these macros
+        self.called: dict[str, bool] = {}  # by macro key: True if a call created an element
 
     def call(self, node: Any, macros: Any, symbols: Any) -> bool:
-        """Handle an element if it is a macro call; return False if it is not."""
+        """Handle an XML element if it is a macro call; return False for any other element."""
         program, xacro = self.program, self.program.xacro
         if not node.tagName.startswith("xacro:"):
             return False
@@ -66,7 +66,7 @@ class Calls:
             own_macros, own_symbols, macro = xacro.resolve_macro(name, macros, symbols)
         except KeyError:
             raise xacro.XacroException(f"unknown macro name: {node.tagName}") from None
-        invocation = Invocation(copy(macro), node, own_macros, own_symbols)  # its definition may change
+        invocation = Invocation(copy(macro), node, own_macros, own_symbols)  # copy, because the macro may be redefined
         self.called.setdefault(invocation.key, False)
         path = self._path(node)
         xacro.macrostack.append(invocation.definition)
@@ -93,11 +93,11 @@ class Calls:
         if node.nodeType == node.ELEMENT_NODE:
             names += [self.paths[-1]] if self.paths[-1] else []
         else:
-            names.pop()  # leave out <robot>
+            names.pop()  # do not include <robot> in the path
         return "/".join(reversed(names))
 
     def _take_values(self, call: Invocation, macros: Any, symbols: Any) -> None:
-        """Evaluate the arguments and blocks of a call."""
+        """Evaluate the arguments and blocks of a macro call."""
         program, xacro, macro, node = self.program, self.program.xacro, call.definition, call.node
         parameters = list(macro.params)
         for name, text in node.attributes.items():
@@ -147,12 +147,12 @@ class Calls:
         return names
 
     def inline(self, key: str, reason: str) -> None:
-        """Start the run again with the calls of a macro expanded."""
+        """Run the translation again with all calls of this macro expanded. Raises Restart."""
         self.program.inlined[key] = reason
         raise Restart
 
     def _keep(self, call: Invocation, path: str) -> None:
-        """Replace a call with a placeholder element; evaluate the macro body at the first call."""
+        """Replace a call with a placeholder element; evaluate the macro body at the first call of the macro."""
         program, key, node = self.program, call.key, call.node
         if any(one.key == key for one in self.building):
             self.inline(key, "it calls itself")
@@ -183,7 +183,7 @@ class Calls:
         program.xacro.replace_node(node, by=made)
 
     def _build(self, macro: Macro, call: Invocation, path: str, values: dict[str, Symbol], blocks: Names) -> None:
-        """Evaluate the body of a macro with symbols for its parameters and its <origin> blocks."""
+        """Evaluate the body of a macro with symbolic values for its parameters and its <origin> blocks."""
         program = self.program
         table = program.xacro.Table(call.symbols)
         table.rosorin_macro = macro
@@ -206,7 +206,7 @@ class Calls:
         self.called[macro.key] = True
 
     def _evaluated(self, call: Invocation, table: Any, path: str) -> Any:
-        """Evaluate a macro body within a new <xacro:macro> element, where ``_path`` stops."""
+        """Evaluate a copy of a macro body inside a new <xacro:macro> element, at which ``_path`` stops."""
         body = call.definition.body.cloneNode(deep=True)
         for name in ("name", "params"):
             if body.hasAttribute(name):
@@ -220,7 +220,7 @@ class Calls:
         return body
 
     def _expand(self, call: Invocation, path: str) -> None:
-        """Expand a call in place, as xacro does."""
+        """Expand a macro call in place, as xacro does."""
         xacro, node = self.program.xacro, call.node
         table = xacro.Table(call.symbols)
         table.rosorin_plain = True

@@ -28,26 +28,26 @@ from rosorin_compile.source.xml.markup import Document, MarkupError, parse, read
 
 from .child import CALL
 
-# Defaults by parameter name, None if required. The names of blocks begin with one or two asterisks.
+# Default by parameter name, None if the parameter is required. Names of blocks begin with * or **.
 Parameters = Mapping[str, "str | None"]
 Values = dict[str, tuple[Any, Span]]
 
-# Usual names of parameters that get ``parent``, ``xyz`` and ``rpy`` of the include.
+# Usual names of macro parameters for the keys ``parent``, ``xyz`` and ``rpy`` of an include.
 _PARENTS = ("parent", "parent_link", "parent_frame", "connected_to", "attach_to")
 _POSES = ("*origin", "*pose")
 _DIMENSIONS = {"xyz": LENGTH, "rpy": ANGLE}
 _ZERO = "0 0 0"
-# The syntax of ``xacro.parse_macro_arg``; "^" inherits a property of the caller.
+# Matches a parameter in the syntax of ``xacro.parse_macro_arg``; "^" inherits a property of the caller.
 _PARAMETER = re.compile(
     r"""\s*([^\s:=]+)(?:\s*:?=\s*((?:\^\|?)?(?:\$\{.*?\}|\$\(.*?\)|(?:'.*?'|".*?"|[^\s'"]+)+|))(?=\s|$))?""", re.DOTALL
 )
 _PACKAGE = re.compile(r"package://([^/\s]+)")
 _FIND = re.compile(r"\$\(find\s+([^\s)]+)\s*\)")
-_EVALUATED = re.compile(r"\$+(?=[{(])")  # an additional dollar escapes an expression
+_EVALUATED = re.compile(r"\$+(?=[{(])")  # an additional dollar sign escapes an expression
 
 
 class Call(NamedTuple):
-    """The xacro text of a macro call ("" with ``problems``), and the keys of the include that are passed to it."""
+    """The xacro text of a macro call ("" with ``problems``), and the keys of the include that the call uses."""
 
     text: str = ""
     passed: frozenset[str] = frozenset()
@@ -55,7 +55,7 @@ class Call(NamedTuple):
 
 
 def macros_of(document: Document, path: Path, packages: Packages) -> dict[str, Parameters]:
-    """Return the macros of a xacro file and its includes by name; includes with expressions are skipped."""
+    """Return the parameters of each macro in a xacro file and its includes; skip includes with computed names."""
     found: dict[str, Parameters] = {}
     waiting, visited = [(document, path)], {os.path.abspath(path)}
     for opened, file in waiting:
@@ -63,7 +63,7 @@ def macros_of(document: Document, path: Path, packages: Packages) -> dict[str, P
             if any(above.tag == "xacro:macro" for above in element.ancestors()):
                 continue
             name, parameters = element.get("name").removeprefix("xacro:"), _parameters(element.get("params"))
-            if element.tag == "xacro:macro" and name:  # with several definitions, any parameter may be optional
+            if element.tag == "xacro:macro" and name:  # with several definitions, treat all parameters as optional
                 merged = {**found.get(name, {}), **parameters}
                 found[name] = {key: default or "" for key, default in merged.items()} if name in found else merged
             if element.tag != "xacro:include" or "ns" in element.attributes:
@@ -73,7 +73,7 @@ def macros_of(document: Document, path: Path, packages: Packages) -> dict[str, P
             target = None if "$" in included else packages.resolve(included, file.parent)
             if target and (place := os.path.abspath(target)) not in visited:
                 visited.add(place)
-                with suppress(MarkupError):  # xacro reports the error
+                with suppress(MarkupError):  # skip a file with errors, which xacro reports
                     waiting.append((parse(read_source(target)), target))
     return found
 
@@ -89,7 +89,7 @@ def _parameters(text: str) -> dict[str, str | None]:
 def how_to_call(path: Path, macros: Mapping[str, Parameters]) -> str:
     """Return the help for a file that only defines macros: an example include that calls a macro."""
     name, parameters = next(iter(macros.items()))
-    passed = (*_POSES, *_DIMENSIONS)  # an include always passes a pose
+    passed = (*_POSES, *_DIMENSIONS)  # not required, because an include always passes a pose
     needed = [key for key, default in parameters.items() if default is None and key not in passed]
     keys = _keys_for([*needed, *(key for key in _PARENTS if key in parameters)])
     entry = ", ".join([f"file: {path.name}", f"macro: {name}", *keys])
@@ -98,7 +98,7 @@ def how_to_call(path: Path, macros: Mapping[str, Parameters]) -> str:
 
 
 def _keys_for(parameters: Iterable[str]) -> list[str]:
-    """Return the example keys of an include that set parameters."""
+    """Return example keys of an include, such as ``with: {radius: VALUE}``, for macro parameters."""
     names = list(parameters)
     values = ", ".join(f"{one.lstrip('*')}: VALUE" for one in names if one not in _PARENTS)
     keys = [f"with: {{{values}}}"] if values else []
@@ -151,7 +151,7 @@ def macro_call(entry: Map, document: Document, path: Path, options: ReadOptions)
 
 
 def _values(entry: Map, parameters: Parameters) -> tuple[Values, frozenset[str], list[Diagnostic]]:
-    """Return parameter values by name, the keys of the include that are used, and diagnostics."""
+    """Return (value and source span by parameter, keys of the include that are used, diagnostics)."""
     written, passed, problems = entry.get("with") or Map(entry.span), set[str](), list[Diagnostic]()
     values = {key: (value, written.value_spans[key]) for key, value in written.items() if value is not None}
     name, keys = entry["macro"], [parameter.lstrip("*") for parameter in parameters]
@@ -192,7 +192,7 @@ def _values(entry: Map, parameters: Parameters) -> tuple[Values, frozenset[str],
 
 
 def _as_text(text: str) -> str:
-    """Escape xacro expressions: trusting a vendor's file must not run code from the description."""
+    """Escape xacro expressions in a string, so that a description cannot run code through a trusted file."""
     return _EVALUATED.sub(r"$\g<0>", text)
 
 
@@ -200,7 +200,7 @@ def _literal(value: Any) -> str:
     """Format a value as a xacro expression without braces and dollars, which xacro would parse."""
     if isinstance(value, dict):
         pairs = (f"({_literal(key)}, {_literal(inner)})" for key, inner in value.items())
-        return f"xacro.dotify(dict([{', '.join(pairs)}]))"  # the type that xacro.load_yaml returns
+        return f"xacro.dotify(dict([{', '.join(pairs)}]))"  # the type of nested mappings from xacro.load_yaml
     if isinstance(value, list):
         return f"[{', '.join(map(_literal, value))}]"
     if isinstance(value, str):
@@ -209,7 +209,7 @@ def _literal(value: Any) -> str:
 
 
 def _block(parameter: str, value: Any) -> str:
-    """Return the XML of a block argument. Raises ValueError."""
+    """Format the XML of a block argument such as ``*origin``. Raises ValueError."""
     key = parameter.lstrip("*")
     if not isinstance(value, str):
         raise ValueError(f"is a block: the text of an element of XML, not {kind_of(value)}")

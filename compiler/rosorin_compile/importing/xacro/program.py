@@ -2,8 +2,8 @@
 
 The xacro library executes the file, so that scopes, lazy evaluation, includes and namespaces are exactly as in xacro.
 Three things are different. The value of an expression is a ``Symbol``: an expression of the description language with
-an example value. A condition on an argument stays in the document, with its content. The call of a macro that becomes
-a part stays in the document, and the macro body is evaluated once, with symbols for its parameters. Macros and
+an example value. An element with a condition on an argument stays in the document. The call of a macro that becomes a
+part also stays in the document, and the macro body is evaluated once, with symbols for its parameters. Macros and
 arguments that cannot be translated are expanded as in xacro. This module runs in the child process.
 """
 
@@ -31,14 +31,14 @@ def main() -> None:
 
 
 class Program(Expansion):
-    """The symbolic execution of a file."""
+    """The symbolic execution of a xacro file."""
 
     def __init__(self, request: dict[str, Any]) -> None:
         super().__init__(request)
         self.request = request
-        self.inlined: dict[str, str] = dict(request["inlined"])  # reasons by place of the macro
-        self.fixed: dict[str, list[str]] = dict(request["fixed"])  # value and reason by argument
-        # Results of earlier runs: types of parameters, and properties of callers that become parameters, by macro.
+        self.inlined: dict[str, str] = dict(request["inlined"])  # why a macro is expanded, by its source position
+        self.fixed: dict[str, list[str]] = dict(request["fixed"])  # [value, reason] of each replaced argument by name
+        # Results of earlier runs, by macro: parameter types, and properties of callers that become parameters.
         self.kinds: dict[str, str] = {}
         self.implicit: dict[str, set[str]] = {}
 
@@ -68,8 +68,8 @@ class Program(Expansion):
         ir.Symbol.tokens.clear()
         self.variables: list[ir.Variable] = []
         self.arguments: dict[str, ir.Variable] = {}
-        self.constants: dict[str, Any] = {}  # values of arguments that are not kept
-        self.refused: dict[ir.Variable, str] = {}  # variables with values that xacro rejects, and the error
+        self.constants: dict[str, Any] = {}  # values of replaced arguments by name
+        self.refused: dict[ir.Variable, str] = {}  # error message by variable that has a value rejected by xacro
         self.names: set[str] = set()
         self.defined: dict[str, tuple[str, Any]] = {}
         self.macro_calls, self.conditions, self.named = Calls(self), Conditions(self), NamedFiles(self)
@@ -79,7 +79,7 @@ class Program(Expansion):
                 self.declare(name, text, None)
 
     def blame(self, nodes: Iterable[ast.AST], reason: str) -> bool:
-        """Stop keeping the macros, or else the arguments, that expressions depend on; return False for none."""
+        """Exclude macros, or else arguments, in expressions from the next run; return False if there are none."""
         variables: dict[ir.Variable, None] = {}
         waiting = list(ir.variables_in(nodes))
         while waiting:
@@ -114,7 +114,7 @@ class Program(Expansion):
         made = self.own_literal(value.value) if isinstance(value.value, str) else value.value
         if made is value.value or (isinstance(made, str) and made == value.value):
             return value
-        if isinstance(made, str):  # remove the quotes
+        if isinstance(made, str):  # the string was quoted: remove the quotes
             first, *inner, last = value.pieces or ["", "", ""]
             return ir.join_pieces([first[1:], *inner, last[:-1]]) if value.pieces else value
         if isinstance(made, bool):
@@ -122,7 +122,7 @@ class Program(Expansion):
         return ir.Symbol(value.as_number(), made, "number", value.known)
 
     def note_comparison(self, items: list[ir.Symbol]) -> None:
-        """Record the values that an argument is compared with; the translation is verified with them."""
+        """Record the values that arguments are compared with, to verify the translation for these values."""
         texts = [text for one in items for text in (one.value if isinstance(one.value, (list, tuple)) else [one.value])]
         texts = [one for one in texts if isinstance(one, (str, int, float)) and not isinstance(one, bool)]
         for variable in filter(None, (one.variable for one in items)):
@@ -141,7 +141,7 @@ class Program(Expansion):
         made.comments = made.comments or getattr(node, ir.COMMENTS, [])
 
     def argument(self, name: str) -> Any:
-        """Return the symbol of an argument."""
+        """Return the symbolic value of a xacro argument, or the constant value of a replaced argument."""
         if name in self.fixed:
             return self.constants.get(name, self.fixed[name][0])
         if name not in self.arguments:
@@ -150,7 +150,7 @@ class Program(Expansion):
         return ir.Symbol(made.node, made.value, made.type, False)
 
     def extension(self, text: str, symbols: Any) -> Any:
-        """Evaluate a substitution $(...)."""
+        """Evaluate a substitution such as ``$(find PACKAGE)``."""
         kind, _, rest = text.strip().partition(" ")
         if kind == "eval":
             return Evaluator(self, symbols, arguments=True).eval(ast.parse(rest.strip(), mode="eval").body)
@@ -212,7 +212,7 @@ class Program(Expansion):
         return value
 
     def reference(self, table: Any, name: str) -> Any:
-        """Return the value of a property; create a ``let`` variable for it if it can be one."""
+        """Return the value of a property, as a new variable of ``let`` if the description language allows that."""
         value = table[name]
         macro: ir.Macro | None = vars(table).get("rosorin_macro")
         if isinstance(value, self.xacro.Table) or "rosorin_plain" in vars(table):
@@ -227,13 +227,13 @@ class Program(Expansion):
             return value
         first = next(iter(ir.pieces_of(symbol)), None)
         is_variable = symbol.variable is not None and symbol.variable.kind != "let"
-        is_inner = macro is not None and macro.level != "robot"  # properties cannot be declared within a named value
+        is_inner = macro is not None and macro.level != "robot"  # a ``let`` function has no properties
         if is_variable or is_inner or (isinstance(first, ir.Symbol) and first.package):
             return symbol
         if isinstance(value, float) and value == math.pi:
             return ir.Symbol(ast.Name("pi", ast.Load()), value, "number", True)
         text = ir.as_text(symbol.node)
-        if before is not None and before[1] == text:  # set to the same value again
+        if before is not None and before[1] == text:  # the property was set to the same value again
             read = before[2]
         else:
             made = self.variable("let", name, symbol.value, symbol.declared_type, macro)
@@ -245,7 +245,7 @@ class Program(Expansion):
         return read
 
     def patch(self, xacro: Any) -> None:
-        """Replace the evaluation functions of xacro with symbolic ones."""
+        """Replace the evaluation functions of the xacro library with symbolic functions."""
         self.own_literal, self.own_extension = xacro.Table._eval_literal, xacro.eval_extension
         self.own_include, own_boolean = xacro.process_include, xacro.get_boolean_value
         xacro.Table._eval_literal = staticmethod(self.literal)
@@ -255,7 +255,7 @@ class Program(Expansion):
         xacro.get_boolean_value = lambda value, condition: own_boolean(ir.example_of(value), condition)
 
     def take_comments(self, node: Any) -> None:
-        """Move the comments before a xacro element from the document to the element."""
+        """Remove the comments before a xacro element from the document, and store the comments in the element."""
         found: list[str] = []
         before, after = node.previousSibling, node.nextSibling
         while before is not None and (_is_blank(before, 1) or before.nodeType == before.COMMENT_NODE):
@@ -265,13 +265,13 @@ class Program(Expansion):
                 taken.parentNode.removeChild(taken)
         if after is not None and _is_blank(after, 0):
             after = after.nextSibling
-        if after is not None and after.nodeType == after.COMMENT_NODE and "\n" not in after.data:  # on the same line
+        if after is not None and after.nodeType == after.COMMENT_NODE and "\n" not in after.data:  # a trailing comment
             found.append(after.data)
             after.parentNode.removeChild(after)
         setattr(node, ir.COMMENTS, [*getattr(node, ir.COMMENTS, []), *found])
 
     def eval_all(self, node: Any, macros: Any, symbols: Any) -> None:
-        """Evaluate an element and its content."""
+        """Evaluate an XML element and its content."""
         for name, value in list(node.attributes.items()):
             if name.startswith("xacro:") or name == "xmlns:xacro":
                 node.removeAttribute(name)
@@ -293,14 +293,14 @@ class Program(Expansion):
             child = following
 
     def known_name(self, node: Any, attribute: str, symbols: Any) -> str:
-        """Evaluate an attribute that is a name. Raises Failed if it depends on an argument."""
+        """Evaluate an attribute whose value is a name. Raises Failed if the name depends on an argument."""
         name = self.eval_text(node.getAttribute(attribute), symbols)
         if not ir.is_known(name):
             raise ir.Failed("the name of an element or attribute depends on it", name.node)
         return str(ir.example_of(name))
 
     def element(self, node: Any, macros: Any, symbols: Any) -> None:
-        """Evaluate a xacro element or any other element."""
+        """Evaluate any element, including xacro elements such as <xacro:include> and macro calls."""
         xacro, tag = self.xacro, node.tagName
         if tag in ("xacro:if", "xacro:unless"):
             self.conditions.element(node, macros, symbols)
@@ -318,7 +318,7 @@ class Program(Expansion):
             if name not in self.fixed:
                 self.declare(name, default, node)
             elif ir.example_of(default) == self.fixed[name][0] and ir.is_known(default):
-                self.constants.setdefault(name, default)  # the default may begin with a package folder
+                self.constants.setdefault(name, default)  # prefer the default, which may contain ``find()``
             xacro.replace_node(node, by=None)
         elif tag == "xacro:insert_block":
             self.insert(node, macros, symbols)
@@ -365,5 +365,5 @@ class Program(Expansion):
 
 
 def _is_blank(node: Any, lines: int) -> bool:
-    """Return True if a node is whitespace with at most ``lines`` line breaks."""
+    """Return True if an XML node is whitespace with at most ``lines`` line breaks."""
     return bool(node.nodeType == node.TEXT_NODE and node.data.isspace() and node.data.count("\n") <= lines)

@@ -2,7 +2,7 @@
 
 A child process writes the documents (``program``). If a macro cannot be translated, its calls are expanded; an argument
 that cannot be translated is replaced with its value. The result is compiled for combinations of the arguments and
-compared with the output of xacro; a difference determines which macro or argument is not kept in the next attempt.
+compared with the output of xacro. If they differ, the next attempt does not keep the macro or argument at fault.
 """
 
 from __future__ import annotations
@@ -38,22 +38,22 @@ from .write_yaml import decode
 MAX_ATTEMPTS = 25
 MAX_SECONDS = 45.0  # of CPU time, with child processes
 MAX_COMBINATIONS = 16
-# The order of sections at the beginning and at the end of a file.
+# The sections at the beginning and at the end of a file, in order.
 _HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let", "materials", "parts", "links", "joints", "use")
 _TAIL = ("urdf_elements", "accept", "outputs")
 
-Combination = tuple[tuple[str, str], ...]  # names and values of the arguments that differ from the default
+Combination = tuple[tuple[str, str], ...]  # (name, value) of each argument that is not the default
 _Rows = Sequence[Combination]
 
 
 class Target(NamedTuple):
-    """The destination of a translated description, and its intended differences from the xacro."""
+    """The destination of a translated description, and intended differences between the description and the xacro."""
 
     folder: Path
     schema: str = ""  # path of the schema for editors
     name: str | None = None  # new name of the robot
     meshes: str | None = None  # prefix of relative mesh names
-    shares: bool = False  # include equal files of adjacent descriptions instead of copying
+    shares: bool = False  # if True, include equal files of adjacent descriptions instead of copying them
 
     def address(self, name: str, text: str) -> str:
         """Return the path for including a file: an equal file in an adjacent description if allowed, else ``name``."""
@@ -65,7 +65,7 @@ class Target(NamedTuple):
 
 
 class InlinedMacro(NamedTuple):
-    """A macro whose calls are expanded, with the reason and the place of its definition."""
+    """A macro whose calls are expanded, with the reason and the file and line of its definition (``at``)."""
 
     name: str
     reason: str
@@ -74,16 +74,16 @@ class InlinedMacro(NamedTuple):
 
 @dataclass(frozen=True)
 class Translation:
-    """The files of a description (text by file name), and the macros and arguments that were kept or replaced."""
+    """The text of each file of a description, and the macros and arguments that were kept or replaced."""
 
     files: dict[str, str]
     kept: tuple[str, ...] = ()
     inlined: tuple[InlinedMacro, ...] = ()
     arguments: tuple[str, ...] = ()
     fixed: tuple[tuple[str, str], ...] = ()  # names and values of replaced arguments
-    proven: tuple[Combination, ...] = ()  # combinations that were compared
+    proven: tuple[Combination, ...] = ()  # argument combinations that were compared with xacro
     report: tuple[str, ...] = ()  # lines of the import report
-    reason: str = ""  # why the translation failed
+    reason: str = ""  # why the translation failed, or ""
 
 
 class _Flat(Exception):
@@ -94,15 +94,15 @@ class _Fault(NamedTuple):
     """A difference between a translation and xacro, with the arguments for which it occurs."""
 
     text: str
-    macros: list[list[str]]  # for each difference, candidate macros, innermost first
+    macros: list[list[str]]  # for each difference, the macros that may cause it, innermost first
     combination: Combination
 
 
 def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outputs, target: Target) -> Translation:
-    """Translate a xacro to a description; return no files but a reason if that fails.
+    """Translate a xacro to a description; if that fails, return a ``Translation`` with a reason and no files.
 
-    ``imported`` is the robot that the xacro expands to with the arguments in ``options``, ``wanted`` are the outputs of
-    the description.
+    ``imported`` is the robot that the xacro expands to with the arguments in ``options``. ``wanted`` is the section
+    ``outputs`` of the description.
     """
     try:
         return _Search(path, options, imported, wanted, target).run()
@@ -112,17 +112,17 @@ def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outp
 
 
 class _Search:
-    """Repeats the translation with fewer macros and arguments until it equals xacro."""
+    """Repeats the translation with fewer macros and arguments until the compiled robot equals the output of xacro."""
 
     def __init__(self, path: Path, options: ReadOptions, imported: Imported, wanted: Outputs, target: Target) -> None:
         self.path, self.options, self.imported, self.target = path, options, imported, target
         self.outputs = dict(wanted.entries)
-        if "urdf" in self.outputs:  # Gazebo and ros2_control elements are kept, so the URDF must not add more
+        if "urdf" in self.outputs:  # do not generate Gazebo and ros2_control elements: the xacro has them
             urdf = self.outputs["urdf"]
             self.outputs["urdf"] = {key: one for key, one in urdf.items() if key not in ("control", "gazebo")}
-        self.robots: dict[Combination, Imported] = {(): imported}  # output of xacro
-        self.inlined: dict[str, str] = {}  # reasons by place of the macro
-        self.fixed: dict[str, list[str]] = {}  # value and reason by argument
+        self.robots: dict[Combination, Imported] = {(): imported}  # robots that xacro generates
+        self.inlined: dict[str, str] = {}  # why a macro is expanded, by its source position
+        self.fixed: dict[str, list[str]] = {}  # [value, reason] of each replaced argument by name
         self.began = sum(os.times()[:4])  # CPU time in seconds, with child processes
 
     def run(self) -> Translation:
@@ -138,7 +138,7 @@ class _Search:
             self.inlined, self.fixed = answer["inlined"], answer["fixed"]
             rows, total = _combinations({one["name"]: one["choices"] for one in answer["arguments"]})
             invented = [((one["name"], text),) for one in answer["arguments"] for text in one["invented"]]
-            every = sorted([*rows, *invented], key=lambda row: row != failing)  # repeat the last failure first
+            every = sorted([*rows, *invented], key=lambda row: row != failing)  # begin with the last failure
             variables = {one["name"]: one["value"] for one in answer["arguments"] if one["environment"]}
             refused = self.expand(every, variables)
             before = len(self.fixed)
@@ -171,7 +171,7 @@ class _Search:
         return sum(os.times()[:4]) - self.began > MAX_SECONDS
 
     def expand(self, rows: _Rows, variables: Mapping[str, str]) -> list[Combination]:
-        """Expand the xacro for combinations of arguments, each once; return the combinations that fail.
+        """Expand the xacro for new combinations of arguments; return the combinations that fail.
 
         ``variables`` are the arguments that are environment variables in the xacro. The first two combinations are
         always expanded, the others only within the time limit.
@@ -196,7 +196,7 @@ class _Search:
         """Compare a translation with the output of xacro; return the compared combinations, or the first difference."""
         compared: list[Combination] = []
         with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
-            stage = Path(name, Description.FOLDER, "robot")  # includes may refer to adjacent descriptions
+            stage = Path(name, Description.FOLDER, "robot")  # includes may name adjacent descriptions (../NAME)
             for file, text in files.items():
                 (stage / file).parent.mkdir(parents=True, exist_ok=True)
                 (stage / file).write_text(text, "utf-8")
@@ -215,7 +215,7 @@ class _Search:
         return compared
 
     def give_up(self, answer: Mapping[str, Any], fault: _Fault) -> None:
-        """Stop keeping the macros in a fault, else the changed arguments, else all macros and arguments."""
+        """Exclude the macros that cause a fault from the next attempt, else the changed arguments, else everything."""
         kept = {name: key for name, ours, key in answer["macros"] for name in (name, ours)}
         macros = {kept[found[0]] for names in fault.macros if (found := [name for name in names if name in kept])}
         fixed = [name for name, _ in fault.combination if name not in self.fixed]
@@ -244,7 +244,7 @@ class _Search:
             return layout({key: content[key] for key in keys if content.get(key)}, lines)
 
         made = {name: text(name, one) for name, one in documents.items() if name != root and any(one.values())}
-        if not answer["copied"]:  # YAML files are relative to the including file, so it cannot be shared
+        if not answer["copied"]:  # files that load copied YAML files cannot be shared
             made = {self.target.address(name, one): one for name, one in made.items()}
         head: dict[str, Any] = {"rosorin_compile": Verbatim("1"), "robot": self.target.name or decode(answer["name"])}
         head |= {"source": dict(tree["source"])} if "source" in tree else {}
@@ -256,7 +256,7 @@ class _Search:
         return {root: text(root, {**head, **tail, **documents.get(root, {})}, first), **made, **answer["copied"]}
 
     def acceptances(self) -> list[Any]:
-        """Return the ``accept`` entries for the robots of all combinations, merged by rule and reason."""
+        """Return the ``accept`` entries of the robots of all combinations, merged by rule and reason."""
         made: dict[tuple[str, str], dict[str, Any]] = {}
         for imported in self.robots.values():
             for entry in (imported.tree.get("accept") if imported.tree is not None else None) or ():
@@ -302,7 +302,7 @@ class _Search:
 
 
 def _combinations(choices: Mapping[str, Sequence[str]]) -> tuple[list[Combination], int]:
-    """Return the combinations to compare, defaults first, and the number of all combinations."""
+    """Return (combinations to compare, all defaults first; number of all combinations)."""
     several = {name: values for name, values in choices.items() if len(values) > 1}
     total = math.prod(map(len, several.values()))
     if total <= MAX_COMBINATIONS:
@@ -314,7 +314,7 @@ def _combinations(choices: Mapping[str, Sequence[str]]) -> tuple[list[Combinatio
 
 
 def _error(diagnostics: Sequence[Diagnostic], stage: Path, row: Combination) -> _Fault:
-    """Convert compiler errors to a fault, with the parts and named values in which they occur."""
+    """Convert compiler errors to a fault, with the parts and ``let`` functions in which they occur."""
     errors = [one for one in diagnostics if has_errors([one])]
     macros: list[list[str]] = []
     for one in errors:
@@ -328,7 +328,7 @@ def _error(diagnostics: Sequence[Diagnostic], stage: Path, row: Combination) -> 
 
 
 def _calls(texts: Sequence[str], made: Imported) -> list[list[str]]:
-    """Return the macro calls, innermost first, that created each link, joint and element named in the texts."""
+    """Return the macro calls, innermost first, that created each link, joint and element named in ``texts``."""
     names, tree = set(re.findall(r"[\w./-]+", " ".join(texts))), made.whole
     spans = []
     for section in ("links", "joints"):
@@ -342,7 +342,7 @@ def _calls(texts: Sequence[str], made: Imported) -> list[list[str]]:
 
 
 def _settled(value: Any) -> Any:
-    """Normalize the XML elements and mesh names of a robot for comparison."""
+    """Normalize the XML elements and mesh names of a robot, so that equal robots compare equal."""
     if not is_dataclass(value) or isinstance(value, type):
         return value
     changes: dict[str, Any] = {}

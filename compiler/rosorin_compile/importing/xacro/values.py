@@ -23,7 +23,7 @@ _FULL_TURN, _LONG = 6.2832, 20
 
 
 class Values:
-    """Converts the values of a program to values of a description."""
+    """Converts values of a xacro to values of a description; ``meshes`` is a prefix for relative mesh names."""
 
     def __init__(self, program: Program, meshes: str | None) -> None:
         self.program, self.meshes = program, meshes
@@ -44,12 +44,12 @@ class Values:
         return Expression(f"${{{self.expression_text(node)}}}")
 
     def number(self, pieces: ir.Pieces, unit: str = "") -> Any:
-        """Convert pieces to a number in ``unit``. Raises Failed for a string that is not a number."""
+        """Convert pieces (strings and symbolic values) to a number in ``unit``. Raises Failed if impossible."""
         symbol = ir.symbol_of(ir.join_pieces(pieces))
         return self._plain(symbol.as_number(), unit) if symbol.constant is None else number(symbol.constant, unit)
 
     def list_of(self, pieces: ir.Pieces, count: int, unit: str = "") -> Any:
-        """Convert pieces to a list of ``count`` numbers. Raises Failed for another count."""
+        """Convert pieces (strings, symbolic values) to ``count`` numbers in ``unit``. Raises Failed if impossible."""
         words = ir.words_of(pieces)
         if len(words) == count:
             return [self.number(word, unit) for word in words]
@@ -58,11 +58,11 @@ class Values:
         return self._list(ir.symbol_of(ir.join_pieces(words[0])), unit)
 
     def file(self, pieces: ir.Pieces) -> Any:
-        """Convert pieces to the file name of a mesh or texture."""
+        """Convert pieces (strings and symbolic values) to the file name of a mesh or texture."""
         return self.text(self._file_name(pieces))
 
     def _file_name(self, pieces: ir.Pieces) -> ir.Pieces:
-        """Return a file name, as a ``package://`` URI for files in packages."""
+        """Convert the pieces of a file name; a file in a package gets a ``package://`` URI."""
         first = pieces[0] if pieces else ""
         if first == "file://":
             return self._file_name(pieces[1:])
@@ -77,7 +77,7 @@ class Values:
         return [first, *pieces[1:]]
 
     def text(self, pieces: ir.Pieces, escape: Callable[[str], str] = lambda text: text) -> Any:
-        """Convert pieces to a string, or to an Expression if it contains expressions."""
+        """Convert pieces (strings and symbolic values) to a string, or to an Expression if not all are constant."""
         made, is_plain = "", True
         for piece in pieces:
             if isinstance(piece, str):
@@ -95,7 +95,7 @@ class Values:
         return made.replace("$${", "${") if is_plain else Expression(made)
 
     def value(self, symbol: ir.Symbol, variable: ir.Variable, unit: str = "") -> Any:
-        """Convert a symbol to the value for a variable of a certain type."""
+        """Convert a symbolic value to a value of the description with the type of ``variable``."""
         node = symbol.node
         if isinstance(node, ast.Name) and node.id == "none":
             return None
@@ -117,7 +117,7 @@ class Values:
         return self._plain(node)
 
     def argument(self, symbol: ir.Symbol, variable: ir.Variable) -> ast.expr:
-        """Convert a symbol to an argument in the call of a named value."""
+        """Convert a symbolic value to the argument for ``variable`` in the call of a ``let`` function."""
         if variable.names_mesh:
             return ir.joined_node(self._file_name(ir.pieces_of(symbol)))
         if variable.type == "list":
@@ -133,7 +133,7 @@ class Values:
         return self._plain(made, unit) if isinstance(made, ast.List) else self.expression(made)
 
     def _plain(self, node: ast.expr, unit: str = "") -> Any:
-        """Convert an expression to a literal value if it is constant, else to an Expression."""
+        """Convert an expression to a literal value in ``unit`` if the expression is constant, else to an Expression."""
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
             return node.value
         if isinstance(node, ast.Dict):
@@ -151,12 +151,12 @@ class Values:
                 return number(ir.as_text(node).replace(" ", ""), unit) if is_literal else Verbatim(degrees or "0")
         inner = node.args[0] if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "float" else None
         if unit == ANGLES and isinstance(inner, ast.Call) and getattr(inner.func, "id", "") in _ANGULAR:
-            node = inner  # keep the angle, without its conversion to a float
+            node = inner  # an angle needs no conversion by ``float``
         return self.expression(node)
 
 
 def number(text: str, unit: str) -> Verbatim:
-    """Format a number. Raises Failed if the text is not a number."""
+    """Format the number in ``text`` with ``unit``, angles in degrees if that is exact. Raises Failed for other text."""
     text, value = text.strip(), ir.number_in(text)
     if value == 0:
         return Verbatim("0")

@@ -1,7 +1,7 @@
 """page: a self-contained HTML file that shows the robot in a browser, without network access.
 
-``data`` converts the model to JSON. ``html`` combines it with the meshes and the JavaScript (package data, built from
-``viewer/``). The command ``view`` serves the same page.
+``data`` converts the model to JSON. ``html`` combines the JSON with the meshes and the JavaScript (package data, built
+from ``viewer/``). The command ``view`` serves the same page.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from rosorin_compile.source.project import data_folder
 from .data import robot_data
 from .images import MAX_MEGABYTES, MESHES, Data, Embedding, tables
 
-_SHAPES = (*MESHES, ".ply", ".msh", ".gltf")  # file extensions of meshes, to distinguish them from images
+_SHAPES = (*MESHES, ".ply", ".msh", ".gltf")  # file extensions of meshes; other files are images
 _SHOWN = 3
-_NAMES = {"name": "the name", "situations": "who publishes what"}  # keys of the data in messages, if different
+_NAMES = {"name": "the name", "situations": "who publishes what"}  # names of keys in messages, if different
 
-# Content security policy: the browser blocks all network requests of the page.
+# Content security policy, with which the browser blocks all network requests of the page.
 _ALONE = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
     "img-src {0}data: blob:; connect-src {0}data: blob:"
@@ -38,7 +38,7 @@ _DATA = re.compile(r'<script type="application/json" id="robot">(.*?)</script>',
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
-    """Return the page of a robot. Options: ``meshes`` (false: omit them), ``max_megabytes`` (total size of meshes)."""
+    """Format the HTML page of a robot. Options: ``meshes`` (False: none), ``max_megabytes`` (total size of meshes)."""
     data = robot_data(robot)
     embedding = Embedding(output.options.get("max_megabytes"))
     if output.options.get("meshes", True):
@@ -51,20 +51,20 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
 
 def left_out(left: Mapping[str, str]) -> str:
-    """Format the list of meshes and images that a page does not show, with reasons."""
+    """Describe the meshes and images that an HTML page does not show, with the reasons."""
     images = [name for name in left if PurePosixPath(name).suffix.lower() not in _SHAPES]
     kind = "mesh" if not images else "texture" if len(images) == len(left) else "file"
     return f"{count_of(len(left), kind)} ({first_of(list(left), _SHOWN)}): {', '.join(dict.fromkeys(left.values()))}"
 
 
 def html(data: Data, live: str = "") -> str:
-    """Return the HTML page that shows ``data``.
+    """Format the HTML page that shows the robot in ``data``.
 
-    ``live`` is an id of this version, for a page that requests updates from its server. Only such a page can have no
-    robot yet.
+    ``live`` is an id of this version, for a page that requests updates from its server. Only such a page can be without
+    a robot, while the robot has errors.
     """
     text = json.dumps(data, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
-    for letter in "<>&\u2028\u2029":  # characters that could end the script or a line of it
+    for letter in "<>&\u2028\u2029":  # escape characters that could end the script element
         text = text.replace(letter, f"\\u{ord(letter):04x}")
     policy = _ALONE.format("'self' " if live else "")
     name = escape(str(data["robot"]["name"] if data["robot"] else "rosorin-compile"))
@@ -82,13 +82,13 @@ def html(data: Data, live: str = "") -> str:
 
 @cache
 def _part(name: str) -> str:
-    """Read a packaged part of the page, and escape it for its element."""
+    """Read the JavaScript or CSS of the page, and escape closing tags."""
     text = files.read_text(data_folder("viewer") / name)
     return re.sub(r"</(?=script|style)", r"<\\/", text, flags=re.IGNORECASE)
 
 
 def data_of(text: str) -> Any:
-    """Extract the data from a page. Raises ValueError for any other text."""
+    """Extract the JSON data from an HTML page of this tool. Raises ValueError for any other text."""
     found = _DATA.search(text)
     if found is None:
         raise ValueError("the page holds no robot")
@@ -96,7 +96,7 @@ def data_of(text: str) -> Any:
 
 
 def differ(old: str, new: str) -> str:
-    """Describe the difference between two pages; ``old`` may be damaged."""
+    """Describe the difference between two HTML pages of a robot in a sentence; ``old`` may be damaged."""
     after = data_of(new)["robot"]
     try:
         before = data_of(old)["robot"]

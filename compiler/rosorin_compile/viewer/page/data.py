@@ -1,6 +1,6 @@
 """Convert a robot to the JSON data of its page (``schemas/page.schema.json``).
 
-A URDF is not sufficient, because it lacks frames of other nodes and the fields of view of sensors.
+A URDF is not sufficient, because it lacks the frames of other ROS nodes and the fields of view of sensors.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def _rows(grid: model.HeightMap) -> list[list[float]]:
 
 
 def robot_data(robot: Robot) -> Data:
-    """Return the data of a robot (m, rad, kg); the caller must add its meshes."""
+    """Convert a robot to JSON data for its HTML page (m, rad, kg); the caller adds the meshes."""
     return {
         "name": robot.name,
         "root": robot.root,
@@ -57,9 +57,9 @@ def robot_data(robot: Robot) -> Data:
 
 
 def before_data(robot: Robot, shapes: Mapping[tuple[str, str], Sequence[Shape]], at: Pose) -> Data:
-    """Return the data of the old robot that the page draws under the new one, with only the given ``shapes``.
+    """Convert the old robot, of which the HTML page only draws ``shapes``, to JSON data.
 
-    ``shapes`` are by link and purpose; ``at`` is the pose of the old root in the new root.
+    The keys of ``shapes`` are (link, purpose); ``at`` is the pose of the old root link in the new root link.
     """
     return {
         "root": robot.root,
@@ -99,7 +99,7 @@ def _shape(shape: Shape) -> Data:
 
 def _colour(robot: Robot, shape: Shape) -> Data:
     rgba, texture = robot.colour(shape), robot.texture(shape)
-    shown = {} if rgba is None else {"rgba": [min(max(part, 0.0), 1.0) for part in rgba]}  # a rule reports others
+    shown = {} if rgba is None else {"rgba": [min(max(part, 0.0), 1.0) for part in rgba]}  # a rule reports other values
     return shown | ({"texture": texture} if texture else {})
 
 
@@ -122,7 +122,7 @@ def _joint(robot: Robot, joint: Joint) -> Data:
 
 
 def _situations(robot: Robot) -> list[Data]:
-    """Return the trees of frames with the modes in which each is valid; the first one is valid for all other modes."""
+    """Return the trees of frames with the modes in which each is valid; the first is valid in all other modes."""
     try:
         trees: Sequence[Tree] = frame_trees(robot, {})
     except TooMany:

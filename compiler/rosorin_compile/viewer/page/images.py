@@ -1,8 +1,8 @@
 """Add meshes and images to a page, with the files that a mesh refers to (materials and their images).
 
 A mesh may be untrusted, and a page is shared with others, so a mesh must not be able to add arbitrary files of this
-machine to the page. A file that it refers to must be an image that browsers support, according to its first bytes, or
-the materials of an OBJ, and it must be in the project or the package of the mesh.
+machine to the page. A file that a mesh refers to must be an image that browsers support, according to its first bytes,
+or the materials of an OBJ, and it must be in the project or the package of the mesh.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from rosorin_compile.source.project import DESCRIPTIONS
 
 Data = dict[str, Any]
 
-# Files that the loaders of the page support, by file extension.
+# Mesh formats that the page can load, by file extension.
 MESHES: Mapping[str, str] = {".stl": "stl", ".obj": "obj", ".dae": "dae", ".glb": "glb"}
 _BYTES, _MATERIALS = "application/octet-stream", "text/plain"
 _MAGIC = {
@@ -32,9 +32,9 @@ _MAGIC = {
     "image/gif": re.compile(rb"GIF8[79]a"),
     "image/bmp": re.compile(rb"BM"),
 }
-_HEAD = 16  # bytes that identify the type of an image
-_LARGEST = 1_000_000  # bytes of a material file
-MAX_MEGABYTES = 40  # default limit for all meshes and images of a page
+_HEAD = 16  # number of bytes that identify the type of an image
+_LARGEST = 1_000_000  # maximum size of a material file in bytes
+MAX_MEGABYTES = 40  # default maximum size of all meshes and images of a page
 _LIBRARY = re.compile(rb"^[ \t]*mtllib[ \t]+([^\r\n]+)", re.MULTILINE)
 _MAP = re.compile(r"^[ \t]*map_Kd[ \t]+(.+?)[ \t]*$", re.MULTILINE | re.IGNORECASE)
 _OPTION = re.compile(r"-[a-z]+(?:[ \t]+(?:[-+.0-9e]+|on|off))*[ \t]+", re.IGNORECASE)
@@ -43,7 +43,7 @@ _IMAGE = re.compile(rb"<init_from>\s*(?:<ref>)?\s*([^<]+?)\s*<")
 
 
 class Side(NamedTuple):
-    """A file that belongs to a mesh: its name in the mesh, its path, and its type."""
+    """A file that a mesh refers to: its name in the mesh, its path, and its MIME type."""
 
     name: str
     file: Path
@@ -51,7 +51,7 @@ class Side(NamedTuple):
 
 
 class Embedding:
-    """Embeds meshes and images in a page, up to a total size; ``left`` has the reasons for missing files.
+    """Embeds meshes and images in an HTML page, up to a total size; ``left`` has the reason for each file left out.
 
     A file that several robots on a page use is embedded and counted once for each robot.
     """
@@ -62,7 +62,7 @@ class Embedding:
         self.left: dict[str, str] = {}
 
     def put(self, name: str, file: Path, kind: str) -> Data:  # noqa: ARG002
-        """Return the entry of a file with its content, unless that exceeds the total size."""
+        """Return JSON data with the base64 content of a file, unless that exceeds the total size."""
         try:
             content = files.read_bytes(file)
         except OSError as problem:
@@ -73,7 +73,7 @@ class Embedding:
         return {"data": b64encode(content).decode("ascii")}
 
     def missing(self, name: str, why: str) -> Data:
-        """Return the entry of a missing file, and record the reason."""
+        """Return JSON data for a missing file, and record the reason."""
         self.left[name] = why
         return {"missing": why}
 
@@ -90,18 +90,18 @@ class Serving:
         self.files: dict[str, tuple[Path, str]] = {}
 
     def put(self, name: str, file: Path, kind: str) -> Data:  # noqa: ARG002
-        """Return the entry of a file with its URL."""
+        """Return JSON data with the URL of a file, and serve the file at that URL."""
         number = self.numbers.setdefault(file, str(len(self.numbers)))
         self.files[number] = file, kind
         return {"url": f"mesh/{number}?{''.join(f'{part:x}' for part in files.version(file) or (0,))}"}
 
     def missing(self, name: str, why: str) -> Data:  # noqa: ARG002
-        """Return the entry of a missing file."""
+        """Return JSON data for a missing file."""
         return {"missing": why}
 
 
 def tables(robot: Robot, found: Mapping[str, Path], store: Embedding | Serving) -> Data:
-    """Return the entries of the meshes and textures of a robot by name; ``found`` are paths by name."""
+    """Return JSON data of the meshes and textures of a robot by name; ``found`` has their paths by name."""
     meshes, textures = mesh_table([*mesh_names(robot)], found, store), Data()
     for name in texture_names(robot):
         image = found.get(name)
@@ -114,7 +114,7 @@ def tables(robot: Robot, found: Mapping[str, Path], store: Embedding | Serving) 
 
 
 def mesh_table(names: Sequence[str], found: Mapping[str, Path], store: Embedding | Serving) -> Data:
-    """Return the entries of meshes by name; ``found`` are paths by name."""
+    """Return JSON data of meshes by name; ``found`` has their paths by name."""
     meshes = Data()
     for number, name in enumerate(names):
         Progress.step("reading meshes", number, len(names))
@@ -135,19 +135,19 @@ def mesh_table(names: Sequence[str], found: Mapping[str, Path], store: Embedding
 
 
 def texture_names(robot: Robot) -> Iterator[str]:
-    """Yield the names of the images of visuals, without duplicates, in the order of the description."""
+    """Yield the file names of the textures of visuals, without duplicates, in the order of the description."""
     visuals = (shape for link in robot.links for shape in link.visual)
     yield from dict.fromkeys(name for shape in visuals if (name := robot.texture(shape)))
 
 
 def mesh_names(robot: Robot) -> Iterator[str]:
-    """Yield the names of the meshes that the page shows, without duplicates, in the order of the description."""
+    """Yield the file names of the meshes of a robot, without duplicates, in the order of the description."""
     shapes = (shape for link in robot.links for shape in (*link.visual, *link.collision))
     yield from dict.fromkeys(shape.geometry.file for shape in shapes if isinstance(shape.geometry, Mesh))
 
 
 def image_type(file: Path) -> str:
-    """Return the type of an image that browsers support, or "" for any other file."""
+    """Return the MIME type of an image that browsers support, or "" for any other file."""
     with suppress(OSError):
         head = files.read_bytes(file, _HEAD)
         return next((kind for kind, magic in _MAGIC.items() if magic.match(head)), "")
@@ -155,7 +155,7 @@ def image_type(file: Path) -> str:
 
 
 def companions(mesh: Path) -> tuple[list[Side], dict[str, str]]:
-    """Return the files that belong to a mesh, and the images that cannot be used, with the reason."""
+    """Return the files that a mesh refers to, and the reason for each image that cannot be used, by name."""
     try:
         content = files.read_bytes(mesh) if mesh.suffix.lower() in (".dae", ".obj") else b""
     except OSError:
@@ -184,9 +184,9 @@ def companions(mesh: Path) -> tuple[list[Side], dict[str, str]]:
 
 
 def _homes(mesh: Path) -> list[Path]:
-    """Return the folders where files of a mesh can be: its project, its package, or the parent folder of ``meshes``.
+    """Return the folder where files of a mesh may be: its project, its ROS package, or the parent of ``meshes``.
 
-    The default is the folder of the mesh. If the mesh is a symlink, the folders of its target are included.
+    The default is the folder of the mesh. If the mesh is a symlink, the folder for its target is also returned.
     """
     found = []
     for file in dict.fromkeys((files.resolve(mesh.parent) / mesh.name, files.resolve(mesh))):
@@ -205,7 +205,7 @@ def _is_in(file: Path, homes: list[Path]) -> bool:
 
 
 def _relative(mesh: Path, name: str) -> Path | None:
-    """Return the path for a name in a mesh, or None if the name is not relative."""
+    """Return the path for a file name in a mesh, or None if the name is not relative."""
     if not name or name.startswith("/") or "://" in name or "\0" in name:
         return None
     return mesh.parent / name.replace("\\", "/")

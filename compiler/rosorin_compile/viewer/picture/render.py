@@ -1,6 +1,6 @@
-"""Render a robot with numpy as on the page: floor and shadow, shapes with a z-buffer, and frames on top.
+"""Render a robot with numpy as on the HTML page: floor and shadow, shapes with a z-buffer, and frames on top.
 
-Of coplanar triangles, the first one is visible. Of translucent triangles, only the nearest one is visible.
+Of coplanar triangles, the first triangle is visible. Of translucent triangles, only the nearest triangle is visible.
 """
 
 from __future__ import annotations
@@ -21,31 +21,31 @@ from rosorin_compile.source.progress import Progress
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Pixels = NDArray[np.uint8]  # (rows, columns, 4): premultiplied red, green, blue, and alpha
-MeshParts = Sequence[tuple[Floats, Colour | None]]  # triangles (n, 3, 3) in m, and their colour in the mesh file
+MeshParts = Sequence[tuple[Floats, Colour | None]]  # (triangles (n, 3, 3) in m, their colour or None) of a mesh file
 
-_FIELD_OF_VIEW, _MARGIN = math.radians(28.0), 1.06  # vertical; distance factor: as in viewer/src/stage.js
-_FRAME = 2 * math.tan(_FIELD_OF_VIEW / 2)  # height of the view at a distance of 1
-_FINE, _BAND = 3, 1_000_000  # samples per pixel in each direction, and samples that are drawn at once
+_FIELD_OF_VIEW, _MARGIN = math.radians(28.0), 1.06  # vertical angle; factor of the distance, as in viewer/src/stage.js
+_FRAME = 2 * math.tan(_FIELD_OF_VIEW / 2)  # visible height at a distance of 1 from the camera
+_FINE, _BAND = 3, 1_000_000  # samples per pixel along x and y; samples to draw at once
 _NEAREST, _LAST = 2**24, 2**32 - 1
-_SEGMENTS, _SMOOTH = 40, 0.82  # segments of a circle; cosine of the largest angle for smooth shading
-_MOST_SMOOTH = 400_000  # triangles; larger meshes have flat shading
-# Faces of a box: indices of its corners in the order of itertools.product, counter-clockwise from outside.
+_SEGMENTS, _SMOOTH = 40, 0.82  # segments of a circle; cosine of the largest angle between smooth faces
+_MOST_SMOOTH = 400_000  # meshes with more triangles have flat shading
+# Faces of a box: indices of the corners in the order of itertools.product, counter-clockwise from outside.
 _BOX_FACES = [(4, 6, 7, 5), (2, 0, 1, 3), (6, 2, 3, 7), (0, 4, 5, 1), (1, 5, 7, 3), (2, 6, 4, 0)]
 _OVERLAY = (0xE8 / 255, 0x83 / 255, 0x3A / 255, 0.35)  # RGBA of collision shapes drawn over visuals
 _SUN, _SUN_COLOUR = np.array((0.25, 0.75, 1.0)) / math.sqrt(1.625), np.array((0.70, 0.645, 0.575))
 # Sky light reflected by a white surface with the normal (x, y, z): coefficients of 1, x, y, z, x^2 - y^2, z^2, xy, xz
 # and yz, fitted to screenshots of the page.
 _SKY = np.array((0.507, 0.072, -0.194, 0.244, -0.092, 0.060, 0.049, 0.073, -0.168))
-_MAP, _BLUR = 768, 8  # cells of the shadow map along a side; radius of the blur in cells
-_SHADOW = {"light": 0.22, "dark": 0.45}  # opacity
+_MAP, _BLUR = 768, 8  # size of the square shadow map, and radius of the blur, in cells
+_SHADOW = {"light": 0.22, "dark": 0.45}  # opacity of the shadow
 # Colours of horizon, zenith, floor, grid, names and their outlines, as on the page.
 THEMES = {
     "light": [[*bytes.fromhex(colour)] for colour in ("f3f5f8", "fdfdfe", "e6eaef", "b9c2cd", "1f2933", "ffffff")],
     "dark": [[*bytes.fromhex(colour)] for colour in ("171b21", "1d2229", "1f252d", "3a4450", "e6eaf0", "171b21")],
 }
 AXIS_COLOURS = [[*bytes.fromhex(colour)] for colour in ("e5484d", "30a46c", "3e63dd")]
-_SENSOR, _EMPTY = ([0x8E, 0x4E, 0xC6], 11.0), ([0x7D, 0x8A, 0x97], 8.0)  # markers: colour, pixels
-_DOT, _ADVANCE, _LINE, _GAP = 1.45, 8.7, 11.0, 4.0  # pixels between dots, letters, lines and names
+_SENSOR, _EMPTY = ([0x8E, 0x4E, 0xC6], 11.0), ([0x7D, 0x8A, 0x97], 8.0)  # markers: (RGB, size in pixels)
+_DOT, _ADVANCE, _LINE, _GAP = 1.45, 8.7, 11.0, 4.0  # distances in pixels of dots, letters, lines and names
 # Bitmap font from space to ~, then a box: five columns per character, two hex digits per column, lowest bit on top.
 _DOTS = bytes.fromhex(
     "0000000000 00005F0000 0007000700 147F147F14 242A7F2A12 2313086462 3649562050 0008070300"
@@ -109,12 +109,12 @@ def _surface(geometry: Box | Cylinder | Capsule | Sphere | Ellipsoid | HeightMap
     if isinstance(geometry, Box | HeightMap):
         boxes = geometry.boxes() if isinstance(geometry, HeightMap) else [geometry]
         quads = np.array([[*product(*zip(box.lower, box.upper, strict=True))] for box in boxes])[:, _BOX_FACES]
-    else:  # surface of revolution about z, with a profile of radius and height from top to bottom
+    else:  # the surface of revolution of a profile (radius, z) about z, from top to bottom
         radius = 1.0 if isinstance(geometry, Ellipsoid) else geometry.radius
         half = geometry.length / 2 if isinstance(geometry, Cylinder | Capsule) else 0.0
         turn = np.linspace(0.0, math.pi / 2, _SEGMENTS // 4 + 1)
         profile = np.stack([radius * np.sin(turn), radius * np.cos(turn) + half], axis=-1)
-        if isinstance(geometry, Cylinder):  # no shared corners, for a sharp edge
+        if isinstance(geometry, Cylinder):  # duplicate the vertices of the edge, so that its shading is sharp
             profile = np.array([(0.0, half), (radius, half), (radius * (1 + 1e-9), half)])
         profile = np.concatenate([profile, profile[::-1] * (1.0, -1.0)])
         turn = 2 * math.pi * (np.arange(_SEGMENTS + 1) % _SEGMENTS) / _SEGMENTS
@@ -125,7 +125,7 @@ def _surface(geometry: Box | Cylinder | Capsule | Sphere | Ellipsoid | HeightMap
 
 
 def _normals(triangles: Floats) -> Floats:
-    """Return normals (n, 3, 3): the average of the faces at a corner where the surface is smooth, else of the face."""
+    """Return vertex normals (n, 3, 3): averaged over faces where the surface is smooth, else of the face."""
     faces = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]).repeat(3, axis=0)
     size = np.linalg.norm(faces, axis=1, keepdims=True)
     flat: Floats = faces / size.clip(max(1e-6 * size.max(initial=0.0), 1e-300))  # ignore degenerate faces
@@ -153,7 +153,7 @@ class Camera(NamedTuple):
 
     @staticmethod
     def fit(bounds: Floats, direction: Vector, width: int, height: int) -> Camera:
-        """Return a camera in a direction from a box (2, 3) at the distance where the box fits, as on the page."""
+        """Return a camera in ``direction`` from a bounding box (2, 3), at the distance where the box fits the image."""
         radius = max(math.dist(*bounds) / 2, 0.02)
         distance = _MARGIN * radius / math.sin(_FIELD_OF_VIEW / 2) / min(1.0, width / height)
         back = np.array(direction) / math.hypot(*direction)
@@ -163,12 +163,12 @@ class Camera(NamedTuple):
         return Camera(bounds.mean(axis=0) + back * distance, axes, height / _FRAME, width, height, height / 2)
 
     def project(self, points: Floats) -> tuple[Floats, Floats, Floats]:
-        """Project points (..., 3) to x and y (pixels), and return their depth (m) along the optical axis, too."""
+        """Project points (..., 3) in the root frame; return x and y in pixels, and the depth in m."""
         x, y, depth = np.moveaxis((points - self.eye) @ self.axes.T, -1, 0)
         return x / depth * self.focal + self.width / 2, y / depth * self.focal + self.middle, depth
 
     def rays(self, x: Floats, y: Floats) -> Floats:
-        """Return the view directions (..., 3) of pixels, with length 1 along the optical axis."""
+        """Return the view directions (..., 3) of pixels in the root frame, with length 1 along the optical axis."""
         across, down = (x - self.width / 2) / self.focal, (y - self.middle) / self.focal
         directions: Floats = np.stack([across, down, np.ones_like(across)], axis=-1) @ self.axes
         return directions
@@ -177,12 +177,12 @@ class Camera(NamedTuple):
 class Raster:
     """Triangles on a grid of samples; the centre of a sample is at (column + 0.5, row + 0.5).
 
-    ``area`` (n,) is twice the signed area. The barycentric coordinate of a point for corner k is
-    ``weights[:, k] @ (x, y, 1)``.
+    ``area`` (n,) is twice the signed area. The barycentric coordinate of a point for corner k is ``weights[:, k] @ (x,
+    y, 1)``.
     """
 
     def __init__(self, x: Floats, y: Floats) -> None:
-        """Prepare triangles with corners at x and y (n, 3), in samples."""
+        """Prepare n triangles with the corners x and y (n, 3), in units of samples."""
         next_x, last_x, next_y, last_y = (np.roll(side, turn, 1) for side in (x, y) for turn in (-1, -2))
         lines = np.stack([next_y - last_y, last_x - next_x, next_x * last_y - last_x * next_y], axis=-1)
         self.y, self.area = y, lines[..., 2].sum(axis=1)
@@ -212,7 +212,7 @@ class Raster:
 
 
 def _ranges(first: Floats, last: Floats) -> tuple[Ints, Ints]:
-    """Enumerate the integers of several ranges; return the index of the range, and the integer."""
+    """Enumerate the integers of n ranges (first and last are included); return the range index and the integer."""
     counts = np.maximum(last - first + 1, 0).astype(np.int64)
     number = np.repeat(np.arange(len(counts)), counts)
     return number, np.arange(len(number)) + (first.astype(np.int64) - np.cumsum(counts) + counts)[number]
@@ -231,12 +231,12 @@ class Floor:
         raster = Raster(*np.moveaxis((flat - self.start) / self.cell, -1, 0))
         covered = raster.visible(np.ones(flat.shape[:2]), _MAP, _MAP) >= 0
         self.dark = covered.reshape(_MAP, _MAP).astype(np.float64)
-        for _ in range(6):  # three box filters in each direction
+        for _ in range(6):  # blur with three box filters along each axis
             sums = np.cumsum(np.pad(self.dark, ((0, 0), (_BLUR + 1, _BLUR))), axis=1)
             self.dark = ((sums[:, 2 * _BLUR + 1 :] - sums[:, : -2 * _BLUR - 1]) / (2 * _BLUR + 1)).T
 
     def draw(self, camera: Camera, theme: str, transparent: bool) -> Floats:
-        """Render floor and sky (rows, columns, 4): premultiplied red, green, blue, and alpha, 0 to 1."""
+        """Render floor and sky as premultiplied RGBA from 0 to 1, shape (rows, columns, 4)."""
         y, x = np.mgrid[: camera.height, : camera.width] + 0.5
         rays = camera.rays(x, y)
         slope = np.minimum(rays[..., 2:], -1e-9)
@@ -251,7 +251,7 @@ class Floor:
         sky = horizon + (zenith - horizon) * (0.5 + (camera.middle - y[..., None]) / camera.focal / _FRAME)
         offset = points - self.scene.bounds.mean(axis=0)[:2]
         fade = visible * (1.33 - np.linalg.norm(offset, axis=-1, keepdims=True) / (4.5 * self.scene.size)).clip(0, 1)
-        # The size (m) of a pixel on the floor along x and y, for one pixel to the right and one down.
+        # Compute the size (m) of a pixel on the floor along x and y, from steps of one pixel to the right and down.
         pixel = depth / camera.focal * (abs(camera.axes[0]) + abs(camera.axes[1] - rays * camera.axes[1, 2] / slope))
         lines, step = np.zeros_like(fade), 10.0 ** round(math.log10(self.scene.size / 8))
         for opacity, width in ((0.35, step), (0.8, 10 * step)):
@@ -263,13 +263,13 @@ class Floor:
 
 
 def _colours(normals: Floats, hue: Floats) -> Floats:
-    """Light triangles of sRGB colours (n, 3) with corner normals (n, 3, 3); return sRGB corner colours (n, 3, 3)."""
+    """Light triangles with sRGB colours (n, 3) and corner normals (n, 3, 3); return sRGB corner colours (n, 3, 3)."""
     x, y, z = np.moveaxis(normals, -1, 0)
     sky = np.stack([np.ones_like(x), x, y, z, x * x - y * y, z * z, x * y, x * z, y * z], axis=-1) @ _SKY
     sun = (normals @ _SUN).clip(0)
     hue = np.where(hue <= 0.04045, hue / 12.92, ((hue.clip(0.0, 1.0) + 0.055) / 1.055) ** 2.4)
     light = hue[:, None] * (sky.clip(0.05)[..., None] + _SUN_COLOUR * sun[..., None])
-    # The tone curve of the page, Khronos PBR Neutral.
+    # Apply the tone curve of the HTML page, Khronos PBR Neutral.
     least = light.min(axis=-1, keepdims=True)
     light -= np.where(least < 0.08, least - 6.25 * least * least, 0.04)
     peak = light.max(axis=-1, keepdims=True).clip(0.76)
@@ -281,7 +281,7 @@ def _colours(normals: Floats, hue: Floats) -> Floats:
 
 
 def render(scene: Scene, camera: Camera, theme: str, transparent: bool) -> Pixels:
-    """Render a scene on its floor."""
+    """Render a scene on its floor; return the pixels (rows, columns, 4)."""
     pixels, floor = np.empty((camera.height, camera.width, 4), np.uint8), Floor(scene)
     red, green, blue, opacity, two_sided, outlined = scene.looks.T
     away = ((scene.corners - camera.eye) * scene.normals).sum(axis=(1, 2)) > 0
@@ -306,7 +306,7 @@ def render(scene: Scene, camera: Camera, theme: str, transparent: bool) -> Pixel
             triangle, lines = chosen[number], raster.weights[number]
             sample = np.stack([places % columns + 0.5, places // columns + 0.5, np.ones(len(places))], axis=-1)
             weights = (lines * sample[:, None]).sum(axis=-1).clip(0.0, 1.0)
-            # The distance of a sample from a side is the weight of the opposite corner divided by its gradient.
+            # The distance from a side is the weight of the opposite corner divided by the gradient of that weight.
             sides = (weights / np.linalg.norm(lines[..., :2], axis=-1))[:, [0, 2]].min(axis=1) / _FINE
             shade = np.where(outlined[triangle] > 0, (0.4 + sides).clip(0.7, 1.0), 1.0)
             colour = (weights[..., None] * colours[triangle]).sum(axis=1) * shade[:, None]
@@ -319,7 +319,7 @@ def render(scene: Scene, camera: Camera, theme: str, transparent: bool) -> Pixel
 
 
 def draw_markers(pixels: Pixels, robot: Robot, poses: Mapping[str, Transform], camera: Camera) -> None:
-    """Draw a point at each link without shapes, and at each sensor."""
+    """Draw a dot at each link without shapes, and at each sensor."""
     sensors = {sensor.frame for sensor in robot.sensors}
     empty = {link.name for link in robot.links if not link.visual and not link.collision}
     for names, marker in ((empty - sensors, _EMPTY), (sensors, _SENSOR)):
@@ -330,8 +330,8 @@ def draw_markers(pixels: Pixels, robot: Robot, poses: Mapping[str, Transform], c
 
 
 def draw_frames(pixels: Pixels, frames: Mapping[str, Transform], camera: Camera, length: float, theme: str) -> None:
-    """Draw the axes of frames, ``length`` (m) long, at their poses in the root frame, and names if there is space."""
-    names: list[tuple[float, float, float, str]] = []  # left end, width and middle of a name
+    """Draw the axes (``length`` in m) and names of frames; their poses are relative to the root frame."""
+    names: list[tuple[float, float, float, str]] = []  # (left, width, row, text) of placed names, in pixels
     for name, pose in frames.items():
         x, y, depth = camera.project(np.array([pose.apply(end) for end in (np.eye(4, 3, -1) * length).tolist()]))
         if depth.min() <= 0:
@@ -360,7 +360,7 @@ def draw_frames(pixels: Pixels, frames: Mapping[str, Transform], camera: Camera,
 
 
 def _draw_lines(pixels: Pixels, lines: ArrayLike, colour: Sequence[int], pen: float) -> None:
-    """Draw antialiased lines with round caps: end points (n, 2, 2) and width ``pen`` in pixels."""
+    """Draw antialiased lines between end points (n, 2, 2), with round caps and width ``pen``, in pixels."""
     ends, size = np.array(lines, np.float64), pixels.shape[1::-1]
     low = (ends.min(axis=(0, 1), initial=1e9) - pen).clip(0, size).astype(int)
     high = (ends.max(axis=(0, 1), initial=0.0) + pen + 2).clip(0, size).astype(int)

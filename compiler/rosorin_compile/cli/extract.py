@@ -39,9 +39,10 @@ class _Numbers(click.ParamType):  # type: ignore[type-arg] # not generic before 
             valid = isinstance(number, int | float) and not isinstance(number, bool) and math.isfinite(number)
             if not valid or dimension_of(number) not in (None, self.kind) or (self.positive and not number > 0):
                 self.fail(f'"{part}" is not {describe(self.kind)}{" above zero" * self.positive}', param, ctx)
-        if len(parts) != self.count or (self.repeats and not all(numbers)):
-            what = " other than zero" * self.repeats
-            self.fail(f'"{value}" is not {self.count} numbers{what} with commas between them', param, ctx)
+        if len(parts) != self.count:
+            self.fail(f'"{value}" is not {self.count} numbers with commas between them', param, ctx)
+        if self.repeats and not all(numbers):
+            self.fail(f"{value} leaves nothing of a mesh", param, ctx)
         return tuple(map(float, numbers)) if self.count > 1 else float(numbers[0])
 
 

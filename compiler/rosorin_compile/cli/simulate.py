@@ -33,7 +33,8 @@ def run_simulate(run: Run) -> int:
     for name, value in run.limits.items():
         with suppress(ValueError):
             limits[name] = float(value)
-    result = simulate(run.request(run.only_robot()), run.base, run.seconds, limits=limits, timing=not run.no_timing)
+    request, settings = run.request(run.only_robot()), run.pick("base seconds")
+    result = simulate(request, **settings, limits=limits, timing=not run.no_timing)
     name, is_text = result.robot, run.format == "text"
     if is_text and result.poses:
         print(f"{name}: {about(result)}\n\n{tables(result)}")

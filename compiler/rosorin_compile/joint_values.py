@@ -11,7 +11,7 @@ from itertools import product
 from rosorin_compile.language.expression import ExpressionError, evaluate
 from rosorin_compile.model import Joint, Robot
 from rosorin_compile.model.geometry import quaternion_of, rotation_of_rpy
-from rosorin_compile.model.kinematics import Position, Positions, position_of
+from rosorin_compile.model.kinematics import Position, Positions
 from rosorin_compile.model.servos import ServoGroup, nearest, pulses_within, servo_of, to_radians
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import Case
@@ -134,7 +134,7 @@ def beyond_limits(case: Case, states: Iterable[Positions], strict: bool = False)
         leader = joint
         while leader.mimic is not None:
             leader = case.robot.joint[leader.mimic.joint]
-        here = position_of(case.robot, joint, state) if leader.name in state else ()
+        here = case.robot.position(joint, state) if leader.name in state else ()
         if isinstance(here, tuple) or joint.limit is None or joint.type == "continuous":
             continue
         for side, sign, word in (("lower", -1, "below"), ("upper", 1, "above")):

@@ -124,9 +124,9 @@ def lookup(graph: Graph, source: str, target: str, positions: Positions) -> Fram
     Raises NoWay, and KeyError for unknown frames.
     """
     way, pose = graph.way(source, target), Transform()
-    for step, up in way:
-        there = step.transform(graph.robot, positions)
-        pose = pose.then(there.inverse() if up else there)
+    for move in way:
+        there = move.step.transform(graph.robot, positions)
+        pose = pose.then(there.inverse() if move.up else there)
     # Compute the angles from the quaternion, to get the same rounding as tf2.
     x, y, z, w = quaternion = quaternion_of(pose.rows)
     turn = Transform.of_quaternion((0.0, 0.0, 0.0), (w, x, y, z))

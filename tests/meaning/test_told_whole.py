@@ -20,7 +20,7 @@ from rosorin_compile.cli.report_formats import Section, markdown
 from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import YAML, Side, lines
 from rosorin_compile.compare.golden_check import compare
-from rosorin_compile.compare.names import renamed_robot
+from rosorin_compile.compare.walk import renamed_robot
 from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot

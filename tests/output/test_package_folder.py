@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.formats.ros_packages import files_below
 from rosorin_compile.output.atomic_files import OutputError, digest
 from rosorin_compile.output.package_folder import MANIFEST, open_package_folder, read_manifest
 from rosorin_compile.ros.package.deploy import unfinished_runs
+from rosorin_compile.ros.package.package_files import files_below
 from support.kills import ended_at
 
 NEW = {"urdf/a.urdf": b"new a", "config/b.json": b"new b", "launch/c.py": b"new c"}

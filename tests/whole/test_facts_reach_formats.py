@@ -130,7 +130,7 @@ def test_the_settings_of_an_included_mjcf_are_those_of_the_robot(
     assert model.body("trunk").pos[2] == pytest.approx(0.4)
     made(tmp_path, text.replace("r.xml", "r.xml, option: {timestep: 0.004}"))
     said = capsys.readouterr().err
-    assert "warning[include-settings]: settings of dog.xml that the MJCF does not take over: timestep 0.001" in said
+    assert "warning[include-settings]: the MJCF does not have these settings of dog.xml: timestep 0.001" in said
 
 
 KEYED = DOG.replace("</mujoco>", '<keyframe><key name="sit" qpos="0 0 .3 1 0 0 0 .5"/></keyframe></mujoco>')
@@ -150,7 +150,7 @@ def test_keys_and_contacts_of_included_mjcfs_reach_it_and_the_first_settings_win
     model = model_of(made(tmp_path, text, dog_xml=KEYED, arm_xml=ARM))
     said = capsys.readouterr().err
     assert (model.nv, model.opt.timestep, model.opt.density) == (9, 0.001, 1.2)
-    assert "settings of arm.xml that the MJCF does not take over: integrator Euler, timestep 0.003" in said
+    assert "the MJCF does not have these settings of arm.xml: integrator Euler, timestep 0.003" in said
     excluded = {tuple(sorted((one >> 16, one & 0xFFFF))) for one in model.exclude_signature.tolist()}
     assert tuple(sorted(model.body(name).id for name in ("a_post", "a_upper"))) in excluded
     at = {model.joint(index).name: int(model.jnt_qposadr[index]) for index in range(model.njnt)}

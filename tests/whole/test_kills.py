@@ -14,9 +14,9 @@ from typing import NamedTuple
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats.ros_packages import files_below
 from rosorin_compile.output.package_folder import MANIFEST
 from rosorin_compile.ros.package.deploy import unfinished_runs
+from rosorin_compile.ros.package.package_files import files_below
 from support import kills
 from support.commands import write_files
 from support.paths import data_text

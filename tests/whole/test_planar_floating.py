@@ -145,10 +145,10 @@ def test_what_is_left_out_is_told(tmp_path):
     _, artifacts, made = robot_with(tmp_path, (0.0, 0.0, 1.0))
     told = [d.message for d in made.diagnostics if d.severity == "warning" and "mimic" not in d.message]
     assert told == [
-        'joint "sliding" is planar: robot_state_publisher takes it for fixed, and publishes it',
+        'joint "sliding" is planar, but robot_state_publisher publishes it as a fixed joint',
         'joint "sliding" is planar, without its limit and dynamics in the MJCF',
-        "robot_model has no word for floating: joint free is left out",
-        "robot_model has no word for planar: joint sliding is left out",
+        'robot_model cannot express the floating joint "free", which is left out',
+        'robot_model cannot express the planar joint "sliding", which is left out',
     ]
     assert '<limit lower="-1" upper="1" effort="5" velocity="1"/>' in artifacts["urdf"]
     assert '<dynamics damping="1" friction="0"/>' in artifacts["urdf"]

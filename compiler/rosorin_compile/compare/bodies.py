@@ -1,25 +1,33 @@
-"""Match links, joints and bodies of two robots, and compare poses within bodies and the motion of bodies.
+"""Match links, joints and bodies of two robots, and compare the poses and the motion of their frames.
 
 A body is a set of links that are fixed to each other, named after the topmost link. Files may attach the links of a
-body to each other in different ways.
+body to each other in different ways. Frames that moved together are one difference: a cluster is a set of frames of one
+body whose relative poses are equal in both robots. A cluster is in place if it moves equally in both robots relative to
+some cluster of a body above, even if the joints in between are elsewhere.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import reduce
 from typing import NamedTuple
 
-from rosorin_compile.model import Joint, Robot, Vector
-from rosorin_compile.model.geometry import angle_between, dot, minus, norm, unit
+from rosorin_compile.model import Joint, Limit, Robot, Vector
+from rosorin_compile.model.geometry import angle_between, dot, minus, norm, pose_of, unit
+from rosorin_compile.source.numbers import amount
+from rosorin_compile.source.progress import Progress
 
-from .difference import JOINT, NAME, Item, Side
-from .names import Names, new_joint_names, new_link_names, prefix_of, renamed_robot, with_names, without_prefix
-from .precision import HERE, ROOT_THREE, TURNS, Placed, Precision, join_errors
-from .sentences import NEW, REMOVED, existence
-from .walk import Leaves, leaves
+from . import sentences, walk
+from .difference import FRAME, JOINT, NAME, Item, Report, Side
+from .precision import HERE, ROOT_THREE, TURNS, Precision, RoundedTransform, join_errors
+from .sentences import NEW, REMOVED, Apart, existence, far, number, row, several, text_of, value_change
+from .walk import Leaves, Names, leaves, prefix_of, renamed_robot, with_names, without_prefix
+
+_LEAST = 1e-6  # rad, m: smaller differences of limits are ignored
+_STEPS = 16
+_TURN, _SLIDE = math.pi, 0.5  # the range of joints without limits (rad, m)
 
 
 class Line(NamedTuple):
@@ -39,17 +47,17 @@ class Bodies:
         self.precision = precision
         self.top: dict[str, str] = {}
         self.members: dict[str, list[str]] = {}
-        self._places: dict[tuple[str, str], Placed] = {}
+        self._places: dict[tuple[str, str], RoundedTransform] = {}
         for link in robot.walk():
             joint = robot.joint_to.get(link.name)
             is_top = joint is None or not joint.is_fixed or joint.name in split
             self.top[link.name] = link.name if joint is None or is_top else self.top[joint.parent]
             self.members.setdefault(self.top[link.name], []).append(link.name)
 
-    def edge(self, joint: Joint) -> Placed:
+    def edge(self, joint: Joint) -> RoundedTransform:
         """Return the pose of a joint's child in its parent, at position zero."""
         length = ROOT_THREE * self.precision("xyz", *joint.origin.xyz)
-        return Placed(joint.origin.transform(), length, TURNS * self.precision("rpy", *joint.origin.rpy))
+        return RoundedTransform(joint.origin.transform(), length, TURNS * self.precision("rpy", *joint.origin.rpy))
 
     def above(self, top: str) -> Iterator[str]:
         """Yield the ancestors of a body, nearest first."""
@@ -63,7 +71,7 @@ class Bodies:
             return None
         return [self.robot.joint_to[top] for top in bodies[: bodies.index(upper)]][::-1]
 
-    def relative(self, source: str, target: str) -> Placed:
+    def relative(self, source: str, target: str) -> RoundedTransform:
         """Return the pose of ``target`` in ``source``, a link of the same body or a body above; all joints at zero."""
         here, found = source, HERE
         for joint in self.joints_between(self.top[source], self.top[target]) or []:
@@ -71,7 +79,7 @@ class Bodies:
             here = joint.child
         return found.then(self._within(here, target))
 
-    def _within(self, source: str, target: str) -> Placed:
+    def _within(self, source: str, target: str) -> RoundedTransform:
         """Return the pose of ``target`` in ``source``, a link of the same body, through their common ancestor."""
         if (source, target) not in self._places:
             up, down = ways = list[Joint](), list[Joint]()
@@ -83,8 +91,12 @@ class Bodies:
                 up.pop()
                 down.pop()
             steps = [*(self.edge(joint).inverse() for joint in up), *map(self.edge, reversed(down))]
-            self._places[source, target] = reduce(Placed.then, steps, HERE)
+            self._places[source, target] = reduce(RoundedTransform.then, steps, HERE)
         return self._places[source, target]
+
+    def moved_by(self, top: str) -> str:
+        joint = self.robot.joint_to.get(top)
+        return f"moves with {joint.name}" if joint is not None else f"fixed to {self.robot.root}"
 
     def line(self, joint: Joint, target: str) -> Line:
         """Return the axis of a joint in the frame of a link that it moves."""
@@ -94,25 +106,12 @@ class Bodies:
         return Line(axis, place.transform.xyz, place.angle + tilt, place.length)
 
 
-class Gap(NamedTuple):
-    """The distance between two poses (m, rad; zero within their precision), and their precision."""
-
-    distance: float
-    angle: float
-    least: tuple[float, float]
-
-    @property
-    def closed(self) -> bool:
-        """Whether the two poses are equal."""
-        return not self.distance and not self.angle
-
-
-def gap(one: Placed, other: Placed, tolerance: float) -> Gap:
-    """Return the distance between two poses, which are equal up to ``tolerance`` (m, rad)."""
+def gap(one: RoundedTransform, other: RoundedTransform, tolerance: float) -> tuple[Apart, Apart]:
+    """Return the distance between two poses (m, rad; zero up to ``tolerance`` and rounding), and its precision."""
     apart = math.dist(one.transform.xyz, other.transform.xyz), one.transform.angle_to(other.transform)
     least = tolerance + join_errors(one.length, other.length), tolerance + join_errors(one.angle, other.angle)
     distance, angle = (by if by > known else 0.0 for by, known in zip(apart, least, strict=True))
-    return Gap(distance, angle, least)
+    return (distance, angle), least
 
 
 def has_axis(joint: Joint) -> bool:
@@ -120,19 +119,14 @@ def has_axis(joint: Joint) -> bool:
     return joint.moves and bool(norm(joint.axis))
 
 
-def axis_turn(old: Line, new: Line, tolerance: float) -> float:
-    """Return by how much an axis turned (rad), or 0 if that is within the precision of the axes."""
+def axis_gap(old: Line, new: Line, tolerance: float) -> Apart:
+    """Return how far an axis moved sideways (m) and turned (rad), or zeros within the precision of the axes."""
     angle = angle_between(old.direction, new.direction)
-    return angle if angle > tolerance + join_errors(old.angle, new.angle) else 0.0
-
-
-def axis_shift(old: Line, new: Line, tolerance: float) -> float:
-    """Return how far an axis moved sideways (m), or 0 if that is within the precision of the axes."""
-    way = minus(new.point, old.point)
+    way, (x, y, z) = minus(new.point, old.point), old.direction
     along = dot(way, old.direction)
-    x, y, z = old.direction
     distance = norm(minus(way, (x * along, y * along, z * along)))
-    return distance if distance > tolerance + join_errors(old.length, new.length) else 0.0
+    known = tolerance + join_errors(old.length, new.length), tolerance + join_errors(old.angle, new.angle)
+    return distance if distance > known[0] else 0.0, angle if angle > known[1] else 0.0
 
 
 def motion_of(joint: Joint) -> str:
@@ -151,7 +145,7 @@ def same_motion(
     ways = [side.joints_between(side.top[source], side.top[target]) for side in (a, b)]
     if ways[0] is None or ways[1] is None or list(map(motion_of, ways[0])) != list(map(motion_of, ways[1])):
         return False
-    if not gap(a.relative(source, target), b.relative(source, target), tolerance).closed:
+    if any(gap(a.relative(source, target), b.relative(source, target), tolerance)[0]):
         return False
     for joint, twin in zip(*ways, strict=True):
         if has_axis(joint) and has_axis(twin):
@@ -159,25 +153,10 @@ def same_motion(
             if twin.name in flipped:
                 x, y, z = new.direction
                 new = new._replace(direction=(-x, -y, -z))
-            if axis_turn(old, new, tolerance) or (joint.type != "prismatic" and axis_shift(old, new, tolerance)):
+            distance, angle = axis_gap(old, new, tolerance)
+            if angle or (distance and joint.type != "prismatic"):
                 return False
     return True
-
-
-_STEPS = 16
-_TURN, _SLIDE = math.pi, 0.5  # the range of joints without limits (rad, m)
-
-
-def positions_of(*joints: Joint) -> list[float]:
-    """Return positions to try (rad or m): zero, then steps between the limits of the first joint with limits."""
-    reach = _SLIDE if joints[0].type == "prismatic" else _TURN
-    lower, upper = -reach, reach
-    for joint in reversed(joints):
-        limit = joint.limit if joint.type != "continuous" else None
-        if limit is not None and limit.lower is not None and limit.upper is not None and limit.lower < limit.upper:
-            lower, upper = max(limit.lower, -2 * reach), min(limit.upper, 2 * reach)
-    steps = [lower + (upper - lower) * index / _STEPS for index in range(_STEPS + 1)]
-    return [0.0, *(position for position in steps if abs(position) > 1e-6)]
 
 
 class Pairing(NamedTuple):
@@ -221,9 +200,9 @@ def pair(a: Side, b: Side, tolerance: float, prefix: str | None = None) -> Pairi
         names = without_prefix(robots[at].link, prefix), without_prefix(robots[at].joint, prefix)
         robots[at] = renamed_robot(robots[at], *names)
         steps[at].append(names)
-    links = new_link_names(*(leaves(replace(robot, edges=())) for robot in robots[::-1]))
+    links = walk.new_link_names(*(leaves(replace(robot, edges=())) for robot in robots[::-1]))
     other = renamed_robot(robots[1], links, {})
-    joints = new_joint_names(leaves(other), leaves(robots[0]))
+    joints = walk.new_joint_names(leaves(other), leaves(robots[0]))
     # The new name of a joint in B must be unused, or be renamed itself.
     for name in sorted({name for name in other.joint if name not in joints} & set(joints.values())):
         joints[name] = f"{name} (of B)"
@@ -283,3 +262,170 @@ def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bo
         joint = a.joint.get(old)
         if joint is not None and (fixed_names or not joint.is_fixed):
             yield Item(NAME, old, "name", f"joint {old} renamed to {new}", old, new)
+
+
+def compare_frames(pairing: Pairing, report: Report) -> tuple[Mapping[str, str], Mapping[str, bool]]:
+    """Report which frames moved, by how much, and at which positions of the joints.
+
+    Return the frame in which to compare shapes and masses for each body of A; and the joints with the opposite sign in
+    B, mapped to True if the sign of their limits is also opposite.
+    """
+    work = _Frames(pairing, report.items)
+    for index, top in enumerate(pairing.bodies):
+        Progress.step("comparing frames", index, len(pairing.bodies))
+        work.body(top)
+    # Links that belong to a different body in B, grouped with the links that go with them.
+    groups: dict[tuple[str, str], list[str]] = {}
+    for name in pairing.shared:
+        top, goal = pairing.a.top[name], pairing.b.top[name]
+        if pairing.bodies.get(top) != goal:
+            groups.setdefault((top, goal), []).append(name)
+    for (top, goal), names in groups.items():
+        before, after = pairing.a.moved_by(top), pairing.b.moved_by(goal)
+        if before == after:
+            before, after = f"{before}, as part of {top}", f"{after}, as part of {goal}"
+        with_it = f", and with it {several(names[1:])}" if names[1:] else ""
+        text = f"{names[0]}: {before} -> {after}{with_it}"
+        report.items.append(Item(FRAME, names[0], "body", text, before, after))
+    return {top: clusters[0][0] for top, clusters in work.clusters.items()}, work.flipped
+
+
+class _Frames:
+    def __init__(self, pairing: Pairing, items: list[Item]) -> None:
+        self.pairing, self.items = pairing, items
+        self.a, self.b = pairing.a, pairing.b
+        self.clusters: dict[str, list[list[str]]] = {}
+        self.moved: set[str] = set()
+        self.flipped: dict[str, bool] = {}
+
+    def body(self, top: str) -> None:
+        """Compare the pose of a body relative to bodies above it, then its clusters with each other."""
+        clusters = self._clusters([n for n in self.a.members[top] if self.b.top.get(n) == self.pairing.bodies[top]])
+        joint, twin = self.pairing.pair_of_joints(top)
+        first, in_place = clusters[0], []
+        if joint is not None and twin is not None:
+            same_kind = motion_of(joint) == motion_of(twin)
+            if same_kind:
+                self._flip(joint, twin, clusters, top)
+                in_place = self._in_place(clusters, top, self.flipped)
+                near = next((cluster for cluster in clusters if joint.child in cluster), first)
+                first = in_place[0] if in_place else near
+            if not in_place:
+                self.moved |= {top} if same_kind else set()
+                self._moved_joint(joint, twin, joint.child if joint.child in first else first[0], same_kind)
+        self.clusters[top] = [first, *(cluster for cluster in clusters if cluster is not first)]
+        for head, *others in (one for one in clusters if one is not first and one not in in_place):
+            # Report the pose in its parent, or in the frame in which its body is compared.
+            above = self.a.robot.joint_to.get(head)
+            parent = above.parent if above is not None else ""
+            is_fixed = all(parent in side.top and side.top[parent] == side.top[head] for side in (self.a, self.b))
+            way = (parent if is_fixed else first[0], head)
+            self._moved(FRAME, head, way, way, others)
+
+    def _clusters(self, names: Sequence[str]) -> list[list[str]]:
+        """Return the clusters of a body: first the cluster of the root, or else the largest one."""
+        found: list[list[str]] = []
+        for name in names:
+            joint = self.a.robot.joint_to.get(name)
+            # The pose in the parent is the most precise: rounding of a longer chain must not hide a difference.
+            parent = joint.parent if joint is not None else ""
+            heads = [(cluster, parent if parent in cluster else cluster[0]) for cluster in found]
+            heads.sort(key=lambda head: head[1] != parent)
+            home = next((cluster for cluster, head in heads if not any(self._gap((head, name))[0])), None)
+            if home is None:
+                found.append(home := [])
+            home.append(name)
+        return sorted(found, key=lambda cluster: (self.a.robot.root not in cluster, -len(cluster)))
+
+    def _gap(self, way: tuple[str, str], other: tuple[str, str] | None = None) -> tuple[Apart, Apart]:
+        return gap(self.a.relative(*way), self.b.relative(*(other or way)), self.pairing.tolerance)
+
+    def _in_place(self, clusters: list[list[str]], top: str, flipped: Collection[str]) -> list[list[str]]:
+        """Return the clusters that are in place relative to the body above, or to one further up if it moved."""
+        joint = self.a.robot.joint_to[top]
+        for upper in (body for body in self.a.above(top) if body in self.clusters):
+            ends = [joint.parent if joint.parent in some else some[0] for some in self.clusters[upper]]
+            found = []
+            for cluster in clusters:
+                goal = joint.child if joint.child in cluster else cluster[0]
+                if any(same_motion(self.a, self.b, end, goal, self.pairing.tolerance, flipped) for end in ends):
+                    found.append(cluster)
+            if found or upper not in self.moved:
+                return found
+        return []
+
+    def _flip(self, joint: Joint, twin: Joint, clusters: list[list[str]], top: str) -> None:
+        """Record that a joint of B has the opposite sign, if its motion is otherwise equal."""
+        known = {*self.flipped, joint.name}
+        if not joint.moves or self._in_place(clusters, top, self.flipped) or not self._in_place(clusters, top, known):
+            return
+        one, other = (j.limit if j.limit is not None and j.type != "continuous" else Limit() for j in (joint, twin))
+        ends = [(one.lower, other.upper), (one.upper, other.lower)]
+        follows = all(a is b if a is None or b is None else abs(a + b) < _LEAST for a, b in ends)
+        self.flipped[joint.name] = follows
+        limits = "its limits follow" if follows else "its limits do not follow"
+        text = f"{sentences.axis_change(joint.name, joint.axis, twin.axis, math.pi)}; {limits}"
+        self.items.append(Item(JOINT, joint.name, "coordinate", text, row(joint.axis), row(twin.axis), when="always"))
+
+    def _moved_joint(self, joint: Joint, twin: Joint, target: str, same_kind: bool) -> None:
+        """Report how the joint above a displaced body changed: its parent, its pose and its axis."""
+        source = ""
+        if same_kind and self.pairing.bodies.get(self.a.top[joint.parent]) != self.b.top[twin.parent]:
+            text = value_change(f"{joint.child} parent", joint.parent, twin.parent)
+            self.items.append(Item(JOINT, joint.name, "parent", text, joint.parent, twin.parent))
+            self._moved(JOINT, joint.name, (joint.parent, joint.child), (twin.parent, twin.child))
+        else:  # the nearest link above the joint that is above the target in B, too
+            above = (name for body in self.a.above(joint.child) for name in (joint.parent, *self.a.members[body]))
+            b, tops = self.b, self.b.top
+            source = next((n for n in above if n in tops and b.joints_between(tops[n], tops[target])), "")
+        if source:
+            self._moved(JOINT, joint.name, (source, target), (source, target))
+        if not has_axis(joint) or not has_axis(twin):
+            return
+        old, new = self.a.line(joint, target), self.b.line(twin, target)
+        distance, angle = axis_gap(old, new, self.pairing.tolerance)
+        if angle:
+            text = sentences.axis_change(joint.name, joint.axis, twin.axis, angle)
+            item = Item(JOINT, joint.name, "axis", text, row(old.direction), row(new.direction))
+        elif joint.type != "prismatic" and distance:
+            text = f"{joint.name} axis moved {amount(distance, 'm')} in {target}"
+            item = Item(JOINT, joint.name, "axis", text, row(old.point), row(new.point))
+        else:
+            return
+        self.items.append(self._with_effect(item, joint, twin, source) if source and same_kind else item)
+
+    def _with_effect(self, item: Item, joint: Joint, twin: Joint, source: str) -> Item:
+        """Add to a change of an axis the largest displacement of links below, and the joint positions there."""
+        reach = _SLIDE if joint.type == "prismatic" else _TURN
+        lower, upper = -reach, reach
+        for limit in (each.limit for each in (twin, joint) if each.type != "continuous"):
+            if limit is not None and limit.lower is not None and limit.upper is not None and limit.lower < limit.upper:
+                lower, upper = max(limit.lower, -2 * reach), min(limit.upper, 2 * reach)
+        steps = [lower + (upper - lower) * index / _STEPS for index in range(_STEPS + 1)]
+        # Every joint is moved separately.
+        joints = [tuple(replace(each, mimic=None) for each in side.robot.joints) for side in (self.a, self.b)]
+        robots = [replace(side.robot, joints=some) for side, some in zip((self.a, self.b), joints, strict=True)]
+        trees = [robot.subtree(robot.joint[joint.name].child) for robot in robots]
+        below = [name for name in self.pairing.shared if all(name in tree for tree in trees)]
+        worst, at, frame, angle = 0.0, 0.0, "", 0.0
+        for position in [0.0, *(step for step in steps if abs(step) > _LEAST)]:
+            poses = [robot.poses_in_root({joint.name: position}) for robot in robots]
+            back = [places[source].inverse() for places in poses]
+            for name in below:
+                one, other = (way.then(places[name]) for way, places in zip(back, poses, strict=True))
+                distance, angle = math.dist(one.xyz, other.xyz), max(angle, one.angle_to(other))
+                if not frame or distance > worst + 1e-12:
+                    worst, at, frame = distance, position, name
+        text = f"{item.text}: {frame} off by up to {far(worst, angle)} at {joint.name} = {number(at)}"
+        text += f", only when {joint.name} is away from 0"
+        return replace(item, text=text, distance=worst, angle=angle, when="away from 0", at={joint.name: at})
+
+    def _moved(
+        self, kind: str, name: str, way: tuple[str, str], other: tuple[str, str], others: Sequence[str] = ()
+    ) -> None:
+        """Report a frame whose pose differs; ``way``: its parent and itself, ``others``: frames that moved with it."""
+        apart, least = self._gap(way, other)
+        if any(apart):
+            old, new = pose_of(self.a.relative(*way).transform), pose_of(self.b.relative(*other).transform)
+            text = sentences.describe_move(way[1], (way[0], other[0]), (old, new), apart, least, others)
+            self.items.append(Item(kind, name, "origin", text, text_of(old), text_of(new), "", *apart, "always"))

@@ -13,7 +13,7 @@ from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.wording import count_of
 
 from . import sentences
-from .precision import NOISE, ROOT_THREE, TURNS, Precision, exact, join_errors
+from .precision import NOISE, ROOT_THREE, TURNS, Precisions, exact, join_errors
 from .solids import SIZES, Solid, largest_step, match, same_colour, turned_by
 from .walk import Address, Difference, Leaves, Shapes, known_inertia, same_turn
 
@@ -21,15 +21,11 @@ MOVING = (*MOVING_TYPES, *SEVERAL_COORDINATES)
 # Units of numbers by the end of the name of their quantity (the first match wins): for revolute, prismatic joints.
 _POSITION = ("rad", "m")
 _UNITS = {
-    "damping": ("N*m*s/rad", "N*s/m"),
-    "friction": ("N*m", "N"),
+    **dict.fromkeys(("damping", "kv", "k velocity"), ("N*m*s/rad", "N*s/m")),
+    **dict.fromkeys(("friction", "effort"), ("N*m", "N")),
+    **dict.fromkeys(("stiffness", "kp"), ("N*m/rad", "N/m")),
     "armature": ("kg*m^2", "kg"),
-    "stiffness": ("N*m/rad", "N/m"),
-    "kp": ("N*m/rad", "N/m"),
-    "kv": ("N*m*s/rad", "N*s/m"),
-    "effort": ("N*m", "N"),
     "k position": ("1/s", "1/s"),
-    "k velocity": ("N*m*s/rad", "N*s/m"),
     "velocity": ("rad/s", "m/s"),
     **dict.fromkeys(("lower", "upper", "offset", "rising", "falling", "spring reference"), _POSITION),
     **dict.fromkeys(("reference position", "soft lower limit", "soft upper limit"), _POSITION),
@@ -42,7 +38,7 @@ class Describer(NamedTuple):
 
     robot: Robot
     sides: tuple[Leaves, Leaves]  # all leaves of both versions
-    precisions: tuple[Precision, Precision] = (exact, exact)  # of the numbers on both sides
+    precisions: Precisions = (exact, exact)  # of the numbers on both sides
     tolerance: float = NOISE
 
     def describe(self, differences: Sequence[Difference]) -> Iterator[tuple[Difference, str]]:
@@ -56,8 +52,7 @@ class Describer(NamedTuple):
             if quantity in ("centre of mass", "inertia") and None in (one.old, one.new):
                 continue  # the sentence of the mass includes it
             if isinstance(one.old, Shapes) or isinstance(one.new, Shapes):
-                counts, *left = solids_left(one, self.precisions)
-                for change in shapes_change(name, quantity, counts, *left):
+                for change in shapes_change(name, quantity, *solids_left(one, self.precisions)):
                     yield one, change.text
             else:
                 yield one, self.sentence(one)
@@ -127,8 +122,7 @@ class Describer(NamedTuple):
         angle = old.transform().angle_to(new.transform()) if turned else 0.0
         before, after = (str(side.get(("frame", frame), {}).get("parent", "")) for side in self.sides)
         small = max(NOISE, least / ROOT_THREE), self.tolerance / TURNS + self._known("rpy", old.rpy, new.rpy)
-        poses = Pose(old.xyz, sentences.near_angles(old.rpy, new.rpy)), new
-        return sentences.describe_move(frame, (before, after), poses, (distance, angle), least=small)
+        return sentences.describe_move(frame, (before, after), (old, new), (distance, angle), small)
 
 
 def describe_attachment(robot: Robot, name: str, word: str, sides: Sequence[Leaves]) -> str:
@@ -167,9 +161,7 @@ class ShapeChange(NamedTuple):
     looks: bool = False
 
 
-def solids_left(
-    one: Difference, precisions: tuple[Precision, Precision]
-) -> tuple[tuple[int, int], list[Solid], list[Solid]]:
+def solids_left(one: Difference, precisions: Precisions) -> tuple[tuple[int, int], list[Solid], list[Solid]]:
     """Return the numbers of solids before and after a change of shapes, and the solids that only one side has."""
     sides = zip(one[1:], precisions, strict=True)
     old, new = (side.solids(known) if isinstance(side, Shapes) else [] for side, known in sides)
@@ -205,18 +197,18 @@ def shapes_change(
 
 def pair_by_place(old: Sequence[Solid], new: Sequence[Solid]) -> list[tuple[int, int]]:
     """Match a few old and new solids by position: in order, unless other pairs are more similar."""
-    costs = {(i, j): _unlike(one, other) for i, one in enumerate(old) for j, other in enumerate(new)}
+
+    def unlike(one: Solid, other: Solid) -> tuple[int, float]:
+        different = sum(a != b for a, b in zip(one[1:6], other[1:6], strict=True))
+        return len(SIZES) * (one.kind != other.kind) + different, math.dist(one.centre, other.centre)
+
+    costs = {(i, j): unlike(one, other) for i, one in enumerate(old) for j, other in enumerate(new)}
     found: dict[int, int] = {}
     for i, j in sorted(costs, key=lambda pair: (costs[pair], pair)):
         if i not in found and j not in found.values():
             found[i] = j
     ordered = {index: index for index in range(len(old))} if len(old) == len(new) else found
     return sorted(min(ordered, found, key=lambda pairs: sum(costs[pair][0] for pair in pairs.items())).items())
-
-
-def _unlike(one: Solid, other: Solid) -> tuple[int, float]:
-    kinds = len(SIZES) * (one.kind != other.kind)
-    return kinds + sum(a != b for a, b in zip(one[1:6], other[1:6], strict=True)), math.dist(one.centre, other.centre)
 
 
 def _words(start: str, one: Solid, other: Solid) -> Iterator[str]:
@@ -249,10 +241,8 @@ def _parts(one: Solid, other: Solid, least: sentences.Apart) -> list[str]:
     if one.kind != other.kind:
         return [f"{_sized(one)} -> {_sized(other)}", *_place(one, other, least)]
     if one.kind == "mesh":
-        scale = (
-            [f"scale {sentences.row(one.sizes)} -> {sentences.row(other.sizes)}"] if one.sizes != other.sizes else []
-        )
-        return [*scale, *_place(one, other, least)]
+        scale = f"scale {sentences.row(one.sizes)} -> {sentences.row(other.sizes)}"
+        return [*([scale] if one.sizes != other.sizes else []), *_place(one, other, least)]
     names, values, boxes = list(SIZES[one.kind]), [one.sizes, other.sizes], [one.box, other.box]
     if all(boxes):  # axis-aligned boxes are described by their corners
         names = [f"{end} {axis}" for end in ("min", "max") for axis in sentences.AXES]
@@ -277,7 +267,5 @@ def _place(one: Solid, other: Solid, least: sentences.Apart) -> list[str]:
     if not distance and not angle:
         return []
     old, new = (pose_of(Transform(solid.rows, solid.centre)) for solid in (one, other))
-    # Remove jumps of a full turn.
-    roll, pitch, yaw = (b - math.tau * round((b - a) / math.tau) for a, b in zip(old.rpy, new.rpy, strict=True))
-    steps = sentences.coordinates(old, Pose(new.xyz, (roll, pitch, yaw)), (distance, angle), least)
+    steps = sentences.coordinates(old, new, (distance, angle), least)
     return [sentences.with_remark(sentences.far(distance, angle, verbs=True), steps)]

@@ -1,32 +1,37 @@
 """Compare two robots by meaning, whatever format they were written in, and report the differences.
 
 B gets the names of A first (``bodies``). Then frames, masses, shapes and sections are compared, relative to the nearest
-link that both have. Values that a format does not support are reported as not compared, not as differences.
+link that both have. Shapes are sets of solids; links that are fixed to each other have one set. Values that a format
+does not support are reported as not compared, not as differences.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from typing import NamedTuple
 
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.format import lacks
 from rosorin_compile.formats.urdf.write import carriers, inertials_at
-from rosorin_compile.model import Inertial
-from rosorin_compile.model.colours import shows_collision
+from rosorin_compile.model import Box, Capsule, Ellipsoid, HeightMap, Inertial, Mesh, Shape, Transform
+from rosorin_compile.model.colours import is_own, shows_collision
+from rosorin_compile.model.geometry import IDENTITY, pose_of
 from rosorin_compile.model.link import together
+from rosorin_compile.model.shape import GROUNDED, ROWS, Rgba, plain
+from rosorin_compile.source.progress import Progress
 
-from .bodies import Bodies, Pairing, compare_names, pair
-from .describe import Describer
-from .difference import DEFAULT_TOLERANCE, KINDS, MASS, YAML, Difference, Item, Report, Side
-from .frame_poses import compare_frames
-from .names import renamed_robot
-from .precision import Precision
-from .sections import compare_sections
-from .sentences import row, several
-from .shapes import compare_shapes
+from .bodies import Bodies, Pairing, compare_frames, compare_names, pair
+from .describe import Describer, shapes_change
+from .difference import DEFAULT_TOLERANCE, KINDS, MASS, SHAPE, VISUAL, YAML, Difference, Item, Report, Side
+from .precision import Precision, join_errors
+from .sections import compare_sections, has_one_box
+from .sentences import colour_change, row, several
+from .solids import Solid, largest_step, match, same_colour, same_space, solid_of
 from .walk import Difference as Leaf
-from .walk import compare_leaves, inertial_leaves
+from .walk import compare_leaves, inertial_leaves, renamed_robot
 
 
 def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefix: str | None = None) -> Difference:
@@ -173,3 +178,204 @@ def _whole(bodies: Bodies, names: Sequence[str], frame: str) -> tuple[Inertial |
     xyz, ixx = reach * masses / abs(whole.mass or 1.0), masses * reach**2 + 4 * abs(whole.mass) * reach * length
     spread = {"xyz": length + xyz, "ixx": ixx}
     return whole, lambda key, *values: len(parts) * bodies.precision(key, *values) + spread.get(key, 0.0)
+
+
+class Piece(NamedTuple):
+    """A solid in the frame of its link, and its shape."""
+
+    link: str
+    shape: Shape
+    solid: Solid
+
+
+Pieces = list[Piece]
+
+
+def pieces_of(
+    link: str,
+    shapes: Sequence[Shape],
+    precision: Precision,
+    capsules: bool = True,
+    form: str = ROWS,
+    words: bool = False,
+) -> Pieces:
+    """Return the solids of a link without colours; of meshes only the file names are kept.
+
+    Without ``capsules`` they are replaced as in URDF 1.0; ``form`` is how height maps are divided into boxes. With
+    ``words`` solids have their names and values for simulations.
+    """
+    found: Pieces = []
+    for whole in shapes:
+        for shape in whole.solids(form):
+            solid = solid_of(shape if capsules else replace(shape, geometry=plain(shape.geometry)), precision, 1.0)
+            kept = [word for word in solid.words if words and not word.startswith("file ")]
+            if isinstance(shape.geometry, Mesh):
+                kept.append(f"file {shape.geometry.file.replace(chr(92), '/').rsplit('/', 1)[-1]}")
+            found.append(Piece(link, whole, solid._replace(rgba=None, words=tuple(kept))))
+    return found
+
+
+def compare_shapes(
+    pairing: Pairing, sides: tuple[Side, Side], origins: Mapping[str, str], purpose: str, report: Report
+) -> None:
+    """Report differences in visual or collision shapes; each body of A is compared in its frame in ``origins``."""
+    work = _Comparison(pairing, sides, purpose, report)
+    done = set()
+    for number, (top, goal) in enumerate(pairing.bodies.items()):
+        Progress.step("comparing shapes", number, len(pairing.bodies))
+        work.body(pairing.a.members[top], pairing.b.members[goal], origins[top])
+        done |= {name for name in pairing.a.members[top] if pairing.b.top.get(name) == goal}
+    for name in pairing.shared:
+        if name not in done:
+            work.body([name], [name], "")
+    if work.meshes:
+        report.notes.append(f"mesh files are named otherwise: {several(sorted(work.meshes))}")
+    for why, names in work.not_comparable.items():
+        report.not_compared.append(f"the collision of {several(names)}: {why}")
+
+
+class _Comparison:
+    def __init__(self, pairing: Pairing, sides: tuple[Side, Side], purpose: str, report: Report) -> None:
+        self.sides, self.purpose, self.tolerance = sides, purpose, pairing.tolerance
+        self.bodies = pairing.a, pairing.b
+        formats = [side.format for side in sides]
+        self.words = formats[0] is formats[1]
+        # A description has the values of a URDF, but simulator formats have a default colour.
+        self.says_no_colour = self.words or all(one is FORMATS.published_format() or not one.load for one in formats)
+        self.one_box = next((one for one in formats if has_one_box(one)), None)
+        no_capsules = [one for one in formats if one is not YAML and lacks(one, "links.collision.capsule")]
+        cylinders = next((one for one in no_capsules if not has_one_box(one)), None)
+        self.capsules = cylinders is None
+        self.report = report
+        self.not_comparable: dict[str, list[str]] = {}
+        self.meshes: set[str] = set()
+        shapes = (one for side in self.bodies for link in side.robot.links for one in getattr(link, purpose))
+        if cylinders is not None and any(isinstance(one.geometry, (Capsule, Ellipsoid)) for one in shapes):
+            text = f"the round ends of capsules: {cylinders.named} has cylinders of the same full length"
+            report.not_compared.append(text)
+
+    def body(self, mine: Sequence[str], theirs: Sequence[str], origin: str) -> None:
+        """Compare the solids of links that are fixed to each other: link by link, then the unmatched rest together."""
+        old, new = self._pieces(mine, theirs, origin)
+        counts = {name: sum(piece.link == name for piece in old) for name in mine}
+        shared = [name for name in mine if name in theirs]
+        groups: list[tuple[Collection[str], str]] = [([name], "") for name in shared]
+        groups += [({*mine, *theirs}, origin)] if origin else []
+        pairs: list[tuple[Piece, Piece]] = []
+        for names, frame in groups if self.one_box is None else groups[: len(shared)]:
+            some = [[piece for piece in pieces if piece.link in names] for pieces in (old, new)]
+            rest = match(self._seen(0, some[0], frame), self._seen(1, some[1], frame), self.tolerance)
+            equal = [(some[0][one], some[1][other]) for one, other in rest.pairs]
+            _remove(old, [one for one, _ in equal])
+            _remove(new, [other for _, other in equal])
+            pairs += equal
+        for names, frame in groups:
+            self._take_same_space(old, new, names, frame)
+        self._named_otherwise(pairs)
+        moved = sorted({f"{one.link} -> {other.link}" for one, other in pairs if one.link != other.link})
+        if moved:
+            self.report.notes.append(f"{self.purpose} shapes are on another link of the same body: {several(moved)}")
+        for name in shared:
+            left = [[piece for piece in some if piece.link == name] for some in (old, new)]
+            if left[0] or left[1]:
+                self._differ(name, (counts[name], counts[name] - len(left[0]) + len(left[1])), *left)
+
+    def _pieces(self, mine: Sequence[str], theirs: Sequence[str], origin: str) -> tuple[Pieces, Pieces]:
+        """Return the solids of a body's links in both robots; height maps of both are compared separately."""
+        kept: tuple[dict[str, Sequence[Shape]], dict[str, Sequence[Shape]]] = ({}, {})
+        for name in dict.fromkeys([*mine, *theirs]):
+            pairs = zip(self.bodies, (mine, theirs), strict=True)
+            shapes = [getattr(side.robot.link[name], self.purpose) if name in names else () for side, names in pairs]
+            rest = [[one for one in some if not isinstance(one.geometry, HeightMap)] for some in shapes]
+            has_map = [len(some) < len(all_of) for some, all_of in zip(rest, shapes, strict=True)]
+            if self.one_box is not None and name in mine and name in theirs:
+                placed = [[(type(one.in_link.geometry), one.in_link.pose) for one in some] for some in rest]
+                why = "a height map on one side, boxes on the other" if has_map[0] != has_map[1] else ""
+                if any(some not in ([], [(Box, IDENTITY)]) for some in placed):
+                    why = f"{self.one_box.named} has one box along the axes of a link"
+                if why:
+                    self.not_comparable.setdefault(why, []).append(name)
+                    continue
+            for at, some in enumerate(rest if all(has_map) else shapes):
+                kept[at][name] = some
+
+        def cut(at: int, form: str) -> Pieces:
+            options = self.bodies[at].precision, self.capsules, form, self.words
+            return [piece for name, some in kept[at].items() for piece in pieces_of(name, some, *options)]
+
+        rows = cut(0, ROWS), cut(1, ROWS)
+        for at in (0, 1):
+            # Extend height maps down to z = 0 if an output does, and if more boxes of the other side match then.
+            maps = [name for name, some in kept[at].items() if any(isinstance(s.geometry, HeightMap) for s in some)]
+            if maps and any(one.options.get("height_maps") == GROUNDED for one in self.sides[at].robot.outputs):
+                low, other = cut(at, GROUNDED), self._seen(1 - at, rows[1 - at], origin)
+                fits = [len(match(self._seen(at, some, origin), other).pairs) for some in (rows[at], low)]
+                if fits[1] > fits[0]:
+                    rows[at][:] = low
+                    note = f"the boxes of the height map of {maps[0]} reach down to z = 0 on one side"
+                    self.report.notes.append(note)
+        return rows
+
+    def _seen(self, at: int, pieces: Iterable[Piece], frame: str) -> list[Solid]:
+        """Return solids in ``frame``, a link of their body, or if it is empty each in the frame of its link."""
+        side = self.bodies[at]
+        return [one.solid.seen_from(side.relative(frame, one.link)) if frame else one.solid for one in pieces]
+
+    def _take_same_space(self, old: Pieces, new: Pieces, names: Collection[str], frame: str) -> None:
+        """Remove the boxes of links if they fill the same space: height maps can be divided in different ways."""
+        boxes: list[list[tuple[Piece, Solid]]] = []
+        for at, pieces in enumerate((old, new)):
+            some = [piece for piece in pieces if piece.link in names]
+            boxes.append([both for both in zip(some, self._seen(at, some, frame), strict=True) if both[1].box])
+        words = [{word for _, solid in some for word in solid.words if not word.startswith("name ")} for some in boxes]
+        first, second = ([solid for _, solid in some] for some in boxes)
+        if all(boxes) and words[0] == words[1] and same_space(first, second, self.tolerance):
+            links = several(sorted({piece.link for some in boxes for piece, _ in some}))
+            self.report.notes.append(f"{self.purpose} boxes are cut otherwise, and fill the same space: {links}")
+            _remove(old, [piece for piece, _ in boxes[0]])
+            _remove(new, [piece for piece, _ in boxes[1]])
+
+    def _differ(self, name: str, counts: tuple[int, int], old: Pieces, new: Pieces) -> None:
+        kind = SHAPE if self.purpose == "collision" else VISUAL
+        of = {id(piece.solid): piece for piece in (*old, *new)}
+        for change in shapes_change(name, self.purpose, counts, *([p.solid for p in some] for some in (old, new))):
+            largest = largest_step(zip(change.old, change.new, strict=False))
+            before, after = ("; ".join(map(_words, some)) for some in (change.old, change.new))
+            self.report.items.append(Item(kind, name, self.purpose, change.text, before, after, "m", largest))
+            if len(change.old) == len(change.new) == 1:
+                self._named_otherwise([(of[id(change.old[0])], of[id(change.new[0])])])
+
+    def _named_otherwise(self, pairs: Iterable[tuple[Piece, Piece]]) -> None:
+        """Report different names of mesh files and different colours; equal changes of a link are reported once."""
+        colours: dict[tuple[str, Rgba | None, Rgba | None], None] = {}
+        for one, other in pairs:
+            files = [getattr(piece.shape.geometry, "file", "") for piece in (one, other)]
+            if files[0] != files[1] and one.solid.words == other.solid.words:
+                self.meshes.add(f"{files[0]} -> {files[1]}")
+            if self.purpose == "visual" and (found := self._colours(one.shape, other.shape)):
+                colours.setdefault((one.link, *found))
+        for link, *both in colours:
+            before, after = (row(rgba) if rgba else "none" for rgba in both)
+            text = colour_change(f"{link} visual", *both)
+            self.report.items.append(Item(VISUAL, link, "colour", text, before, after))
+
+    def _colours(self, one: Shape, other: Shape) -> tuple[Rgba | None, Rgba | None] | None:
+        """Return the colours of two visuals if they differ, with None for a colour that is not set, else None."""
+        old, new = (side.robot.colour(shape) for side, shape in zip(self.bodies, (one, other), strict=True))
+        if any(side.format is not YAML for side in self.sides):
+            old, new = (None if colour is None or is_own(colour) else colour for colour in (old, new))
+        if old is None or new is None:
+            return None if old is new or not self.says_no_colour else (old, new)
+        known = join_errors(self.bodies[0].precision("rgba", *old), self.bodies[1].precision("rgba", *new))
+        return None if same_colour(old, new, known + self.tolerance) else (old, new)
+
+
+def _remove(pieces: Pieces, gone: Iterable[Piece]) -> None:
+    taken = set(map(id, gone))
+    pieces[:] = [piece for piece in pieces if id(piece) not in taken]
+
+
+def _words(solid: Solid) -> str:
+    rpy, files = pose_of(Transform(solid.rows)).rpy, [word for word in solid.words if word.startswith("file ")]
+    turned = ["rpy", row(rpy)] if any(rpy) else []
+    return " ".join([solid.kind, *files, row(solid.sizes), "at", row(solid.centre), *turned])

@@ -12,23 +12,19 @@ from difflib import unified_diff
 from itertools import zip_longest
 from pathlib import Path, PurePosixPath
 from posixpath import commonprefix
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from rosorin_compile.formats import FORMATS, Artifact
+from rosorin_compile.formats.compilation import Compiled
 from rosorin_compile.model import Mesh, Robot
+from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, error
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.wording import count_of, phrase, printable
 
-from .artifacts import Pair, pair_of, with_new_names
-from .changes import Change, find_changes
+from .artifacts import Change, Pair, find_changes, pair_of, with_new_names
 from .precision import NOISE, POSE_NOISE, Precision, printed_precision
 from .walk import Address, Leaves, compare_leaves, leaves
-
-if TYPE_CHECKING:
-    from rosorin_compile.formats.compilation import Compiled
-    from rosorin_compile.rules.case import Case
-
 
 CHANGED, MISSING, EXTRA, NOT_TEXT = "changed", "missing", "extra", "not-text"
 MAX_LINES, MAX_WIDTH = 40, 160  # of a diff

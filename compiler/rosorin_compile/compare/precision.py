@@ -13,6 +13,7 @@ from rosorin_compile.source.numbers import off_by_short, off_by_six, six
 
 # Returns the largest error of the values of a key ("xyz", "rpy", "ixx").
 Precision = Callable[..., float]
+Precisions = tuple[Precision, Precision]  # of two compared sides
 
 # Rounding errors of arithmetic: relative to the larger of two numbers, and to 1 m or 1 rad.
 NOISE = 1e-12
@@ -72,22 +73,22 @@ def same_number(first: float, second: float, tolerance: float = NOISE) -> bool:
     return abs(first - second) <= tolerance * max(1.0, abs(first), abs(second))
 
 
-class Placed(NamedTuple):
+class RoundedTransform(NamedTuple):
     """A transform and its uncertainty: a length (m) and an angle (rad)."""
 
     transform: Transform
     length: float = 0.0
     angle: float = 0.0
 
-    def then(self, child: Placed) -> Placed:
+    def then(self, child: RoundedTransform) -> RoundedTransform:
         """Return this transform followed by ``child``."""
         length = self.length + child.length + self.angle * norm(child.transform.xyz)
-        return Placed(self.transform.then(child.transform), length, self.angle + child.angle)
+        return RoundedTransform(self.transform.then(child.transform), length, self.angle + child.angle)
 
-    def inverse(self) -> Placed:
+    def inverse(self) -> RoundedTransform:
         """Return the inverse transform with its uncertainty."""
         length = self.length + self.angle * norm(self.transform.xyz)
-        return Placed(self.transform.inverse(), length, self.angle)
+        return RoundedTransform(self.transform.inverse(), length, self.angle)
 
 
-HERE = Placed(Transform())
+HERE = RoundedTransform(Transform())

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from functools import cache
 from typing import Any
@@ -19,48 +20,37 @@ from .bodies import Pairing
 from .describe import Describer
 from .difference import JOINT, LIMIT, OTHER, SHAPE, YAML, Item, Report, Side
 from .sentences import is_number, size_of, text_of
-from .shapes import ONE_BOX, has_one_box
-from .walk import Difference, Leaves, compare_leaves, leaves, section_words
+from .walk import Difference, Leaves, Thing, compare_leaves, leaves, section_words
 
-# The topics that a format may not support: a key of the language, its name in messages, the kind of entry, and the
-# beginning of its quantities.
-_TOPICS: Mapping[str, tuple[str, ...]] = {
-    "mass": ("links.inertial", "masses", "link", "mass", "centre of mass", "inertia"),
-    "collision": ("links.collision.box.size", "collision shapes", "link", "collision"),
-    "visual": ("links.visual", "visual shapes", "link", "visual"),
-    "effort": ("joints.limit.effort", "effort limits", "joint", "limit effort"),
-    "velocity": ("joints.limit.velocity", "velocity limits", "joint", "limit velocity"),
-    "mimic": ("joints.mimic", "mimic joints", "joint", "mimic"),
-    "dynamics": ("joints.dynamics.damping", "damping or friction", "joint", "damping", "friction"),
-    "armature": ("joints.dynamics.armature", "armature", "joint", "armature"),
-    "stiffness": ("joints.dynamics.stiffness", "springs", "joint", "stiffness", "spring"),
-    "simulation": ("root", "values for simulation", "", ""),
-    "actuator": ("joints.actuator", "actuators", "joint", "actuator", "kp", "kv"),
-    "calibration": ("joints.calibration", "calibrations", "joint", "calibration"),
-    "safety": ("joints.safety_controller", "safety controllers", "joint", "safety"),
-    "pose": ("poses.positions", "named poses", "pose", ""),
-    "servo": ("servos.rad_per_pulse", "servo groups", "servo of", ""),
-    "sensor": ("sensors.type", "sensors", "sensor", ""),
-    "drive": ("drive", "drive", "drive", ""),
-    "contact": ("disabled_contacts", "disabled contacts", "contacts", ""),
-    "publisher": ("joints.publisher", "publishers", "frame", "publisher", "topic"),
-    "edge": ("edges", "transforms of other nodes", "", ""),
-    "fixed joint name": ("sensors.joint", "names of fixed joints", "", ""),
-    "urdf_elements": ("urdf_elements", "elements for URDF alone", "", ""),
+ONE_BOX = "several shapes"  # the topic that a format with one box per link does not support
+# The topics that a format may not support: a key of the language, a name in messages, and the leaves ("KIND QUANTITY").
+_TOPICS: Mapping[str, tuple[str, str, str]] = {
+    "mass": ("links.inertial", "masses", "link (mass|centre of mass|inertia)"),
+    "collision": ("links.collision.box.size", "collision shapes", "link collision|height map (heights|cell|origin)?$"),
+    "visual": ("links.visual", "visual shapes", "link visual"),
+    "effort": ("joints.limit.effort", "effort limits", "joint limit effort"),
+    "velocity": ("joints.limit.velocity", "velocity limits", "joint limit velocity"),
+    "mimic": ("joints.mimic", "mimic joints", "joint mimic"),
+    "dynamics": ("joints.dynamics.damping", "damping or friction", "joint (damping|friction)"),
+    "armature": ("joints.dynamics.armature", "armature", "joint armature"),
+    "stiffness": ("joints.dynamics.stiffness", "springs", "joint (stiffness|spring)"),
+    "simulation": ("root", "values for simulation", "robot (?!element)|material "),
+    "actuator": ("joints.actuator", "actuators", "joint (actuator|kp|kv)"),
+    "calibration": ("joints.calibration", "calibrations", "joint calibration"),
+    "safety": ("joints.safety_controller", "safety controllers", "joint safety"),
+    "pose": ("poses.positions", "named poses", "pose "),
+    "servo": ("servos.rad_per_pulse", "servo groups", "servo of "),
+    "sensor": ("sensors.type", "sensors", "sensor "),
+    "drive": ("drive", "drive", "drive "),
+    "contact": ("disabled_contacts", "disabled contacts", "contacts "),
+    "publisher": ("joints.publisher", "publishers", "frame (publisher|topic)"),
+    "edge": ("edges", "transforms of other nodes", "$"),
+    "fixed joint name": ("sensors.joint", "names of fixed joints", "$"),
+    "urdf_elements": ("urdf_elements", "elements for URDF alone", "(joint|link|robot) element"),
 }
-# The quantities that every format supports, by kind of entry.
-_ALWAYS = {
-    "joint": ("", "type", "child", "axis", "limit lower", "limit upper"),
-    "link": ("",),
-    "frame": ("", "parent", "origin"),
-    "robot": ("",),
-}
-# The topics of some quantities of a kind of entry, and the topic of the others.
-_QUANTITIES = {
-    "robot": (("modes",), "mode", "simulation"),
-    "material": (("rgba", "texture"), "", "simulation"),
-    "height map": (("", "heights", "cell", "origin"), "collision", ONE_BOX),
-}
+# The leaves that every format supports, and leaves that are only compared between robots of the same format.
+_ALWAYS = re.compile(r"joint (type|child|axis|limit (lower|upper))?|frame (parent|origin)?|link |robot ")
+_SAME_FORMAT = {"robot modes": "mode", "material rgba": "", "material texture": ""}
 # Topics that a writer may leave out entirely, by an option or by design.
 _WHOLE = ("mass", "collision", "visual", "effort", "velocity", "dynamics", "armature", "actuator", "pose", "servo")
 _OF_DESCRIPTIONS = ("", "planning", "mode")  # topics that are only compared between robots of the same format
@@ -135,25 +125,25 @@ def _leaves(robot: Robot, lacking: frozenset[str], sides: tuple[Side, Side]) -> 
     return found
 
 
-def _topic(thing: tuple[str, str], quantity: str, robot: Robot) -> str | None:
+def _topic(thing: Thing, quantity: str, robot: Robot) -> str | None:
     """Return the topic of a leaf, or None if every format supports it. Each section of a package is a topic."""
-    kind, name = thing
+    (kind, name), leaf = thing, f"{thing[0]} {quantity}"
     if kind == "frame" and name not in robot.joint_to:
         return "edge"
-    if quantity in _ALWAYS.get(kind, ()):
-        return None
-    if kind in ("joint", "link", "robot") and quantity.startswith("element"):
-        return "urdf_elements"
-    if kind in _QUANTITIES:
-        quantities, topic, other = _QUANTITIES[kind]
-        return topic if quantity in quantities else other
+    if leaf in _SAME_FORMAT or _ALWAYS.fullmatch(leaf):
+        return _SAME_FORMAT.get(leaf)
     if kind == "pose" and quantity and quantity not in robot.joint:
         return "simulation"
     if kind in _words_of_packages():
         return kind
-    found = [topic for topic, (_, _, of, *words) in _TOPICS.items() if of == kind and quantity.startswith(tuple(words))]
+    found = [topic for topic, (_, _, pattern) in _TOPICS.items() if re.match(pattern, leaf)]
     found += [sections()[name].topic or "" for name, word in section_words().items() if word == kind]
-    return [*found, "simulation"][0]
+    return [*found, ONE_BOX if kind == "height map" else "simulation"][0]
+
+
+def has_one_box(format: Format) -> bool:
+    """Return True if a format supports only one box per link."""
+    return format is not YAML and lacks(format, "links.collision.sphere")
 
 
 @cache
@@ -171,7 +161,7 @@ def _lacking(format: Format) -> frozenset[str]:
 
 
 def _not_compared(
-    sides: tuple[Side, Side], robots: tuple[Robot, Robot], both: tuple[Leaves, Leaves], report: Report
+    sides: tuple[Side, Side], robots: Sequence[Robot], both: Sequence[Leaves], report: Report
 ) -> frozenset[str]:
     """Report and return the topics that are not compared between robots in these formats."""
     has: list[set[str]] = []
@@ -212,15 +202,13 @@ def _without_topics(found: Leaves, topics: frozenset[str], robot: Robot) -> None
                 entry.pop(quantity, None)
         if entry or (is_name_only and of[""] not in topics):
             continue
-        if kind not in _ALWAYS or (kind == "frame" and all(one in topics for one in of.values())):
+        is_required = kind in ("joint", "link", "frame", "robot")
+        if not is_required or (kind == "frame" and all(one in topics for one in of.values())):
             del found[thing]
 
 
 def _reduce(
-    thing: tuple[str, str],
-    entries: tuple[dict[str, Any], dict[str, Any]],
-    robots: tuple[Robot, Robot],
-    flipped: Mapping[str, bool],
+    thing: Thing, entries: Sequence[dict[str, Any]], robots: Sequence[Robot], flipped: Mapping[str, bool]
 ) -> None:
     """Remove leaves of one entry that are compared elsewhere or are equal in meaning."""
     kind, name = thing

@@ -137,30 +137,20 @@ def _quoted(text: str, first: int) -> str:
     return f'"{shown}"' if not shown or " " in shown else shown
 
 
-def coordinates(old: Pose, new: Pose, apart: Apart, least: Apart = (_LEAST, _LEAST)) -> str:
+def coordinates(old: Pose, new: Pose, apart: Apart, least: Apart) -> str:
     """Describe the old and new values of the coordinates that changed by more than ``least`` (m, rad)."""
+    places, turns = zip(AXES, old.xyz, new.xyz, strict=True), _near_angles(old.rpy, new.rpy)
+    rows = (places, "m"), (zip(ANGLES, turns, new.rpy, strict=True), "rad")
     parts = []
-    for names, numbers, unit, whole, smallest in (
-        (AXES, (old.xyz, new.xyz), "m", apart[0], least[0]),
-        (ANGLES, (old.rpy, new.rpy), "rad", apart[1], least[1]),
-    ):
-        allowed = max(smallest, _SHARE * whole)
-        steps = [
-            f"{name} {' -> '.join(number_pair(a, b))} {unit}"
-            for name, a, b in zip(names, *numbers, strict=True)
-            if whole and abs(b - a) > allowed
-        ]
+    for (row, unit), whole, smallest in zip(rows, apart, least, strict=True):
+        changed = [one for one in row if whole and abs(one[2] - one[1]) > max(smallest, _SHARE * whole)]
+        steps = [f"{name} {' -> '.join(number_pair(a, b))} {unit}" for name, a, b in changed]
         parts += [f"origin {', '.join(steps)}"] if steps and unit == "m" else steps
     return ", ".join(parts)
 
 
 def describe_move(
-    frame: str,
-    parents: tuple[str, str],
-    poses: tuple[Pose, Pose],
-    apart: Apart,
-    others: Sequence[str] = (),
-    least: Apart = (_LEAST, _LEAST),
+    frame: str, parents: tuple[str, str], poses: Sequence[Pose], apart: Apart, least: Apart, others: Sequence[str] = ()
 ) -> str:
     """Describe how the pose of a frame changed.
 
@@ -168,13 +158,13 @@ def describe_move(
     coordinates are described: the caller reports the parent. Changes up to ``least`` are ignored.
     """
     with_it = f", and with it {several(others)}" if others else ""
-    steps = coordinates(*poses, apart, least)
+    steps = coordinates(poses[0], poses[1], apart, least)
     if parents[0] != parents[1]:
         return f"{frame} {steps}{with_it}"
     return f"{frame} {far(*apart, verbs=True)} in {parents[1]}{with_it}: {steps}"
 
 
-def near_angles(old: Vector, new: Vector) -> Vector:
+def _near_angles(old: Vector, new: Vector) -> Vector:
     """Return angles (rad) of the same rotation as ``old`` that are as close to ``new`` as possible."""
     roll, pitch, yaw = old
     half = math.pi + 2e-6  # half a turn is positive, even with rounding

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from itertools import product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Sphere, Transform, Vector
+from rosorin_compile.model import Box, Ellipsoid, Mesh, Shape, Transform, Vector
 from rosorin_compile.model.geometry import Rows, angle_between, minus, norm, plus, rotation_of_rpy
 from rosorin_compile.model.shape import Rgba
 
-from .precision import POSE_NOISE, ROOT_THREE, TURNS, Placed, Precision, exact, join_errors
+from .precision import POSE_NOISE, ROOT_THREE, TURNS, Precision, RoundedTransform, exact, join_errors
 from .sentences import text_of
 
 # The names of the sizes of a solid: full extents and full lengths (m) as in URDF; for a mesh, scale factors.
@@ -58,38 +58,31 @@ class Solid(NamedTuple):
         radius, length = self.sizes
         return self._replace(kind="cylinder", sizes=(radius, length + 2 * radius))
 
-    def seen_from(self, place: Placed) -> Solid:
+    def seen_from(self, place: RoundedTransform) -> Solid:
         """Return the solid in a frame in which its link has the pose ``place``."""
         transform = place.transform.then(Transform(self.rows, self.centre))
-        length, turn = (
-            self.tolerance + place.length + place.angle * norm(self.centre),
-            self.turn_tolerance + place.angle,
-        )
-        return self._replace(centre=transform.xyz, rows=transform.rows, tolerance=length, turn_tolerance=turn)
+        length, turn = place.length + place.angle * norm(self.centre), self.turn_tolerance + place.angle
+        known = self.tolerance + length
+        return self._replace(centre=transform.xyz, rows=transform.rows, tolerance=known, turn_tolerance=turn)
 
 
 def solid_of(shape: Shape, precision: Precision = exact, share: float = 2.0) -> Solid:
     """Convert a shape, no height map, to a solid; ``share`` is the number of printed numbers in a size."""
     placed = shape.in_link if shape.pose.rpy != (0.0, 0.0, 0.0) else shape
     geometry, origin = placed.geometry, placed.origin()
-    key, sizes_of = _SIZED[type(geometry)]
-    sizes = sizes_of(geometry)
+    kind = type(geometry).__name__.lower()
+    if isinstance(geometry, (Box, Mesh)):
+        sizes: tuple[float, ...] = geometry.size if isinstance(geometry, Box) else geometry.scale
+    elif isinstance(geometry, Ellipsoid):
+        sizes = tuple(2 * radius for radius in geometry.radii)
+    else:
+        sizes = tuple(getattr(geometry, name) for name in SIZES[kind])
+    key = SIZES[kind][-1].split(" ")[0]  # whose digits determine the precision: size, scale, length or radius
     length = max(ROOT_THREE * precision("xyz", *shape.pose.xyz), share * precision(key, *sizes))
     turn = POSE_NOISE + TURNS * precision("rpy", *shape.pose.rpy)
     tint = precision("rgba", *shape.rgba) if shape.rgba else 0.0
-    kind, rows = type(geometry).__name__.lower(), rotation_of_rpy(origin.rpy)
+    rows = rotation_of_rpy(origin.rpy)
     return Solid(kind, sizes, origin.xyz, rows, _words(shape), shape.rgba, length, turn, tint)
-
-
-# The key whose digits determine the precision of a geometry's sizes, and the sizes.
-_SIZED: Mapping[type, tuple[str, Callable[[Any], tuple[float, ...]]]] = {
-    Box: ("size", lambda box: box.size),
-    Cylinder: ("length", lambda tube: (tube.radius, tube.length)),
-    Capsule: ("length", lambda tube: (tube.radius, tube.length)),
-    Sphere: ("radius", lambda sphere: (sphere.radius,)),
-    Ellipsoid: ("size", lambda ellipsoid: tuple(2 * radius for radius in ellipsoid.radii)),
-    Mesh: ("scale", lambda mesh: mesh.scale),
-}
 
 
 def _words(shape: Shape) -> tuple[str, ...]:
@@ -100,7 +93,7 @@ def _words(shape: Shape) -> tuple[str, ...]:
     return tuple(sorted([*words, *(f"{word} {text_of(value)}" for word, value in values)]))
 
 
-class Matched(NamedTuple):
+class Matches(NamedTuple):
     """Matched solids of two sets, by index: the pairs that are in both, and the rest of each set."""
 
     pairs: list[tuple[int, int]]
@@ -108,7 +101,7 @@ class Matched(NamedTuple):
     new: list[int]
 
 
-def match(old: Sequence[Solid], new: Sequence[Solid], noise: float = POSE_NOISE) -> Matched:
+def match(old: Sequence[Solid], new: Sequence[Solid], noise: float = POSE_NOISE) -> Matches:
     """Match equal solids of two sets; differences up to ``noise`` (m, and rotation entries) are ignored."""
     twins: dict[Solid, list[int]] = {}
     for index in reversed(range(len(new))):
@@ -128,7 +121,7 @@ def match(old: Sequence[Solid], new: Sequence[Solid], noise: float = POSE_NOISE)
             taken[twin] = index
     pairs = sorted([*pairs, *((index, twin) for twin, index in taken.items())])
     left = sorted({*range(len(old))} - {index for index, _ in pairs})
-    return Matched(pairs, left, sorted(index for index in order if index not in taken))
+    return Matches(pairs, left, sorted(index for index in order if index not in taken))
 
 
 def same(one: Solid, other: Solid, noise: float) -> bool:

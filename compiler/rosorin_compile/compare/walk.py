@@ -3,12 +3,16 @@
 A leaf has an address: the kind and the name of its entry, and its quantity ("frame laser, origin"). A change has the
 same address in every format, because all values are built from the dataclasses of the model: a ``Robot``, or a small
 dataclass of a format, whose fields are named after the kind of entries that they contain by name.
+
+Leaves also show which links and joints have new names, between two versions of a robot or between two robots. Two links
+that only one side has are the same link if the joint above them has the same name, if the same frame is attached to
+them, or if their pose is equal. Two joints are the same joint if the link below them is the same.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import fields, is_dataclass
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import fields, is_dataclass, replace
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -16,12 +20,12 @@ from rosorin_compile.language.annotations import ENTRIES
 from rosorin_compile.language.schema import sections
 from rosorin_compile.model import Edge, HeightMap, Inertial, Joint, Link, Pose, Robot, Shape, Vector
 from rosorin_compile.model.geometry import IDENTITY, rotation_of_rpy
-from rosorin_compile.model.joint import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Publisher
+from rosorin_compile.model.joint import UNPUBLISHED, Publisher
 from rosorin_compile.model.link import along_link, limited_fields
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.source.xml.elements import values_of
 
-from .precision import NOISE, TURNS, Precision, exact, join_errors
+from .precision import NOISE, TURNS, Precision, Precisions, exact, join_errors
 from .sentences import is_number
 from .solids import Solid, match, solid_of
 
@@ -44,22 +48,15 @@ class Difference(NamedTuple):
 
 Thing = tuple[str, str]
 Leaves = dict[Thing, dict[str, Any]]
+Names = Mapping[str, str]
 
 # Fields that do not describe the robot: sources of values, outputs, and file contents.
 SKIPPED = frozenset(
     {"source", "stand_in", "stand_ins", "outputs", "missing_meshes", "mesh_files", "mesh_contents", "root_in_world"}
 )
-_KINDS = {
-    "materials": "material",
-    "poses": "pose",
-    "servos": "servo",
-    "sensors": "sensor",
-    "publishers": "publisher",
-    "disabled_contacts": "contacts",
-}
 # The word for an entry of a section; other sections have separate code.
 _WORDS = {"control": "hardware", "controllers": "controller", "drive": "drive", "moveit": "moveit"}
-_WORDS |= {name: _KINDS[name] for name in ("publishers", "servos", "materials", "sensors")}
+_WORDS |= {"publishers": "publisher", "servos": "servo", "materials": "material", "sensors": "sensor"}
 _WORDS |= {"actuators": "actuator", "constraints": "constraint"}
 _EMPTY: frozenset[str] = frozenset()
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -67,10 +64,14 @@ _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _ABSOLUTE = frozenset(
     {"xyz", "rpy", "axis", "lower", "upper", "offset", "rising", "falling", "reference", "position", "limit"}
 )
+_LINKS = ("frame", "link", "height map")
+_DIGITS = 9  # decimal places of metres and radians
+# The share of names that must begin with a prefix.
+_MOST = 0.6
 
 
 def compare_leaves(
-    old: Leaves, new: Leaves, precisions: tuple[Precision, Precision] = (exact, exact), tolerance: float = NOISE
+    old: Leaves, new: Leaves, precisions: Precisions = (exact, exact), tolerance: float = NOISE
 ) -> list[Difference]:
     """Return every leaf that differs between two sets of leaves (see ``leaves``).
 
@@ -78,7 +79,6 @@ def compare_leaves(
     relative to the larger number, and to 1 m or 1 rad for lengths and angles.
     """
     found: list[Difference] = []
-    comparison = _Comparison(precisions, tolerance)
     for thing in dict.fromkeys([*old, *new]):
         first, second = old.get(thing), new.get(thing)
         if first is None or second is None:
@@ -88,50 +88,44 @@ def compare_leaves(
             continue
         for quantity in dict.fromkeys([*first, *second]):
             values = first.get(quantity), second.get(quantity)
-            if not comparison.same(thing[0], quantity, *values):
+            if not _same(thing[0], quantity, *values, precisions, tolerance):
                 found.append(Difference(Address(*thing, quantity), *values))
     return found
 
 
-class _Comparison(NamedTuple):
-    precisions: tuple[Precision, Precision]
-    tolerance: float
+def _same(kind: str, quantity: str, old: Any, new: Any, precisions: Precisions, tolerance: float) -> bool:
+    if old is new or (type(old) is type(new) and old == new):
+        return True
+    if old is None or new is None:
+        return False
 
-    def same(self, kind: str, quantity: str, old: Any, new: Any) -> bool:
-        if old is new or (type(old) is type(new) and old == new):
-            return True
-        if old is None or new is None:
-            return False
-        if isinstance(old, Pose) and isinstance(new, Pose):
-            near = self._near("xyz", old.xyz, new.xyz)
-            return near and same_turn(old.rpy, new.rpy, self.precisions, self.tolerance)
-        if isinstance(old, Shapes) and isinstance(new, Shapes):
-            first, second = (shapes.solids(p) for shapes, p in zip((old, new), self.precisions, strict=True))
-            rest = match(first, second, self.tolerance)
-            return not rest.old and not rest.new
-        key = "position" if kind == "pose" else "xyz" if quantity == "centre of mass" else quantity.rpartition(" ")[2]
-        if is_number(old) and is_number(new):
-            return self._near(key, (old,), (new,))
-        if isinstance(old, (tuple, list)) and isinstance(new, (tuple, list)):
-            if quantity == "inertia":
-                least = known_inertia(old, new, self.precisions, self.tolerance)
-                return all(abs(a - b) <= least for a, b in zip(old, new, strict=True))
-            if len(old) != len(new) or all(map(is_number, (*old, *new))):
-                return len(old) == len(new) and self._near(key, old, new)
-            return all(self.same(kind, key, *both) for both in zip(old, new, strict=True))
-        return bool(old == new)
-
-    def _near(self, key: str, old: Sequence[float], new: Sequence[float]) -> bool:
-        """Return True if all numbers of one key, such as ``xyz``, are equal within the tolerance."""
+    def near(key: str, old: Sequence[float], new: Sequence[float]) -> bool:
         largest = max(map(abs, (*old, *new)), default=0.0)
-        known = join_errors(self.precisions[0](key, *old), self.precisions[1](key, *new)) if old != new else 0.0
+        known = join_errors(precisions[0](key, *old), precisions[1](key, *new)) if old != new else 0.0
         floor = max(1.0, largest) if key in _ABSOLUTE else largest if len(old) > 1 else 0.0
-        return all(
-            abs(a - b) <= known + self.tolerance * max(floor, abs(a), abs(b)) for a, b in zip(old, new, strict=True)
-        )
+        pairs = zip(old, new, strict=True)
+        return all(abs(a - b) <= known + tolerance * max(floor, abs(a), abs(b)) for a, b in pairs)
+
+    if isinstance(old, Pose) and isinstance(new, Pose):
+        return near("xyz", old.xyz, new.xyz) and same_turn(old.rpy, new.rpy, precisions, tolerance)
+    if isinstance(old, Shapes) and isinstance(new, Shapes):
+        first, second = (shapes.solids(p) for shapes, p in zip((old, new), precisions, strict=True))
+        rest = match(first, second, tolerance)
+        return not rest.old and not rest.new
+    key = "position" if kind == "pose" else "xyz" if quantity == "centre of mass" else quantity.rpartition(" ")[2]
+    if is_number(old) and is_number(new):
+        return near(key, (old,), (new,))
+    if isinstance(old, (tuple, list)) and isinstance(new, (tuple, list)):
+        if quantity == "inertia":
+            least = known_inertia(old, new, precisions, tolerance)
+            return all(abs(a - b) <= least for a, b in zip(old, new, strict=True))
+        if len(old) != len(new) or all(map(is_number, (*old, *new))):
+            return len(old) == len(new) and near(key, old, new)
+        return all(_same(kind, key, *both, precisions, tolerance) for both in zip(old, new, strict=True))
+    return bool(old == new)
 
 
-def same_turn(old: Vector, new: Vector, precisions: tuple[Precision, Precision], tolerance: float) -> bool:
+def same_turn(old: Vector, new: Vector, precisions: Precisions, tolerance: float) -> bool:
     """Return True if two triples of angles (rad) are the same rotation."""
     if old == new:
         return True
@@ -140,9 +134,7 @@ def same_turn(old: Vector, new: Vector, precisions: tuple[Precision, Precision],
     return all(abs(a - b) <= known for pair in rows for a, b in zip(*pair, strict=True))
 
 
-def known_inertia(
-    old: Sequence[float], new: Sequence[float], precisions: tuple[Precision, Precision], tolerance: float
-) -> float:
+def known_inertia(old: Sequence[float], new: Sequence[float], precisions: Precisions, tolerance: float) -> float:
     """Return the largest difference of entries of two equal inertias (kg*m^2), including the error of rotated axes."""
     largest = max(map(abs, (*old, *new)), default=0.0)
     one, other = precisions
@@ -164,10 +156,8 @@ class Shapes(NamedTuple):
 def leaves(value: Any) -> Leaves:
     """Return the leaves of a value by entry (kind and name) and quantity."""
     found: Leaves = {}
-    contents = (
-        {"": value} if isinstance(value, Robot) else {one.name: getattr(value, one.name) for one in fields(value)}
-    )
-    for name, content in contents.items():
+    names = [""] if isinstance(value, Robot) else [field.name for field in fields(value)]
+    for name, content in ((name, getattr(value, name) if name else value) for name in names):
         kind = name.replace("_", " ")
         if isinstance(content, Robot):
             _robot(content, found)
@@ -180,7 +170,7 @@ def leaves(value: Any) -> Leaves:
             elif isinstance(content[0], JointPose):
                 _poses(content, found)
             else:
-                _entries(_KINDS.get(name, kind), content, found)
+                _entries(_WORDS.get(name, kind), content, found)
         elif content is not None and content not in ((), frozenset()):
             found.setdefault((kind, kind), {})[""] = content
     return found
@@ -293,9 +283,8 @@ def _edges(edges: Iterable[Edge], found: Leaves) -> None:
         entry |= {"parent": edge.parent} | _publisher(edge.publisher)
         if edge.pose is not None:
             entry["origin"] = edge.pose
-        if edge.publisher.kind != UNPUBLISHED:
-            moving = edge.moving and edge.publisher.kind != STATIC_TRANSFORM_PUBLISHER
-            entry["topic"] = "/tf" if moving else "/tf_static"
+        if edge.publisher.publishes:
+            entry["topic"] = edge.topic
 
 
 def _entries(kind: str, entries: Iterable[Any], found: Leaves) -> None:
@@ -320,7 +309,7 @@ def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
         return
     if isinstance(value, Mapping):
         for key, inner in value.items():
-            _flatten(inner, _below(path, key), entry)
+            _flatten(inner, f"{path} {key}".strip(), entry)
     elif is_dataclass(value) and not isinstance(value, Pose):
         for name, default in _fields(type(value)):  # type: ignore[arg-type]
             inner = getattr(value, name)
@@ -328,10 +317,10 @@ def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
             has_numbers = is_dataclass(default) and not isinstance(default, Pose)
             if inner != default or has_numbers or (is_number(default) and default):
                 whole = name in ("values", "mjcf")  # they contain texts by name
-                _flatten(inner, path if whole else _below(path, name.replace("_", " ")), entry)
+                _flatten(inner, path if whole else f"{path} {name.replace('_', ' ')}".strip(), entry)
     elif isinstance(value, (tuple, list)) and any(is_dataclass(one) or isinstance(one, Mapping) for one in value):
         for number, inner in enumerate(value, 1):
-            count, place = len(entry), _below(path, getattr(inner, "name", "") or number)
+            count, place = len(entry), f"{path} {getattr(inner, 'name', '') or number}".strip()
             _flatten(inner, place, entry)
             if len(entry) == count:  # an entry with only a name
                 entry[place] = True
@@ -344,5 +333,120 @@ def _fields(kind: type) -> tuple[tuple[str, Any], ...]:
     return tuple((field.name, field.default) for field in fields(kind) if field.name not in (*SKIPPED, "name"))
 
 
-def _below(path: str, key: object) -> str:
-    return f"{path} {key}".strip()
+def links_of(found: Leaves) -> set[str]:
+    """Return the names of all links and frames in leaves, without the rows of publishers that alternate by mode."""
+    names = {name for kind, name in found if kind in ("frame", "link")}
+    return names | {str(of["parent"]) for (kind, _), of in found.items() if kind == "frame" and "parent" in of}
+
+
+def new_link_names(old: Leaves, new: Leaves) -> dict[str, str]:
+    """Return the new names of renamed links by their old names, from the root down."""
+    before, after = links_of(old), links_of(new)
+    gone, fresh = before - after, after - before
+    found: dict[str, str] = {}
+    signs = ["joint", "child", "place"] if gone and fresh else []
+    waiting = list(signs)
+    while waiting:  # each match may allow further matches
+        sign = waiting.pop(0)
+        was, now = _signs(old, gone, sign, found), _signs(new, fresh, sign, found)
+        made = {link: now[key] for key, link in was.items() if key in now and link not in found}
+        made = {link: name for link, name in made.items() if name not in found.values()}
+        found |= made
+        waiting = list(signs) if made else waiting
+    return found
+
+
+def _signs(side: Leaves, links: Collection[str], sign: str, renamed: Names) -> dict[tuple[Any, ...], str]:
+    """Return links by identifying feature, without features that two links share."""
+    found: dict[tuple[Any, ...], str] = {}
+    shared = set()
+    roots = [link for link in links if ("frame", link) not in side] if sign == "place" else []
+    signs: list[tuple[str, tuple[Any, ...]]] = [(link, ("",)) for link in roots]
+    for (kind, name), of in side.items():
+        origin = of.get("origin")
+        if sign == "joint" and kind == "joint" and of.get("child") in links:
+            signs.append((of["child"], (name,)))
+        elif sign == "child" and kind == "frame" and of.get("parent") in links:
+            signs.append((of["parent"], (name,)))
+        elif sign == "place" and kind == "frame" and name in links and isinstance(origin, Pose):
+            numbers = (round(x, _DIGITS) + 0.0 for x in (*origin.xyz, *origin.rpy))
+            signs.append((name, (of.get("parent", ""), *numbers)))
+    for link, value in signs:
+        key = (renamed.get(value[0], value[0]), *value[1:])
+        if found.setdefault(key, link) != link:
+            shared.add(key)
+    return {key: link for key, link in found.items() if key not in shared}
+
+
+def new_joint_names(old: Leaves, new: Leaves) -> dict[str, str]:
+    """Return the new names of renamed joints by their old names: the link below is the same."""
+    joints = [[(name, of) for (kind, name), of in side.items() if kind == "joint"] for side in (old, new)]
+    before, after = ({of["child"]: name for name, of in some if "child" in of} for some in joints)
+    found = {name: after[child] for child, name in before.items() if after.get(child, name) != name}
+    # A joint may have another link below it, because its link was removed.
+    kept = {before[child] for child in before.keys() - after} | {after[child] for child in after.keys() - before}
+    fixed = [{name for name, of in some if of.get("type") == "fixed"} for some in joints]
+    unlike = {name for name, other in found.items() if (name in fixed[0]) != (other in fixed[1])}
+    return {name: other for name, other in found.items() if name not in unlike or kept.isdisjoint((name, other))}
+
+
+def with_names(found: Leaves, names: Names, what: str, new: Leaves) -> Leaves:
+    """Rename each "link" or "joint" in leaves; references get the new name only if ``new`` has it there, too."""
+    if not names:
+        return found
+    kinds = _LINKS if what == "link" else ("joint",)
+    made: Leaves = {}
+    for (kind, name), entry in found.items():
+        plain, space, rest = name.partition(" ")  # rows of publishers that alternate by mode have more words
+        if kind in kinds or (kind, name) not in new:
+            name = f"{names[plain]}{space}{rest}" if plain in names else names.get(name, name)
+        now = new.get((kind, name), {})
+        own = made[kind, name] = {}
+        for quantity, value in entry.items():
+            words = " ".join(names.get(word, word) for word in quantity.split(" "))
+            is_fixed = kind in ("frame", "joint") or quantity in now or words not in now
+            place = quantity if is_fixed else words
+            own[place] = _value(kind, place, value, names, kinds, now.get(place))
+    return made
+
+
+def _value(kind: str, quantity: str, value: Any, names: Names, kinds: Sequence[str], now: Any) -> Any:
+    if isinstance(value, frozenset):
+        return frozenset(" - ".join(sorted(names.get(word, word) for word in one.split(" - "))) for one in value)
+    if isinstance(value, tuple) and value and all(isinstance(one, str) for one in value):
+        other = tuple(names.get(one, one) for one in value)
+        return other if other == now else value
+    if not isinstance(value, str):
+        return value
+    if "link" in kinds and quantity in ("parent", "child") and kind in ("frame", "joint"):
+        return names.get(value, value)
+    return now if isinstance(now, str) and names.get(value) == now else value
+
+
+def renamed_robot(robot: Robot, links: Names, joints: Names) -> Robot:
+    """Rename the links and joints of a robot, but not the references in its sections."""
+
+    def renamed(joint: Joint) -> Joint:
+        mimic = joint.mimic and replace(joint.mimic, joint=joints.get(joint.mimic.joint, joint.mimic.joint))
+        parent, child = links.get(joint.parent, joint.parent), links.get(joint.child, joint.child)
+        return replace(joint, name=joints.get(joint.name, joint.name), parent=parent, child=child, mimic=mimic)
+
+    named = tuple(replace(link, name=links.get(link.name, link.name)) for link in robot.links)
+    return replace(robot, links=named, joints=tuple(map(renamed, robot.joints)))
+
+
+def prefix_of(a: Robot, b: Robot) -> str:
+    """Return the prefix that most link names in ``b`` have, compared with ``a``, or an empty text."""
+    mine, theirs = [link.name for link in a.links], [link.name for link in b.links]
+    ends = [other[: -len(name)] for name in mine for other in theirs if other.endswith(name) and other != name]
+    best = max(sorted(set(ends)), key=ends.count, default="")
+    count = ends.count(best)
+    is_most = count > max(1, len(set(mine) & set(theirs))) and count >= _MOST * min(len(mine), len(theirs))
+    return best if is_most else ""
+
+
+def without_prefix(names: Iterable[str], prefix: str) -> dict[str, str]:
+    """Map the names with a prefix to the names without it, except if that name is already used."""
+    every = set(names)
+    cut = {name: name.removeprefix(prefix) for name in every if name.startswith(prefix) and name != prefix}
+    return {name: short for name, short in cut.items() if short not in every}

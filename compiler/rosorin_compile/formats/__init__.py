@@ -6,19 +6,15 @@ import json
 from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING
 
 from rosorin_compile.language.schema import authoring_schema, schema
-from rosorin_compile.model import ROBOT_STATE_PUBLISHER
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Output, Robot
 from rosorin_compile.rules.case import feeding
+from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.plugins import installed_plugins
 from rosorin_compile.source.project import data_folder
 
 from .format import Artifact, Format, Opened
-
-if TYPE_CHECKING:
-    from rosorin_compile.model import Output, Robot
-    from rosorin_compile.source.diagnostics import Diagnostic
 
 __all__ = ["FORMATS", "Artifact", "Format", "Formats", "Opened", "plugged_diagnostics", "schema_names", "schema_text"]
 

@@ -7,10 +7,11 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from rosorin_compile.language.arguments import with_wanted
 from rosorin_compile.language.expand.description import Expanded, expand
+from rosorin_compile.language.expand.included_robots import Tell
 from rosorin_compile.language.expression.functions import plugin_functions as plugged_functions
 from rosorin_compile.language.lower import Lowered, lower
 from rosorin_compile.language.schema import plugin_sections as plugged_sections
@@ -26,7 +27,7 @@ from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.packages import PACKAGE_XML
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.project import PYTHON_PACKAGE, ROS_PACKAGE, tool_folders
+from rosorin_compile.source.project import PYTHON_PACKAGE, ROS_PACKAGE, Resolved, tool_folders
 from rosorin_compile.source.rule_registry import find_declared
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.wording import count_of
@@ -34,16 +35,11 @@ from rosorin_compile.source.wording import count_of
 from . import FORMATS, Artifact, plugged_diagnostics
 from .format import notes as unsupported_notes
 from .imported_robot import Imported, ReadOptions, as_tree
+from .mesh_files import Searched
 from .robot_files import outputs_of, read_robot
 from .templating import TemplateProblem, Templates
 
-if TYPE_CHECKING:
-    from rosorin_compile.language.expand.included_robots import Tell
-    from rosorin_compile.source.project import Resolved
-
-    from .mesh_files import Searched
-
-Search = Callable[[Map, Sequence[Output]], "Searched"]
+Search = Callable[[Map, Sequence[Output]], Searched]
 
 
 class Understood(NamedTuple):

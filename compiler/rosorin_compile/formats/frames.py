@@ -7,10 +7,10 @@ import re
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosorin_compile.language.expression import ExpressionError
-from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Output, Pose, Publisher, Robot
+from rosorin_compile.model import Edge, Output, Pose, Publisher, Robot
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.rules.publishers import MAX_MODES, combinations, holds, modes_in
@@ -21,9 +21,7 @@ from rosorin_compile.source.xml.elements import number_of, numbers_of
 
 from .format import NUMBER_FORMAT, PLACES, Asked, Format, describe
 from .static_tf import FrameTable
-
-if TYPE_CHECKING:
-    from .templating import Templates
+from .templating import Templates
 
 # Column headers and minimum widths, so that a new frame does not change the other lines of the table.
 _FRAME_COLUMNS = {"parent": 18, "child": 18, "published by": 22, "motion": 6, "topic": 10, "x y z (m)": 35}
@@ -71,24 +69,18 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
 
 def _frames(robot: Robot) -> list[Edge]:
-    frames: list[Edge] = []
+    own, frames = {edge.child: edge for edge in robot.joint_edges()}, list[Edge]()
     for joint in robot.joints_down():
-        if joint.child in robot.simulated_frames:
-            continue
-        turns = robot.turns.get(joint.name, ())
-        if joint.publisher.kind != UNPUBLISHED or not turns:
-            publisher = robot.publisher_of(joint)
-            frames.append(Edge(joint.parent, joint.child, publisher, joint.moves_on_tf, pose=joint.origin))
-        frames += turns
+        frames += [own[joint.child]] if joint.child in own else []
+        frames += robot.turns.get(joint.name, ()) if joint.child not in robot.simulated_frames else ()
     return frames + [edge for edge in robot.edges if not edge.joint]
 
 
 def _publishing(frame: Edge) -> tuple[str, str, str]:
     publisher = frame.publisher
-    if publisher.kind == UNPUBLISHED:
-        return f"nobody: {publisher.about}" if publisher.about else "nobody", "none", frame.when or "never"
-    moving = frame.moving and publisher.kind != STATIC_TRANSFORM_PUBLISHER
-    return publisher.name, "/tf" if moving else "/tf_static", frame.when or "always"
+    if publisher.publishes:
+        return publisher.name, frame.topic, frame.when or "always"
+    return f"nobody: {publisher.about}" if publisher.about else "nobody", frame.topic, frame.when or "never"
 
 
 def _stand_ins(robot: Robot) -> list[tuple[str, str]]:

@@ -10,12 +10,15 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from dataclasses import replace
+from itertools import starmap
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 from markupsafe import escape
 
-from rosorin_compile.model import Pose, Sensor
+from rosorin_compile.model import Output, Pose, Robot, Sensor
 from rosorin_compile.model.geometry import IDENTITY, pose_of
 from rosorin_compile.model.simulation import CLASSIC, MOTOR, POSITION, VELOCITY, GazeboSensor, SdfElement
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic
@@ -27,10 +30,6 @@ from .format import Unsupported
 from .templating import attributes
 
 if TYPE_CHECKING:
-    from xml.etree.ElementTree import Element
-
-    from rosorin_compile.model import Output, Robot
-
     from .urdf.write import Content
 
 DISTRIBUTIONS = GazeboSensor.FRAME_ELEMENTS
@@ -61,23 +60,16 @@ def sensor_lines(
     one: GazeboSensor, frame_id: str, number: NumberFormat, indent: str, pose: str, collisions: Sequence[str] = ()
 ) -> Iterator[str]:
     """Yield the lines of a sensor; ``frame_id`` is the tag for its frame, ``pose`` its <pose> element or ""."""
-    inner = indent + "  "
-    yield f"{indent}<sensor{attributes(name=one.name, type=one.type)}>"
-    if pose:
-        yield f"{inner}{pose}"
-    said = {element.name for element in one.elements} | one.without
-    if one.stamp and frame_id and not said & {*DISTRIBUTIONS.values(), frame_id}:
-        yield f"{inner}<{frame_id}>{escape(one.stamp)}</{frame_id}>"
-    shapes = [SdfElement("collision", name) for name in collisions]
-    for element in one.elements:
-        yield from _lines(element, inner, number, shapes if element.name == "contact" else ())
-    if collisions and "contact" not in said:
-        yield from _lines(SdfElement("contact"), inner, number, shapes)
-    yield f"{indent}</sensor>"
+    names = {element.name for element in one.elements} | one.without
+    is_stamped = one.stamp and frame_id and not names & {*DISTRIBUTIONS.values(), frame_id}
+    shapes = tuple(SdfElement("collision", name) for name in collisions)
+    own = (*one.elements, SdfElement("contact")) if shapes and "contact" not in names else one.elements
+    own = tuple(replace(e, elements=(*shapes, *e.elements)) if e.name == "contact" else e for e in own)
+    own = (SdfElement(frame_id, one.stamp), *own) if is_stamped else own
+    return _lines(SdfElement("sensor", None, {"name": one.name, "type": one.type}, own), indent, number, pose)
 
 
-def _lines(element: SdfElement, indent: str, number: NumberFormat, more: Sequence[SdfElement] = ()) -> Iterator[str]:
-
+def _lines(element: SdfElement, indent: str, number: NumberFormat, first: str = "") -> Iterator[str]:
     def word(value: float | str | bool) -> str:
         text = number(value) if isinstance(value, float) else str(value)
         return text.lower() if isinstance(value, bool) else text
@@ -86,11 +78,12 @@ def _lines(element: SdfElement, indent: str, number: NumberFormat, more: Sequenc
     start = f"{indent}<{name}{attributes(**{key: word(value) for key, value in element.attributes.items()})}"
     if element.value is not None:
         yield f"{start}>{escape(word(element.value))}</{name}>"
-    elif not element.elements and not more:
+    elif not element.elements and not first:
         yield f"{start}/>"
     else:
         yield f"{start}>"
-        for inner in (*more, *element.elements):
+        yield from [f"{indent}  {first}"] if first else []
+        for inner in element.elements:
             yield from _lines(inner, indent + "  ", number)
         yield f"{indent}</{name}>"
 
@@ -149,12 +142,11 @@ def drive_blocks(
         effort = joint.limit.known_value("effort") if joint.limit else None
         force = actuator.force or ((-effort, effort) if effort else None)
         gains |= {"cmd_min": force[0], "cmd_max": force[1]} if force is not None and kind != MOTOR else {}
-        values = {"joint_name": escape(name), **({"use_force_commands": "true"} if kind == VELOCITY else {})}
-        values |= {tag: number(value) for tag, value in gains.items()}
-        lines = [f"    <{tag}>{text}</{tag}>" for tag, text in values.items()]
+        values = {"joint_name": name, **({"use_force_commands": True} if kind == VELOCITY else {}), **gains}
         file, word = _PLUGINS[kind]
-        start = f'  <plugin filename="{program}-{file}-system" name="{namespace}::systems::{word}">'
-        blocks.append("\n".join(["<gazebo>", start, *lines, "  </plugin>", "</gazebo>"]))
+        names = {"filename": f"{program}-{file}-system", "name": f"{namespace}::systems::{word}"}
+        plugin = SdfElement("plugin", None, names, tuple(starmap(SdfElement, values.items())))
+        blocks.append("\n".join(_lines(SdfElement("gazebo", elements=(plugin,)), "", number)))
     message = f"Gazebo {gazebo} has no plug-in for {plural('actuator', len(without))} {quote(without, 3)}"
     help = "drive the joint by position, velocity or motor, or by ros2_control"
     return blocks, [Diagnostic(rule, WARNING, message, help=help)] if without else []
@@ -187,8 +179,8 @@ def gazebo_blocks(content: Content) -> tuple[list[str], list[Diagnostic]]:
         blocks.append("\n".join([*lines, "  </gazebo>"]))
     lost = []
     for (why, way), names in unseen.items():
-        message = f"Gazebo does not see {plural('sensor', len(names))} {quote(names, 3)}: {why}"
-        help = f"{way}; or leave the sensor out: gazebo: []"
+        message = f"Gazebo ignores {plural('sensor', len(names))} {quote(names, 3)}: {why}"
+        help = f'{way}, or write "gazebo: []" in the sensor to leave it out of Gazebo'
         lost.append(Diagnostic("gazebo-cannot-see", WARNING, message, help=help))
     physics, lost_physics = _physics(content)
     return [*blocks, *physics], [*lost, *lost_physics]
@@ -221,8 +213,8 @@ def _physics(content: Content) -> tuple[list[str], list[Diagnostic]]:
             values[joint.name] = {"springReference": spring.spring_reference, "springStiffness": spring.stiffness}
     blocks = []
     for name, numbers in values.items():
-        lines = [f"    <{tag}>{number(value)}</{tag}>" for tag, value in numbers.items()]
-        blocks.append("\n".join([f"  <gazebo{attributes(reference=name)}>", *lines, "  </gazebo>"]))
+        block = SdfElement("gazebo", None, {"reference": name}, tuple(starmap(SdfElement, numbers.items())))
+        blocks.append("\n".join(_lines(block, "  ", number)))
     if balls:
         message = f"Gazebo reads no springs of joints that move in several directions: {quote(balls, 3)}"
         lost.append((message, "make each of them several joints, one for each axis"))
@@ -311,12 +303,12 @@ class _Mounting:
         if lost and lost not in carried:
             reason = f'the URDF has no link "{lost}"', "let robot_state_publisher publish it"
         elif lost and "inertial" not in self.content.elements:
-            reason = "it drops links without mass, and no link of this URDF has one", "add inertial to elements"
+            reason = "no link of this URDF has the mass that it needs", 'add "inertial" to "elements" of the output'
         elif lost:
-            way = "give it an inertial, or what is fixed to it"
+            way = 'add "inertial" to the link, or to a link that is fixed to it'
             reason = f'it drops link "{lost}", which has no mass in this URDF', way
         elif one.feels and not names:
-            reason = f'link "{link}" has no shape in this URDF that could feel', "give it a collision"
+            reason = f'link "{link}" has no collision shape in this URDF', 'add "collision" to the link'
         return link, pose, names, reason
 
 
@@ -331,10 +323,10 @@ def with_noise(text: str) -> str:
     # Up to SDF 1.4, <imu> has one <noise> with <rate> and <accel>, which readers of later versions ignore
     # (gazebosim/sdformat@sdf12:sdf/1.4/imu.sdf).
     try:
-        root = tree_of(text) if "<imu" in text and "<noise" in text else None
+        root = tree_of(text if "<imu" in text and "<noise" in text else "<none/>")
     except ValueError:  # more than one element
-        root = None
-    pairs = [] if root is None else [(imu, noise) for imu in root.iter("imu") for noise in imu.findall("noise")]
+        return text
+    pairs = [(imu, noise) for imu in root.iter("imu") for noise in imu.findall("noise")]
     pairs = [(imu, noise) for imu, noise in pairs if any(child.tag in _MEASURED for child in noise)]
     for imu, noise in pairs:
         kind = noise.findtext("type") or noise.get("type") or "gaussian"
@@ -347,7 +339,7 @@ def with_noise(text: str) -> str:
                     for tag in (tag for tag in _OF_NOISE if child.find(tag) is not None):
                         ElementTree.SubElement(noisy, tag).text = child.findtext(tag, "").strip()
         imu.remove(noise)
-    return ElementTree.tostring(root, "unicode") if root is not None and pairs else text
+    return ElementTree.tostring(root, "unicode") if pairs else text
 
 
 _SIGNIFICANT = 9  # significant digits of numbers that are compared; ``number_format: short`` has an error of 1e-12

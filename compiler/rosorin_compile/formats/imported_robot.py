@@ -7,11 +7,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from numbers import Integral, Real
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from rosorin_compile.language.annotations import Steps
 from rosorin_compile.language.lower import lower
 from rosorin_compile.language.schema import subject, unit_at
+from rosorin_compile.model import Robot
 from rosorin_compile.source.diagnostics import Diagnostic, Span
 from rosorin_compile.source.load import plain_scalar
 from rosorin_compile.source.plugins import diagnostic_of
@@ -23,9 +24,6 @@ from rosorin_compile.source.xml.markup import COMMENT, Document, Element, Remark
 from rosorin_compile.source.yaml_mistakes import MAX_DEPTH
 
 from .format import Opened, Placed
-
-if TYPE_CHECKING:
-    from rosorin_compile.model import Robot
 
 _MAX_NAME = 60
 BEFORE, BESIDE, INSIDE, END = "before", "beside", "inside", "end"
@@ -70,10 +68,6 @@ class Imported(NamedTuple):
     mount: str = ""  # link of the including robot that the joints of a macro refer to
     packages: Mapping[str, Path] = {}  # folders of packages for kept elements
     passed: frozenset[str] = frozenset()  # keys of an include that were passed to a macro
-
-    @property
-    def file_name(self) -> str:
-        return file_name(self.tree["robot"]) if self.tree is not None else ""
 
     @property
     def left_out(self) -> list[str]:

@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from rosorin_compile.language.lower import lower
 from rosorin_compile.language.suppressions import apply
 from rosorin_compile.language.validate import validate
+from rosorin_compile.model import Robot
 from rosorin_compile.rules.check import acceptable, check
-from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Source, Span, error, has_errors
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Span, error, has_errors
 from rosorin_compile.source.messages import add_suggestions, gather
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.progress import Progress
@@ -26,11 +26,7 @@ from rosorin_compile.source.xml.markup import Document, MarkupError, parse, read
 
 from . import FORMATS, Format, Opened, plugged_diagnostics
 from .format import Placed
-from .imported_robot import Imported, Outputs, ReadOptions, as_tree, convert_result
-
-if TYPE_CHECKING:
-    from rosorin_compile.model import Robot
-
+from .imported_robot import Imported, Outputs, ReadOptions, as_tree, convert_result, file_name
 
 _OTHER_FORMATS = {
     "world": ("a world of Gazebo", "name the SDF, URDF or xacro of the robot"),
@@ -69,7 +65,7 @@ def _open(path: Path, options: ReadOptions, asked: Span | None) -> tuple[Format,
     by_name = next((one for one in _readable() if suffix in one.endings and not one.is_xml), None)
     if by_name is not None:
         return by_name, Opened(path, options, asked=asked), []
-    source, document = _parsed(path, options, asked)
+    document, notes = _parsed(path, options, asked)
     other = next((one for one in FORMATS.values() if one.is_other is not None and one.is_other(document)), None)
     if other is not None:
         message = f"this is {other.named}, which belongs to a robot and has none itself"
@@ -85,7 +81,7 @@ def _open(path: Path, options: ReadOptions, asked: Span | None) -> tuple[Format,
         expanded = f"; or expand it before the pipe: {format.name} FILE | rosorin-compile ..."
         help = f"name the file{expanded if format.takes_arguments else ''}"
         raise MarkupError(error("wrong-format", message, document.root.span, help))
-    return format, Opened(path, options, document, asked), _mending(source, document)
+    return format, Opened(path, options, document, asked), notes
 
 
 def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imported:
@@ -94,13 +90,13 @@ def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imp
     if format.join is None or tree is None:
         return imported
     try:
-        source, document = _parsed(path, options)
+        document, notes = _parsed(path, options)
         if document.root.tag != "robot":
             raise MarkupError(_wrong_root(document))
         sections, found = format.join(Opened(path, options, document), tree)
     except MarkupError as problem:
         return imported._replace(tree=None, diagnostics=[*imported.diagnostics, problem.diagnostic])
-    diagnostics = [*_mending(source, document), *found]
+    diagnostics = [*notes, *found]
     made: Map | None = None
     if not has_errors(diagnostics):
         made, root = tree.copy(), document.root.span
@@ -131,7 +127,7 @@ def _readable() -> list[Format]:
     return [one for one in FORMATS.values() if one.load is not None]
 
 
-def _parsed(path: Path, options: ReadOptions, asked: Span | None = None) -> tuple[Source, Document]:
+def _parsed(path: Path, options: ReadOptions, asked: Span | None = None) -> tuple[Document, list[Diagnostic]]:
     original = read_source(path, asked)
     start, rule, help = original.text.lstrip()[:200].lower(), "wrong-format", f"import reads {known_formats()}"
     if start.startswith(("<!doctype html", "<html")):
@@ -143,8 +139,10 @@ def _parsed(path: Path, options: ReadOptions, asked: Span | None = None) -> tupl
     if what:
         raise MarkupError(error(rule, f"{original.path} is {what}", Span(original, 1, 1, 1), help))
     source = markup.without_late_declaration(original)
+    what = "the declaration <?xml ...?> is not at the very beginning of the file, and has no effect"
+    what = "" if source.text == original.text else what
     try:
-        return original, parse(source)
+        document = parse(source)
     except MarkupError as problem:
         if problem.diagnostic.rule != markup.RULE:
             raise
@@ -152,18 +150,10 @@ def _parsed(path: Path, options: ReadOptions, asked: Span | None = None) -> tupl
             document = parse(markup.repair(source))
         except MarkupError:
             raise problem from None
-        if options.lenient or any(one.engine_reads for one in _readable() if document.root.tag in one.roots):
-            return original, document
-        raise
-
-
-def _mending(source: Source, document: Document) -> list[Diagnostic]:
-    if document.source.text == source.text:
-        return []
-    what = "this is not XML to the letter, and is read all the same"
-    if markup.without_late_declaration(source).text == document.source.text:
-        what = "the declaration <?xml ...?> is not at the very beginning of the file, and has no effect"
-    return [Diagnostic(markup.RULE, NOTE, what, document.root.span)]
+        if not options.lenient and not any(one.engine_reads for one in _readable() if document.root.tag in one.roots):
+            raise
+        what = "this is not well-formed XML, but it can be read"
+    return document, [Diagnostic(markup.RULE, NOTE, what, document.root.span)] if what else []
 
 
 def _wrong_root(document: Document) -> Diagnostic:
@@ -175,9 +165,9 @@ def _wrong_root(document: Document) -> Diagnostic:
 
 def outputs_of(imported: Imported, why: str = "") -> Outputs:
     """Return the outputs for an imported robot; if ``why`` is not empty, it is the reason to omit optional formats."""
-    made = Outputs({}, {}, {})
+    made, tree = Outputs({}, {}, {}), imported.whole
     for format in FORMATS.values():
-        asked = format.asked and format.asked(imported.whole, imported.version, imported.file_name)
+        asked = format.asked and format.asked(tree, imported.version, file_name(tree["robot"]))
         if asked and format.optional and why:
             made.left_out[format.name] = why
         elif asked:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosorin_compile.language.annotations import misfits_of, validator, words_of
 from rosorin_compile.language.schema import subject
@@ -24,9 +24,7 @@ from rosorin_compile.source.wording import mask_controls
 from .format import PLACES, Format, Opened
 from .imported_robot import Imported, as_tree
 from .robot_files import accept, lower_artifact
-
-if TYPE_CHECKING:
-    from .templating import Templates
+from .templating import Templates
 
 _RANGE_NOTE = "the driver's model does not say which pulses exist; these are those between the limits"
 _ANY_PULSE = 10**9
@@ -53,24 +51,24 @@ def _model(robot: Robot, output: Output) -> tuple[dict[str, Any], list[Diagnosti
     joints = []
     for joint in _requested(robot, output):
         if joint.type in SEVERAL_COORDINATES:
-            message = f"robot_model has no word for {joint.type}: joint {joint.name} is left out"
+            message = f'robot_model cannot express the {joint.type} joint "{joint.name}", which is left out'
             cannot_say(message, "let its reader know how the two parts of the robot hang together")
             continue
         joints.append(joint)
         if joint.mimic is not None:
-            message = f"robot_model has no word for mimic: joint {joint.name} is written as if it moved by itself"
-            cannot_say(message, "leave the joint out with joints: [...], or let its reader know")
+            message = f'robot_model cannot express "mimic": joint "{joint.name}" is written as an independent joint'
+            cannot_say(message, 'leave it out with "joints: [...]", or handle it in the program that reads this')
     links = dict.fromkeys([*(joint.child for joint in joints), *(joint.parent for joint in joints)]) or [robot.root]
     renamed: dict[str, str] = {}
     for link in links:
         name = rename.get(link, link)
         if name in renamed:
-            message = f'links {renamed[name]} and {link} would both be called "{name}" in this artifact'
-            diagnostics.append(error("robot-model-same-name", message, None, "rename one of them to another name"))
+            message = f'links "{renamed[name]}" and "{link}" would both be called "{name}" in this artifact'
+            diagnostics.append(error("robot-model-same-name", message, None, 'use another name in "rename"'))
         renamed[name] = link
     if len(groups) > 1 and "servos" not in options:
-        message = f"pulse_to_rad has room for one servo group, the robot has {', '.join(groups)}"
-        diagnostics.append(error("robot-model-servos", message, None, "say which one with servos: NAME"))
+        message = f"pulse_to_rad can hold one servo group, but the robot has {', '.join(groups)}"
+        diagnostics.append(error("robot-model-servos", message, None, 'choose one with "servos: NAME"'))
     servos = groups.get(options.get("servos", next(iter(groups), "")))
     model: dict[str, Any] = {"source": options.get("source", robot.source.note)}
     if servos is not None:
@@ -207,7 +205,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Report a servo group that does not exist."""
     group, groups = output.options.get("servos"), {group.name for group in case.robot.servos}
     if group is not None and group not in groups:
-        message = f'there is no servo group "{group}", which is requested by output "{output.name}"'
+        message = f'there is no servo group "{group}", which output "{output.name}" uses'
         help = Suggestion(group, groups, "name a group")
         yield case.problem("unknown-servo", message, ("outputs", output.name, "servos"), help)
 

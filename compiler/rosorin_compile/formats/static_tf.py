@@ -16,13 +16,13 @@ import textwrap
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Output, Pose, Robot
 from rosorin_compile.model.joint import Publisher
 from rosorin_compile.model.link import Source
 from rosorin_compile.model.robot import JointPose
-from rosorin_compile.rules.case import first_fed
+from rosorin_compile.rules.case import Case, first_fed
 from rosorin_compile.rules.publishers import combinations, holds, modes_in
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error
@@ -32,12 +32,7 @@ from rosorin_compile.source.xml.elements import number_of
 
 from . import format
 from .format import NODES, PLACES, Format, describe
-
-if TYPE_CHECKING:
-    from rosorin_compile.rules.case import Case
-
-    from .templating import Templates
-
+from .templating import Templates
 
 # The values of a mode: launch conditions accept 1 but not "on", while and, or and not accept "on" but not 1.
 STATES = ("true", "false", "True", "False")
@@ -199,8 +194,8 @@ def read_arguments(name: object, arguments: object) -> Edge:
 def check_numbers(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Yield an error for a ``number_format`` other than exact, which command line arguments do not support."""
     if output.options.get("number_format", "exact") != "exact":
-        message = f'the backend "{output.backend}" does not print numbers as {output.options["number_format"]}'
-        help = "write exact, or leave it out: 7 decimals of metres, 8 of radians"
+        message = f'the format "{output.backend}" does not support "number_format: {output.options["number_format"]}"'
+        help = 'write "exact", or remove the key (default: 7 decimals for metres, 8 for radians)'
         yield case.problem("number-format", message, ("outputs", output.name, "number_format"), help)
 
 

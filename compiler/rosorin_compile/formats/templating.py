@@ -253,8 +253,8 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     """Render the template of an output for a robot. Raises TemplateProblem."""
     name = output.options.get("template")
     if not name:
-        help = "add template: FILE, a Jinja template"
-        return "", [error("template-not-named", f'output "{output.name}" names no template', None, help)]
+        help = 'add "template: FILE" with a Jinja template'
+        return "", [error("template-not-named", f'output "{output.name}" has no template', None, help)]
     values = {"robot": robot, "output": output, "number": short, "exact": exact, "six": six, "fixed": to_fixed}
     values |= {"degrees": math.degrees, "radians": math.radians, "source": describe, "vector": vector}
     values["kind"] = attrgetter("__class__.__name__")  # class name of a geometry, such as Box

@@ -17,7 +17,6 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Format
 from rosorin_compile.formats.imported_robot import Imported, ReadOptions, file_name
 from rosorin_compile.formats.robot_files import join, read_robot
-from rosorin_compile.formats.ros_packages import package_of
 from rosorin_compile.model.joint import MOVING_TYPES
 from rosorin_compile.output.artifact_set import write_set
 from rosorin_compile.output.atomic_files import OutputError
@@ -26,6 +25,7 @@ from rosorin_compile.request import FilePath, Packages, Values, Warn, read_optio
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, count_of, error, has_errors
 from rosorin_compile.source.files import is_file, is_folder, read_bytes, read_text, resolve
 from rosorin_compile.source.messages import arrange
+from rosorin_compile.source.packages import package_of
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.wording import suggest

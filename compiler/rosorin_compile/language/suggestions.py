@@ -72,8 +72,8 @@ def words_for(kind: str) -> Mapping[str, str]:
         instead = definitions[instead].get("x-instead", {})
     found = {**synonyms("keys", kind), **{word: way for words, way in instead.items() for word in words.split()}}
     for key, fragment in known.items():
-        also = f"{fragment.get('x-also', '')} {resolve(dict(fragment)).get('x-also', '')}"
-        found |= dict.fromkeys(also.split(), key)
+        also = (fragment.get("x-also", ""), resolve(dict(fragment)).get("x-also", ""))
+        found |= dict.fromkeys(" ".join(also).split(), key)
     return found
 
 
@@ -97,9 +97,8 @@ def unit_meant(text: str, wanted: Sequence[str]) -> str:
     unit = re.sub(r"\**/\**", "/", re.sub(r"\*+", "*", unit))
     split = re.sub(r"^(kg|g)(mm|cm|m)(?![a-z])", r"\1*\2", unit)  # kgm2 is kg*m2
     guesses = [_factors(unit, {}), _factors(unit, {"nm": "Nm", "kg": "kgf"}), _factors(split, {})]
-    known = [guess for guess in guesses if guess and parse_unit(guess) is not None]
-    fitting = [guess for guess in known if _dimensions([guess])[0] in _dimensions(wanted)]
-    return (fitting or known or [""])[0]
+    known = [guess for guess in guesses if guess and parse_unit(guess)] or [""]
+    return next((guess for guess in known if {*_dimensions([guess])} & {*_dimensions(wanted)}), known[0])
 
 
 def _dimensions(units: Sequence[str]) -> list[Dimension]:
@@ -112,10 +111,10 @@ def _factors(unit: str, others: Mapping[str, str]) -> str:
     spellings = synonyms("units")
     for sign, word, power in re.findall(r"([*/]?)([^*/^\d\s]+)\^?(-?\d)?", unit):
         small = word.casefold()
-        same = [name for name in UNITS if name.casefold() == small]
-        name = others.get(small) or (word if word in UNITS else spellings.get(small) or (same[0] if same else ""))
-        close = nearest(small, spellings) if len(small) >= SPELLED_OUT else None
-        name = name or (spellings[close] if close else "")
+        same = (name for name in UNITS if name.casefold() == small)
+        name = others.get(small) or (word if word in UNITS else spellings.get(small) or next(same, ""))
+        if not name and len(small) >= SPELLED_OUT:
+            name = spellings.get(nearest(small, spellings) or "", "")
         if not name:
             return ""
         pieces += [sign, name, f"^{power}" if power else ""]
@@ -126,7 +125,7 @@ def number_meant(text: str, wanted: Sequence[str], key: str = "") -> str:
     """Return the help for a text in place of a number; ``wanted`` are the valid units."""
     number = text.strip()
     if isinstance(text, Text) and _is_number(number):
-        return f"write it without the quotes: {number}"
+        return f"write {number} without the quotes"
     tidy = re.sub(r"(?<=\d)[_'\u2019 ](?=\d{3}(\D|$))", "", number.translate(_TO_ASCII).rstrip(",;").strip())
     if tidy != number and _is_number(tidy):
         return f"write {tidy}"
@@ -138,18 +137,18 @@ def number_meant(text: str, wanted: Sequence[str], key: str = "") -> str:
         if key and not wanted:
             return "write a plain number, without a unit"
         if unit := unit_meant(found[2], wanted):
-            unknown = f"unknown unit {found[2]}; " if found[2] != unit else ""
+            unknown = f'unknown unit "{found[2]}"; ' if found[2] != unit else ""
             return f"{unknown}write {found[1]} {unit}"
         if re.fullmatch(r"[A-Za-z][\w^*/-]*", found[2]):
             return f'unknown unit "{found[2]}"; {Suggestion(found[2], _units_like(wanted))()}'
     if help := _expression_meant(number):
         return help
     if number.casefold() in _UNMEASURED:
-        return "not known yet? write the best guess, with source: {status: stand_in, note: ...}"
+        return 'until it is known, write a guess and add "source: {status: stand_in, note: ...}" to the entry'
     if parse_unit(number) or unit_meant(number, wanted) in _units_like(wanted):
-        return "a number is missing before the unit"
+        return "write a number before the unit"
     if number.isidentifier() and number.isascii():
-        return f'write a number, or "${{{number}}}" for a named value'
+        return f'write a number, or "${{{number}}}" if {number} is defined in "args" or "let"'
     quantity = "" if key and not wanted else "a quantity such as 12.5 mm, "
     return f"write a number, {quantity}or an expression ${{...}}"
 
@@ -162,13 +161,13 @@ def _units_like(wanted: Sequence[str]) -> list[str]:
 def _expression_meant(text: str) -> str:
     """Return the help for a name or calculation in another language: $(arg m), {{m}}, 2*M_PI."""
     if found := re.fullmatch(r"(?:\$\(|\$|\{\{?|%\(?|<|@)\s*([A-Za-z_]\w*)\s*(?:\)s?|\}\}?|%|>)?", text):
-        return f'write "${{{found[1]}}}", with {found[1]} under args or let'
+        return f'write "${{{found[1]}}}", and define {found[1]} in "args" or "let"'
     formula = text.replace("math.", "").replace("^", "**").replace("M_PI", "pi")
     formula = formula[1:-1] if formula.startswith("{") and formula.endswith("}") else formula
     is_sum = re.search(r"[-+*/(]", formula) and re.search(r"\d|pi|\w\s*[-+*/]\s*\w", formula)
     with suppress(ExpressionError):
         if formula in ("pi", "tau") or (is_sum and len(text) <= MAX_SHOWN and compile_expression(formula)):
-            return f'a calculation is an expression: "${{{formula}}}"'
+            return f'write the calculation as an expression: "${{{formula}}}"'
     return ""
 
 
@@ -195,33 +194,32 @@ def list_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
     items = fragment.get("items", {})
     example = _EXAMPLES.get(key) or f"[{', '.join('XYZW'[: fragment.get('minItems', 0)] or 'X')}]"
     is_of_numbers = items.get("type") == "number"
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        text = shown(value)
+        known = {"scale": f"write [{', '.join([text] * 3)}]", "rpy": f"write [0, 0, {text}] for a turn about z"}
+        return known.get(key) or (f"write {example}" if is_of_numbers else f"write [{text}]")
     if isinstance(value, Map):
         small = {name.casefold(): name for name in value}
-        names = next((names for names in _VECTORS if small and set(small) <= set(names)), ())
-        if names:
+        if names := next((names for names in _VECTORS if small and set(small) <= set(names)), ()):
             numbers = [shown(value[small[name]]) if name in small else "01"[name == "a"] for name in names]
-            return f"write the numbers alone: [{', '.join(numbers)}]"
-        return f"write {example}" if is_of_numbers else 'each item begins with "- "'
-    if isinstance(value, str):
+            return f"write only the numbers: [{', '.join(numbers)}]"
+    elif isinstance(value, str):
         if len(listed := numbers_in(value)) > 1 and is_of_numbers:
             return f"write [{', '.join(listed)}]"
         if key == "axis" and (axis := _AXES.get(value.casefold().lstrip("+-"))):
             return f"write {axis.replace('1', '-1') if value.startswith('-') else axis}"
         if items.get("type") == "string" or items.get("$ref", "").endswith("/name"):
             return f"write [{', '.join(value.replace(',', ' ').split())}]"
-        return f"write {example}" if is_of_numbers else 'each item begins with "- "'
-    if isinstance(value, (int, float)) and not isinstance(value, bool):
-        text = shown(value)
-        known = {"scale": f"write [{', '.join([text] * 3)}]", "rpy": f"write [0, 0, {text}] for a turn about z"}
-        return known.get(key) or (f"write {example}" if is_of_numbers else f"write [{text}]")
-    return ""
+    else:
+        return ""
+    return f"write {example}" if is_of_numbers else 'begin each item of the list with "- "'
 
 
 def items_meant(value: Seq, fragment: Mapping[str, Any]) -> str:
     """Return the help for a list with the wrong number of items."""
     is_of_numbers = fragment.get("items", {}).get("type") == "number"
     if is_of_numbers and len(value) == 1 and isinstance(value[0], str) and len(listed := numbers_in(value[0])) > 1:
-        return f'separate its items by ",": [{", ".join(listed)}]'
+        return f"separate the numbers with commas: [{', '.join(listed)}]"
     if is_of_numbers and all(type(item) is int for item in value) and len(value) == 2 * fragment.get("maxItems", 0):
         pairs = (f"{first}.{second}" for first, second in zip(value[::2], value[1::2], strict=True))
         return f"write a decimal point, not a comma: [{', '.join(pairs)}]"
@@ -231,18 +229,19 @@ def items_meant(value: Seq, fragment: Mapping[str, Any]) -> str:
 def mapping_meant(value: Any, fragment: Mapping[str, Any]) -> str:
     """Return the help for a value in place of a mapping; ``fragment`` is the schema of the mapping."""
     legal, required = fragment.get("properties", {}), fragment.get("required", ())
-    if isinstance(value, str) and value.startswith("<"):
-        return "this is XML: write it in YAML, or keep it under urdf_elements"
-    if isinstance(value, str) and (found := re.fullmatch(r"([\w./-]+)\s*(?::=|[:= ])\s*(.*)", value, re.DOTALL)):
-        return f"write {found[1]}: {found[2]}".strip() if not legal or found[1] in legal else ""
+    if value is None:
+        return "indent its keys below its name" if legal else "indent its entries below it, or remove it"
+    if isinstance(value, str):
+        if value.startswith("<"):
+            return 'this is XML: write it as YAML, or keep it as XML in "urdf_elements"'
+        if found := re.fullmatch(r"([\w./-]+)\s*(?::=|[:= ])\s*(.*)", value, re.DOTALL):
+            return f'write "{f"{found[1]}: {found[2]}".strip()}"' if not legal or found[1] in legal else ""
+        if value and not legal:
+            return f'add the missing ":", as in "{value}: ..."'
     if isinstance(value, Seq) and not legal:
-        return "each entry is a name with its keys: NAME: {...}"
+        return 'write each entry as "NAME: {...}", without a leading "- "'
     if isinstance(value, Seq) and value and all(isinstance(item, Map) and set(item) <= set(legal) for item in value):
         return 'write its keys without "- "'
-    if value is None:
-        return "indent its keys below it" if legal else "indent its entries below it, or remove it"
-    if isinstance(value, str) and value and not legal:
-        return f'a ":" is missing: write {value}: ...'
     keys = required or [key for key in legal if key not in {"source", *keys_of_xml()}][:4]
     only = shown(value) if len(keys) == 1 and isinstance(value, (str, int, float)) else "..."
     return f"write {{{', '.join(f'{key}: {only}' for key in keys)}}}" if keys else ""
@@ -253,7 +252,7 @@ def flag_meant(value: Any) -> str:
     word = str(value).casefold()
     flag = "true" if word in _TRUE else "false" if word in _FALSE else ""
     if flag and isinstance(value, str) and not isinstance(value, Text):
-        return f"write {flag}: in YAML 1.2 {value} is a text"
+        return f'write {flag}: in YAML 1.2 "{value}" is text, not a boolean'
     return f"write {flag}, without quotes" if flag else ""
 
 
@@ -268,22 +267,22 @@ def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str, path: S
     """Return the help for an unknown key of the entry at a path; ``known`` are the valid keys with their schemas."""
     table, word, inner, keys = words_for(kind), key.removeprefix("xacro:"), entry.get(key), list(entry)
     if (written := _key_and_value(word)) and written[0] in known:
-        return f"write {written[0]}: {'...' if written[1][:1] in '{[' else written[1]}"
+        return f'write "{written[0]}: {"..." if written[1][:1] in "{[" else written[1]}"'
     before = keys[keys.index(key) - 1] if key in keys[1:] else ""
     if help := text_meant_by(key, entry) or way_out(word, table):
         return help
     if before and type(entry[before]) is int and inner is None and re.match(r"\d+\s*\D*$", key):
         return f"write a decimal point, not a comma: {before}: {entry[before]}.{key}"
     if before and entry[before] is None and key in resolve(known.get(before) or {}).get("properties", {}):
-        return f'"{key}" is a key of {before}: indent it deeper than "{before}"'
+        return f'"{key}" is a key of "{before}": indent it below "{before}"'
     close = _meaning(word, table)
     is_entry = len(path) == 2 and isinstance(inner, Map) and inner and known.keys() >= set(inner)
     if is_entry and close not in known and nearest(word, known) is None:
-        return f'"{key}" has the keys of an entry of {path[0]}: indent it as far as "{path[1]}"'
-    legal, other = f"legal: {', '.join(sorted(known))}", _data()["others"].get(kind)
+        return f'"{key}" looks like an entry of "{path[0]}": indent it as far as "{path[1]}"'
+    legal, other = f"known: {', '.join(sorted(known))}", _data()["others"].get(kind)
     if close in known:
         return f"{suggest(close)} ({legal})"
-    of_pose = f"joints belong in positions: {{{key}: ...}} or in pulses: {{{key}: ...}}"
+    of_pose = f'write joints in "positions: {{{key}: ...}}" or "pulses: {{{key}: ...}}"'
     instead = of_pose if kind == "pose" else f"{other} ({legal})" if other else ""
     return Suggestion(word, known, instead=instead, details=legal)()
 
@@ -318,7 +317,7 @@ def text_meant_by(key: str, entry: Map) -> str:
     for first, *rest in _texts_with_commas(entry):
         if key in rest:
             text = ", ".join([entry[first], *rest])
-            return f'a comma ends the text: put it in quotes, {first}: "{text}"'
+            return f"a comma ends text without quotes; write '{first}: \"{text}\"'"
     return ""
 
 
@@ -354,10 +353,12 @@ def suggest_name(
     is_mount = text.strip("\"'") == MOUNT  # the mount is in the scope of the use, outside of the part
     prefix = prefix_at(tree, path, outside=is_mount)
     own = [name.removeprefix(prefix) for name in known if prefix and name.startswith(prefix)]
-    if not own:
-        return Suggestion(word, known, otherwise, none=none)
     others = [name for name in known if not name.startswith(prefix)]
-    return Suggestion(word, [*own, *more], otherwise, others=others)
+    return (
+        Suggestion(word, [*own, *more], otherwise, others=others)
+        if own
+        else Suggestion(word, known, otherwise, none=none)
+    )
 
 
 def fallen_out(tree: Map, path: Sequence[str | int], fragment: Mapping[str, Any]) -> tuple[str, bool] | None:
@@ -380,5 +381,5 @@ def key_of_entry_meant(key: str, entry: Map, known: Sequence[str], kind: str) ->
     """Return the help for an unknown key of an entry that is not evaluated yet."""
     help = text_meant_by(key, entry) or word_meant(key, known, kind)
     if kind == "use" and help.startswith("known"):
-        return f"pass an argument of the part under with: {{{key}: ...}}; {help}"
+        return f'to pass it to the part, write "with: {{{key}: VALUE}}"; known keys{help[5:]}'
     return help

@@ -21,6 +21,7 @@ from .validate import not_allowed
 STAYS = {"stand-in": "a stand-in is reported until its value is measured", "accept-unused": "it is about accept itself"}
 
 Entry = tuple[int, str]  # the index of an entry of ``accept``, and a name in its ``of``, or EVERYTHING
+Rules = Mapping[str, Rule]  # the rules that descriptions may accept, by id
 _Entries = dict[tuple[str, str], list[Entry]]  # by rule and name
 EVERYTHING = ""  # the name in an entry without ``of``: it applies to the entire robot
 
@@ -53,12 +54,12 @@ def names_at(tree: Map, path: Path) -> tuple[str, ...]:
     return (value,) if not is_final and node.names and isinstance(value, str) else found
 
 
-def is_accepted(tree: Map, diagnostic: Diagnostic, acceptable: Mapping[str, Rule]) -> bool:
+def is_accepted(tree: Map, diagnostic: Diagnostic, acceptable: Rules) -> bool:
     """Return True if the description accepts a diagnostic."""
     return bool(_covering(_entries(tree), diagnostic, acceptable))
 
 
-def unknown_rules(tree: Map, acceptable: Mapping[str, Rule]) -> list[Diagnostic]:
+def unknown_rules(tree: Map, acceptable: Rules) -> list[Diagnostic]:
     """Return errors for invalid rule ids in ``accept``; the tree need not be valid."""
     diagnostics, entries = [], tree.get("accept")
     for index, entry in enumerate(entries if isinstance(entries, Seq) else ()):
@@ -69,13 +70,13 @@ def unknown_rules(tree: Map, acceptable: Mapping[str, Rule]) -> list[Diagnostic]
         if known is None:
             diagnostics.append(not_allowed(tree, ["accept", index, "rule"], rule, list(acceptable)))
         elif rule in STAYS or not known.mild:
-            why = STAYS.get(rule, "the robot could not be built, or would be built wrongly")
-            span, message = tree.locate(("accept", index, "rule")).span, f"{rule} cannot be accepted: {why}"
-            diagnostics.append(error("accept-refused", message, span, "remove the entry"))
+            why = STAYS.get(rule, "the robot could not be built, or would be wrong")
+            span, message = tree.locate(("accept", index, "rule")).span, f'"accept" cannot suppress {rule}: {why}'
+            diagnostics.append(error("accept-refused", message, span, 'remove this entry of "accept"'))
     return diagnostics
 
 
-def apply(tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Mapping[str, Rule]) -> AcceptResult:
+def apply(tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Rules) -> AcceptResult:
     """Remove accepted warnings and notes, and merge accepted errors into a note per rule."""
     entries = _entries(tree)
     left: list[Diagnostic] = []
@@ -88,7 +89,7 @@ def apply(tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Mapping[str,
             if is_error:
                 groups.setdefault(found.rule, []).append(found)
         elif is_error and found.rule in acceptable and (found.rule, EVERYTHING) in entries and found.of:
-            help = (found.with_help().help, f"an error is accepted by name: of: [{found.of[0]}]")
+            help = (found.with_help().help, f'to suppress this error, add "of: [{found.of[0]}]"')
             left.append(replace(found.with_help(), help="; ".join(filter(None, help))))
         else:
             left.append(found)
@@ -96,7 +97,7 @@ def apply(tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Mapping[str,
         covering = [entry for one in group for entry in _covering(entries, one, acceptable)]
         reasons = dict.fromkeys(tree["accept"][index]["reason"] for index, _ in covering)
         more = f",{and_more(len(group) - 1, 'of this kind')}" if len(group) > 1 else ""
-        message = f"accepted: {group[0].message}{more} ({'; '.join(reasons)})"
+        message = f"accepted: {group[0].message}{more} (reason: {'; '.join(reasons)})"
         left.append(replace(group[0], severity=NOTE, message=message, help="", suggest=None, related=()))
     return AcceptResult(left, frozenset(used))
 
@@ -109,7 +110,7 @@ def _entries(tree: Map) -> _Entries:
     return entries
 
 
-def _covering(entries: _Entries, diagnostic: Diagnostic, acceptable: Mapping[str, Rule]) -> list[Entry]:
+def _covering(entries: _Entries, diagnostic: Diagnostic, acceptable: Rules) -> list[Entry]:
     rule = diagnostic.rule
     if diagnostic.severity == ERROR and rule not in acceptable:
         return []
@@ -117,9 +118,7 @@ def _covering(entries: _Entries, diagnostic: Diagnostic, acceptable: Mapping[str
     return [entry for name in names for entry in entries.get((rule, name), ())]
 
 
-def unused_entries(
-    tree: Map, used: Set[Entry], acceptable: Mapping[str, Rule], asked: Collection[str] = ("",)
-) -> list[Diagnostic]:
+def unused_entries(tree: Map, used: Set[Entry], acceptable: Rules, asked: Collection[str] = ("",)) -> list[Diagnostic]:
     """Return a warning for each entry of ``accept`` that no diagnostic matches.
 
     ``asked`` is what the run has checked (see ``Rule.asked``); entries for other rules are ignored.
@@ -133,12 +132,12 @@ def unused_entries(
         if not idle or needed not in asked:
             continue
         place = tree.locate(("accept", index, "rule"))
-        message = f"{rule} is accepted, but has nothing to report"
-        help: Help = "remove the entry"
+        message = f'"accept" has no effect: {rule} reports nothing'
+        help: Help = 'remove this entry of "accept"'
         if "of" in entry:
             place = tree.locate(("accept", index, "of", list(entry["of"]).index(idle[0])))
             message += f" about {quote(idle, MAX_LISTED)}"
             names = SymbolTable(tree).among(THINGS)
-            help = help if idle[0] in names else Suggestion(idle[0], names, instead="remove the entry")
+            help = help if idle[0] in names else Suggestion(idle[0], names, instead=str(help))
         diagnostics.append(diagnostic("accept-unused", WARNING, message, place.span, help, place.stack()))
     return diagnostics

@@ -38,9 +38,8 @@ def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = Non
     walk.through(tree)
     diagnostics = []
     for path, value in walk.not_finite:
-        message = f"{subject(path)} is not a finite number"
-        if math.isfinite(value):
-            message = f"{subject(path)} is {value:g}, and nothing can be calculated with more than {MOST:g}"
+        too_large = f"is {value:g}, and nothing can be calculated with more than {MOST:g}"
+        message = f"{subject(path)} {too_large if math.isfinite(value) else 'is not a finite number'}"
         help = "write a number, or leave the entry out"
         diagnostics.append(problem_at(scope, tree, path, "not-finite", message, help))
     reported = {tuple(path) for path in (*(one[0] for one in walk.misfits), *(one[0] for one in walk.not_finite))}
@@ -59,7 +58,7 @@ def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = Non
     for path, quantity, allowed in walk.misfits:
         named = " or ".join(map(describe, allowed)) or "a plain number"
         text = quantity.text or f"{float(quantity):g}"
-        message = f"{subject(path)} is {named}, but {text} is {describe(quantity.dimension)}"
+        message = f"{subject(path)} must be {named}, but {text} is {describe(quantity.dimension)}"
         has_unit = any(map(any, allowed))
         help = "correct the unit; a bare number is in SI units" if has_unit else "write the number without a unit"
         diagnostics.append(problem_at(scope, tree, path, "wrong-unit", message, help))
@@ -128,10 +127,10 @@ _TYPES = {"string": "text", "number": "a number", "integer": "a whole number", "
 _TYPES |= {"object": "a mapping", "array": "a list"}
 # The rule and message for keywords that need no further information.
 _SIMPLE = {
-    "minimum": ("wrong-value", "{where} is {value}, less than {wanted}"),
-    "maximum": ("wrong-value", "{where} is {value}, more than {wanted}"),
-    "exclusiveMinimum": ("wrong-value", "{where} is {value}, but has to be more than {wanted}"),
-    "exclusiveMaximum": ("wrong-value", "{where} is {value}, but has to be less than {wanted}"),
+    "minimum": ("wrong-value", "{where} is {value}, but must be at least {wanted}"),
+    "maximum": ("wrong-value", "{where} is {value}, but must be at most {wanted}"),
+    "exclusiveMinimum": ("wrong-value", "{where} is {value}, but must be more than {wanted}"),
+    "exclusiveMaximum": ("wrong-value", "{where} is {value}, but must be less than {wanted}"),
     "multipleOf": ("wrong-value", "{where} is {value}, not a multiple of {wanted}"),
     "uniqueItems": ("wrong-value", "{where} has an item twice"),
     "minLength": ("wrong-value", "{where} is shorter than {wanted} letters"),
@@ -159,15 +158,13 @@ class _Report:
         meaning = _sentence(str(self.part.get("description", "")))
         if "propertyNames" in self.misfit.schema_path[-2:-1]:
             name = str(self.misfit.value)
-            form = "no markup, no quotes; spaces only within" if self.defined else "use letters, digits and _"
-            path, message = [*self.path, name], f'"{name}" cannot be a name in {where}'
+            form = "do not use < > &, quotes or outer spaces" if " +" in str(wanted) else "use letters, digits and _"
+            path, message = [*self.path, name], f'"{name}" is not a valid name in {where}'
             return self._make("bad-name", message, _odd_letter(name) or form, path, True)
-        if keyword in ("required", "dependencies"):
-            return self._missing_key()
-        if keyword == "type":
-            return self._wrong_type()
-        if keyword == "additionalProperties":
-            return self._unknown_keys()
+        methods = dict.fromkeys(("required", "dependencies"), self._missing_key)
+        methods |= {"type": self._wrong_type, "additionalProperties": self._unknown_keys}
+        if keyword in methods:
+            return methods[keyword]()
         if keyword in ("minItems", "maxItems"):
             count = f"at {'least' if keyword == 'minItems' else 'most'} {wanted}"
             count = wanted if self.part.get("minItems") == self.part.get("maxItems") else count
@@ -177,14 +174,15 @@ class _Report:
         if keyword == "minLength" and not value:
             return self._make("empty-text", f"{where} is empty", "write a text, or leave the key out")
         if keyword == "enum":
-            kind = {"joint": "joint type", "source": "status"}.get(self.kind, "")
-            kind = "which gazebo" if self.path[-1] == "gazebo" else kind
+            kinds = {"joint": "joint type", "source": "status"}
+            kind = "which gazebo" if self.path[-1] == "gazebo" else kinds.get(self.kind, "")
             return [not_allowed(self.tree, self.path, value, wanted, kind, self.scope)]
         rule, message = _SIMPLE.get(keyword, ("wrong-shape", f"{{where}} does not fit the schema: {keyword}"))
+        message = message.format(
+            where=where, value=value, wanted=wanted, keys=", ".join(self.part.get("properties", {}))
+        )
         if keyword in ("minimum", "maximum", "minProperties", "maxProperties", "const"):  # the message is sufficient
             meaning = ""
-        keys = ", ".join(self.part.get("properties", {}))
-        message = message.format(where=where, value=value, wanted=wanted, keys=keys)
         return self._make(rule, message, (_odd_letter(str(value)) if keyword == "pattern" else "") or meaning)
 
     def _make(
@@ -215,15 +213,13 @@ class _Report:
         if meant and key in swaps(meant[0]):  # outputs: other keys are only valid for some formats
             message = f'{self.where} has no key "{meant[0]}"'
             return self._make("unknown-key", message, suggest(key), [*self.path, meant[0]], True)
-        wanted = legal.get(key, {})
-        help = _sentence(wanted.get("description") or resolve(wanted).get("description", ""))
+        help = _sentence({**resolve(legal.get(key, {})), **legal.get(key, {})}.get("description", ""))
         if key == "inertia":
-            help = "write ixx, iyy and izz, or of: collision to calculate it from the shapes"
+            help = 'write ixx, iyy and izz, or "of: collision" next to "mass" to calculate them from the shapes'
         return self._make("missing-key", f'{self.where} needs the key "{key}"', help, self.path, key=True)
 
     def _wrong_type(self) -> list[Diagnostic]:
-        types = self.misfit.kinds()
-        unit = self.part.get("x-unit") or []
+        types, unit = self.misfit.kinds(), self.part.get("x-unit") or []
         units = [unit] if isinstance(unit, str) else unit
         wanted = " or ".join(_TYPES[name] for name in types if name != "null")
         wanted += f" ({' or '.join(filter(None, units))})" if units else ""
@@ -236,8 +232,8 @@ class _Report:
             return []
         help: str | Callable[[], str] = partial(self._type_help, types, units)
         if fallen:
-            help = f'"{self.path[-1]}" is a key of such an entry: indent it deeper than "{fallen[0]}"'
-        return self._make("wrong-type", f"{self.where} has to be {wanted}, not {_found(self.value)}", help)
+            help = f'"{self.path[-1]}" is a key, not the name of an entry: indent it below "{fallen[0]}"'
+        return self._make("wrong-type", f"{self.where} must be {wanted}, not {_found(self.value)}", help)
 
     def _type_help(self, types: list[str], units: list[str]) -> str:
         value, key = self.value, next((str(step) for step in reversed(self.path) if isinstance(step, str)), "")
@@ -254,15 +250,15 @@ class _Report:
         if "number" in types and isinstance(value, (Map, Seq)) and len(value) == 1:
             inner = value[0] if isinstance(value, Seq) else next(iter(value.values()))
             if isinstance(value, Map) and inner is None:
-                return f'write "${{{next(iter(value))}}}" for a named value, in quotes'
+                return f'write "${{{next(iter(value))}}}" with the quotes to use a named value'
             if isinstance(inner, (int, float)):
-                return f"write {key}: {suggestions.shown(inner)}"
+                return f'write "{key}: {suggestions.shown(inner)}"'
         if "array" in types:
             return suggestions.list_meant(value, key, self.part)
         if "object" in types:
             return suggestions.mapping_meant(value, self.part)
         if value is None and is_number:
-            return "write the number behind the colon, or leave the key out"
+            return "write the number after the colon, or remove the key"
         if types == ["boolean"]:
             return suggestions.flag_meant(value) or "write true or false"
         if "string" not in types:
@@ -270,7 +266,7 @@ class _Report:
         if isinstance(value, (bool, int, float)):
             return "put it in quotes to make it text"
         is_element = isinstance(value, Map) and self.defined == "element"
-        return "an element is a text of XML: write - <NAME .../>" if is_element else f"write {key}: NAME"
+        return 'write the element as XML text: "- <NAME .../>"' if is_element else f'write "{key}: NAME"'
 
 
 def not_allowed(
@@ -280,8 +276,8 @@ def not_allowed(
     allowed = list(options)
     names = list(dict.fromkeys(str(one).lower() if isinstance(one, bool) else str(one) for one in allowed))
     if isinstance(value, bool) and str(value).lower() in allowed:
-        message = f"{subject(path)} cannot be the flag {str(value).lower()}"
-        help = f'write "{str(value).lower()}" in quotes: it is a word here'
+        message = f"{subject(path)} cannot be the boolean {str(value).lower()}"
+        help = f'write "{str(value).lower()}" with the quotes: here it is text, not a boolean'
         return problem_at(scope, tree, path, "wrong-value", message, help)
 
     def suggest() -> str:
@@ -290,7 +286,7 @@ def not_allowed(
         help = suggestions.word_meant(str(value), names, kind)
         if isinstance(value, str) and "true" in names:
             help = suggestions.flag_meant(value) or help
-        return f"{help} (one of {', '.join(names)})" if help.startswith(("did", "write")) else help
+        return f"{help} (possible values: {', '.join(names)})" if help[:5] != "known" else f"possible values{help[5:]}"
 
     error = problem_at(scope, tree, path, "wrong-value", f'{subject(path)} cannot be "{value}"')
     return replace(error, suggest=suggest)

@@ -6,15 +6,13 @@ import zlib
 from collections.abc import Mapping, Sequence
 from colorsys import hls_to_rgb, rgb_to_hls
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosorin_compile.source.cache import of_robot
 
 from .link import Link
+from .robot import Robot
 from .shape import Material, Rgba
-
-if TYPE_CHECKING:
-    from .robot import Robot
 
 # Degrees to the next hue to try: by the golden ratio, so that no two hues are close.
 _GOLDEN_ANGLE = 137.50776

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.source.wording import and_more
 
-from .joint import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Publisher
-
 if TYPE_CHECKING:
     from .robot import Robot
 
@@ -47,26 +45,17 @@ class Row(NamedTuple):
 
 def rows(robot: Robot) -> tuple[Row, ...]:
     """Return all edges except those of simulation frames: joints from the root down, then transforms of other nodes."""
-
-    def add(parent: str, child: str, publisher: Publisher, moving: bool, when: str, joint: str, kind: str) -> None:
-        who, why, topic = publisher.name, "", TF if moving else TF_STATIC
-        if publisher.kind == UNPUBLISHED:
-            who, why, topic = NOBODY, " ".join(publisher.about.split()), NO_TOPIC
-        elif publisher.kind == STATIC_TRANSFORM_PUBLISHER:
-            topic = TF_STATIC
-        table.append(Row(parent, child, who, why, topic, when, first.setdefault(child, parent), joint, kind))
-
-    first, table = dict[str, str](), list[Row]()
     joints = {(joint.parent, joint.child): joint for joint in robot.joints_down()}
-    for joint in joints.values():
-        if joint.child not in robot.simulated_frames:
-            first.setdefault(joint.child, joint.parent)
-            if joint.name not in robot.turns or joint.publisher.kind != UNPUBLISHED:  # otherwise each mode has an edge
-                add(joint.parent, joint.child, robot.publisher_of(joint), joint.moves_on_tf, "", joint.name, joint.type)
-    for edge in robot.edges:
-        same = joints.get((edge.parent, edge.child))
-        name, kind = (same.name, same.type) if same is not None else ("", "")
-        add(edge.parent, edge.child, edge.publisher, edge.moving, edge.when, name, kind)
+    first = {child: parent for parent, child in joints if child not in robot.simulated_frames}
+    table = list[Row]()
+    for edge in (*robot.joint_edges(), *robot.edges):
+        joint = joints.get((edge.parent, edge.child))
+        names = (joint.name, joint.type) if joint is not None else ("", "")
+        who, why = edge.publisher.name, ""
+        if not edge.publisher.publishes:
+            who, why = NOBODY, " ".join(edge.publisher.about.split())
+        top = first.setdefault(edge.child, edge.parent)
+        table.append(Row(edge.parent, edge.child, who, why, edge.topic, edge.when, top, *names))
     return tuple(table)
 
 

@@ -23,13 +23,6 @@ Position: TypeAlias = float | tuple[float, ...]
 Positions: TypeAlias = Mapping[str, Position]
 
 
-def position_of(robot: Robot, joint: Joint, positions: Positions) -> Position:
-    """Return the position of a joint (rad or m), computed from its leader if it mimics one, by default 0."""
-    if joint.mimic is None:
-        return positions.get(joint.name, 0.0)
-    return robot.position(joint, {name: value for name, value in positions.items() if not isinstance(value, tuple)})
-
-
 class NoWay(Exception):
     """The transform between two frames is unknown: only the running nodes know ``missing`` steps, or no path exists."""
 
@@ -66,7 +59,7 @@ class Step(NamedTuple):
     def transform(self, robot: Robot, positions: Positions) -> Transform:
         """Return the child in the parent at joint positions (rad or m). Raises ValueError if the pose is unknown."""
         if self.joint is not None:
-            return self.joint.transform(position_of(robot, self.joint, positions))
+            return self.joint.transform(robot.position(self.joint, positions))
         if self.pose is None:
             raise ValueError(f"the description does not know {self.parent} -> {self.child}")
         return self.pose.transform()
@@ -76,15 +69,9 @@ class Move(NamedTuple):
     """A step in one direction; ``up`` goes from the child to the parent."""
 
     step: Step
-    up: bool
-
-    @property
-    def start(self) -> str:
-        return self.step.child if self.up else self.step.parent
-
-    @property
-    def end(self) -> str:
-        return self.step.parent if self.up else self.step.child
+    start: str
+    end: str
+    up: bool = False
 
 
 class Graph:
@@ -99,8 +86,8 @@ class Graph:
         steps += [Step(parent, child, None, tuple(same)) for (parent, child), same in edges.items()]
         self.moves: dict[str, list[Move]] = {link.name: [] for link in robot.links}
         for step in steps:
-            self.moves.setdefault(step.parent, []).append(Move(step, False))
-            self.moves.setdefault(step.child, []).append(Move(step, True))
+            self.moves.setdefault(step.parent, []).append(Move(step, step.parent, step.child))
+            self.moves.setdefault(step.child, []).append(Move(step, step.child, step.parent, up=True))
 
     @property
     def frames(self) -> tuple[str, ...]:

@@ -165,7 +165,7 @@ def together(parts: Sequence[tuple[Inertial, Transform]]) -> Inertial:
     if len(parts) == 1:
         inertial, transform = parts[0]
         return replace(inertial, pose=pose_of(transform.then(inertial.pose.transform())))
-    with _finite("masses so large, or so far apart, that together they are not number"):
+    with _finite("the masses are too large or too far apart"):
         return _checked(_combine(parts))
 
 

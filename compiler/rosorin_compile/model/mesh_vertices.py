@@ -7,10 +7,9 @@ import re
 import struct
 from array import array
 from collections.abc import Callable, Sequence
-from contextlib import suppress
-from functools import cache
 
 from rosorin_compile.source import files
+from rosorin_compile.source.cache import of_robot
 
 from .geometry import Vector
 from .robot import Robot
@@ -45,38 +44,36 @@ def clouds_of(robot: Robot, as_opened: bool = False) -> Clouds:
     as an OBJ converted from a DAE; then a mesh that is left out of the MJCF has no vertices.
     """
 
-    @cache
-    def read(name: str) -> tuple[Vector, ...] | None:
-        with suppress(UnreadableMesh):
-            return () if as_opened and name in robot.missing_meshes else _read_cloud(robot, name, as_opened)
-        return None
+    def read(mesh: Mesh) -> Sequence[Vector] | None:
+        is_left_out = as_opened and mesh.file in robot.missing_meshes
+        return () if is_left_out else _cloud(robot, mesh.file, as_opened)[0]
 
-    return lambda mesh: read(mesh.file)
+    return read
 
 
 def why_unread(robot: Robot, name: str) -> str:
     """Return why the vertices of a mesh could not be read, or an empty text if they could."""
-    try:
-        _read_cloud(robot, name, as_opened=False)
-    except UnreadableMesh as problem:
-        return str(problem)
-    return ""
+    return _cloud(robot, name, False)[1]
 
 
-def _read_cloud(robot: Robot, name: str, as_opened: bool) -> tuple[Vector, ...]:
+@of_robot
+def _cloud(robot: Robot, name: str, as_opened: bool) -> tuple[tuple[Vector, ...] | None, str]:
+    """Return the vertices of a mesh, or None and the reason why they could not be read."""
     data, ending = robot.mesh_contents.get(name, (b"", "")) if as_opened else (b"", "")
-    if not ending:
-        path = robot.mesh_files.get(name)
-        try:
+    path = robot.mesh_files.get(name)
+    try:
+        if not ending:
             if path is None or not files.is_file(path):
-                raise UnreadableMesh("the file is not found")
+                return None, "the file is not found"
             data, ending = files.read_bytes(path, MAX_BYTES + 1), path.suffix.lower()
-        except OSError as problem:
-            raise UnreadableMesh(problem.strerror or "the file cannot be read") from None
-    if len(data) > MAX_BYTES:
-        raise UnreadableMesh(f"the file is larger than {MAX_BYTES:,} bytes")
-    coordinates = read_vertices(data, ending)
-    return tuple(dict.fromkeys(zip(coordinates[::3], coordinates[1::3], coordinates[2::3], strict=True)))
+        if len(data) > MAX_BYTES:
+            return None, f"the file is larger than {MAX_BYTES:,} bytes"
+        coordinates = read_vertices(data, ending)
+    except OSError as problem:
+        return None, problem.strerror or "the file cannot be read"
+    except UnreadableMesh as problem:
+        return None, str(problem)
+    return tuple(dict.fromkeys(zip(coordinates[::3], coordinates[1::3], coordinates[2::3], strict=True))), ""
 
 
 def read_vertices(data: bytes, ending: str) -> array[float]:

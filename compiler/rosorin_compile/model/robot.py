@@ -11,7 +11,7 @@ from rosorin_compile.source.cache import of_robot
 from rosorin_compile.source.diagnostics import UnknownName
 
 from .geometry import Pose, Transform
-from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Joint, Publisher
+from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Joint, Publisher
 from .link import NO_SOURCE, Inertial, Link, Source, together
 from .sections import Sections
 from .shape import Material, Rgba, Shape
@@ -80,6 +80,12 @@ class Edge:
     pose: Pose | None = None  # None if only that node knows it
     source: Source = NO_SOURCE
     joint: str = ""  # the joint that the edge publishes in some modes, or empty
+
+    @property
+    def topic(self) -> str:
+        """The topic of the transform, or "none" if no node publishes it."""
+        moving = self.moving and self.publisher.kind != STATIC_TRANSFORM_PUBLISHER
+        return ("/tf" if moving else "/tf_static") if self.publisher.publishes else "none"
 
 
 @dataclass(frozen=True)
@@ -337,6 +343,13 @@ class Robot:
 
         return rows(self)
 
+    def joint_edges(self) -> list[Edge]:
+        """Return the joints with one publisher in all modes as edges, from the root down, without simulation frames."""
+        joints = [joint for joint in self.joints_down() if joint.child not in self.simulated_frames]
+        joints = [joint for joint in joints if joint.publisher.publishes or joint.name not in self.turns]
+        ends = ((joint, self.publisher_of(joint)) for joint in joints)
+        return [Edge(j.parent, j.child, publisher, j.moves_on_tf, pose=j.origin) for j, publisher in ends]
+
     @of_robot
     def published_by(self, kind: str) -> tuple[Joint, ...]:
         """Return the joints with a kind of publisher, in the order of the description."""
@@ -366,14 +379,17 @@ class Robot:
 
     # Poses of links.
 
-    def position(self, joint: Joint, positions: Mapping[str, float]) -> float:
-        """Return the position of a joint (radians or metres), computed from its leader if it mimics one."""
-        factor, offset = 1.0, 0.0
-        while joint.mimic is not None:
-            offset += factor * joint.mimic.offset
-            factor *= joint.mimic.multiplier
-            joint = self.joint[joint.mimic.joint]
-        return factor * positions.get(joint.name, 0.0) + offset
+    def position(self, joint: Joint, positions: Mapping[str, float | Sequence[float]]) -> Any:
+        """Return the position of a joint (rad or m, by default 0), computed from its leader if it mimics one."""
+        leader, factor, offset = joint, 1.0, 0.0
+        while leader.mimic is not None:
+            offset += factor * leader.mimic.offset
+            factor *= leader.mimic.multiplier
+            leader = self.joint[leader.mimic.joint]
+        position = positions.get(leader.name, 0.0)
+        if isinstance(position, Sequence):  # a number for each coordinate, which no joint can mimic
+            return position if leader is joint else offset
+        return factor * position + offset
 
     def pose_in_root(self, link: str, positions: Mapping[str, float]) -> Transform:
         """Return the pose of a link in the root frame at joint positions (radians or metres; by default zero)."""
@@ -382,10 +398,9 @@ class Robot:
 
     def poses_in_root(self, positions: Mapping[str, float | Sequence[float]]) -> dict[str, Transform]:
         """Return the poses of all links in the root frame; a joint with several coordinates takes a number for each."""
-        single = {name: value for name, value in positions.items() if not isinstance(value, Sequence)}
         poses = {self.root: Transform()}
         for joint in self.joints_down():
-            position = self.position(joint, single) if joint.moves else positions.get(joint.name, 0.0)
+            position = self.position(joint, positions) if joint.moves else positions.get(joint.name, 0.0)
             poses[joint.child] = poses[joint.parent].then(joint.transform(position))
         return poses
 

@@ -11,15 +11,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from numbers import Integral
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from rosorin_compile.source.diagnostics import UnknownName
 
+from .joint import Limit
 from .link import NO_SOURCE, Source
-
-if TYPE_CHECKING:
-    from .joint import Limit
-    from .robot import Robot
+from .robot import Robot
 
 ROUNDING = 1e-6  # pulses: a limit that was computed from a pulse allows that pulse
 

@@ -83,18 +83,18 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 def _mjcf_of(robot: Robot, output: Output) -> tuple[Output, tuple[str, str, str]]:
     """Return the MJCF output that a scene includes, and the key, message and help of an error, or empty texts."""
     known = {one.name: one for one in robot.outputs if one.backend == "mjcf"}
-    name, scene, add = output.options.get("of"), f'the scene "{output.name}"', "add an output: mjcf: {file: ...}"
+    name, scene, add = output.options.get("of"), f'the scene "{output.name}"', 'add the output "mjcf: {file: ...}"'
     of = known.get(name) if name is not None else next(iter(known.values()), None)
     if of is None and name is None:
         return output, ("file", f"the robot has no MJCF for {scene}", add)
     if of is None:
-        help = f"name one of {phrase(known)}" if known else add
-        return output, ("of", f'{scene} is of "{name}", which is not an MJCF', help)
+        help = f'write "of: NAME" with one of {phrase(known)}' if known else add
+        return output, ("of", f'{scene} refers to output "{name}", which is not an MJCF', help)
     if name is None and len(known) > 1:
-        return of, ("file", f"{scene} does not define which MJCF is in it: {phrase(known)}", "add of: NAME")
+        return of, ("file", f"{scene} does not define which MJCF it contains ({phrase(known)})", 'add "of: NAME"')
     if posixpath.dirname(of.file) != posixpath.dirname(output.file):
-        message = f"{output.file} is not in the folder of {of.file}, which it includes"
-        return of, ("file", message, "write both into one folder: MuJoCo looks for meshes from that of the scene")
+        message = f"{output.file} must be in the same folder as {of.file}, which it includes"
+        return of, ("file", message, "write both to one folder: MuJoCo looks for meshes relative to the scene")
     return of, ("", "", "")
 
 

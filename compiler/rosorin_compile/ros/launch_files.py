@@ -13,7 +13,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.ros_packages import is_launch_file
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Pose, Robot, Transform
 from rosorin_compile.output.atomic_files import is_generated
 from rosorin_compile.rules.case import report
@@ -23,6 +22,8 @@ from rosorin_compile.source.load import LoadError, parse_yaml, python_of
 from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, to_fixed
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.markup import MarkupError, parse
+
+from .package.package_files import is_launch_file
 
 Names = Mapping[str, Any]
 _MAX_LENGTH = 10_000  # maximum number of characters or items in a value

@@ -72,25 +72,25 @@ def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Problem
     every = dict.fromkeys(pair for pair in ends if pair[1] in robot.link and pair[0] not in robot.link)
     if not every:
         edge = f"{{parent: odom, child: {robot.root}, publisher: NAME}}"
-        help = f"add one to edges: {edge}, with a node of publishers"
-        return wrong(f"no edge leads to the robot: it has no publisher for odom -> {robot.root}", help)
+        help = f'add "{edge}" to "edges", with a node of "publishers"'
+        return wrong(f"the transform odom -> {robot.root} has no publisher", help)
     odom_frame, map_frame = output.options.get("odom_frame"), output.options.get("map_frame")
     pairs = [pair for pair in every if odom_frame in (None, pair[0])]
     if not pairs:
         parents = Suggestion(str(odom_frame), {parent for parent, _ in every})
-        return wrong(f'"{odom_frame}" is not the frame of an odometry', parents, ("odom_frame",))
+        return wrong(f'"{odom_frame}" is not an odometry frame of the robot', parents, ("odom_frame",))
     pairs = [pair for pair in pairs if pair[0] in {lead.child for lead in leads}] or pairs
     if len(pairs) > 1:
-        message = f"there is more than one odometry: {phrase(f'{parent} -> {child}' for parent, child in pairs)}"
-        return wrong(message, "say which: odom_frame: NAME")
+        message = f"the robot has more than one odometry: {phrase(f'{parent} -> {child}' for parent, child in pairs)}"
+        return wrong(message, 'choose one with "odom_frame: NAME"')
     odom, moved = pairs[0]
     maps = list(dict.fromkeys(lead.parent for lead in leads if lead.child == odom))
     if map_frame is not None and map_frame not in maps:
-        message = f'no edge leads from "{map_frame}" to "{odom}"'
+        message = f'there is no transform from "{map_frame}" to "{odom}"'
         return wrong(message, Suggestion(map_frame, maps), ("map_frame",))
     if map_frame is None and len(maps) > 1:
-        message = f'edges lead to "{odom}" from {quote(maps)}'
-        return wrong(message, "say which is the map: map_frame: NAME")
+        message = f'there are transforms to "{odom}" from {quote(maps)}'
+        return wrong(message, 'choose the map frame with "map_frame: NAME"')
     return Frames(map_frame or next(iter(maps), ""), odom, moved, tuple(leads)), []
 
 

@@ -236,7 +236,7 @@ def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
     elif compare is not None:
         is_free = name.endswith("_or_nan") and math.isnan(value)
         if not is_free and not compare(value, arguments[0]):
-            return f"is {as_yaml(value)}, but has to be {words} {arguments[0]:g}", ""
+            return f"is {as_yaml(value)}, but must be {words} {arguments[0]:g}", ""
     elif name in ("one_of", "subset_of"):
         values = value if name == "subset_of" else [value]
         if others := [str(one) for one in values if one not in arguments[0]]:
@@ -246,7 +246,7 @@ def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
     elif name == "unique" and (repeated := [str(one) for one in dict.fromkeys(value) if value.count(one) > 1]):
         return f"has {quote(repeated)} twice", ""
     elif name == "set_of" and set(value) not in map(set, arguments):
-        return f"is {as_yaml(value)}, but has to be {' or '.join(map(as_yaml, arguments))}", ""
+        return f"is {as_yaml(value)}, but must be {' or '.join(map(as_yaml, arguments))}", ""
     return "", ""
 
 
@@ -287,7 +287,7 @@ def against_kind(name: str, kind: Kind | None, values: Mapping[str, Any]) -> Ite
             many = known.name.partition("__map_")[2].partition(".")[0]  # list of valid names: joints for gains.joint1.p
             match, listed = _pattern(known.name).fullmatch(key), values.get(many)
             if match and many and key not in kind.keys and isinstance(listed, (list, tuple)) and match[1] not in listed:
-                message = f'"{key}" of {name} is about "{match[1]}", which is not in its {many}: it has no effect'
+                message = f'"{key}" of {name} has no effect: "{match[1]}" is not in its {many}'
                 help = Suggestion(match[1], set(map(str, listed)))
                 yield Finding("parameters-unknown-key", message, key, help, at_key=True)
 
@@ -299,9 +299,9 @@ def _unknown(name: str, kind: Kind, key: str, values: Mapping[str, Any], of_othe
     help = Suggestion(key, names, instead=REMOVE) if kind.complete else suggest(close[0]) if close else ""
     if of_others is not None:
         others = phrase(map(str.capitalize, of_others.only))
-        message = f'{name} of {kind.distribution.capitalize()} has no key "{key}"; it is one of {others}'
+        message = f'{name} of {kind.distribution.capitalize()} has no parameter "{key}", which exists only in {others}'
     elif kind.complete:
-        message = f'{name} has no key "{key}": it is accepted silently and has no effect'
+        message = f'{name} has no parameter "{key}", and silently ignores it'
     elif help:
         message, severity = f'"{key}" of {name} is nearly a key that it has', WARNING
     else:
@@ -319,13 +319,13 @@ def _wrong_value(name: str, key: str, value: Any, known: Key) -> Iterator[Findin
         help = f"write {as_yaml(made) if fits(made, kind) else words}"
         if isinstance(value, str) and kind in ("bool", "int", "double"):
             help = f"write {words} without quotes"
-        message = f"{what} is {as_yaml(value)}, but has to be {words}: the node does not start"
+        message = f"{what} is {as_yaml(value)}, but must be {words}: the node does not start"
         yield Finding("parameters-wrong-type", message, key, help)
     elif isinstance(value, str) and value in known.renamed:
         message = f'{what} is "{value}", which was renamed: the node does not start'
         yield Finding("parameters-wrong-value", message, key, f"write {known.renamed[value]}")
     elif known.forced and value not in ("", known.forced):
-        message = f'{what} is always "{known.forced}": this value has no effect'
+        message = f'{what} is always "{known.forced}", so that this value has no effect'
         yield Finding("parameters-wrong-value", message, key, REMOVE, WARNING)
     else:
         found = (_refused(validator, value, list(arguments)) for validator, arguments in known.valid.items())

@@ -42,16 +42,16 @@ def _content(robot: Robot, output: Output) -> tuple[Node | None, Lead | None, li
     possible = ((frames.odom, frames.moved), (frames.map, frames.odom))
     if named is None and len(filters) > 1:
         message = f"the robot has several filters, {quote(filters)}"
-        wrong.append(Problem("filter-unclear", message, (), "an output for each: node: NAME", key=True))
+        wrong.append(Problem("filter-unclear", message, (), 'write an output for each, with "node: NAME"', key=True))
     elif named is not None and named not in filters and (filters or named in [one.name for one in robot.publishers]):
-        suggestion = Suggestion(named, filters, none="its publisher says package: robot_localization")
+        suggestion = Suggestion(named, filters, none='write "package: robot_localization" in its entry of "publishers"')
         message = f'"{named}" is not a filter of robot_localization'
         wrong.append(Problem("filter-unclear", message, ("node",), suggestion))
     elif not owned:
-        message = f'no edge is of "{name}": it is written with publish_tf: false'
+        message = f'"{name}" is not the publisher of a transform in "edges", so that "publish_tf" is false'
         wrong.append(Problem("filter-owns-nothing", message, severity=NOTE, key=True))
     elif others := [lead for lead in owned if (lead.parent, lead.child) not in possible] or owned[1:]:
-        message = f'"{name}" is to publish {phrase(map(str, owned))}: a filter publishes either '
+        message = f'"{name}" has to publish {phrase(map(str, owned))}, but a filter publishes either '
         message += f"{frames.odom} -> {frames.moved} or {frames.map or 'map'} -> {frames.odom}"
         wrong.append(Problem("navigation-owner", message, others[0].path, absolute=True))
     wrong += _check_inputs(robot, output, frames)
@@ -78,40 +78,40 @@ def _check_inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Prob
     imus = {sensor.name for sensor in robot.sensors if sensor.type == "imu"}
     if not inputs:
         message = "the filter has no inputs: it estimates nothing"
-        yield Problem(rule, message, (), "add inputs: {odom0: {topic: NAME}}", WARNING, key=True)
+        yield Problem(rule, message, (), 'add "inputs: {odom0: {topic: NAME}}"', WARNING, key=True)
     for name, one in inputs.items():
         path, match = ("inputs", name), _NAME.fullmatch(name)
         if match is None:
-            help = "write odom0, pose0, twist0 or imu0, and so on"
-            yield Problem(rule, f'a filter has no input "{name}"', path, help, key=True)
+            help = "use names such as odom0, pose0, twist0, imu0, imu1"
+            yield Problem(rule, f'"{name}" is not a valid name of a filter input', path, help, key=True)
             continue
         kind, uses, about = match[1], one.get("uses"), facts("ros2_nodes")["filter_inputs"][match[1]]
         gap = next((at for at in range(int(match[2])) if f"{kind}{at}" not in inputs), None)
         if gap is not None:
             message = f'"{name}" would never be read: there is no {kind}{gap}'
-            yield Problem(rule, message, path, f"number them from 0: {kind}{gap}", key=True)
+            yield Problem(rule, message, path, f"number the inputs from 0 without a gap: {kind}{gap}", key=True)
         sensor = one.get("sensor")
         if sensor is not None and sensor not in imus:
             suggestion = Suggestion(sensor, imus, none="the robot has no IMU")
             yield Problem(rule, f'there is no IMU "{sensor}"', (*path, "sensor"), suggestion)
         if not topic(robot, name, one):
-            yield Problem(rule, f'"{name}" has no topic', path, "add topic: NAME", key=True)
+            yield Problem(rule, f'"{name}" has no topic', path, 'add "topic: NAME"', key=True)
         controller = one.get("controller")
         if controller is not None and is_whole(robot) and (controller not in driving or kind != "odom"):
-            message = f'"{controller}" is not a controller of the drive, whose odometry "{name}" could be'
+            message = f'"{controller}" is not a controller of the drive, so that "{name}" cannot be its odometry'
             yield Problem(rule, message, (*path, "controller"), Suggestion(controller, driving))
         for index, state in enumerate(uses or ()):
             if state not in about["states"]:
-                message = f'"{name}" has no {state}: its messages have {phrase(about["states"])}'
+                message = f'"{name}" cannot use {state}: its messages contain {phrase(about["states"])}'
                 yield Problem(rule, message, (*path, "uses", index), "remove it")
         if uses is not None and not uses:
-            yield Problem(rule, f'nothing of "{name}" is used', (*path, "uses"), "name what is, or remove the input")
+            yield Problem(rule, f'"uses" of "{name}" is empty', (*path, "uses"), "list values, or remove the input")
         if uses is None and not usual(robot, kind, frames.moved):
-            message = f'"{name}" does not list the values that are used'
+            message = f'"{name}" needs "uses", the list of values to use'
             message += ", and the robot has no drive" if robot.drive is None and kind != "pose" else ""
-            yield Problem(rule, message, path, f"such as uses: [{', '.join(about['example'])}]", key=True)
+            yield Problem(rule, message, path, f'write, for example, "uses: [{", ".join(about["example"])}]"', key=True)
         for key in sorted(one.keys() - {*about["keys"], "topic", "sensor", "controller", "uses"}):
-            yield Problem(rule, f'"{name}" has no {key}', (*path, key), "remove it", key=True)
+            yield Problem(rule, f'"{key}" is not a key of "{name}"', (*path, key), "remove it", key=True)
 
 
 def remaps(robot: Robot, output: Output) -> list[tuple[str, str]]:

@@ -33,7 +33,7 @@ ROUNDING = 1e-9  # relative to the largest moment: of numbers in the description
 FEW_WITHOUT_MASS, FEW_WITHOUT_COLLISION = 0.5, 0.25
 
 
-@rule("mass-not-positive", "A mass is not above zero.", "Correct or remove it.", NUMBERS, "link", "lenient")
+@rule("mass-not-positive", "A mass is not above zero.", "Correct it, or remove `inertial`.", NUMBERS, "link", "lenient")
 @rule("inertia-not-positive-definite", "A principal moment is not above 0.", "Check signs.", NUMBERS, "link", "always")
 @rule("inertia-triangle", "A principal moment exceeds the others.", "Check units.", NUMBERS, "link", "always")
 def physical(case: Case) -> Iterator[Diagnostic]:
@@ -41,17 +41,17 @@ def physical(case: Case) -> Iterator[Diagnostic]:
     for link, inertial in [(link, link.inertial) for link in case.robot.links if link.inertial]:
         path = case.link(link.name, "inertial")
         if not inertial.mass > 0:
-            message = f'the mass of link "{link.name}" is {number(inertial.mass)} kg; a mass is above zero'
+            message = f'the mass of link "{link.name}" is {number(inertial.mass)} kg, but must be above zero'
             yield case.problem("mass-not-positive", message, (*path, "mass"))
         low, middle, high = inertial.principal_moments
         message = f'{number(low)}, {number(middle)} and {number(high)} kg*m^2 of link "{link.name}"'
         if high == low == 0 and not inertial.mass > 0:
             continue
         if low <= ROUNDING * 1e-3 * abs(high):
-            message = f"the principal moments {message} are not all above zero (the inertia is not positive definite)"
+            message = f"the principal moments of inertia {message} are not all above zero (not positive definite)"
             yield case.problem("inertia-not-positive-definite", message, (*path, "inertia"), within=True)
         elif low + middle < high * (1 - ROUNDING):
-            message = f"no body has the principal moments {message}: the largest is more than the sum of the others"
+            message = f"the principal moments {message} are impossible: the largest exceeds the sum of the others"
             yield case.problem("inertia-triangle", message, (*path, "inertia"), within=True)
 
 
@@ -65,8 +65,8 @@ def plausible(case: Case) -> Iterator[Diagnostic]:
         path = case.link(link.name, "inertial")
         density = value_at(case.tree, (*path, "density")) if inertial.mass > 0 else None
         if density and not has_unit(density) and 0 < density < FOAM:
-            message = f'the density of link "{link.name}" is {number(density)} kg/m^3, and water has 1000'
-            help = f'write "{number(density)} g/cm^3" if that is meant, with kg/m^3 if not'
+            message = f'the density of link "{link.name}" is {number(density)} kg/m^3; water has 1000 kg/m^3'
+            help = f'write "{number(density)} g/cm^3" if g/cm^3 is meant, "{number(density)} kg/m^3" if not'
             yield case.problem("density-looks-like-grams", message, (*path, "density"), help)
         if inertial.mass > NO_MASS:
             visual, collision = bounds_of(link.visual), bounds_of(link.collision)
@@ -92,8 +92,8 @@ def _mass(case: Case, link: Link, mass: float, bounds: Bounds, complete: bool) -
     path, shape = case.link(link.name, "inertial"), _shape(case, link)
     place = (*path, "density" if exists(case.tree, (*path, "density")) else "mass")
     sizes = " x ".join(map(number, bounds.size))
-    message = f'link "{link.name}" has {number(mass)} kg{case.stands_in(place)} in {sizes} m{case.stands_in(shape)}'
-    message += f": {number(density)} kg/m^3 (osmium has 22,590, air 1.2)"
+    message = f'link "{link.name}" has {number(mass)} kg{case.stands_in(place)} in {sizes} m{case.stands_in(shape)},'
+    message += f" a density of {number(density)} kg/m^3 (osmium: 22,590, air: 1.2)"
     yield case.problem("mass-implausible", message, place, related=[("the shape", shape)])
 
 
@@ -113,21 +113,21 @@ def _inertia(case: Case, link: Link, inertial: Inertial, bounds: Bounds | None) 
     if density > DENSEST * ROUGH_INERTIA:
         what = "small for its mass"
     elif radius > BEYOND * limit:
-        what = f"large: its radius of gyration is {number(radius)} m, and its shapes reach {number(limit)} m"
+        what = f"large (radius of gyration {number(radius)} m, shapes up to {number(limit)} m)"
     elif not bounds and density < LIGHTEST_INERTIA:
         what = "large for its mass"
     if what:
-        message = f'the inertia of link "{link.name}"{case.stands_in(place)} is too {what}: even spread out, it is of'
-        message += f" {number(density)} kg/m^3 (osmium has 22,590, air 1.2)"
+        message = f'the inertia of link "{link.name}"{case.stands_in(place)} is too {what}: the implied density is'
+        message += f" {number(density)} kg/m^3 (osmium: 22,590, air: 1.2)"
         yield case.problem("inertia-implausible", message, place, related=[("the mass", (*path, "mass"))])
 
 
 def _centre(case: Case, link: Link, centre: Vector, bounds: Bounds | None) -> Iterator[Diagnostic]:
     away, size, limit = math.hypot(*centre), diagonal(case.robot), BEYOND * diagonal(case.robot)
-    what, related = "its frame, and the whole robot measures", []
+    what, related = "its frame, but the entire robot measures", []
     if bounds:
         away, size, limit = bounds.gap(Bounds(centre, centre)), bounds.diagonal, OUTSIDE * bounds.diagonal
-        what, related = "its shapes, which measure", [("the shape", _shape(case, link))]
+        what, related = "its shapes, which only measure", [("the shape", _shape(case, link))]
     if size > 0 and limit < away:
         place = case.link(link.name, "inertial", "xyz", max(range(3), key=lambda index: abs(centre[index])))
         message = f'the centre of mass of link "{link.name}"{case.stands_in(place)} is {number(away)} m away from'
@@ -140,8 +140,8 @@ def _shape(case: Case, link: Link) -> Path:
     return next(((*path, *longest(one)[0]) for _, path, one in shapes if not isinstance(one.geometry, Mesh)), ())
 
 
-@rule("inertial-missing", "A warning: a moving link has no mass, unlike most.", "Give it an `inertial`.", JOINTS)
-@rule("collision-missing", "A note: a moving link collides with nothing, unlike most.", "Add a `collision`.", JOINTS)
+@rule("inertial-missing", "A warning: a moving link has no mass, unlike most.", "Add `inertial` to the link.", JOINTS)
+@rule("collision-missing", "A note: a moving link collides with nothing, unlike most.", "Add `collision`.", JOINTS)
 def lacking(case: Case) -> Iterator[Diagnostic]:
     """Find groups of fixed links without mass or collision in a robot where others have it."""
     robot = case.robot
@@ -160,13 +160,13 @@ def lacking(case: Case) -> Iterator[Diagnostic]:
     through = [part for part in seen if not any(link.collision for link in part)]
     lack = [("inertial-missing", part, "has no mass") for part in light if few]
     if len(seen) - len(through) > 1 and len(through) <= max(1, FEW_WITHOUT_COLLISION * len(seen)):
-        lack += [("collision-missing", part, "collides with nothing") for part in through]
+        lack += [("collision-missing", part, "has no collision shape") for part in through]
     for id, part, what in lack:
         name = next(link.name for link in part if link.visual or link.collision)
-        yield case.problem(id, f'link "{name}" moves and {what}, unlike most others', case.link(name), key=True)
+        yield case.problem(id, f'link "{name}" moves but {what}, unlike most moving links', case.link(name), key=True)
 
 
-@rule("root-inertial", help="Begin the robot at a link without mass, with a fixed joint to this one.", topic=JOINTS)
+@rule("root-inertial", help="Add a root link without mass, with a fixed joint to this link.", topic=JOINTS)
 def root_inertial(case: Case) -> Iterator[Diagnostic]:
     """A note: the root link of the URDF has a mass, which kdl_parser drops with a warning.
 
@@ -177,5 +177,5 @@ def root_inertial(case: Case) -> Iterator[Diagnostic]:
     roots = {joint.parent for joint in joints} - {joint.child for joint in joints}
     link = case.robot.link.get(next(iter(roots))) if len(roots) == 1 else None
     if link is not None and link.inertial is not None:
-        message = f'link "{link.name}" is the root of the URDF and has a mass: kdl_parser drops it, with a warning'
+        message = f'link "{link.name}" is the root of the URDF and has a mass, which kdl_parser ignores with a warning'
         yield case.problem("root-inertial", message, case.link(link.name, "inertial"), severity=NOTE, key=True)

@@ -145,7 +145,7 @@ class Case:
         related = [Related(f"also used here: {what}", span) for span, what in others.items()]
         for use, span in zip(uses, spans, strict=True):
             if span == spans[0]:
-                yield self.problem(rule, f"{message}, {use.what}", use.path, help, related=related, key=uses[0].key)
+                yield self.problem(rule, f"{message} ({use.what})", use.path, help, related=related, key=uses[0].key)
                 related = []
 
     def _place(self, path: Path, key: bool = False) -> Span:

@@ -42,20 +42,20 @@ def _named(case: Case, drive: Drive | None) -> Iterator[tuple[str, Joint, Path]]
                 yield role, case.robot.joint[name], ("drive", kind, role) if is_single else ("drive", kind, role, index)
 
 
-@rule("drive-joint", help="Name the joint of a wheel: continuous, moved by itself.", topic=JOINTS)
+@rule("drive-joint", help="Name the joint of a wheel: a continuous joint without `mimic`.", topic=JOINTS)
 def joints(case: Case) -> Iterator[Diagnostic]:
     """A joint of the drive does not rotate, mimics another or is named twice; a warning if a wheel has limits."""
     seen: set[str] = set()
     for role, joint, path in _named(case, case.robot.drive):
         what = severity = ""
         if joint.name in seen:
-            what = "named twice in the drive"
+            what = 'named twice in "drive"'
         elif joint.type not in ("revolute", "continuous"):
-            what = f"{joint.type}, and does not turn"
+            what = f"{joint.type}, so that it cannot turn a wheel"
         elif joint.mimic is not None:
-            what = f'a follower of "{joint.mimic.joint}"'
+            what = f'not driven: it mimics joint "{joint.mimic.joint}"'
         elif role != "steering" and joint.type == "revolute":
-            what, severity = "revolute and has limits: a wheel must turn without end", WARNING
+            what, severity = "revolute and has limits, but a wheel must turn without limits", WARNING
         if what:
             message, related = f'joint "{joint.name}" is {what}', [("the joint", case.joint(joint))]
             yield case.problem("drive-joint", message, path, related=related, severity=severity)
@@ -73,7 +73,7 @@ def _sound(case: Case) -> Drive | None:
     return drive if is_sound and len(joints) == len(named) else None
 
 
-@rule("drive-axis", help="Correct the axis, the pose of the joint, or `frame`.", topic=JOINTS)
+@rule("drive-axis", help="Correct the axis, the pose of the joint, or `frame` of `drive`.", topic=JOINTS)
 def axes(case: Case) -> Iterator[Diagnostic]:
     """The axle of a wheel is not level, or a steering axis is not vertical; a warning if a wheel turns backward."""
     drive = _sound(case)
@@ -83,15 +83,15 @@ def axes(case: Case) -> Iterator[Diagnostic]:
         if role == "steering":
             what = "a steering joint turns about z" if abs(z) < PARALLEL else ""
         elif math.hypot(x, y) < PARALLEL:
-            what = "the axle of a wheel is level"
+            what = "the axle of a wheel must be horizontal"
         elif rolls and abs(y) < PARALLEL:
-            what = "a wheel that goes forward, along x, turns about y"
+            what = "a wheel that rolls forward, along x, turns about y"
         elif rolls and y < 0:
-            what, severity = "it turns backward where the base goes forward; controllers take +y", WARNING
+            what, severity = "a positive speed would drive the base backward; controllers expect +y", WARNING
         elif rolls and exists(case.tree, case.joint(joint, "axis")) and lies_across(case, joint):
             message = f'the axis of joint "{joint.name}" is perpendicular to the axle of "{joint.child}", '
-            message += "the wheel that it turns"
-            help = "a cylinder lies along z: give the shape rpy: [90 deg, 0, 0], or correct the axis"
+            message += "the wheel that the joint turns"
+            help = 'a cylinder is along z: add "rpy: [90 deg, 0, 0]" to the shape, or correct the axis'
             yield case.problem("axis-across", message, case.joint(joint, "axis"), help)
         if what:
             direction = f"[{', '.join(number(round(c, 3) + 0.0) for c in axis)}]"
@@ -100,7 +100,7 @@ def axes(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("drive-axis", message, path, related=related, severity=severity)
 
 
-@rule("drive-places", help="Correct the names, or the poses of the joints.", topic=JOINTS)
+@rule("drive-places", help="Correct the joint names in `drive`, or the poses of the joints.", topic=JOINTS)
 def places(case: Case) -> Iterator[Diagnostic]:
     """Wheels are on another side than their names say, or cannot move the base; a warning if not on one floor."""
     drive = _sound(case)
@@ -112,52 +112,52 @@ def places(case: Case) -> Iterator[Diagnostic]:
         for wheel in drive.joints[first]:
             other = max(drive.joints[second], key=lambda name: at[name][along])
             if at[wheel][along] - at[other][along] < LEAST:
-                message = f'wheel "{wheel}" is named {first.replace("_", " ")}, but is not {how} "{other}"'
+                message = f'wheel "{wheel}" is listed as {first.replace("_", " ")}, but is not {how} wheel "{other}"'
                 related = [("the other wheel", path_of[other])]
                 yield case.problem("drive-places", message, path_of[wheel], related=related)
                 return
     radii = {name: drive.radius or model.rolling_radius(case.robot, name) for name in drive.wheels}
     fixed = drive.joints.get("rolling") or [n for n in drive.wheels if not model.steering_of(case.robot, drive, n)]
     if drive.kind in STEERED and not fixed:
-        message = "all wheels of the drive are steered: no wheel defines the axle that the base turns about"
-        help = "name the joints of the wheels that roll behind: rolling: [...]"
+        message = "all wheels of the drive are steered, but it needs an unsteered wheel"
+        help = 'name the joints of the unsteered wheels: "rolling: [...]"'
         yield case.problem("drive-places", message, ("drive", drive.kind), help, key=True)
     elif drive.kind in STEERED:
         axle = sum(at[name][0] for name in fixed) / len(fixed)
         for name in drive.steering:
             if abs(at[name][0] - axle) < LEAST:
-                message = f'the steering joint "{name}" is on the axle that the base turns about: no wheelbase'
+                message = f'the steering joint "{name}" is on the axle of the other wheels: the wheelbase is zero'
                 yield case.problem("drive-places", message, path_of[name])
     elif drive.kind == OMNI and all(radii.values()):
         try:
             model.driving_of(case.robot).velocity({})
         except ValueError:
-            message = "the wheels of the drive cannot move the base in all directions: along x, along y, and turning"
-            yield case.problem("drive-places", message, ("drive", OMNI), "three wheels or more, not all along one line")
+            message = "the wheels of the drive cannot move the base along x, move it along y, and turn it"
+            yield case.problem("drive-places", message, ("drive", OMNI), "use three wheels in different directions")
     bottoms = sorted((at[name][2] - (radii[name] or 0.0), name) for name in drive.wheels)
     if all(radii.values()) and bottoms and bottoms[-1][0] - bottoms[0][0] > UNEVEN:
         (low, wheel), (high, other) = bottoms[0], bottoms[-1]
-        message = f'wheel "{other}" ends {1000 * (high - low):.3g} mm above wheel "{wheel}": not on one floor'
+        message = f'wheel "{other}" ends {1000 * (high - low):.3g} mm above wheel "{wheel}": one of them is in the air'
         yield case.problem("drive-places", message, path_of[other], severity=WARNING)
 
 
-@rule("drive-radius", help="Write `radius`, or give the wheel a cylinder to collide with.", topic=JOINTS)
+@rule("drive-radius", help="Write `radius` in `drive`, or add a collision cylinder to the wheel.", topic=JOINTS)
 def radii(case: Case) -> Iterator[Diagnostic]:
     """The radius of a wheel is unknown or not positive; a warning if `radius` is not the radius of its shapes."""
     drive = _sound(case)
     radius, place = drive.radius if drive else None, ("drive", "radius")
     if radius is not None and radius <= 0:
-        yield case.problem("drive-radius", f"the radius of the wheels is {number(radius)} m", place)
+        yield case.problem("drive-radius", f"the radius of the wheels, {number(radius)} m, must be above zero", place)
         return
     for _, joint, path in _named(case, drive):
         shown = model.rolling_radius(case.robot, joint.name) if drive and joint.name in drive.wheels else radius or 1.0
         if radius is None and not shown:
-            message = f'no round shape of link "{joint.child}" gives the radius of the wheel of joint "{joint.name}"'
+            message = f'the wheel radius of joint "{joint.name}" is unknown: "{joint.child}" has no round shape'
             yield case.problem("drive-radius", message, path)
             return
         if radius is not None and shown and abs(shown - radius) > RADIUS_APART * radius:
-            message = f'the radius is {number(radius)} m, but the wheel of joint "{joint.name}" has {shown:.4g} m'
-            help = "correct one of the two; a diameter is twice the radius"
+            message = f'"radius" is {number(radius)} m, but the wheel of joint "{joint.name}" has {shown:.4g} m'
+            help = "correct one of the two (a diameter is twice the radius)"
             yield case.problem("drive-radius", message, place, help, severity=WARNING)
             return
 
@@ -181,7 +181,7 @@ def wheels_in_body(case: Case) -> Iterator[Diagnostic]:
             around = [index for index, (geometry, to_shape) in enumerate(steps) if holds(geometry, to_shape, points)]
             if around and frozenset((name, joint.child)) not in apart:
                 place = case.value(case.joint(joint), "xyz")
-                related = [("the shape around it", case.link(name, "collision", around[0]))]
+                related = [("the surrounding shape", case.link(name, "collision", around[0]))]
                 message = f'wheel "{joint.child}" of the drive is inside a shape of link "{name}"'
                 yield case.problem("wheel-in-body", message, place, related=related, key=place[-1] != "xyz")
                 break

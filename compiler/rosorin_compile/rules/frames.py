@@ -26,7 +26,7 @@ TOLERANCE = 1e-3  # rad
 CALIBRATION = 0.2  # rad; image frames of one device differ by the manufacturer's calibration
 
 
-@rule("owns-world-frame", help="Begin the robot at `base_link`.", topic=FRAMES, accept="link", imported="always")
+@rule("owns-world-frame", help="Make `base_link` the robot's root.", topic=FRAMES, accept="link", imported="always")
 def world_frames(case: Case) -> Iterator[Diagnostic]:
     """The description defines `map`, `odom` or `earth`, which localisation publishes (REP 105); use `edges` instead."""
     robot = case.robot
@@ -34,8 +34,9 @@ def world_frames(case: Case) -> Iterator[Diagnostic]:
         ends = [case.end(one, end) for one in robot.joints for end in ("parent", "child") if getattr(one, end) == frame]
         at = case.link(frame) if frame in robot.link else next(iter(ends), None)
         if at is not None:
-            message = f'the description owns the frame "{frame}", which localisation places (REP 105)'
-            problem = case.problem("owns-world-frame", message, at, key=at == ("links", frame))
+            who = "odometry or localisation (REP 105)"
+            message = f'"{frame}" is a frame of the robot, but its transform comes from {who}'
+            problem = case.problem("owns-world-frame", message, at, key=frame in robot.link and at[0] == "links")
             # ``accept`` needs a link of that name.
             yield problem if frame in robot.link else replace(problem, of=())
 
@@ -44,22 +45,26 @@ def world_frames(case: Case) -> Iterator[Diagnostic]:
 def optical_frames(case: Case) -> Iterator[Diagnostic]:
     """The rotation of an image frame is not that of REP 103: z out of the lens, x right, y down."""
     declared = {sensor.optical_frame for sensor in case.robot.sensors if sensor.optical_frame}
-    for joint in case.robot.joints:
-        is_image, is_pair = (name in declared or name.endswith(SUFFIXES) for name in (joint.child, joint.parent))
-        rpy = joint.origin.rpy
-        if not is_image or any(abs(angle) > FULL_TURN for angle in rpy):  # another rule reports degrees
+    steps = [(one.parent, one.child, one.origin, case.joint(one)) for one in case.robot.joints]
+    for index, edge in enumerate(case.robot.edges):
+        if edge.pose is not None and not edge.joint:
+            steps.append((edge.parent, edge.child, edge.pose, ("edges", index)))
+    for parent, child, pose, path in steps:
+        is_image = child in declared or child.endswith(SUFFIXES)
+        if not is_image or any(abs(angle) > FULL_TURN for angle in pose.rpy):  # another rule reports degrees
             continue
-        off = joint.origin.transform().angle_to(Transform() if is_pair else OPTICAL)
+        is_pair = parent in declared or parent.endswith(SUFFIXES)
+        off = pose.transform().angle_to(Transform() if is_pair else OPTICAL)
         if off > (CALIBRATION if is_pair else TOLERANCE):
-            at = case.value(case.joint(joint), "rpy")
-            turned = ", ".join(f"{math.degrees(angle):.4g}" for angle in rpy)
-            right = "the axes of that image frame" if is_pair else "[-90, 0, -90] deg: z forward, x right, y down"
-            message = f'image frame "{joint.child}" is turned by [{turned}] deg against "{joint.parent}"; '
-            help = "leave rpy out, or let its parent be a body frame" if is_pair else ""
-            yield case.problem("optical-frame", f"{message}REP 103 requires {right}", at, help, key=at[-1] != "rpy")
+            at = case.value(path, "rpy")
+            turned = ", ".join(f"{math.degrees(angle):.4g}" for angle in pose.rpy)
+            right = "no rotation there" if is_pair else "[-90, 0, -90] deg: z forward, x right, y down"
+            message = f'frame "{child}" is rotated by [{turned}] deg relative to "{parent}"; REP 103 requires {right}'
+            help = 'remove "rpy", or attach the frame to a body frame' if is_pair else ""
+            yield case.problem("optical-frame", message, at, help, key=at == path)
 
 
-@rule("optical-mount", help="Leave `rpy` out: the frame of a camera has x forward, y left, z up.", topic=FRAMES)
+@rule("optical-mount", help="Remove `rpy`: the frame of a camera has x forward, y left, z up.", topic=FRAMES)
 def optical_mounts(case: Case) -> Iterator[Diagnostic]:
     """A warning: a camera with an optical frame is itself mounted with the rotation of an optical frame."""
     for sensor in case.robot.sensors:
@@ -67,7 +72,7 @@ def optical_mounts(case: Case) -> Iterator[Diagnostic]:
         if mount is not None and mount.origin.transform().angle_to(OPTICAL) <= TOLERANCE:
             place: Path = case.value(case.joint(mount), "rpy")
             message = f'the frame "{sensor.frame}" of {sensor.type} "{sensor.name}" is mounted with the rotation of an'
-            message += f' optical frame, and its optical frame "{sensor.optical_frame}" is turned again'
+            message += f' optical frame, and its optical frame "{sensor.optical_frame}" is rotated once more'
             yield case.problem("optical-mount", message, place, key=place[-1] != "rpy")
 
 
@@ -78,7 +83,7 @@ ON_A_FACE = 1e-4  # m; a sensor on a face is not inside, even with rounded poses
 RAYS, LAYERS, ALONG = 72, 9, 5
 
 
-@rule("sensor-sees-itself", help="Move it.", topic=NUMBERS, accept="link or joint", imported="always")
+@rule("sensor-sees-itself", help="Move the sensor.", topic=NUMBERS, accept="link or joint", imported="always")
 def sight(case: Case) -> Iterator[Diagnostic]:
     """A warning: the robot itself, close to the sensor, blocks nearly all rays of a lidar or nearly all of an image.
 

@@ -33,7 +33,7 @@ MAX_NAMED = 20
 _WITH_UNITS = ("limit", "dynamics", "actuator", "mimic", "calibration", "safety_controller")
 _POSITIVE = [("dynamics", key) for key in ("damping", "friction", "armature", "stiffness")]
 _POSITIVE += [("actuator", key) for key in ("damping", "kp", "kv")]
-_OWN_FRAME = "give the frame that is made here a name of its own, frame: NAME, or leave parent out"
+_OWN_FRAME = 'write "frame: NAME" with a new name, or remove "parent" if the sensor is on that link'
 
 
 def pieces(pairs: Iterable[tuple[str, str]]) -> list[set[str]]:
@@ -75,14 +75,14 @@ def known_names(case: Case) -> Iterator[Diagnostic]:
         uses = sorted((one for one in case.mentions(kind) if not one.among), key=lambda one: one.path[0] == "moveit")
         for output in robot.outputs:
             for index, name in enumerate(output.options.get(option, ())):
-                what, key = f'in the option {option} of output "{output.name}"', name if kind == "link" else index
+                what, key = f'in "{option}" of output "{output.name}"', name if kind == "link" else index
                 uses.append(Symbol(kind, name, ("outputs", output.name, option, key), kind == "link", what))
         by_name: dict[str, list[Symbol]] = {}
         for use in uses:
             if use.name not in real and (kind == "joint" or use.name not in WORLD_FRAMES):
                 by_name.setdefault(use.name, []).append(use)
         for name, uses in by_name.items():
-            otherwise, own = f'add "{name}" to {kind}s, or name an existing one', (MOUNT,) if kind == "link" else ()
+            otherwise, own = f'add "{name}" to "{kind}s", or use an existing {kind}', (MOUNT,) if kind == "link" else ()
             frame = next((sensor.frame for sensor in robot.sensors if sensor.name == name), "")
             help: Help = case.suggest(uses[0].path, name, real, otherwise, own)
             if kind == "joint" and name in robot.joint_to:
@@ -93,7 +93,7 @@ def known_names(case: Case) -> Iterator[Diagnostic]:
             yield from case.unknown(f"unknown-{kind}", f'there is no {kind} "{name}"', uses, help)
 
 
-@rule("two-parents", help="Correct one `child`, or remove a joint.", topic=JOINTS)
+@rule("two-parents", help="Correct `child` of one joint, or remove a joint.", topic=JOINTS)
 def one_parent(case: Case) -> Iterator[Diagnostic]:
     """A link is the child of two joints."""
     for child, joints in _children(case.robot).items() if not case.robot.is_tree else ():
@@ -101,9 +101,9 @@ def one_parent(case: Case) -> Iterator[Diagnostic]:
             continue
         left, ends = _orphans(case), [case.end(joint, "child") for joint in joints]
         message = f'link "{child}" is the child of {len(joints)} joints, {quote(one.name for one in joints)}'
-        help = f"correct one child: no joint reaches {quote(left)}" if left else ""
+        help = f'correct one "child": no joint has the child {quote(left)}' if left else ""
         if any(end[0] == "sensors" for end in ends):
-            message, help = f'frame "{child}" is defined by {phrase(map(owner_of_frame, ends))}', _OWN_FRAME
+            message, help = f'frame "{child}" is defined repeatedly, by {phrase(map(owner_of_frame, ends))}', _OWN_FRAME
         related = [(f'attached here by joint "{joint.name}"', case.end(joint, "child")) for joint in joints[:-1]]
         yield case.problem("two-parents", message, ends[-1], help, related=related)
 
@@ -130,7 +130,7 @@ def _children(robot: Robot) -> dict[str, list[Joint]]:
     return above
 
 
-@rule("joint-cycle", help="Let one of these joints begin at another link.", topic=JOINTS)
+@rule("joint-cycle", help="Change `parent` of one of these joints.", topic=JOINTS)
 def no_cycle(case: Case) -> Iterator[Diagnostic]:
     """Joints form a cycle; if a link in it has two parents, that is the cause."""
     above = {child: joints[0] for child, joints in _children(case.robot).items() if len(joints) == 1}
@@ -139,13 +139,13 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
         circle = [above[name] for name in reversed(names)]
         last = max(circle, key=lambda joint: order[joint.name])
         chain = " -> ".join([circle[0].parent, *(joint.child for joint in circle)])
-        message = f'joint "{last.name}" closes a circle: {chain}'
+        message = f'joint "{last.name}" closes a loop: {chain}'
         path, help, frame = case.end(last, "parent"), "", case.end(last, "child")
         if frame[0] == "sensors":
             path, help = frame, _OWN_FRAME
-            message = f'{owner_of_frame(frame)} makes the frame "{last.child}", and is on that link itself'
+            message = f'{owner_of_frame(frame)} defines the frame "{last.child}", but is also attached to it'
         others = [joint for joint in circle if joint is not last]
-        related = [(f'"{joint.name}" is part of it', case.end(joint, "child")) for joint in others]
+        related = [(f'joint "{joint.name}" is part of the loop', case.end(joint, "child")) for joint in others]
         yield case.problem("joint-cycle", message, path, help, related=related)
 
 
@@ -170,17 +170,17 @@ def one_root(case: Case) -> Iterator[Diagnostic]:
     if len(carrying) > 1:
         main = max(carrying, key=lambda name: (len(robot.subtree(name)), name.startswith("base")))
         others = [name for name in carrying if name != main]
-        message = f"the robot has {len(carrying)} roots, {quote([main, *others], MAX_NAMED)}: one link is the root"
+        message = f"the robot has {len(carrying)} roots, {quote([main, *others], MAX_NAMED)}, but must have one"
         related = [case.related("also a root", case.link(name), key=True) for name in (main, *others[1:MAX_NAMED])]
         help = f'add a joint with "child: {others[0]}"'
         yield case.problem("several-roots", message, case.link(others[0]), help, related=related, key=True)
     frames = {sensor.frame for sensor in robot.sensors} - set(case.section("links"))
     for name in alone:
         near = Suggestion(name, frames, details=f'add a joint with "child: {name}", or remove the link')
-        yield case.problem("unreached-link", f'no joint reaches link "{name}"', case.link(name), near, key=True)
+        yield case.problem("unreached-link", f'no joint connects link "{name}"', case.link(name), near, key=True)
 
 
-@rule("axis-zero", "An axis is zero: no direction.", "Name one, such as `[0, 0, 1]`.", JOINTS)
+@rule("axis-zero", "An axis is zero: no direction.", "Write a direction, such as `[0, 0, 1]`.", JOINTS)
 @rule("axis-not-unit", "An axis is not of unit length.", "Scale it to length 1.", JOINTS, "joint", "always")
 def axes(case: Case) -> Iterator[Diagnostic]:
     """Validate axes, which not all readers normalise."""
@@ -189,19 +189,19 @@ def axes(case: Case) -> Iterator[Diagnostic]:
         if joint.is_fixed or joint.is_axleless or abs(length - 1) <= AXIS_TOLERANCE:
             continue
         if length < ZERO_AXIS:
-            yield case.problem("axis-zero", f'the axis of joint "{joint.name}" is zero: no direction', path)
+            yield case.problem("axis-zero", f'the axis of joint "{joint.name}" is zero, which is not a direction', path)
         else:
             direction = ", ".join(number(c / length + 0.0) for c in joint.axis)
             message = f'the axis of joint "{joint.name}" has length {number(length)}, not 1'
-            yield case.problem("axis-not-unit", message, path, f"the same direction with length 1: [{direction}]")
+            yield case.problem("axis-not-unit", message, path, f"write the same direction with length 1: [{direction}]")
 
 
 @rule("limit-missing", "A joint has no `lower` and `upper` limit.", "Add them.", JOINTS, "joint", "lenient")
 @rule("limit-incomplete", "A limit lacks `effort` or `velocity`.", "Add them.", JOINTS, "joint", "lenient")
-@rule("limit-swapped", "`lower` is above `upper`.", "Swap or correct them.", JOINTS, "joint", "lenient")
+@rule("limit-swapped", "`lower` is above `upper`.", "Swap or correct the limits.", JOINTS, "joint", "lenient")
 @rule("limit-equal", "`lower` is `upper`: locked in ROS, free in MuJoCo.", "Make it fixed.", JOINTS, "joint", "always")
-@rule("limit-negative", "`effort` or `velocity` is below zero.", "Drop the sign.", JOINTS, "joint", "lenient")
-@rule("limit-zero", "`effort` or `velocity` is zero.", "Give the real value.", JOINTS, "joint", "always")
+@rule("limit-negative", "`effort` or `velocity` is below zero.", "Remove the minus sign.", JOINTS, "joint", "lenient")
+@rule("limit-zero", "`effort` or `velocity` is zero.", "Write the real value.", JOINTS, "joint", "always")
 @rule("limit-on-continuous", "A continuous joint has limits.", "Make it revolute.", JOINTS, "joint", "always")
 def limits(case: Case) -> Iterator[Diagnostic]:
     """Validate limits: some are required by URDF readers, others are impossible."""
@@ -209,7 +209,7 @@ def limits(case: Case) -> Iterator[Diagnostic]:
         path, limit, unit, called = case.joint(joint, "limit"), joint.limit, joint.unit, f'joint "{joint.name}"'
         is_bounded = joint.type in ("revolute", "prismatic")
         if limit is None and is_bounded:
-            help = "add limit: {lower: , upper: , effort: , velocity: }, or make a revolute joint continuous"
+            help = 'add "limit: {lower: ..., upper: ..., effort: ..., velocity: ...}", or make the joint continuous'
             yield case.problem("limit-missing", f"{called} is {joint.type} and has no limit", path, help)
         if limit is None or not (joint.moves or joint.type == "planar"):
             continue
@@ -217,12 +217,12 @@ def limits(case: Case) -> Iterator[Diagnostic]:
         missing = [key for key in keys if getattr(limit, key) is None]
         if missing:
             id = "limit-missing" if {"lower", "upper"} & set(missing) else "limit-incomplete"
-            message = f"the limit of {called} lacks {phrase(missing)}, which readers of URDF require"
+            message = f"the limit of {called} lacks {phrase(missing)}, which URDF parsers require"
             yield case.problem(id, message, path, f"add {phrase(missing)}", within=True)
         lower, upper = limit.lower, limit.upper
         if joint.type == "continuous":
             for key in [key for key in ("lower", "upper") if getattr(limit, key) is not None][:1]:
-                message = f"{called} is continuous: it turns without end and has no {key} limit"
+                message = f"{called} is continuous, so that it cannot have a {key} limit"
                 yield case.problem("limit-on-continuous", message, (*path, key), key=True)
         elif lower is not None and upper is not None and lower >= upper:
             id, what = ("limit-swapped", "above") if lower > upper else ("limit-equal", "equal to")
@@ -230,7 +230,7 @@ def limits(case: Case) -> Iterator[Diagnostic]:
             yield case.problem(id, message, (*path, "lower"), related=[("the upper limit", (*path, "upper"))])
         for key in ("effort", "velocity"):
             if (value := getattr(limit, key)) is not None and value <= 0:
-                message = f"the {key} limit of {called} is {number(value)}"
+                message = f"the {key} limit of {called} is {number(value)}, but must be above zero"
                 yield case.problem("limit-negative" if value < 0 else "limit-zero", message, (*path, key))
 
 
@@ -247,13 +247,13 @@ def units(case: Case) -> Iterator[Diagnostic]:
             expected = joint_unit(path, joint.type == "prismatic", leader.type == "prismatic" if leader else None)
             parsed = parse_unit(expected) if expected is not None else None
             if isinstance(value, Quantity) and parsed is not None and parsed[1] != value.dimension:
-                message = f"{subject(list(path))} is {describe(parsed[1])} for a {joint.type} joint, but "
+                message = f"{subject(list(path))} must be {describe(parsed[1])} for a {joint.type} joint, but "
                 message += f"{value.text or number(value)} is {describe(value.dimension)}"
                 way = f"in {expected}" if expected else "without a unit"
                 yield case.problem("wrong-unit", message, path, f"write it {way}, or correct the type of the joint")
 
 
-@rule("ignored-key", help="Remove it, or correct the type of the joint.", topic=JOINTS)
+@rule("ignored-key", help="Remove the key, or correct the type of the joint.", topic=JOINTS)
 def without_effect(case: Case) -> Iterator[Diagnostic]:
     """A warning: a key has no effect, such as the axis of a fixed joint."""
     for joint in case.robot.joints:
@@ -262,9 +262,16 @@ def without_effect(case: Case) -> Iterator[Diagnostic]:
         for key in (key for key in keys if exists(case.tree, (*path, key))):
             message = f'joint "{joint.name}" is {joint.type}: its {key} has no effect'
             yield case.problem("ignored-key", message, (*path, key), key=True)
+    for link in case.robot.links:
+        path = case.link(link.name, "inertial", "of")
+        shapes = value_at(case.tree, path)
+        for index, shape in enumerate(shapes if isinstance(shapes, list) else ()):
+            for key in [key for key in ("contact", "mjcf", "urdf_elements") if key in shape]:
+                message = f'a shape of the inertial of link "{link.name}" only has a mass: its {key} has no effect'
+                yield case.problem("ignored-key", message, (*path, index, key), "move it to another shape", key=True)
 
 
-@rule("dynamics-negative", "Damping, friction or a gain is below zero.", "Drop the sign.", JOINTS, "joint", "always")
+@rule("dynamics-negative", "Damping, friction or a gain is below zero.", "Remove the sign.", JOINTS, "joint", "always")
 def negative(case: Case) -> Iterator[Diagnostic]:
     """Report negative values that simulations and servos require to be positive."""
     for joint in case.robot.joints:
@@ -276,7 +283,8 @@ def negative(case: Case) -> Iterator[Diagnostic]:
         wrong = [("mjcf", "springdamper", min(pair))] if any(pair) and min(pair) <= 0 else []
         for part, key, value in (*(one for one in numbers if one[2] < 0), *wrong):
             path = case.joint(joint, part, key)
-            message = f'the {key} of joint "{joint.name}" is {number(value)}{case.stands_in(path)}'
+            why = "not above 0" if key == "springdamper" else "below 0"
+            message = f'the {key} of joint "{joint.name}" is {number(value)}{case.stands_in(path)}, {why}'
             yield case.problem("dynamics-negative", message, path)
 
 
@@ -289,13 +297,13 @@ def missing_axes(case: Case) -> Iterator[Diagnostic]:
         is_default = (joint.moves or joint.type == "planar") and joint.axis == DEFAULT_AXIS
         if is_default and not exists(case.tree, case.joint(joint, "axis")):
             if joint.type == "continuous" and lies_across(case, joint):
-                message = f'joint "{joint.name}" has no axis and turns "{joint.child}" about x, across that wheel'
+                message = f'joint "{joint.name}" has no axis, and so turns wheel "{joint.child}" about x, not its axle'
                 yield case.problem("axis-across", message, case.joint(joint), key=True)
             else:
                 others.append(joint)
     if others:
         names = first_of([f'"{joint.name}"' for joint in others], SHOWN)
-        message = f"no axis: x of the child, [1, 0, 0], is that of {names}"
+        message = f"without an axis these joints move about or along x, [1, 0, 0]: {names}"
         yield case.problem("axis-missing", message, case.joint(others[0]), key=True)
 
 
@@ -309,17 +317,17 @@ def lies_across(case: Case, joint: Joint) -> bool:
     return disc.length < 2 * disc.radius and abs(dot(unit(joint.axis), (rows[0][2], rows[1][2], rows[2][2]))) < ALONG
 
 
-@rule("joint-word", help="Leave one of them out.", topic=SIMULATED)
+@rule("joint-word", help="Remove one of the two.", topic=SIMULATED)
 def contradictions(case: Case) -> Iterator[Diagnostic]:
     """The `mjcf` of a joint contradicts its other keys, so artifacts would have different values."""
     for joint in case.robot.joints:
         path = case.joint(joint)
         for word, other in _contradictions(joint) if joint.mjcf and not joint.is_fixed else ():
-            message = f'the {word} in mjcf of joint "{joint.name}" differs from {".".join(other)}'
-            related = [("the other one", (*path, *other))]
+            message = f'"mjcf.{word}" of joint "{joint.name}" differs from {".".join(other)}'
+            related = [("the other value", (*path, *other))]
             yield case.problem("joint-word", message, (*path, "mjcf", word), related=related, key=True)
         if joint.type == "continuous" and "range" in joint.mjcf:
-            message = f'joint "{joint.name}" is continuous, and has a range in mjcf'
+            message = f'joint "{joint.name}" is continuous, but has "mjcf.range"'
             yield case.problem("joint-word", message, (*path, "mjcf", "range"), key=True)
 
 

@@ -100,10 +100,10 @@ def _looks_like(case: Case, id: str, what: str, path: Path, value: float, units:
     probable, unit = units.split()
     meant = "millimetres" if probable == "mm" else "degrees"
     help = f'write "{number(value)} {probable}" if {meant} are meant, "{number(value)} {unit}" if not'
-    problem = case.problem(id, f"{what}: this looks like {meant}", path, help, **more)
+    problem = case.problem(id, f"{what}, which looks like {meant}", path, help, **more)
     span = problem.span
     if span and "${" in span.source.line(span.line)[span.column - 1 : span.column - 1 + span.length]:
-        return replace(problem, help="the value is computed here: check the expression")  # expressions take no unit
+        return replace(problem, help="the value is calculated here: check the expression")  # expressions take no unit
     return problem
 
 
@@ -151,7 +151,7 @@ def radians_in_degrees(case: Case) -> Iterator[Diagnostic]:
         count = round(angle / step)
         if digits > 1 and 1 <= count <= 8 and abs(angle - count * step) <= 10.0**-digits:
             reported.add(path[:-1])
-            message = f"{subject(list(path))} is {match[1]} deg: this looks like radians"
+            message = f"{subject(list(path))} is {match[1]} deg, which looks like radians"
             help = f'write "{"-" if value < 0 else ""}{math.degrees(count * step):g} deg", or "{match[1]} rad"'
             yield case.problem("angle-looks-like-radians", message, path, help)
 
@@ -178,7 +178,7 @@ def characters(case: Case) -> Iterator[Diagnostic]:
         key, span = path[-1] == text, written_place(case.tree, path)[0].span
         if (match := NOT_XML.search(text)) and (key or span not in reported):
             where = "a name in " + subject(list(path[:-1])) if key else subject(list(path))
-            message = f"{where} contains the character U+{ord(match[0]):04X}, which no XML file can carry"
+            message = f"{where} contains the character U+{ord(match[0]):04X}, which XML files cannot contain"
             yield case.problem("control-character", message, path, key=key)
         reported.add(span)
 
@@ -191,6 +191,6 @@ def stand_ins(case: Case) -> Iterator[Diagnostic]:
         by_note.setdefault(entry["source"].get("note", ""), []).append(path)
     for note, paths in by_note.items():
         names = first_of([subject(list(path)) for path in paths], STAND_INS_SHOWN)
-        message = f"{note or 'no note about what is missing'} ({names})"
+        message = f"stand-in value: {note} ({names})" if note else f"stand-in value without a note ({names})"
         place = (*paths[0], "source", "note" if note else "status")
         yield replace(case.problem("stand-in", message, place), related=(), help="")

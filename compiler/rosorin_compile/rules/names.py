@@ -49,7 +49,7 @@ def _names(case: Case) -> Iterator[Name]:
     yield from (Name(frame, "frame", path) for frame, path in frames.items() if frame not in case.robot.link)
 
 
-@rule("invisible-letter", "A name has an invisible letter.", "Type it again.", ARGUMENTS, "link or joint", "lenient")
+@rule("invisible-letter", "A name has an invisible letter.", "Retype the name.", ARGUMENTS, "link or joint", "lenient")
 @rule("names-look-alike", "A warning: two names look alike.", "Rename one.", ARGUMENTS, "link or joint", "always")
 def letters(case: Case) -> Iterator[Diagnostic]:
     """Report names with letters that are invisible or of another script, and names that look equal to another."""
@@ -66,12 +66,12 @@ def letters(case: Case) -> Iterator[Diagnostic]:
             # ``accept`` cannot name materials or robots, so in imported robots these are no errors.
             is_mild = case.robot.source.status == "imported" and one.kind in ("material", "robot")
             id, severity = "invisible-letter", WARNING if is_mild else ERROR
-            message += f"has an invisible letter: {in_words(letter)}"
+            message += f"contains an invisible character: {in_words(letter)}"
         elif other.name != one.name and not hidden_letter(other.name):
-            related = [case.related("the other one", other.path, key=other.key)]
+            related = [case.related("the similar name", other.path, key=other.key)]
             message += f'differs from {other.kind} "{other.name}" only in {difference(one.name, other.name)}'
         elif strange and other.name == one.name:
-            message += f"has a letter of another script in a Latin word: {in_words(strange)}"
+            message += f"mixes Latin letters with a look-alike of another script: {in_words(strange)}"
         else:
             continue
         yield case.problem(id, message, one.path, related=related, severity=severity, key=one.key)
@@ -101,7 +101,7 @@ def swapped_letters(case: Case) -> Iterator[Diagnostic]:
         slip = next(((word, slips[word]) for word in _WORDS.findall(one.name) if word in slips), None)
         if slip is not None:
             fixed = one.name.replace(*slip)
-            message = f'{one.kind} "{one.name}" has "{slip[0]}", which looks like "{slip[1]}" with two letters swapped'
+            message = f'{one.kind} "{one.name}" contains "{slip[0]}", maybe a misspelling of "{slip[1]}"'
             found = case.problem("letters-swapped", message, one.path, suggest(fixed), key=one.key)
             found = move_to_name(found, Offer(one.name, fixed))
             if found.span not in reported:  # one place in a part can define several names
@@ -109,11 +109,11 @@ def swapped_letters(case: Case) -> Iterator[Diagnostic]:
                 yield found
 
 
-@rule("leading-slash", help="Write it without.", topic=FRAMES, accept="link or joint", imported="always")
+@rule("leading-slash", help="Remove the slash.", topic=FRAMES, accept="link or joint", imported="always")
 def slashes(case: Case) -> Iterator[Diagnostic]:
     """A warning: a name begins with `/`. tf2 drops the slash of a published frame, and refuses to look one up."""
     for one in _names(case):
         if one.name.startswith("/") and one.kind in ("link", "frame", "joint"):
-            reader = "controllers split it there" if one.kind == "joint" else "tf2 refuses to look it up"
+            reader = "controllers split names at a slash" if one.kind == "joint" else "tf2 refuses such frame names"
             message = f'{one.kind} "{one.name}" begins with "/": {reader}'
             yield case.problem("leading-slash", message, one.path, key=one.key)

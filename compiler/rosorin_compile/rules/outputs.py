@@ -43,8 +43,8 @@ def backends(case: Case) -> Iterator[Diagnostic]:
             yield _unknown(case, output)
             continue
         for option in (option for option in output.options if option not in format.options):
-            message = f'the backend "{output.backend}" has no option "{option}"'
-            help = Suggestion(option, format.options, instead=f"its options: {', '.join(sorted(format.options))}")
+            message = f'format "{output.backend}" of output "{output.name}" has no option "{option}"'
+            help = Suggestion(option, format.options, instead=f"known: {', '.join(sorted(format.options))}")
             yield case.problem("unknown-option", message, ("outputs", output.name, option), help, key=True)
         if is_placed and format.check is not None and (not case.wanted or output.name in case.wanted):
             yield from format.check(case, output)
@@ -58,16 +58,18 @@ def _unknown(case: Case, output: Output) -> Diagnostic:
             return case.problem("unknown-key", message, (*path, option), help, key=True)
     formats = [format for format in case.formats.values() if format.write is not None]
     is_name = not exists(case.tree, (*path, "backend"))  # the name of the output is also its format
-    ending = posixpath.splitext(output.file)[1].casefold()
-    named = [format.name for format in formats if f".{output.backend.casefold()}" in _endings(format)]
-    named += [format.name for format in formats if ending in _endings(format)]
+    endings = (f".{output.backend.casefold()}", posixpath.splitext(output.file)[1].casefold())
+    named = [format.name for ending in endings for format in formats if ending in _endings(format)]
+    known = f"known: {', '.join(sorted(format.name for format in formats))}; an artifact of your own needs a template"
 
     def format_help() -> str:
         help = word_meant(output.backend, [format.name for format in formats], "backend")
-        return f'the format of such files is called "{named[0]}"' if named and help.startswith("known") else help
+        if help.startswith("known"):
+            help = f'write "{named[0]}", the format of such files' if named else ""
+        return f"{help} ({known})" if help else known
 
     place = path if is_name else (*path, "backend")
-    return case.problem("unknown-backend", f'there is no backend "{output.backend}"', place, format_help, key=is_name)
+    return case.problem("unknown-backend", f'there is no format "{output.backend}"', place, format_help, key=is_name)
 
 
 def _endings(format: Format) -> list[str]:
@@ -83,9 +85,9 @@ def file_endings(case: Case) -> Iterator[Diagnostic]:
         own, (stem, ending) = _endings(format), posixpath.splitext(output.file)
         valid = {*own, *(ending for one in own for ending in _ALSO.get(one, ()))}
         if own and ending.casefold() in _ENDINGS - valid:
-            message = f'output "{output.name}" is {format.word}, and "{output.file}" has the ending of another format'
+            message = f'output "{output.name}" is {format.word}, but "{output.file}" has the ending of another format'
             usual = format.file[format.file.find(".") :] if "." in format.file else own[0]
-            yield case.problem("file-ending", message, ("outputs", output.name, "file"), f"write file: {stem}{usual}")
+            yield case.problem("file-ending", message, ("outputs", output.name, "file"), f'write "file: {stem}{usual}"')
 
 
 @rule("outside-outputs", "An artifact would be outside its folder.", "Write a relative name.", OUTPUTS)
@@ -100,7 +102,7 @@ def output_files(case: Case) -> Iterator[Diagnostic]:
         if reason:
             usual = case.formats[output.backend].file if output.backend in case.formats else ""
             name = usual.format(case.robot.name) or f"{output.name}.txt"
-            help = f"write file: {name}, a name within the outputs folder; -o FOLDER chooses that folder"
+            help = f'write "file: {name}", relative to the outputs folder (which "-o FOLDER" chooses)'
             yield case.problem("outside-outputs", f'the artifact "{output.file}" {reason}', path, help)
             continue
         # Names that differ only in case or Unicode form are the same file on Windows and macOS.
@@ -110,7 +112,7 @@ def output_files(case: Case) -> Iterator[Diagnostic]:
             first = taken[clash[0]]
             message = f'outputs "{first.name}" and "{output.name}" write "{first.file}" and "{output.file}"'
             related = [("also written here", ("outputs", first.name, "file"))]
-            yield case.problem("duplicate-file", f"{message}, which exclude each other", path, related=related)
+            yield case.problem("duplicate-file", f"{message}, which cannot both exist", path, related=related)
         taken.setdefault(name, output)
 
 
@@ -118,11 +120,11 @@ def _outside(file: str) -> str:
     """Return why a file name is not valid in the outputs folder, or an empty text if it is."""
     parts = file.split("/")
     reasons = {
-        "has an absolute name": file.startswith("/") or _DRIVE.match(file),
-        "has a backslash in its name": "\\" in file,
+        "has an absolute path": file.startswith("/") or _DRIVE.match(file),
+        "has a backslash in its path": "\\" in file,
         f"is in more than {MAX_FOLDERS} folders": len(parts) > MAX_FOLDERS,
         "would be outside the outputs folder": ".." in parts,
-        "is not the name of a file": file != posixpath.normpath(file) or not file.strip() or file == ".",
-        "has a name that no artifact may have": ".git" in file.casefold().split("/") or not file.isprintable(),
+        "is not a file name": file != posixpath.normpath(file) or not file.strip() or file == ".",
+        "has a path that is not allowed for artifacts": ".git" in file.casefold().split("/") or not file.isprintable(),
     }
     return next((reason for reason, applies in reasons.items() if applies), "")

@@ -51,12 +51,12 @@ def within_limits(case: Case) -> Iterator[Diagnostic]:
                 yield from _compare(case, "pose-beyond-limit", joint, ("poses", pose.name), 0.0)
         safety, ends = joint.safety, range_of(joint)
         if joint.type == "continuous" and safety and (safety.soft_lower_limit or safety.soft_upper_limit):
-            message = f'joint "{joint.name}" is continuous: its soft limits have no effect'
+            message = f'joint "{joint.name}" is continuous, so that its soft limits have no effect'
             path = case.joint(joint, "safety_controller")
-            yield case.problem("beyond-joint-limit", message, path, "make it revolute", within=True)
+            yield case.problem("beyond-joint-limit", message, path, "make it revolute, or remove them", within=True)
         for index, text in enumerate(joint.urdf_elements):
             for value in (value for value in map(float, _INITIAL.findall(text)) if not _has(ends, value)):
-                message = f'the initial position of joint "{joint.name}" is {number(value)}, beyond its limits'
+                message = f'the initial position of joint "{joint.name}" is {number(value)}, outside its limits'
                 yield case.problem("beyond-joint-limit", message, case.joint(joint, "urdf_elements", index))
 
 
@@ -74,8 +74,8 @@ def _bounded(node: Node | None, value: Any, path: Path, joint: str) -> Iterator[
 def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Iterator[Diagnostic]:
     soft = joint.safety.soft_lower_limit if joint.safety and path[-1] == "soft_upper_limit" else None
     if soft is not None and soft >= value:
-        message = f'the soft limits of joint "{joint.name}" leave it no room to move'
-        yield case.problem(id, message, path[:-1], "widen them, or leave them out", within=True)
+        message = f'the soft limits of joint "{joint.name}" allow no motion'
+        yield case.problem(id, message, path[:-1], "widen or remove the soft limits", within=True)
     interface = str(path[-2]) if path[-2] in ("velocity", "effort") else "position"
     lower, upper = joint.limits_of(interface)
     if id in ("pose-beyond-limit", "mimic-beyond-limit") and joint.limit and joint.type != "continuous":
@@ -83,7 +83,7 @@ def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Itera
     low, high = -math.inf if lower is None else lower, math.inf if upper is None else upper
     if low > high or (lower is None and upper is None) or (id == "control-limit" and path[-3] != "command"):
         return
-    what, slack, limit = f'"{path[-1]}" places', ROUNDING, case.joint(joint, "limit")
+    what, slack, limit = f'"{path[-1]}" sets', ROUNDING, case.joint(joint, "limit")
     related, first, last = [], value, value
     if id == "mimic-beyond-limit":
         leader = case.robot.joint.get(joint.mimic.joint) if joint.mimic else None
@@ -91,15 +91,15 @@ def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Itera
         if joint.mimic is None or leader is None or ends is None:
             return
         first, last = sorted(joint.mimic.multiplier * end + joint.mimic.offset for end in ends)
-        slack, what = SLACK * (high - low), f'its leader "{leader.name}" places'
-        related.append(("those of the leader", case.joint(leader, "limit")))
+        slack, what = SLACK * (high - low), f'mimicking "{leader.name}" moves'
+        related.append(("the limits of the leader", case.joint(leader, "limit")))
         path = (*path, "offset" if abs(joint.mimic.offset) > max(abs(low), abs(high)) + slack else "multiplier")
     elif id == "pose-beyond-limit":
         first = last = case.robot.positions(str(path[1])).get(joint.name, 0.0)
-        what = f'pose "{path[1]}" places'
+        what = f'pose "{path[1]}" sets'
     if first < low - slack or last > high + slack:
-        shown = number(first) if first == last else f"{number(first)} to {number(last)}"
-        message = f'{what} joint "{joint.name}" at {shown}, beyond its limits of {number(low)} to {number(high)}'
+        shown = number(first) if first == last else f"positions from {number(first)} to {number(last)}"
+        message = f'{what} joint "{joint.name}" to {shown}, outside its limits of {number(low)} to {number(high)}'
         message += f" {joint.unit}" if interface == "position" else ""
         related.append(("the limit", case.value(limit, "lower" if first < low - slack else "upper")))
         message += case.stands_in(limit)
@@ -118,7 +118,7 @@ def _has(ends: tuple[float, float] | None, value: float) -> bool:
     return ends is None or ends[0] - ROUNDING <= value <= ends[1] + ROUNDING
 
 
-@rule("zero-beyond-limit", help="Add a pose that places it.", topic=POSES)
+@rule("zero-beyond-limit", help="Add a pose in which every joint is within its limits.", topic=POSES)
 def zeros(case: Case) -> Iterator[Diagnostic]:
     """A note: zero, where simulations begin, is outside the limits of a joint, and no pose sets the joint."""
     placed = {name for pose in case.robot.poses for name in pose.positions}
@@ -126,13 +126,13 @@ def zeros(case: Case) -> Iterator[Diagnostic]:
     away = [joint for joint in joints if not _has(range_of(joint), 0.0)]
     if away:
         names = first_of([f'"{joint.name}"' for joint in away], SHOWN)
-        message = f"zero, where simulations begin, is not within the limits of {names}"
+        message = f"simulations start with all joints at zero, which is outside the limits of {names}"
         lower, _ = range_of(away[0]) or (0.0, 0.0)
         path = case.joint(away[0], "limit", "lower" if lower > 0 else "upper")
         yield case.problem("zero-beyond-limit", message, path)
 
 
-@rule("joint-has-no-position", "A servo or a pose names a planar or floating joint.", "Leave it out.", POSES)
+@rule("joint-has-no-position", "A servo or a pose names a planar or floating joint.", "Remove the joint.", POSES)
 @rule("joint-is-fixed", "A servo turns or a pose moves a joint that is fixed.", "Name a joint that moves.", POSES)
 def placed_joints(case: Case) -> Iterator[Diagnostic]:
     """Report positions of joints that are fixed, mimic another or have several coordinates; poses of a fixed base."""
@@ -144,14 +144,14 @@ def placed_joints(case: Case) -> Iterator[Diagnostic]:
             joint = case.robot.joint.get(name)
             path: Path = ("poses", pose.name, "pulses" if name in pose.pulses else "positions", name)
             if joint is not None and not joint.moves and name not in pose.pulses:
-                yield _motionless(case, joint, path, f'pose "{pose.name}" moves', key=True)
+                yield _motionless(case, joint, path, f'pose "{pose.name}" sets', key=True)
             elif joint is not None and joint.moves and joint.mimic is not None:
-                message = f'pose "{pose.name}" places joint "{name}", which follows "{joint.mimic.joint}": no effect'
-                yield case.problem("ignored-key", message, path, f'place "{joint.mimic.joint}" instead', key=True)
+                message = f'pose "{pose.name}" sets joint "{name}", but that joint mimics "{joint.mimic.joint}"'
+                yield case.problem("ignored-key", message, path, f'set joint "{joint.mimic.joint}" instead', key=True)
         # MoveIt uses ``base`` for its virtual joint
         if pose.base is not None and has_base and not is_free and case.robot.moveit is None:
-            message = f'pose "{pose.name}" places the base, which is fixed in every output: no effect'
-            path, help = ("poses", pose.name, "base"), "write base: free in the output"
+            message = f'pose "{pose.name}" sets the pose of the base, but the base is fixed in every output'
+            path, help = ("poses", pose.name, "base"), 'write "base: free" in the output'
             yield case.problem("ignored-key", message, path, help, severity=NOTE, key=True)
 
 
@@ -160,7 +160,7 @@ def _motionless(case: Case, joint: Joint, path: Path, what: str, key: bool = Fal
     return case.problem(id, f'{what} joint "{joint.name}", which is {joint.type}', path, key=key)
 
 
-@rule("two-servos", "A joint is in two servo groups.", "Name it in one place.", POSES)
+@rule("two-servos", "A joint is in two servo groups.", "Remove the joint from one of them.", POSES)
 def groups(case: Case) -> Iterator[Diagnostic]:
     """Report servos of fixed joints, and joints with two servos."""
     taken: dict[str, Path] = {}
@@ -170,42 +170,42 @@ def groups(case: Case) -> Iterator[Diagnostic]:
             path: Path = ("servos", group.name, "joints", index)
             joint = case.robot.joint.get(name)
             if joint is not None and not joint.moves:
-                yield _motionless(case, joint, path, f'servo group "{group.name}" turns')
+                yield _motionless(case, joint, path, f'servo group "{group.name}" lists')
             if name in taken and joint is not None:
-                related = [("its first servo", taken[name])]
-                yield case.problem("two-servos", f'joint "{name}" has two servos', path, related=related)
+                related = [("also listed here", taken[name])]
+                yield case.problem("two-servos", f'joint "{name}" is in two servo groups', path, related=related)
             taken.setdefault(name, path)
 
 
-@rule("servo-range", help="`rad_per_pulse` is the angle of one pulse, in radians: `${240*deg / 1000}`.", topic=POSES)
+@rule("servo-range", help="Write the angle of one pulse in radians, such as `${240*deg / 1000}`.", topic=POSES)
 def scales(case: Case) -> Iterator[Diagnostic]:
     """A warning: a pulse turns a servo by many degrees, or the ranges of servo and joint differ widely."""
     for group in case.robot.servos:
         joints = [case.robot.joint[name] for name in group.joints if name in case.robot.joint]
         path: Path = ("servos", group.name, "rad_per_pulse")
         step, reach = abs(group.rad_per_pulse), abs(group.rad_per_pulse) * (group.pulse_range[1] - group.pulse_range[0])
-        message = f'all pulses of the servos "{group.name}" together are {number(reach)} rad or m{case.stands_in(path)}'
+        message = f'the pulse range of servo group "{group.name}" covers {number(reach)} rad or m{case.stands_in(path)}'
         spans = [(joint, ends[1] - ends[0]) for joint in joints if (ends := range_of(joint))]
         wrong = next((one for one in spans if not 1 / OTHER_RANGE <= reach / one[1] <= OTHER_RANGE), None)
         if step >= COARSE and reach >= SEVERAL_TURNS and any(joint.type != "prismatic" for joint in joints):
-            yield case.problem("servo-range", f"{message}: this looks like degrees", path)
+            yield case.problem("servo-range", f"{message}, which looks like degrees", path)
         elif wrong:
             limit = case.joint(wrong[0], "limit")
-            message += f', and joint "{wrong[0].name}" moves by {number(wrong[1])}{case.stands_in(limit)}'
-            yield case.problem("servo-range", message, path, related=[("its limits", limit)])
+            message += f', but the limits of joint "{wrong[0].name}" cover {number(wrong[1])}{case.stands_in(limit)}'
+            yield case.problem("servo-range", message, path, related=[("the limits", limit)])
 
 
 @rule("mimic-unknown", "A joint follows a joint that does not exist.", "Name its leader.", JOINTS)
-@rule("mimic-fixed", "A joint without a position follows or leads.", "Name one that moves.", JOINTS, "joint", "always")
-@rule("mimic-cycle", "Joints follow each other in a circle.", "Let one of them lead: remove its `mimic`.", JOINTS)
+@rule("mimic-fixed", "A joint without a position follows or leads.", "Use a moving joint.", JOINTS, "joint", "always")
+@rule("mimic-cycle", "Joints follow each other in a circle.", "Remove `mimic` from one of these joints.", JOINTS)
 def leaders(case: Case) -> Iterator[Diagnostic]:
     """Report mimic joints whose leader is missing, cannot be followed, or is the joint itself."""
     robot = case.robot
     for joint in (joint for joint in robot.joints if joint.mimic):
         path, name = case.joint(joint, "mimic", "joint"), joint.mimic.joint if joint.mimic else ""
-        leader, message = robot.joint.get(name), f'joint "{joint.name}" follows "{name}"'
+        leader, message = robot.joint.get(name), f'joint "{joint.name}" mimics "{name}"'
         if not joint.moves:
-            yield case.problem("mimic-fixed", f"{message}, but is {joint.type}", path[:-1], key=True)
+            yield case.problem("mimic-fixed", f"{message}, but is itself {joint.type}", path[:-1], key=True)
         elif leader is None:
             moving = [other.name for other in robot.joints if other.moves and other is not joint]
             help = case.suggest(path, name, moving, "name a joint that moves")
@@ -215,8 +215,8 @@ def leaders(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("mimic-fixed", message, path, related=[("the leader", case.joint(leader))])
     for names in circles(_leaders(robot)):
         first, *others = [case.joint(robot.joint[name], "mimic", "joint") for name in names]
-        related = [(f'"{name}" follows here', path) for name, path in zip(names[1:], others, strict=True)]
-        message = f"joints follow each other in a circle: {' -> '.join([*names, names[0]])}"
+        related = [(f'"mimic" of joint "{name}" is here', path) for name, path in zip(names[1:], others, strict=True)]
+        message = f"joints mimic each other in a loop: {' -> '.join([*names, names[0]])}"
         yield case.problem("mimic-cycle", message, first, related=related)
 
 
@@ -224,7 +224,7 @@ def _leaders(robot: Robot) -> dict[str, str]:
     return {joint.name: joint.mimic.joint for joint in robot.joints if joint.mimic}
 
 
-@rule("mimic-not-published", "A joint follows one that is not in the URDF.", "Give both the same publisher.", JOINTS)
+@rule("mimic-not-published", "A joint follows one that is not in the URDF.", "Give both one publisher.", JOINTS)
 @rule("mimic-chain", "A warning: a joint follows a follower.", "Follow the first leader.", JOINTS, "joint", "always")
 def order(case: Case) -> Iterator[Diagnostic]:
     """Report mimic joints that robot_state_publisher cannot resolve.
@@ -238,13 +238,13 @@ def order(case: Case) -> Iterator[Diagnostic]:
         leader = case.robot.joint.get(mimic.joint) if mimic else None
         if leader is None or mimic is None or leader is joint or not (joint.moves and leader.moves):
             continue
-        path, message = case.joint(joint, "mimic", "joint"), f'joint "{joint.name}" follows "{leader.name}"'
+        path, message = case.joint(joint, "mimic", "joint"), f'joint "{joint.name}" mimics "{leader.name}"'
         if leader.publisher.kind != ROBOT_STATE_PUBLISHER:
             related = [("the publisher of the leader", case.publisher(leader))]
             yield case.problem("mimic-not-published", f"{message}, which is not in the URDF", path, related=related)
         elif leader.mimic and joint.name.encode() < leader.name.encode() and leader.name not in in_circle:
             first, offset = leader.mimic, mimic.multiplier * leader.mimic.offset + mimic.offset
             direct = f"joint: {first.joint}, multiplier: {number(mimic.multiplier * first.multiplier)}"
-            help = f"follow the leader directly: {{{direct}{f', offset: {number(offset)}' if offset else ''}}}"
-            message += ", itself a follower that comes later by name: robot_state_publisher would not move it"
+            help = f"mimic the first leader directly: {{{direct}{f', offset: {number(offset)}' if offset else ''}}}"
+            message += ", itself a mimic joint that comes later by name: robot_state_publisher would not move it"
             yield case.problem("mimic-chain", message, path, help)

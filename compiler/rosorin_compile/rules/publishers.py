@@ -27,7 +27,7 @@ Combination = Mapping[str, bool]
 
 
 @rule("unknown-mode", "`when` names a mode that is not in `modes`.", "Correct it, or add the mode.", FRAMES)
-@rule("bad-condition", "`when` is invalid or never true.", 'Combine modes: "slam and not replay".', FRAMES)
+@rule("bad-condition", "`when` is invalid or never true.", "Combine modes, as in `slam and not replay`.", FRAMES)
 @rule("too-many-modes", "Conditions depend on too many modes.", "Use at most 10 modes for one frame.", FRAMES)
 def legal(case: Case) -> Iterator[Diagnostic]:
     """Report conditions that are invalid, name an unknown mode or are never true, and edges without a publisher."""
@@ -36,8 +36,8 @@ def legal(case: Case) -> Iterator[Diagnostic]:
     for index, edge in enumerate(case.robot.edges):
         yield from filter(None, [_condition(case, index, edge)])
         if edge.publisher.kind == UNPUBLISHED and not edge.joint:
-            message = f"no node publishes the edge {edge.parent} -> {edge.child}"
-            help = f"add publisher: {choice}" if names else "declare a node in publishers: publisher: NAME"
+            message = f'no node publishes the transform "{edge.parent}" -> "{edge.child}"'
+            help = f'add "publisher: {choice}"' if names else 'add a node to "publishers" and "publisher: NAME" here'
             yield case.problem("unpublished-edge", message, ("edges", index, "child"), help)
 
 
@@ -46,14 +46,14 @@ def _condition(case: Case, index: int, edge: Edge) -> Diagnostic | None:
     names, path, when = modes_in(case.robot, [edge.when]), case.edge(index, "when"), edge.when
     subject = f'the condition "{when}" of {edge.parent} -> {edge.child}'
     if len(names) > MAX_MODES:
-        return case.problem("too-many-modes", f"{subject} depends on {len(names)} modes: too many to check", path)
+        return case.problem("too-many-modes", f"{subject} depends on {len(names)} modes, too many to check", path)
     try:
         results = [not when or evaluate(when, combination.__getitem__) for combination in combinations(names)]
     except ExpressionError as problem:
         unknown = "" if problem.unknown.endswith("()") else problem.unknown
-        found = case.problem("bad-condition", f"{subject} cannot be read: {problem.message}", path)
+        found = case.problem("bad-condition", f"{subject} is not valid: {problem.message}", path)
         if unknown:
-            help = Suggestion(unknown, case.robot.modes, f'add "{unknown}" to modes')
+            help = Suggestion(unknown, case.robot.modes, f'add "{unknown}" to "modes"')
             found = case.problem("unknown-mode", f'there is no mode "{unknown}"', path, help)
         if found.span is None or found.span.length < len(when):
             return found
@@ -62,8 +62,8 @@ def _condition(case: Case, index: int, edge: Edge) -> Diagnostic | None:
         return replace(found, span=found.span._replace(column=found.span.column + start, length=len(unknown) or 1))
     if any(results) and all(isinstance(result, bool) for result in results):
         return None
-    fix = "correct the condition, or remove the edge"
-    return case.problem("bad-condition", f"{subject} is never true, or no condition", path, fix)
+    fix = 'correct the condition, or remove this entry of "edges"'
+    return case.problem("bad-condition", f"{subject} is never true or is not a condition", path, fix)
 
 
 def holds(when: str, combination: Combination) -> bool:
@@ -121,7 +121,7 @@ class Step(NamedTuple):
     def owner(self) -> str:
         """The publisher in words."""
         static = f'static_transform_publisher "{self.publisher.name}"'
-        name = static if self.publisher.kind == STATIC_TRANSFORM_PUBLISHER else self.publisher.name or "nobody"
+        name = static if self.publisher.kind == STATIC_TRANSFORM_PUBLISHER else self.publisher.name or '"none"'
         return f'{name} (joint "{self.joint}")' if self.joint else name
 
 
@@ -180,8 +180,8 @@ def _turn_of_urdf(case: Case, joint: Joint) -> Path:
     return (*path, owners.index(ROBOT_STATE_PUBLISHER), "by") if ROBOT_STATE_PUBLISHER in owners else ()
 
 
-@rule("two-publishers", "A frame has two publishers.", "Remove one, or give each a `when` without the other.", FRAMES)
-@rule("unpublished-edge", "No node publishes an edge; a warning in some modes.", "Name a publisher.", FRAMES)
+@rule("two-publishers", "A frame has two publishers.", "Remove one, or write `when` for both.", FRAMES)
+@rule("unpublished-edge", "No node publishes an edge; a warning in some modes.", "Add a publisher.", FRAMES)
 def one_publisher(case: Case) -> Iterator[Diagnostic]:
     """Report frames with two publishers at once, or without a publisher, in some combination of modes."""
     legal = {step.edge for step in all_steps(case) if step.joint or step.publisher.kind != UNPUBLISHED}
@@ -189,7 +189,7 @@ def one_publisher(case: Case) -> Iterator[Diagnostic]:
     for child, claims in _claims(case).items():
         modes = modes_in(case.robot, [claim.when for claim in claims])
         if len(modes) > MAX_MODES:
-            message = f'the publishers of "{child}" depend on {len(modes)} modes together: too many to check'
+            message = f'the publishers of "{child}" depend on {len(modes)} modes together, which is too many to check'
             yield case.problem("too-many-modes", message, _place(case, claims[-1]), severity=WARNING)
             continue
         gap: Combination | None = None
@@ -202,17 +202,17 @@ def one_publisher(case: Case) -> Iterator[Diagnostic]:
                 *others, last = active = owners if len(owners) > 1 else [*silent, *owners]
                 names, parents = ({getattr(claim, end): None for claim in active} for end in ("owner", "parent"))
                 what = "publishes twice" if len(names) == 1 else "publish"
-                below = f", below {quote(parents)}" if len(parents) > 1 else ""
-                message = f'{phrase(names)} {what} the transform into "{child}"{below}{in_words(combination)}'
-                related = [(f"also published here, by {claim.owner}", _place(case, claim)) for claim in others]
+                below = f" (from {quote(parents)})" if len(parents) > 1 else ""
+                message = f'{phrase(names)} {what} the transform to "{child}"{below}{in_words(combination)}'
+                related = [(f"also set here: {claim.owner}", _place(case, claim)) for claim in others]
                 is_urdf = any(claim.publisher.kind == ROBOT_STATE_PUBLISHER for claim in active)
-                help = "robot_state_publisher publishes in every mode: choose by an argument of the build"
+                help = "robot_state_publisher publishes in every mode; choose the publisher with an argument"
                 yield case.problem("two-publishers", message, _place(case, last), help * is_urdf, related=related)
                 break
             gap = combination if not active and gap is None else gap
         else:
             if gap is not None and child not in bare:
-                message = f'no node publishes the transform into "{child}"{in_words(gap)}'
+                message = f'no node publishes the transform "{claims[0].parent}" -> "{child}"{in_words(gap)}'
                 path = case.edge(claims[0].edge or 0, "when")
                 yield case.problem("unpublished-edge", message, path, severity=WARNING)
 
@@ -226,8 +226,8 @@ def urdf_always(case: Case) -> Iterator[Diagnostic]:
         when = value_at(case.tree, (*place[:-1], "when")) if place else None
         # If the frame has two publishers, another rule reports it.
         if place and when and len(claims.get(joint.child, ())) < 2:
-            message = f'robot_state_publisher publishes joint "{joint.name}" in every mode, not only when {when}'
-            help = 'leave the condition out, or choose by an argument of the build: publisher: "${publisher}"'
+            message = f'robot_state_publisher publishes joint "{joint.name}" in every mode, not only when "{when}"'
+            help = "remove the condition, or choose with an argument of the description: 'publisher: \"${publisher}\"'"
             yield case.problem("bad-condition", message, (*place[:-1], "when"), help)
 
 
@@ -259,12 +259,12 @@ def started(case: Case) -> Iterator[Diagnostic]:
         if not is_there and (is_explicit or (launched and joints)):
             which = f"{count_of(len(joints), 'joint')} ({first_of([joint.name for joint in joints], 3)})"
             format = next(one for one in case.formats.values() if one.write is not None and kind in one.feeds)
-            message = f"{kind} is to publish {which}, but no output has the format {format.name}"
-            help = f"add {format.name}: {{file: {format.file.format(robot.name)}}} to outputs"
+            message = f"{kind} has to publish {which}, but no output has the format {format.name}"
+            help = f'add "{format.name}: {{file: {format.file.format(robot.name)}}}" to "outputs"'
             yield case.problem("unpublished-edge", message, ("outputs",), help, key=True)
 
 
-@rule("planar-taken-as-fixed", help="Make it `type: floating`, with `publisher: NODE` or `{none: WHY}`.", topic=JOINTS)
+@rule("planar-taken-as-fixed", help="Write `type: floating` and `publisher: NODE` or `{none: REASON}`.", topic=JOINTS)
 def planar(case: Case) -> Iterator[Diagnostic]:
     """A warning: a planar joint is in the URDF, and robot_state_publisher treats it as fixed.
 
@@ -273,13 +273,13 @@ def planar(case: Case) -> Iterator[Diagnostic]:
     has_urdf = bool(case.feeding(ROBOT_STATE_PUBLISHER))
     for joint in case.robot.joints:
         if joint.type == "planar" and (joint.publisher.kind == ROBOT_STATE_PUBLISHER or has_urdf):
-            message = f'joint "{joint.name}" is planar: robot_state_publisher takes it for fixed, and publishes it'
+            message = f'joint "{joint.name}" is planar, but robot_state_publisher publishes it as a fixed joint'
             yield case.problem("planar-taken-as-fixed", message, case.publisher(joint))
 
 
 @rule("static-tf-moves", "A moving joint has a static publisher.", "Let robot_state_publisher publish it.", FRAMES)
-@rule("bad-node-name", "ROS 2 refuses the name of a node.", "Use letters, digits, underscores; no digit first.", FRAMES)
-@rule("duplicate-node", "Two nodes have one name.", "Give each static_transform_publisher its own name.", FRAMES)
+@rule("bad-node-name", "ROS 2 refuses the name of a node.", "Use letters, digits and underscores.", FRAMES)
+@rule("duplicate-node", "Two nodes have one name.", "Give each static_transform_publisher its own node name.", FRAMES)
 def static_publishers(case: Case) -> Iterator[Diagnostic]:
     """Report joints that a static_transform_publisher cannot publish, and node names that are invalid or repeated."""
     taken: dict[str, Path] = {ROBOT_STATE_PUBLISHER: ()}
@@ -287,14 +287,14 @@ def static_publishers(case: Case) -> Iterator[Diagnostic]:
         taken.setdefault((entry or {}).get("node", key), ("publishers", key))
     for joint, publisher, path in _static_publishers(case):
         if not joint.is_fixed:
-            message = f'joint "{joint.name}" is {joint.type}, but a static_transform_publisher is for fixed ones'
+            message = f'joint "{joint.name}" is {joint.type}, but a static_transform_publisher is for fixed joints'
             yield case.problem("static-tf-moves", message, path)
         name, place = publisher.name, (*path, STATIC_TRANSFORM_PUBLISHER)
         if not (name.isascii() and name.isidentifier()):
-            yield case.problem("bad-node-name", f'"{name}" cannot be the name of a node in ROS 2', place)
+            yield case.problem("bad-node-name", f'"{name}" is not a valid name of a ROS 2 node', place)
         if (first := taken.setdefault(name, place)) is not place:
-            related = [("first named here", first)] if first else []
-            yield case.problem("duplicate-node", f'two nodes would be called "{name}"', place, related=related)
+            related = [("first used here", first)] if first else []
+            yield case.problem("duplicate-node", f'two ROS nodes have the name "{name}"', place, related=related)
 
 
 def _pieces_with(steps: Iterable[Step], links: Collection[str]) -> list[set[str]]:
@@ -316,8 +316,8 @@ def known_frames(case: Case) -> Iterator[Diagnostic]:
         ends = [(getattr(edge, key), case.edge(index, key)) for index, edge in inside for key in ("parent", "child")]
         near = [end for end in ends if end[0] not in WORLD_FRAMES and nearest(end[0], known)]
         name, path = (near or ends)[0]
-        message, help = f'there is no frame "{name}"', case.suggest(path, name, known, "name a link of the robot")
-        yield case.problem("unknown-link", f"{message}: nothing leads from its edges to a link", path, help)
+        message, help = f'there is no frame "{name}"', case.suggest(path, name, known, "use a link of the robot")
+        yield case.problem("unknown-link", f"{message}: no edge connects it to a link of the robot", path, help)
 
 
 def _misspelt_world(case: Case) -> Iterator[Diagnostic]:
@@ -333,7 +333,7 @@ def _misspelt_world(case: Case) -> Iterator[Diagnostic]:
                 yield case.problem("unknown-link", f'there is no frame "{name}"', path, suggest(meant))
 
 
-@rule("edge-cycle", help="Correct the parent or the child of an edge: frames are a tree.", topic=FRAMES)
+@rule("edge-cycle", help="Correct `parent` or `child` of one of these, so that frames form a tree.", topic=FRAMES)
 def no_cycle(case: Case) -> Iterator[Diagnostic]:
     """Edges and joints form a cycle in some combination of modes."""
     steps, count = steps_in_modes(case)[0] if case.robot.is_tree and case.robot.edges else [], 0
@@ -348,11 +348,11 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
             edges = [step for step in circle if step.edge is not None]
             chain = " -> ".join([circle[0].parent, *(step.child for step in circle)])
             related = [(f"{step.parent} -> {step.child}", step.path) for step in edges[:-1]]
-            yield case.problem("edge-cycle", f"transforms form a circle: {chain}", edges[-1].path, related=related)
+            yield case.problem("edge-cycle", f"transforms form a loop: {chain}", edges[-1].path, related=related)
             return
 
 
-@rule("split-urdf", help="Let one publisher have both joints.", topic=FRAMES)
+@rule("split-urdf", help="Give both joints the same publisher.", topic=FRAMES)
 def one_urdf(case: Case) -> Iterator[Diagnostic]:
     """The URDF would have two roots, because another node publishes a joint between them."""
     if not case.robot.is_tree or not case.feeding(ROBOT_STATE_PUBLISHER):
@@ -360,7 +360,7 @@ def one_urdf(case: Case) -> Iterator[Diagnostic]:
     main, *others = _urdf_roots(case) or [""]
     for root in others:
         above = case.robot.joint_to[root]
-        message = f'the URDF would have two roots, "{main}" and "{root}": it has no joint "{above.name}"'
+        message = f'the URDF would have two roots, "{main}" and "{root}": joint "{above.name}" is not in it'
         yield case.problem("split-urdf", message, case.publisher(above))
 
 
@@ -371,7 +371,7 @@ def _urdf_roots(case: Case) -> list[str]:
     return sorted(roots, key=lambda root: -len(case.robot.subtree(root))) if len(roots) > 1 else roots
 
 
-@rule("split-tf", help="Publish the joint, or nothing below it.", topic=FRAMES)
+@rule("split-tf", help="Name a publisher for this joint, or none for the joints below it.", topic=FRAMES)
 def one_tree(case: Case) -> Iterator[Diagnostic]:
     """A warning: frames are published, but no node publishes a joint above them, always or in some mode."""
     if not case.robot.is_tree or not case.robot.published_by(UNPUBLISHED):
@@ -390,7 +390,7 @@ def one_tree(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("unknown-link", f'there is no frame "{first.parent}"', first.path, help)
         elif first.parent not in _urdf_roots(case)[1:] and first.parent in case.robot.joint_to:
             above = case.robot.joint_to[first.parent]
-            why = f': no node publishes joint "{above.name}", which carries "{first.parent}"'
+            why = f': no node publishes the transform to "{first.parent}" (joint "{above.name}")'
             yield _cut_off(case, piece, why, case.publisher(above))
 
 
@@ -399,7 +399,16 @@ def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
     """Report links that are cut off only in some combination of modes: a frame changes its parent (split-tf)."""
     published, silent = steps_in_modes(case)
     modes = modes_in(case.robot, [step.when for step in (*published, *silent)])
-    if not case.robot.is_tree or not 0 < len(modes) <= MAX_MODES:
+    if not case.robot.is_tree or not modes:
+        return
+    if len(modes) > MAX_MODES:
+        whens: dict[str, list[str]] = {}
+        for step in published:
+            whens.setdefault(step.child, []).append(step.when)
+        if all(len(modes_in(case.robot, some)) <= MAX_MODES for some in whens.values()):  # else another rule reports it
+            last = next(step for step in reversed(published) if step.when)
+            message = f"the transforms depend on {len(modes)} modes together, which is too many to check"
+            yield case.problem("too-many-modes", message, last.path, "use at most 10 modes", severity=WARNING)
         return
     links, claimed = set(case.robot.link), {step.child for step in published}
     for combination in combinations(modes):
@@ -421,7 +430,7 @@ def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
 
 def _cut_off(case: Case, piece: set[str], why: str, path: Path) -> Diagnostic:
     names = quote(name for name in case.robot.link if name in piece)
-    return case.problem("split-tf", f"{names} would be cut off from the rest of the running robot{why}", path)
+    return case.problem("split-tf", f"{names} would not be connected to the transform tree{why}", path)
 
 
 @rule("unknown-frame-id", help="Correct the name under `stamps`, or name the publisher of the frame.", topic=FRAMES)
@@ -444,8 +453,8 @@ def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
     reported: set[str] = set()
     for frame, owner, path in stamps:
         if frame not in frames:
-            message = f'there is no frame "{frame}", which {owner} stamps its messages with'
-            help = case.suggest(path, frame, frames, "name a frame of the robot")
+            message = f'there is no frame "{frame}", which is the frame_id of messages of {owner}'
+            help = case.suggest(path, frame, frames, "use a frame of the robot")
             yield case.problem("unknown-frame-id", message, path, help)
         elif is_checked and frame not in reported:
             steps = [step for step in published if frame in (step.parent, step.child)]
@@ -456,6 +465,8 @@ def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
                 absent = [one for one in absent if active_in(turns, one)]
             if absent:
                 reported.add(frame)
-                when = "" if len(absent) == 2 ** len(modes) else in_words(absent[0])
-                message = f'{owner} stamps its messages with the frame "{frame}", which tf2 does not know{when}'
-                yield case.problem("unknown-frame-id", message, path, severity=WARNING)
+                missing = {} if len(absent) == 2 ** len(modes) else absent[0]  # {}: in all modes
+                message = f'messages of {owner} have the frame_id "{frame}", but no transform leads to that frame'
+                message += in_words(missing)
+                way = f"add a publisher of a transform to this frame{' for that mode' if missing else ''}"
+                yield case.problem("unknown-frame-id", message, path, way, severity=WARNING)

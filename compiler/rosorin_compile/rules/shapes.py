@@ -47,7 +47,7 @@ def mesh_scales(case: Case) -> Iterator[Diagnostic]:
         if low == 0 or not SMALLEST_SCALE <= high <= LARGEST_SCALE or high / low > UNEVEN:
             index = factors.index(high if high > LARGEST_SCALE else low)
             scale = ", ".join(map(number, shape.geometry.scale))
-            message = f'a mesh of link "{link.name}" is scaled by [{scale}]: no unit of length explains this'
+            message = f'a mesh of link "{link.name}" is scaled by [{scale}], which no unit of length explains'
             yield case.problem("mesh-scale", message, (*path, "mesh", "scale", index))
 
 
@@ -76,7 +76,7 @@ def proportions(case: Case) -> Iterator[Diagnostic]:
         if not _is_world(robot, joint.parent):
             is_far = max(map(abs, joint.origin.xyz)) > SEVERAL_OUT_OF_PROPORTION * without_all
             rest = without_all if without_all and is_far else diagonal(robot, (joint.name,))
-            what = f'joint "{joint.name}" puts "{joint.child}" far away from "{joint.parent}"'
+            what = f'joint "{joint.name}" places "{joint.child}" far away from "{joint.parent}"'
             yield from _lengths(case, what, case.joint(joint, "xyz"), joint.origin.xyz, rest)
     moved = [joint for joint in robot.joints if any(joint.origin.xyz)]
     if len(moved) < 2:  # a single object, whose size cannot be judged
@@ -95,8 +95,8 @@ def proportions(case: Case) -> Iterator[Diagnostic]:
     if 0 < size < TINY and all(math.hypot(*joint.origin.xyz) < TINY for joint in moved):
         joint = max(moved, key=lambda joint: math.hypot(*joint.origin.xyz))
         place = case.joint(joint, "xyz", max(range(3), key=lambda index: abs(joint.origin.xyz[index])))
-        message = f'the whole robot measures {number(size * 1000)} mm; its longest joint is "{joint.name}"'
-        yield case.problem("size-implausible", message, place, "xyz and sizes are in metres")
+        message = f'the entire robot measures only {number(size * 1000)} mm (longest offset: joint "{joint.name}")'
+        yield case.problem("size-implausible", message, place, 'write "xyz" and sizes in metres, or with a unit')
 
 
 def _lengths(case: Case, what: str, path: Path, values: Vector, rest: float) -> Iterator[Diagnostic]:
@@ -107,8 +107,8 @@ def _lengths(case: Case, what: str, path: Path, values: Vector, rest: float) -> 
     if far:
         place = (*path, max(far, key=lambda index: abs(values[index])))
         numbers = phrase(number(values[index]) for index in far)
-        message = f"{what}, by {numbers} m{case.stands_in(place)}, and the rest of the robot measures {number(rest)} m"
-        help = f"write {numbers} with mm if millimetres are meant, with m if not"
+        message = f"{what} ({numbers} m{case.stands_in(place)}), but the rest of the robot measures {number(rest)} m"
+        help = f'write the unit "mm" after {numbers} if millimetres are meant, "m" if not'
         yield case.problem("size-implausible", message, place, help)
 
 
@@ -176,7 +176,7 @@ def duplicates(case: Case) -> Iterator[Diagnostic]:
         axis = () if joint.is_fixed else joint.axis
         other = first.setdefault((joint.parent, joint.type, joint.origin, axis, looks), joint)
         if other is not joint:
-            message = f'joints "{other.name}" and "{joint.name}" put links of the same shape into the same place'
+            message = f'joints "{other.name}" and "{joint.name}" place links of the same shape at the same pose'
             related = [("the other joint", case.joint(other))]
             yield case.problem("two-in-one-place", message, case.value(case.joint(joint), "xyz"), related=related)
 
@@ -219,7 +219,7 @@ def contained_links(case: Case) -> Iterator[Diagnostic]:
                 path = case.joint(robot.joint_to[name]) if name in robot.joint_to else case.link(name)
                 place = case.value(path, "xyz")
                 kind = "collision" if outer.collision else "visual"
-                related = [("the shape around it", case.link(outer.name, kind, index))]
+                related = [("the surrounding shape", case.link(outer.name, kind, index))]
                 message = f'link "{name}" is entirely inside link "{outer.name}"'
                 yield case.problem("link-inside-link", message, place, related=related, key=place == path)
 
@@ -257,7 +257,7 @@ def _materials(case: Case) -> Iterator[tuple[str, Path, Path, Material]]:
             yield f'a visual of link "{link.name}"', path, (*path, "material"), material
 
 
-@rule("material-twice", help="Give one of them another name; it has one meaning in the whole URDF.", topic=NUMBERS)
+@rule("material-twice", help="Rename one of them: a material name is valid in the entire URDF.", topic=NUMBERS)
 def definitions(case: Case) -> Iterator[Diagnostic]:
     """A material has two different appearances: in `materials` and in a visual, or in two visuals."""
     first: dict[str, tuple[Path, Material]] = {}
@@ -265,18 +265,18 @@ def definitions(case: Case) -> Iterator[Diagnostic]:
         if material.name and (material.rgba is not None or material.texture):
             place, other = first.setdefault(material.name, (path, material))
             if other != material:
-                message = f'the material "{material.name}" has a different colour or texture elsewhere'
-                yield case.problem("material-twice", message, path, related=[("the other one", place)])
+                message = f'the material "{material.name}" is defined twice, with different colours or textures'
+                yield case.problem("material-twice", message, path, related=[("the other definition", place)])
 
 
-@rule("colour-range", help="Divide values of 0 to 255 by 255.", topic=NUMBERS, accept="link", imported="always")
+@rule("colour-range", help="Divide values from 0 to 255 by 255.", topic=NUMBERS, accept="link", imported="always")
 def colour_range(case: Case) -> Iterator[Diagnostic]:
     """A warning: a component of a colour is below 0 or above 1."""
     for what, path, _, material in _materials(case):
         parts = material.rgba or (0.5,) * 4
         index = max(range(4), key=lambda part: abs(parts[part] - 0.5))
         if not 0 <= parts[index] <= BRIGHTEST:
-            message = f"{what} has {number(parts[index])} in its rgba: each is from 0 to 1"
+            message = f'{what} has {number(parts[index])} in its "rgba", but values must be from 0 to 1'
             yield case.problem("colour-range", message, (*path, "rgba", index))
 
 
@@ -294,5 +294,5 @@ def unknown_materials(case: Case) -> Iterator[Diagnostic]:
             message, help = f'there is no material "{name}"', suggest(close)
             yield case.problem("unknown-material", message, path, help, related=related, severity=WARNING)
     if unknown:
-        message = f"materials of visuals are not defined here: {quote(unknown, 8)}"
+        message = f"visuals use undefined materials: {quote(unknown, 8)}"
         yield case.problem("unknown-material", message, next(iter(unknown.values()))[0], severity=NOTE)

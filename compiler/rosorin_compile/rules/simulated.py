@@ -141,39 +141,46 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
         id, word = _RULES.get(kind, "unknown-name"), _WORDS.get(kind, kind)
         message = f'there is no {word} "{name}"'
         known = names.by_kind.get(kind, ()) if is_simulated else case.symbols.among((kind,))
-        help: Help = case.suggest(uses[0].path, name, known, f"name another {word} of the robot")
+        help: Help = case.suggest(uses[0].path, name, known, f"use another {word} of the robot")
         if kind == JOINT and name in case.robot.joint:
-            joint, help = case.robot.joint[name], ""
+            joint = case.robot.joint[name]
+            parts = " or ".join(f'"{name}{end}"' for end in ENDS.get(joint.type, ()))
             id = "joint-is-fixed" if joint.is_fixed else "joint-has-no-position"
             message = f'joint "{name}" is {joint.type} and has no single position'
+            help = f"name one of the joints that MuJoCo has for it: {parts}" if parts else ""
+        elif kind == JOINT and name == _free_joint(case.robot):
+            help = 'write "base: free" in the output of the MJCF'
         yield from case.unknown(id, message, uses, help)
 
 
-@rule("name-twice", help="Give one of them another name; in a part, names get its prefix.", topic=SIMULATED)
+@rule("name-twice", help="Rename one of them; in a part, names automatically get its prefix.", topic=SIMULATED)
 def unique_names(case: Case) -> Iterator[Diagnostic]:
     """Two entries of one kind have the same name in the MJCF: sites, cameras, sensors, tendons, elements."""
     names, taken = list(_named(case)), dict[tuple[str, str], Path]()
     if any(named.kind == GEOM for named in names):
         taken |= {(GEOM, name): path for name, path in _shapes(case).items()}
+    if (root := case.robot.root_in_world.joint) in case.robot.joint:
+        names.append(Named(JOINT, root, ("root", "joint"), key=False))
+        taken[JOINT, root] = case.joint(case.robot.joint[root])
     if all(named.derived or named.path[0] in ("sensors", "poses") for named in names):
         return  # no names for simulation only
     for named in names:
         first = taken.setdefault((named.kind, named.name), named.path)
         # Two actuators at joints are checked with the output (mjcf-actuators).
         if first is not named.path and not named.derived and not (named.kind == ACTUATOR and named.key):
-            message = f'the {_WORDS.get(named.kind, named.kind)} "{named.name}" occurs twice in the MJCF'
-            message += ", where each frame is a site" if named.kind == SITE else ""
-            related = [case.related("the other one", first, key=len(first) == 2)]
+            message = f'the {_WORDS.get(named.kind, named.kind)} "{named.name}" would be defined twice in the MJCF'
+            message += ", in which each link also becomes a site" if named.kind == SITE else ""
+            related = [case.related("the other definition", first, key=len(first) == 2)]
             key = named.key and named.path[-1] == named.name
             yield case.problem("name-twice", message, named.path, related=related, key=key)
 
 
 # Elements that a description can express with keys, and the fix.
 _IN_WORDS = {
-    "body": "make it a link, with a joint of type fixed where it does not move",
-    "joint": "write it under joints of the description",
-    "freejoint": "write base: free in the output of the MJCF",
-    "inertial": "write it under inertial of the link",
+    "body": 'write it as a link, with a joint of type "fixed" if it does not move',
+    "joint": 'write it in "joints" of the description',
+    "freejoint": 'write "base: free" in the output of the MJCF',
+    "inertial": 'write it in "inertial" of the link',
     "composite": "make its bodies links",
     "attach": "use a part, or include its file",
     "include": "write its elements here, or include its file",
@@ -215,8 +222,8 @@ def mjcf_elements(case: Case) -> Iterator[Diagnostic]:
                 continue
             seen.add((kind, name))
             word = GEOM if kind == GEOM else _WORDS.get(kind, kind)
-            message = f'{where} names the {word} "{name}", which is not in the MJCF'
-            help = case.suggest(path, name, names.by_kind.get(kind, ()), f"name a {word} of the robot")
+            message = f'{where} refers to {word} "{name}", which is not in the MJCF'
+            help = case.suggest(path, name, names.by_kind.get(kind, ()), f"use a {word} of the robot")
             yield at_name(case.problem("unknown-in-mjcf", message, path, help), name, found.line)
 
 
@@ -224,12 +231,12 @@ def _misplaced(found: Found, top: bool) -> tuple[str, Help] | None:
     tag, first = found.tags[-1], found.tags[0]
     is_other = top and (first == "default" or (tag == "joint" and first in ("tendon", "equality")))
     if tag in _IN_WORDS and not is_other:
-        return f"<{tag}> cannot be in elements of MJCF: other artifacts would contradict it", _IN_WORDS[tag]
+        return f"<{tag}> is written as MJCF, so that other artifacts would not have it", _IN_WORDS[tag]
     known, other = (mujoco.SECTIONS, _IN_BODIES) if top else (_IN_BODIES, mujoco.SECTIONS)
     if len(found.tags) > 1 or tag in known:
         return None
-    help = "write it in a link" if top else "write it under mjcf at the top"
-    what = "a section of an MJCF" if top else "an element of a body"
+    help = 'write it in "mjcf_elements" of a link' if top else 'write it in the top-level key "mjcf"'
+    what = "a top-level element of MJCF" if top else "an element of a body"
     return f"<{tag}> is not {what}", help if tag in other else Suggestion(tag, known, "remove it")
 
 
@@ -237,7 +244,7 @@ def _misplaced(found: Found, top: bool) -> tuple[str, Help] | None:
 _SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
 
 
-@rule("mark-value", help="Correct it as the message says.", topic=SIMULATED)
+@rule("mark-value", help="Correct the value as the message says.", topic=SIMULATED)
 def marks(case: Case) -> Iterator[Diagnostic]:
     """A site, a camera or a light of a simulation has a value that MuJoCo refuses, or contradictory values."""
     for link in case.robot.links:
@@ -261,20 +268,27 @@ def _mark_problems(tag: str, values: Mapping[str, Any]) -> Iterator[tuple[str, s
     if any(not 0 <= value <= 1 for value in numbers("softness")):
         yield "softness", f"has a softness of {number(values['softness'])}: write a number from 0 to 1"
     if chip and "sensorsize" not in values:
-        yield chip[0], f"has {chip[0]} and no sensorsize: write that of the chip, [WIDTH, HEIGHT] in m"
+        yield chip[0], f"has {chip[0]} but no sensorsize: write the size of the image sensor, [WIDTH, HEIGHT] in m"
+    if "dir" in values and tag == "light" and not any(numbers("dir")):
+        yield "dir", "has a direction of length zero: write one, such as [0, 0, -1]"
+    if "sensorsize" in values and ("fovy" in values or not {"focal", "focalpixel"} & values.keys()):
+        yield "sensorsize", "has a sensorsize: write focal: [X, Y] (m) with it, and no fovy"
+    for key in ("sensorsize", "focal", "focalpixel", "resolution"):
+        if any(value <= 0 for value in numbers(key)):
+            yield key, f"has a {key} that is not above zero"
     if any(not 0 < value < 180 for value in numbers("fovy")) and values.get("projection") != "orthographic":
-        yield "fovy", f"sees {number(values['fovy'])} degrees: write an angle between 0 and 180 degrees"
+        yield "fovy", f"has a field of view of {number(values['fovy'])} degrees: write an angle between 0 and 180"
     if str(values.get("mode", "")).startswith("targetbody") != ("target" in values):
-        yield "target" if "target" in values else "mode", "needs both of mode: targetbody and target: LINK, or neither"
+        yield "target" if "target" in values else "mode", 'needs both "mode: targetbody" and "target: LINK", or neither'
 
 
-@rule("body-value", help="Move it to the root link, or leave it out.", topic=SIMULATED)
+@rule("body-value", help="Move the key to the root link, or remove it.", topic=SIMULATED)
 def bodies(case: Case) -> Iterator[Diagnostic]:
     """A link has an attribute that MuJoCo accepts only for the root: `mocap`, `sleep`."""
     world, root = case.robot.root_in_world.world, case.robot.root_in_world.values
     others = ", ".join(sorted(set(root) - {"align", "group"}))
     if "align" in root and others:
-        message = f"the root has align and {others}, which MuJoCo does not take together"
+        message = f'"root" has align and {others}, which MuJoCo does not accept together'
         yield case.problem("body-value", message, ("root", "mjcf", "align"), "leave it out", key=True)
     bases = {output.options.get("base", "fixed") for output in case.robot.outputs if output.backend == "mjcf"}
     for link in case.robot.links:
@@ -283,10 +297,10 @@ def bodies(case: Case) -> Iterator[Diagnostic]:
         is_held = not is_root or (joint is not None and not joint.is_fixed) or ("free" in bases and not world)
         problems = {}
         if link.mjcf.get("mocap") is True and is_held:
-            problems["mocap"] = "only the root link can, with base: fixed in the output, or a link fixed to the world"
+            problems["mocap"] = 'only the root link with "base: fixed" in the output, or a link fixed to the world, can'
         is_fixed = ("fixed" in bases or not bases) and not world
         if link.mjcf.get("sleep") in ("never", "allowed", "init") and (not is_root or is_fixed):
-            problems["sleep"] = "only a free base can have it: the root link, with base: free in the output"
+            problems["sleep"] = 'only the root link can have it, with "base: free" in the output'
         for key, help in problems.items():
             message = f'link "{link.name}" has {key}, which MuJoCo does not accept here'
             yield case.problem("body-value", message, case.link(link.name, "mjcf", key), help, key=True)

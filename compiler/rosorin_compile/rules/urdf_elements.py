@@ -18,7 +18,7 @@ from rosorin_compile.language.schema import named_as
 from rosorin_compile.language.symbols import Symbol
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Joint, Link, Shape
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import Diagnostic, Help, Source, Suggestion, nearest
+from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, Source, Suggestion, nearest
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import NUMBERS, rule
 from rosorin_compile.source.tree import Map, Path
@@ -54,7 +54,7 @@ def mjcf_texts(case: Case) -> Iterator[tuple[Path, str, bool]]:
             yield case.link(link.name, "mjcf_elements", index), text, False
 
 
-@rule("bad-xml", help="Write whole elements, such as `<gazebo>...</gazebo>`.", topic=NUMBERS)
+@rule("bad-xml", help="Write complete elements, such as `<gazebo>...</gazebo>`.", topic=NUMBERS)
 def well_formed(case: Case) -> Iterator[Diagnostic]:
     """A text of `urdf_elements`, `mjcf` or `mjcf_elements` is not made of complete XML elements."""
     from rosorin_compile.source.xml.markup import MarkupError, parse
@@ -114,7 +114,7 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
                 described = False
             for attribute in element.attributes if tags == ("gazebo",) else ():
                 if attribute != "reference" and nearest(attribute, ["reference"]):
-                    message = f'<gazebo> has no attribute "{attribute}", so it is about the whole robot'
+                    message = f'<gazebo> has no attribute "{attribute}", so that it applies to the entire robot'
                     problem = case.problem("unknown-reference", message, path, suggest("reference"))
                     yield at_name(problem, attribute, element.line)
             for one in named:
@@ -131,7 +131,7 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
         if name not in names[kind] and (sure or nearest(name, names[kind])):
             message, uses = f'there is no {kind} "{name}"', sure or uses
             real = {*robot.link} if kind in (LINK, FRAME) else names[kind]
-            help: Help = case.suggest(path, name, real, f"name a {kind} of the robot")
+            help: Help = case.suggest(path, name, real, f"use a {kind} of the robot")
             # Names without the prefix, as in a part.
             longer = sorted(one for one in real if one.endswith(name) and not one[: -len(name)][-1:].isalnum())
             help = suggest(*longer[:_MAX_SUGGESTED]) if longer else help
@@ -148,7 +148,7 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
         yield from (at_name(one, name, line) for one in found)
 
 
-@rule("duplicate-xml", help="Give each a name of its own; in a part, write `${prefix}` before it.", topic=NUMBERS)
+@rule("duplicate-xml", help="Rename one of them; in a part, begin the name with `${prefix}`.", topic=NUMBERS)
 def duplicates(case: Case) -> Iterator[Diagnostic]:
     """A warning: two elements of `urdf_elements` have the same name, but their reader uses only one."""
     first: dict[tuple[str, ...], Path] = {}
@@ -171,11 +171,14 @@ def duplicates(case: Case) -> Iterator[Diagnostic]:
         for what, name, *key in (one for one in names if one[1]):
             before = first.setdefault((what, name, *key), path)
             if what == "<sensor>" and name in written:
-                message = f'an output has a {what} "{name}" for Gazebo without it'
-                yield case.problem("duplicate-xml", message, path, "remove it, or write gazebo: [] in the sensor")
+                message = f'an output already has a {what} "{name}" for Gazebo, which comes from "sensors"'
+                yield case.problem("duplicate-xml", message, path, 'remove it, or write "gazebo: []" in the sensor')
             elif before is not path:
-                message = f'two {what} of the robot are called "{name}"'
-                yield case.problem("duplicate-xml", message, path, related=[("the other one", before)])
+                one, two = case.tree.locate(before), case.tree.locate(path)
+                is_same = one.via is not None and one.span == two.span  # the same text, from two uses of a part
+                related = [Related("the other element", one.via.span if is_same and one.via else one.span)]
+                message = f'two {what} elements of the robot have the name "{name}"'
+                yield case.problem("duplicate-xml", message, path, related=related)
 
 
 # The parents in which a URDF element is read, and its reader.
@@ -234,16 +237,16 @@ def _misplaced(case: Case, tags: tuple[str, ...], reference: str) -> tuple[str, 
     outer = set(tags[:-1])
     if not outer.isdisjoint(_FREE) or ":" in "".join(tags[1:]):
         return None
-    unread = f"no reader takes <{tag}> in "
+    unread = f"no program reads <{tag}> in "
     parents, reader = _READ_IN.get(tag, ((parent,), ""))
     if parent not in parents and outer.isdisjoint(("transmission", "sdf")):
-        return f"{unread}<{parent}>", f"{reader} reads it in {phrase(f'<{one}>' for one in parents)}: move it there"
+        return f"{unread}<{parent}>", f"move it into {phrase(f'<{one}>' for one in parents)}, where {reader} reads it"
     if tag in _OF_GAZEBO and parent in _OF_URDF and not {"gazebo", "sdf", "transmission"} & set(tags):
-        return f"{unread}<{parent}>", 'Gazebo reads it in <gazebo reference="LINK">: move it there'
+        return f"{unread}<{parent}>", 'move it into <gazebo reference="LINK">, where Gazebo reads it'
     if parent == "gazebo" and tag in {*_OF_LINKS, *_OF_JOINTS, "sensor"}:
         is_link, is_joint = reference in case.robot.link, reference in case.robot.joint
         if not reference:
-            return f"{unread}a <gazebo> without a reference", 'name a link or a joint: <gazebo reference="NAME">'
+            return f"{unread}a <gazebo> without a reference", 'add a link or a joint: <gazebo reference="NAME">'
         if is_link != is_joint and tag in (_OF_JOINTS if is_link else _OF_LINKS):
             kind, other = ("link", "joint") if is_link else ("joint", "link")
             return f'{unread}a <gazebo> that refers to the {kind} "{reference}"', f"refer to a {other}"

@@ -198,8 +198,8 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     found += [("joint", joint.name, case.joint(joint)) for joint in robot.joints]
     for kind, name, path in (*found, ("model", robot.name, ("robot",))):
         if name == WORLD or "::" in name or RESERVED.match(name):
-            message = f'no {kind} of {output.file} can be called "{name}": SDF reserves world, __NAME__ and "::"'
-            help = "rename it; a root without mass may be called so" if (kind, name) == ("link", WORLD) else "rename it"
+            message = f'no {kind} of {output.file} can be called "{name}": SDF reserves world, __NAME__ and A::B'
+            help = "rename it; only a massless root can be world" if (kind, name) == ("link", WORLD) else "rename it"
             yield case.problem("sdf-name", message, path, help, key=kind != "model")
 
 

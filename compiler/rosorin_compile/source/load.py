@@ -64,7 +64,7 @@ def read_input(path: Path, shown: str, asked: Span | None, most: int, help: str)
 
 def read_utf8(path: Path, shown: str, asked: Span | None = None) -> Source:
     """Read a UTF-8 file; ``asked`` is where it is named. Raises LoadError."""
-    return decoded(read_input(path, shown, asked, MAX_BYTES, "check the name and the permissions"), shown)
+    return decoded(read_input(path, shown, asked, MAX_BYTES, "check the file name and the permissions"), shown)
 
 
 def decoded(data: bytes, shown: str, encoding: str = "utf-8", help: str = "save the file as UTF-8") -> Source:
@@ -86,9 +86,8 @@ def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instanc
         return tree
     kind = "empty" if tree is None else "a list" if isinstance(tree, Seq) else "not a mapping"
     message = f'{source.path} is {kind}; a description is a mapping such as "robot: my_robot"'
-    help = "start from docs/tutorial.md"
-    if tree is None and stdin_of(path) is not None:
-        help = "the program before the pipe printed nothing"
+    is_piped = tree is None and stdin_of(path) is not None
+    help = "the program before the pipe printed nothing" if is_piped else "start from docs/tutorial.md"
     if source.text.lstrip().startswith("<"):
         message, help = f"{source.path} is XML, not a description", "`rosorin-compile import` converts robots in XML"
     raise LoadError(error("not-a-mapping", message, source.span(), help))
@@ -121,15 +120,15 @@ def _check_text(source: Source) -> None:
         return
     if found := _BIDI.search(text):
         help = f'remove it, or write the text in double quotes with "\\u{ord(found[0]):04x}"'
-        message = f"{in_words(found[0])} changes the order in which editors show this line"
+        message = f"{in_words(found[0])} changes the order in which editors display this line"
         raise LoadError(error("bidi-control", message, source.span(found.start()), help))
     if not (line_ends := {found.start() for found in _LINE_ENDS.finditer(text)}):
         return
     for token in quoted_tokens(text):
         line_ends -= {*range(token.start_mark.index, token.end_mark.index)}
     if line_ends:
-        message = f"{in_words(text[min(line_ends)]).removesuffix(', a control character')} ends this line for YAML"
-        help = "remove it: most editors show it within the line"
+        message = f"{in_words(text[min(line_ends)]).removesuffix(', a control character')} ends the line in YAML"
+        help = "remove the character, which most editors do not show as a line end"
         raise LoadError(error("yaml-line-end", message, source.span(min(line_ends)), help))
 
 
@@ -149,7 +148,7 @@ class _Composer:
         for event in self.events:
             documents += isinstance(event, yaml.DocumentStartEvent)
             if documents > 1:
-                raise self.fail("yaml-documents", "a description is one YAML document", event, 'remove the "---"')
+                raise self.fail("yaml-documents", "the file has more than one YAML document", event, 'remove the "---"')
             if isinstance(event, yaml.NodeEvent):
                 tree = self.value(event, 0)
         return tree
@@ -169,9 +168,9 @@ class _Composer:
         self.nodes += 1 + (alias[1] if alias else 0)
         if self.nodes > self.max_nodes:
             message = f"the file, or its aliases, have more than {self.max_nodes:,} values"
-            raise self.fail("yaml-too-large", message, event, "split it, or use a loop")
+            raise self.fail("yaml-too-large", message, event, "split the file, or use a loop")
         if depth > MAX_DEPTH:
-            raise self.fail("yaml-too-deep", f"nested deeper than {MAX_DEPTH} levels", event, "flatten the file")
+            raise self.fail("yaml-too-deep", f"nested deeper than {MAX_DEPTH} levels", event, "use fewer nested levels")
         if type(event) is ScalarEvent and event.tag is None and not event.anchor:  # the common case
             return Text(event.value) if event.style else plain_scalar(event.value)
         if is_alias:
@@ -179,17 +178,16 @@ class _Composer:
                 return alias[0]
             spans = {anchor: span for anchor, (_, _, span) in self.anchors.items()}
             help = Suggestion(event.anchor, spans, none="define it above, or put the text in quotes", places=spans)
-            message = f'no anchor "&{event.anchor}" is defined before this alias'
-            raise self.fail("yaml-alias", message, event, help)
+            raise self.fail("yaml-alias", f'no anchor "&{event.anchor}" is defined before this alias', event, help)
         tag, is_scalar = event.tag, isinstance(event, yaml.ScalarEvent)
         if tag not in (None, "!", "tag:yaml.org,2002:str") and not (is_scalar and tag in _UNIT_TAGS):
-            advice = "list the file under include" if "include" in tag else "write the value without it"
-            raise self.fail("yaml-tag", f"the tag {tag} has no meaning here", event, advice)
+            advice = "list the file under include" if "include" in tag else "write the value without the tag"
+            raise self.fail("yaml-tag", f"the YAML tag {tag} is not supported here", event, advice)
         made: Any
-        if tag in _UNIT_TAGS:
-            made = self.tagged(event)
-        elif is_scalar:
-            made = Text(event.value) if event.style or tag is not None else plain_scalar(event.value)
+        if is_scalar:
+            is_plain = not event.style and tag is None
+            made = plain_scalar(event.value) if is_plain else Text(event.value)
+            made = self.tagged(event) if tag in _UNIT_TAGS else made
         elif isinstance(event, yaml.MappingStartEvent):
             made = self.mapping(event, depth)
         else:
@@ -204,11 +202,11 @@ class _Composer:
         made = Map(self.span(event), self.via)
         while type(key_event := next(self.events)) is not MappingEndEvent:
             if type(key_event) is not ScalarEvent:
-                help = "an expression is written ${...}, in quotes"
+                help = 'write an expression with quotes: "${...}"'
                 raise self.fail("yaml-key", "a key must be plain text", key_event, help)
             key, key_span = str(key_event.value), self.span(key_event)
             if key == "<<" and not key_event.style:
-                help = "repeat the keys, or name a value in let"
+                help = 'repeat the keys, or define the value in "let"'
                 raise self.fail("yaml-merge", '"<<" is not part of YAML 1.2', key_event, help)
             if key in made:
                 related = [Related("first defined here", made.key_spans[key])]
@@ -225,8 +223,8 @@ class _Composer:
             if _CALCULATION.fullmatch(text):
                 text = repr(float(eval(text, {"__builtins__": {}}, names)))  # noqa: S307 - no other syntax or names
         if (quantity := Quantity.parse(f"{text} {_UNIT_TAGS[event.tag]}")) is None:
-            help = "write a number, or a quantity or an expression without the tag"
-            raise self.fail("yaml-tag", f'{event.tag} is before "{event.value}", not a number', event, help)
+            help = "write a number after the tag, or remove the tag and write a unit"
+            raise self.fail("yaml-tag", f'the tag {event.tag} needs a number, not "{event.value}"', event, help)
         return float(quantity)
 
 

@@ -29,6 +29,15 @@ def package_name(folder: Path) -> str:
     return folder.name
 
 
+def package_of(folder: Path) -> tuple[Path, str] | None:
+    """Return the folder and name of the ROS package that contains a folder, or None."""
+    folder = files.resolve(folder)
+    for place in (folder, *list(folder.parents)[:4]):
+        if name := package_name(place):
+            return place, name
+    return None
+
+
 class Packages:
     """Find packages by name; cache the results."""
 

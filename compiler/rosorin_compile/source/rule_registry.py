@@ -64,8 +64,8 @@ class Rule:
 
     @property
     def hint(self) -> str:
-        """The fix as a help line: plain text that begins in lower case."""
-        text = self.help.replace("`", "").removesuffix(".")
+        """The fix as a help line that begins in lower case."""
+        text = self.help.replace("`", '"').removesuffix(".")
         return text[:1].lower() + text[1:] if text[1:2].islower() else text
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import yaml
@@ -21,14 +21,14 @@ _ITEM = re.compile(r"^ *(- +)*")
 _FOREIGN_COMMENT = re.compile(r" *(//|/\*|<!--|--)")
 _CONFLICT = re.compile(r"^(<{7}|\|{7}|>{7})(?= |$)", re.MULTILINE)
 _IN_BRACKETS = re.compile(r"""(?<!\w)"(?:\\.|[^"\\])*"|(?<!\w)'[^']*'|(?<!\S)#.*|[\[\]{}]""")
-_BEGINNINGS = {"*": "an alias", "&": "an anchor", "!": "a tag", ">": "a text of lines", "|": "a text of lines"}
+_BEGINNINGS = {"*": "an alias", "&": "an anchor", "!": "a tag", ">": "a multi-line text", "|": "a multi-line text"}
 # The message of libyaml, ours, the fix, and True if the mistake is where the enclosing context begins. {letter} is the
 # character at which the parser stopped.
 _REPORTS = (
-    ("cannot start any token", 'no text begins with "{letter}"', _QUOTE, False),
-    ("block sequence entries are not", "a list cannot begin behind its key", "begin it on the next line", False),
-    ("could not find expected ':'", 'a ":" is missing here', "write NAME: VALUE", True),
-    ("directive", 'a line with "%" is for YAML itself', "remove it", True),
+    ("cannot start any token", 'text without quotes cannot begin with "{letter}"', _QUOTE, False),
+    ("block sequence entries are not", "a list cannot begin on the line of its key", "move it to the next line", False),
+    ("could not find expected ':'", 'a ":" is missing here', 'write "NAME: VALUE"', True),
+    ("directive", 'a line that begins with "%" is a YAML directive', "remove it", True),
 )
 
 
@@ -38,7 +38,7 @@ def explain_mistake(source: Source, problem: yaml.YAMLError) -> Diagnostic:
         return error("yaml-syntax", "control characters are not allowed", source.span(problem.position), "remove it")
     if "maximum nesting depth" in str(getattr(problem, "problem", None)):  # libyaml's limit is 1,000 levels
         span = source.span(problem.problem_mark.index)  # type: ignore[attr-defined]
-        return error("yaml-too-deep", f"nested deeper than {MAX_DEPTH} levels", span, "flatten the file")
+        return error("yaml-too-deep", f"nested deeper than {MAX_DEPTH} levels", span, "use fewer nested levels")
     failure = _Failure(source, problem)
     kinds = (failure.mark, failure.quote, failure.after_a_value, failure.bracket, failure.colon, failure.indentation)
     return next((made for kind in kinds if (made := kind())), None) or failure.beginning()
@@ -59,23 +59,21 @@ class _Failure:
         self.letter, self.indent = self.rest[:1], len(self.text) - len(self.text.lstrip(" "))
         self.opened = source.line(self.begun[0])[self.begun[1] - 1 :][:1]
 
-    def report(
-        self, message: str, help: str, place: tuple[int, ...] = (), length: int = 1, and_here: str = ""
-    ) -> Diagnostic:
-        """Return an error at a line and column, by default where the parser stopped, which ``and_here`` describes."""
+    def report(self, message: str, help: str, place: Sequence[int] = (), length: int = 1, here: str = "") -> Diagnostic:
+        """Return an error at a line and column, by default where the parser stopped, which ``here`` describes."""
         line, column = place or self.at
-        related = [Related(and_here, Span(self.source, *self.at))] if and_here else []
+        related = [Related(here, Span(self.source, *self.at))] if here else []
         return error("yaml-syntax", message, Span(self.source, line, column, max(1, length)), help, related)
 
     def mark(self) -> Diagnostic | None:
         """Report characters of other tools: of git conflicts, tabs, comments of other languages."""
         if mark := _CONFLICT.search(self.source.text):
             place = self.source.span(mark.start())[1:3]
-            return self.report("a merge conflict is not resolved", "choose a version, remove the marks", place, 7)
+            return self.report("unresolved merge conflict", "choose a version, and remove the markers", place, 7)
         if "\t" in (blank := self.text[: len(self.text) - len(self.text.lstrip())]):
-            return self.report("a tab indents this line", "use spaces", (self.line, blank.index("\t") + 1))
+            return self.report("this line is indented with a tab", "use spaces", (self.line, blank.index("\t") + 1))
         if self.before.endswith("$") and self.letter == "{":
-            help = 'inside [ ] and { } an expression needs quotes: "${...}"'
+            help = 'inside [ ] and { }, write expressions with quotes: "${...}"'
             return self.report("this expression needs quotes", help, (self.line, self.at[1] - 1), 2)
         lines = range(self.begun[0], self.line + 1) if "parsing a flow" in self.what else ()
         return next((made for number in lines if (made := self.foreign_comment(number))), None)
@@ -89,13 +87,13 @@ class _Failure:
         begun: tuple[int, ...] = self.begun
         if "quoted scalar" not in self.what:  # the quote was closed by the next one on a later line
             end = (self.line - 1, len(self.before.rstrip()))
-            above = [token for token in quoted_tokens(self.source.text) if token.start_mark.line < end[0]][-1:]
-            if not above or (above[0].end_mark.line, above[0].end_mark.column) != end:
+            *_, last = None, *(token for token in quoted_tokens(self.source.text) if token.start_mark.line < end[0])
+            if last is None or (last.end_mark.line, last.end_mark.column) != end:
                 return None
-            begun = self.source.span(above[0].start_mark.index)[1:3]
+            begun = self.source.span(last.start_mark.index)[1:3]
         elif "escape" in self.what:
-            help = "use single quotes, or write the backslash twice"
-            return self.report(f'"{self.rest[:2]}" has no meaning in double quotes', help, length=2)
+            help = "use single quotes, or double the backslash"
+            return self.report(f'"{self.rest[:2]}" is not a valid escape in double quotes', help, length=2)
         return self.report("this quote is not closed", "close it where the text ends", begun)
 
     def after_a_value(self) -> Diagnostic | None:
@@ -104,17 +102,17 @@ class _Failure:
             return None
         if before[-1] in "'\"":
             escape = "''" if before[-1] == "'" else '\\"'
-            return self.report("the text continues after its closing quote", f"write {escape} within it")
+            return self.report("the text continues after its closing quote", f"write {escape} for a quote in it")
         if "block" not in self.what or rest[0] in ":,":
             return None
         word = printable(rest.split()[0])
-        comment = f"{_COMMENT}; each number of a list has its own unit"
-        help = "remove it, or open it before" if rest[0] in "]}" else comment
-        return self.report(f'"{word}" is after the closing "{before[-1]}"', help, length=len(word))
+        comment = f"{_COMMENT}; write the unit after each number of a list"
+        help = "remove it, or add the opening bracket" if rest[0] in "]}" else comment
+        return self.report(f'unexpected "{word}" after the closing "{before[-1]}"', help, length=len(word))
 
     def bracket(self) -> Diagnostic | None:
         if "found unexpected ':'" in self.what:
-            return self.report('this ":" has no value', "write a space and the value behind it")
+            return self.report('this ":" has no value', "write a space and the value after it")
         if "',' or" not in self.what:
             return None
         closing, is_other = "}" if self.opened == "{" else "]", self.letter in ("]", "}")
@@ -124,9 +122,9 @@ class _Failure:
             depth += (found[0] in "[{") - (found[0] in "]}")
             is_closed = is_closed or (depth == 0 and found[0] in "]}")
         if is_other or not is_closed:
-            here = f'the "{self.letter}"' if is_other else "something else begins here" if self.text.strip() else ""
+            here = f'the "{self.letter}"' if is_other else "another entry begins here" if self.text.strip() else ""
             message = f'this "{self.opened}" is not closed{f" before {here}" if is_other else ""}'
-            return self.report(message, f'add "{closing}"', self.begun, and_here=here)
+            return self.report(message, f'add "{closing}"', self.begun, here=here)
         text = re.split(r"[,\[\]{}]", self.before)[-1].strip()
         end = len(self.before.rstrip()) + 1
         word = text.split()[-1] if text else ""
@@ -155,11 +153,8 @@ class _Failure:
                 number = higher
         if not_allowed and _COLON.search(text := self.source.line(above)):
             name = printable(_COLON.split(text.strip().lstrip("- "))[0].strip()[:40])
-            message = f'this line is indented below "{name}", which already has a value'
-            spaces = _key_indent(text)
-            help = (
-                f'indent it by {count_of(spaces, "space")}, like "{name}"' if spaces else "remove the spaces before it"
-            )
+            message, spaces = f'this line is indented below "{name}", which already has a value', _key_indent(text)
+            help = f'indent it by {count_of(spaces, "space")}, like "{name}"' if spaces else "remove its indentation"
             return self.report(message, help, (self.line, self.indent + 1))
         return None
 
@@ -171,26 +166,27 @@ class _Failure:
         text = line[_key_indent(line) :].strip()
         found = re.match(r"([\w.-]+)\s*(:=|[:=\uff1a])\s*(\S.*)?$", text)
         name, sign, value = found.groups() if found else text.partition(" ")
-        message, help = 'a ":" is missing in this line', f"write {printable(f'{name}: {value.strip()}')}"
+        message, help = 'a ":" is missing in this line', f'write "{printable(f"{name}: {value.strip()}").strip()}"'
         if found:
-            message = 'a space is missing after the ":"' if sign == ":" else f'"{sign}" is in the place of ":"'
+            message = 'a space is missing after the ":"' if sign == ":" else f'"{sign}" is used instead of ":"'
         elif len(text.split()) > 3 or text[-1] in ".,;!>":
-            help = f"{_COMMENT}; XML is a text under urdf_elements" if text.startswith("<") else _COMMENT
+            help = f'{_COMMENT}; XML has to be text in "urdf_elements"' if text.startswith("<") else _COMMENT
         return self.report(message, help, (number, _key_indent(line) + 1), len(text))
 
     def indentation(self) -> Diagnostic | None:
         is_item = "'-' indicator" in self.what
         if not ("expected key" in self.what or is_item) or self.before.strip() or not self.text.strip():
             return None
-        message = f"this line is indented by {self.indent} spaces, as no entry above it is"
+        message = f"this line is indented by {self.indent} spaces, which matches no line above"
         if is_item and self.indent == self.begun[1] - 1:
-            message = 'an item of this list has no "- "'
+            message = 'this line needs a leading "- ", like the other items of the list'
         elif self.letter == "-":
-            message = "an item of a list is among keys"
-        return self.report(message, "indent it as the entry that it belongs to", (self.line, self.indent + 1))
+            message = "a list item is mixed with keys"
+        return self.report(message, "indent it like the other lines of its entry", (self.line, self.indent + 1))
 
     def beginning(self) -> Diagnostic:
         """Report any other mistake, such as an unclosed bracket, or a character that is special in YAML."""
+        text = self.source.text
         for words, message, help, at_begun in _REPORTS:
             if words in self.what:
                 place = self.begun if at_begun else self.at
@@ -199,17 +195,17 @@ class _Failure:
             if self.letter == ",":
                 return self.report('a value is missing before this ","', "write the value, or remove the comma")
             if self.letter:
-                return self.report(f'"{self.letter}" closes nothing', "remove it, or open it before")
-            last = max(self.source.text.rfind("["), self.source.text.rfind("{"))
-            opened, closing = self.source.text[last], "]" if self.source.text[last] == "[" else "}"
-            return self.report(f'this "{opened}" is not closed', f'add "{closing}"', self.source.span(last)[1:3])
+                return self.report(f'unexpected "{self.letter}"', "remove it, or add the opening bracket")
+            last = max(text.rfind("["), text.rfind("{"))
+            closing = "]" if text[last] == "[" else "}"
+            return self.report(f'this "{text[last]}" is not closed', f'add "{closing}"', self.source.span(last)[1:3])
         is_scanning = self.what.startswith(("while scanning", "while parsing a node", "while parsing a t"))
         if self.opened in _BEGINNINGS and is_scanning:
             return self.report(f'"{self.opened}" begins {_BEGINNINGS[self.opened]} here', _QUOTE, self.begun)
-        if "<document start>" in self.what and self.source.text.startswith("%"):
-            return self.report('a line with "%" is for YAML itself', "remove it", (1, 1))
         if "<document start>" in self.what:
-            return self.report("the description ends before this", "remove it, or the closing bracket above")
+            if text.startswith("%"):
+                return self.report('a line that begins with "%" is a YAML directive', "remove it", (1, 1))
+            return self.report("unexpected text after the description", "remove it, or the closing bracket above")
         return self.report("YAML cannot be parsed from here on", f"indent with spaces; {_QUOTE}")
 
     def line_above(self, line: int) -> int:

@@ -21,7 +21,7 @@ from .page.images import Data, Embedding, mesh_table
 from .robot_view import RobotView, load, nameless, on_disk
 
 if TYPE_CHECKING:
-    from rosorin_compile.compare.changes import Change
+    from rosorin_compile.compare.artifacts import Change
     from rosorin_compile.compare.difference import Difference
     from rosorin_compile.compare.golden_check import Committed
     from rosorin_compile.formats.compilation import Compiled

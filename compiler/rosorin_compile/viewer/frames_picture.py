@@ -225,7 +225,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     try:
         return svg(robot, frame_trees(robot, {} if on is None else {mode: mode in on for mode in robot.modes})), []
     except TooMany as problem:
-        help = "say which modes are on, one picture each: modes: [NAME, ...]"
+        help = 'write an output for each picture, with "modes: [NAME, ...]"'
         return "", [error("too-many-pictures", str(problem.args[0]), None, help)]
 
 
@@ -233,8 +233,8 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Report a file name that does not end in .svg, and unknown modes."""
     path: tuple[str, ...] = ("outputs", output.name)
     if not output.file.casefold().endswith(".svg"):
-        message = f'"{output.file}" does not say which kind of picture it is'
-        yield case.problem("picture-kind", message, (*path, "file"), "end its name in .svg")
+        message = f'the picture "{output.file}" has no supported file name extension'
+        yield case.problem("picture-kind", message, (*path, "file"), "use a file name that ends in .svg")
     for index, mode in enumerate(output.options.get("modes", ())):
         if mode not in case.robot.modes:
             help = Suggestion(mode, case.robot.modes, f'add "{mode}" to modes')

@@ -14,13 +14,11 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.compare.artifacts import Pair
 from rosorin_compile.compare.bodies import Bodies, same_motion
-from rosorin_compile.compare.diff import not_carried, pair_sides
+from rosorin_compile.compare.diff import not_carried, pair_sides, pieces_of
 from rosorin_compile.compare.difference import Difference as RobotDifference
-from rosorin_compile.compare.names import links_of, renamed_robot
 from rosorin_compile.compare.precision import Precision, exact
-from rosorin_compile.compare.shapes import pieces_of
 from rosorin_compile.compare.solids import Solid, match
-from rosorin_compile.compare.walk import Address, Difference, Leaves, Shapes, compare_leaves
+from rosorin_compile.compare.walk import Address, Difference, Leaves, Shapes, compare_leaves, links_of, renamed_robot
 from rosorin_compile.model import HeightMap, Joint, Link, Mesh, Pose, Robot, Shape
 from rosorin_compile.model.geometry import pose_of
 from rosorin_compile.model.joint import Mimic

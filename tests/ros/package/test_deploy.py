@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats.ros_packages import files_below, missing, undeclared_packages
 from rosorin_compile.output.package_folder import MANIFEST
+from rosorin_compile.ros.package.package_files import files_below, missing, undeclared_packages
 from support.launch import run
 from support.packages import LAUNCH, TEXTS, check, contents, deploy, package_of_people
 from support.paths import ROSORIN

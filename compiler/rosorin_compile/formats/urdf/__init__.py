@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from rosorin_compile.model import ROBOT_STATE_PUBLISHER
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Output, Robot
+from rosorin_compile.source.tree import Map
 
 from .. import format
 from ..format import Asked, Format, Unsupported, xml_syntax
 from ..gazebo import unsupported_drives
 from . import write
 from .write import ELEMENTS, Content, check, frames_of, links_of
-
-if TYPE_CHECKING:
-    from rosorin_compile.model import Output, Robot
-    from rosorin_compile.source.tree import Map
 
 __all__ = ["FORMAT"]
 

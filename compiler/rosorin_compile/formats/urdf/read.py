@@ -376,8 +376,8 @@ class _Reader(XmlReader):
         self.put_numbers(entry, element, position)
         missing = [name for name in ("effort", "velocity") if tag == "limit" and name not in element.attributes]
         if missing:
-            help = "add them, the largest torque or force and the largest speed: readers of URDF refuse a limit without"
-            self.lenient("limit-incomplete", lacks(element, missing), element.span, help, "takes it without")
+            help = "add them, the largest torque or force and the largest speed: URDF parsers require both"
+            self.lenient("limit-incomplete", lacks(element, missing), element.span, help, "accepts it")
         elif tag == "dynamics" and not NUMBERS["dynamics"].keys() & element.attributes.keys():
             message = f"{name_of(element)} has neither damping nor friction"
             help = "add one, or remove the element: urdfdom, the reader of ROS, refuses the joint"

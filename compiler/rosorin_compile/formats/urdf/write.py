@@ -195,7 +195,7 @@ class Content:
                 invented = dict.fromkeys(self.carried, _NO_MASS) if frames_of(output) == BODIES else {}
                 self.masses = {**invented, **inertials_at(robot, self.carried)}
             except ValueError as problem:
-                message = f"in the URDF some masses move to one link: {problem}"
+                message = f"the masses of links that are one link in the URDF cannot be added: {problem}"
                 self.lost.append(error("urdf-mass-sum", message, None, "correct them"))
         gazebo, number = distribution(output.options.get("gazebo")), number_format(output.options)
         # Elements for Gazebo, and elements of sections such as ros2_control.
@@ -253,7 +253,7 @@ class Content:
     def diagnostics(self) -> Iterator[Diagnostic]:
         yield from self.lost
         if str(self.output.options.get("version", "1.0")) == "1.0":
-            help = 'use a cylinder and spheres, or say version: "1.2" where all readers of the URDF know it'
+            help = "use a cylinder and spheres, or write 'version: \"1.2\"' if your URDF parsers support it"
             yield from self._replaced(Capsule, "URDF 1.0", "cylinder", "full length", help)
         yield from self._replaced(Ellipsoid, "URDF", "box", "extents", "use a sphere, a box or a mesh")
         robot, notes, lost, still = self.robot, [], [], []
@@ -275,10 +275,10 @@ class Content:
         if lost:
             bodies = frames_of(self.output) == BODIES
             why = "they have no mass" if bodies else "robot_state_publisher does not publish them"
-            notes.append((f"not in the URDF, because {why}: {', '.join(lost)}", ""))
+            notes.append((f"left out of the URDF, because {why}: {', '.join(lost)}", ""))
         if still:
             message = f"the mass of {plural('link', len(still))} {quote(still, 3)} does not move in the URDF"
-            notes.append((message, 'robot_state_publisher does not publish what moves it; "frames: bodies" has it'))
+            notes.append((message, 'write "frames: bodies" if the link has to move in the URDF'))
         yield from (Diagnostic("urdf-cannot-say", NOTE, message, help=help) for message, help in notes)
 
     def _replaced(self, kind: type, version: str, other: str, same: str, help: str) -> Iterator[Diagnostic]:
@@ -286,9 +286,9 @@ class Content:
         counts = Counter(link for link, shape in pairs if isinstance(shape.geometry, kind))
         if counts:
             count, others = counts.total(), len(counts) - 1
-            where = f"link {next(iter(counts))}" + (f" and {count_of(others, 'other link')}" if others else "")
+            where = f'link "{next(iter(counts))}"' + (f" and {count_of(others, 'other link')}" if others else "")
             become = f"are written as {plural(other, 2)}" if count > 1 else f"is written as a {other}"
-            message = f"{version} has no {kind.__name__.lower()}: {count} on {where} {become} of the same {same}"
+            message = f"{version} has no {kind.__name__.lower()}s: {count} of {where} {become} of the same {same}"
             yield Diagnostic("urdf-cannot-say", WARNING, message, help=help)
 
 
@@ -309,8 +309,8 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     has_inertials = "inertial" in elements_of(output)
     heavy = sum(link.inertial is not None and link.inertial.mass > 0 for link in case.robot.links)
     if heavy and not has_inertials and not any("inertial" in elements_of(one) for one in others):
-        message = f"{output.file} leaves out {count_of(heavy, 'inertial')}: simulators drop links or invent masses"
-        help = "give simulators a second URDF, or accept urdf-without-mass with its reason"
+        message = f"{output.file} leaves out {count_of(heavy, 'inertial')}, so simulators drop links or invent masses"
+        help = 'write a second URDF for simulators, or suppress this note with "accept"'
         yield case.problem("urdf-without-mass", message, ("outputs", output.name, "elements"), help, severity=NOTE)
     # A step dt reduces a speed by a fraction of damping * dt / inertia; above 2, the speed grows with each step. MuJoCo
     # and Drake damp implicitly, which is always stable. A URDF has no rotor inertia.
@@ -326,11 +326,11 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         ratio, joint, inertia = min(found, key=lambda one: one[0])
         units = ("N*s/m", "kg") if joint.type == "prismatic" else ("N*m*s/rad", "kg*m^2")
         path = case.joint(joint, "dynamics", "damping")
-        more = f"; so are {count_of(len(found) - 1, 'other joint')}" if len(found) > 1 else ""
+        more = f" (also {count_of(len(found) - 1, 'other joint')})" if len(found) > 1 else ""
         value = f"a damping of {rounded(inertia / ratio)} {units[0]}{case.stands_in(path)}"
-        message = f'joint "{joint.name}" has {value} on {rounded(inertia)} {units[1]}: unstable in the explicit steps'
-        message += f" of PyBullet{more}"
-        help = f"up to {rounded(2 * inertia / STEP)} is stable at 1/240 s; give the damping of a servo to its actuator"
+        message = f'joint "{joint.name}" has {value}, too much for {rounded(inertia)} {units[1]} in simulators'
+        message += f" with explicit steps, such as PyBullet{more}"
+        help = f'up to {rounded(2 * inertia / STEP)} is stable at 1/240 s; write the damping of a servo in "actuator"'
         yield case.problem("explicit-damping-unstable", message, path, help, severity=WARNING)
     for section in sections_in_urdf(output):
         if section.check_urdf is not None:

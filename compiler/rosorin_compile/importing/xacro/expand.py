@@ -268,8 +268,8 @@ def _errors(
         except MarkupError as problem:
             return [replace(problem.diagnostic, related=(*problem.diagnostic.related, *related))]
     if missing is not None:
-        help = f"say where it is: --package {missing}=PATH"
-        return [error("package-missing", f'the package "{missing}" is not found', span, help, related)]
+        help = f"define its folder: --package {missing}=PATH"
+        return [error("package-missing", f'the ROS package "{missing}" is not found', span, help, related)]
     message = f"xacro cannot expand the file: {text}"[:600]
     helps = [help.format(found[1]) for said, help in _HELPS.items() if (found := re.search(said, text))]
     help = answer.get("help") or next(iter(helps), "")
@@ -279,10 +279,10 @@ def _errors(
 def _no_links(document: Document, path: Path, options: ReadOptions) -> Diagnostic | None:
     """Return the error for a macro that creates no link, or for a file that only defines macros."""
     if options.call is not None:
-        message, span = f'the macro "{options.call["macro"]}" makes no link', options.call.value_spans["macro"]
-        return error("no-links", message, span, "call one that does")
+        message, span = f'the macro "{options.call["macro"]}" creates no link', options.call.value_spans["macro"]
+        return error("no-links", message, span, "call a macro that creates links")
     macros = macros_of(document, path, Packages(options.packages, options.environment or os.environ, path))
-    message = f"{path.name} makes no link: it defines macros for other files"
+    message = f"{path.name} creates no link: it only defines macros for other files"
     return error("no-links", message, document.root.span, how_to_call(path, macros)) if macros else None
 
 

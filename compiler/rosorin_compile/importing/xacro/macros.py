@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.formats.compilation import RobotReader
 from rosorin_compile.formats.imported_robot import ReadOptions
-from rosorin_compile.language.expand.files import IncludeError, Reader
+from rosorin_compile.language.expand.files import Reader
 from rosorin_compile.language.expand.placing import is_vector
 from rosorin_compile.language.expression.functions import FUNCTIONS, kind_of
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, Suggestion, error, phrase, quote
@@ -130,10 +130,10 @@ def macro_call(entry: Map, document: Document, path: Path, options: ReadOptions)
             else:
                 attributes += f" {key}={attribute_value(_as_text(str(FUNCTIONS['str'](value))))}"
         except ValueError as problem:
-            problems.append(error("bad-argument", f'{key} of the macro "{name}" {problem}', span))
+            problems.append(error("bad-argument", f'"{key}" of the macro "{name}" {problem}', span))
         package = _PACKAGE.match(value) if isinstance(value, str) else None
         if package is not None and packages.find(package[1]) is None:
-            help = f"say where it is: packages: {{{package[1]}: FOLDER}}"
+            help = f'write "packages: {{{package[1]}: FOLDER}}"'
             problems.append(error("package-missing", f'the package "{package[1]}" is not found', span, help))
     if missing:
         message = f'the macro "{name}" needs {quote(parameter.lstrip("*") for parameter in missing)}'
@@ -164,7 +164,7 @@ def _values(entry: Map, parameters: Parameters) -> tuple[Values, frozenset[str],
     if parent is not None and entry.get("parent") is not None:
         if parent in values:
             message = f'"{parent}" is passed to the macro "{name}" twice'
-            problems.append(error("bad-argument", message, values[parent][1], "remove it: parent of the include is it"))
+            problems.append(error("bad-argument", message, values[parent][1], 'remove it: "parent" is set already'))
         values[parent] = entry["parent"], entry.value_spans["parent"]
         passed.add("parent")
     texts: dict[str, str] = {}
@@ -172,7 +172,7 @@ def _values(entry: Map, parameters: Parameters) -> tuple[Values, frozenset[str],
         if is_vector(entry[key], _DIMENSIONS[key]):
             texts[key] = " ".join(repr(float(number)) for number in entry[key])
         else:
-            message = f"{key} is a list of three {'lengths' if key == 'xyz' else 'angles'}"
+            message = f'"{key}" must be a list of three {"lengths" if key == "xyz" else "angles"}'
             problems.append(error("wrong-type", message, entry.value_spans[key]))
     span = entry.value_spans[next(iter(texts), "macro")]
     block = next((key[1:] for key in _POSES if key in parameters and key[1:] not in values), None)
@@ -185,8 +185,8 @@ def _values(entry: Map, parameters: Parameters) -> tuple[Values, frozenset[str],
             passed |= {key} & texts.keys()
     for key in texts:
         if key not in passed and "parent" in passed:
-            message = f'the macro "{name}" has no block "origin" and no parameter "{key}" to which "{key}" is passed'
-            help = f"pass the pose in with, by its parameters: {phrase(keys)}"
+            message = f'the macro "{name}" has no block "origin" and no parameter "{key}" for "{key}"'
+            help = f'pass the pose in "with", by parameters of the macro: {phrase(keys)}'
             problems.append(error("bad-argument", message, entry.key_spans[key], help))
     return values, frozenset(passed), problems
 
@@ -212,16 +212,16 @@ def _block(parameter: str, value: Any) -> str:
     """Format the XML of a block argument such as ``*origin``. Raises ValueError."""
     key = parameter.lstrip("*")
     if not isinstance(value, str):
-        raise ValueError(f"is a block: the text of an element of XML, not {kind_of(value)}")
+        raise ValueError(f"must be the text of an XML element, not {kind_of(value)}")
     text = f"<{key}>{_as_text(value)}</{key}>"
     try:
         root = parse(Source("", text)).root
     except MarkupError as problem:
-        raise ValueError(f"is a block, and no XML: {problem.diagnostic.message}") from None
+        raise ValueError(f"is not XML: {problem.diagnostic.message}") from None
     if any(element.tag.startswith("xacro:") for element in root.iter()):
-        raise ValueError("is a block with elements of xacro, which only a xacro file may have")
+        raise ValueError("has elements of xacro, which only a xacro file may have")
     if not parameter.startswith("**") and len(root.children) != 1:
-        raise ValueError(f"is a block of one element of XML, not of {len(root.children)}")
+        raise ValueError(f"must be one XML element, not {len(root.children)}")
     return text if parameter.startswith("**") else _as_text(value)
 
 
@@ -230,9 +230,9 @@ def with_macros(schema: dict[str, Any], roots: Iterable[Path]) -> dict[str, Any]
     found: dict[str, dict[str, Parameters]] = {}
     for root in roots:
         reader = Reader(root, RobotReader())
-        reader.whole()
+        reader.read(root)
         for item, _, by in reader.robots:
-            with suppress(IncludeError, MarkupError, TypeError, AttributeError):  # skip an invalid include
+            with suppress(MarkupError, TypeError, AttributeError):  # skip an invalid include
                 packages = reader.packages_of(item, by)
                 path = reader.target(item["file"], item.get("package"), by, packages)
                 found[item["file"]] = macros_of(parse(read_source(path)), path, Packages(packages, os.environ, path))

@@ -76,14 +76,14 @@ def declare(scope: Scope, declared: Any, given: Given, owner: str, user: Place |
     for name in unknown:
         help = Suggestion(name, known, none="it has none", places=spans)
         scope.report("unknown-argument", f'{owner} has no argument "{name}"', given[name][1], help)
-    suggested = [nearest(name, known) for name in unknown]
     missing = [one for name, one in known.items() if name not in given and not one.has_default]
     scope.broken.update(one.name for one in missing)
     # The default or argument may have a misspelled key, which is reported already.
+    suggested = [nearest(name, known) for name in unknown]
     missing = [one for one in missing if one.sound and one.name not in suggested]
     for first, *others in [missing] if user and missing else [[one] for one in missing]:
         names, place = [one.name for one in (first, *others)], user or first.place
-        values = f"add with: {{{': VALUE, '.join(names)}: VALUE}}" if user else f"write -a {first.name}=VALUE"
+        values = f'add "with: {{{": VALUE, ".join(names)}: VALUE}}"' if user else f'write "-a {first.name}=VALUE"'
         way = "; ".join(filter(None, [values, first.help if not others else ""]))
         stack = [note for note in (scope.via.stack() if scope.via else place.stack()) if note.span != place.span]
         related = [Related("declared here", first.place.span)] if user else []
@@ -113,12 +113,14 @@ def _parameters(scope: Scope, declared: Any) -> dict[str, Parameter]:
         kind = entry["type"] if isinstance(entry.get("type"), str) else ""
         if kind and kind not in TYPES and kind not in DIMENSIONS:
             help = partial(word_meant, kind, [*TYPES, *DIMENSIONS], "arg type")
-            scope.report("wrong-value", f'argument "{name}" type cannot be "{kind}"', value_place(entry, "type"), help)
+            message = f'"type" of argument "{name}" cannot be "{kind}"'
+            scope.report("wrong-value", message, value_place(entry, "type"), help)
             kind = ""
         has_default = "default" in entry
         place = value_place(entry, "default") if has_default else key_place(declared, name)
         low, high = (bound if is_number(bound) else None for bound in (entry.get("min"), entry.get("max")))
-        default, one_of, help_text = entry.get("default"), entry.get("one_of"), str(entry.get("help") or "")
+        default, one_of, help_text = entry.get("default"), entry.get("one_of"), entry.get("help")
+        help_text = f'help text of "{name}": {help_text}' if help_text else ""
         known[name] = Parameter(name, place, kind, has_default, default, one_of, low, high, help_text, good)
     return known
 
@@ -137,7 +139,7 @@ def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None
     limited = isinstance(allowed, list)
     if wanted and not _fits(value, wanted):
         shown = f'the text "{value}"' if isinstance(value, str) else kind_of(value)
-        message = f'"{name}" of {owner} is of type {wanted}, not {shown}'
+        message = f'argument "{name}" of {owner} must be of type {wanted}, not {shown}'
         help: Help = parameter.help
         if not help and wanted == "boolean":
             help = flag_meant(value) or "write true or false"
@@ -146,14 +148,14 @@ def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None
             help = partial(number_meant, value, units)
     elif limited and value not in allowed:
         shown = f'"{value}"' if isinstance(value, (str, int, float)) else kind_of(value)
-        message = f'{shown} is not a value of the argument "{name}"'
-        details = "; ".join(filter(None, [f"allowed: {', '.join(map(str, allowed))}", parameter.help]))
+        message = f'argument "{name}" of {owner} cannot be {shown}'
+        details = "; ".join(filter(None, [f"possible values: {', '.join(map(str, allowed))}", parameter.help]))
         texts = [one for one in allowed if isinstance(one, str)]
         help = Suggestion(value, texts, details=details) if isinstance(value, str) else details
     elif is_number(value) and not ((low is None or value >= low) and (high is None or value <= high)):
         least, most, shown = (getattr(n, "text", "") or f"{n:g}" if n is not None else "" for n in (low, high, value))
         bounds = f"from {least} to {most}" if least and most else f"at least {least}" if least else f"at most {most}"
-        message, help = f'"{name}" of {owner} is {bounds}, not {shown}', parameter.help
+        message, help = f'argument "{name}" of {owner} must be {bounds}, not {shown}', parameter.help
     else:
         if wanted in DIMENSIONS and not isinstance(value, Quantity):
             value = in_si(value, DIMENSIONS[wanted])
@@ -176,28 +178,28 @@ def check_part(name: str, parts: Map, scope: Scope) -> bool:
     """Check the keys and sections of a part; return True if all are valid."""
     owner, body = f'part "{name}"', parts[name]
     if not isinstance(body, Map):
-        scope.report("wrong-type", f"{owner} is a mapping, not {_kind(body)}", place_of(parts, name, scope))
+        scope.report("wrong-type", f"{owner} must be a mapping, not {_kind(body)}", place_of(parts, name, scope))
         return False
     kinds = dict.fromkeys(("params", "let", "use"), Map)
     good = check_entry(owner, body, scope, (*_PART_KEYS, *of_parts()), kinds, "part")
-    good &= check_controls(f"{owner} ", body, (*merged_sections(ENTRIES, in_parts=True), "use"), scope)
+    good &= check_controls(f" of {owner}", body, (*merged_sections(ENTRIES, in_parts=True), "use"), scope)
     return check_sections(owner, body, scope, evaluated=False) and good
 
 
 def check_use(name: str, entry: Map, scope: Scope) -> None:
     """Check a ``use`` entry. Raises Failed after reporting errors."""
-    owner = f'use "{name}"'
+    owner = f'the entry "{name}" of "use"'
     good = check_entry(owner, entry, scope, _USE_KEYS, _USE_KINDS, "use")
     good &= not hides_letters("prefix", entry, scope)
     good &= _check_vector(owner, entry, "xyz", LENGTH, scope) & _check_vector(owner, entry, "rpy", ANGLE, scope)
     content, mirror = entry.get("content"), entry.get("mirror")
     if isinstance(content, Map):
-        good &= check_entry(f"content of {owner}", content, scope, of_parts(), {})
-        good &= check_sections(f"content of {owner}", content, scope)
+        good &= check_entry(f'"content" of {owner}', content, scope, of_parts(), {})
+        good &= check_sections(f'"content" of {owner}', content, scope)
     if mirror is not None and not (isinstance(mirror, str) and mirror in AXES):
         shown = f'"{mirror}"' if isinstance(mirror, str) else kind_of(mirror)
-        help = "one of x, y, z: the axis that is reversed"
-        raise scope.fail("wrong-value", f"mirror cannot be {shown}", value_place(entry, "mirror"), help)
+        help = "possible values: x, y, z (the axis that is reversed)"
+        raise scope.fail("wrong-value", f'"mirror" of {owner} cannot be {shown}', value_place(entry, "mirror"), help)
     if not good:
         raise Failed
 
@@ -205,33 +207,28 @@ def check_use(name: str, entry: Map, scope: Scope) -> None:
 def hides_letters(key: str, entry: Map, scope: Scope) -> bool:
     """Report an invisible letter in the ``prefix`` of a part or robot; return True if there is one."""
     value = entry.get(key)
-    letter = hidden_letter(value) if isinstance(value, str) else ""
-    if letter:
-        message = f'{key} "{value}" has an invisible letter: {in_words(letter)}'
-        scope.report("invisible-letter", message, place_of(entry, key, scope), "type it again, without this letter")
+    if letter := hidden_letter(value) if isinstance(value, str) else "":
+        message = f'{key} "{value}" contains an invisible character: {in_words(letter)}'
+        scope.report("invisible-letter", message, place_of(entry, key, scope), "retype it without this character")
     return bool(letter)
 
 
 def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope) -> bool:
     """Report a loop or condition next to the entries of a section instead of in one; return True if all are valid."""
     good = True
-    for section in sections:
-        entries = tree.get(section)
-        for control, what in _CONTROLS.items():
-            if not isinstance(entries, Map) or control not in entries:
-                continue
-            value = entries[control]
-            is_control = isinstance(value, (str, bool))
-            if control == "for":  # also valid for an entry named "for"; a file may add "source" to it
-                entry: Any = schema()["properties"].get(section, {}).get("additionalProperties", {})
-                legal = _USE_KEYS if section == "use" else resolve(entry).get("properties", ())
-                is_control = isinstance(value, Map) and bool(value) and ({*value} - {"source"}).isdisjoint(legal)
-            if is_control:
-                place = Place(entries.key_spans[control], scope.via or entries.via)
-                help = f"write NAME: {{{control}: ..., ...}}"
-                message = f'"{control}" is not an entry of {owner}{section}: {what}'
-                scope.report("wrong-type", message, place, help)
-                good = False
+    tables = [(section, tree[section]) for section in sections if isinstance(tree.get(section), Map)]
+    for section, entries, control in [(*one, control) for one in tables for control in _CONTROLS if control in one[1]]:
+        value = entries[control]
+        is_control = isinstance(value, (str, bool))
+        if control == "for":  # also valid for an entry named "for"; a file may add "source" to it
+            entry: Any = schema()["properties"].get(section, {}).get("additionalProperties", {})
+            legal = _USE_KEYS if section == "use" else resolve(entry).get("properties", ())
+            is_control = isinstance(value, Map) and bool(value) and ({*value} - {"source"}).isdisjoint(legal)
+        if is_control:
+            place = Place(entries.key_spans[control], scope.via or entries.via)
+            message = f'"{control}" is not an entry of "{section}"{owner}: {_CONTROLS[control]}'
+            scope.report("wrong-type", message, place, f'write "NAME: {{{control}: ..., ...}}"')
+            good = False
     return good
 
 
@@ -259,27 +256,28 @@ def check_entry(
     given = [(key, kind) for key, kind in kinds.items() if tree.get(key) is not None]
     wrong = [key for key, kind in given if not isinstance(tree[key], (int, float) if kind is float else kind)]
     for key in wrong:
-        message = f"{owner} {key} is {_KINDS[kinds[key]]}, not {_kind(tree[key])}"
+        message = f'"{key}" of {owner} must be {_KINDS[kinds[key]]}, not {_kind(tree[key])}'
         scope.report("wrong-type", message, place_of(tree, key, scope))
     return not unknown and not wrong
 
 
 def _check_vector(owner: str, tree: Map, key: str, dimension: Dimension, scope: Scope) -> bool:
     value: Any = tree.get(key)
-    where, place = f"{owner} {key}", place_of(tree, key, scope)
     if is_vector(value, dimension):
         return True
     is_triple = isinstance(value, list) and len(value) == 3
-    wrong = [one for one in value if not is_number(one, dimension)] if is_triple else []
-    if wrong and isinstance(wrong[0], Quantity):
-        number = wrong[0].text or float(wrong[0])
-        message = f"{where} is {describe(dimension)}, but {number} is {_kind(wrong[0])}"
-        scope.report("wrong-unit", message, place, "correct the unit; a bare number is in SI units")
-    elif is_triple and not wrong:
-        scope.report("not-finite", f"{where} is not finite", place, "write numbers, or leave the key out")
-    else:
-        found = f"of {_kind(wrong[0])}" if wrong else _kind(value)
-        scope.report("wrong-type", f"{where} is a list of three numbers, not {found}", place)
+    wrong = [one for one in value if not is_number(one, dimension)] if is_triple else [value]
+    rule, message, help = "not-finite", "has an infinite number or NaN", "write numbers, or remove the key"
+    if wrong and isinstance(wrong[0], Quantity) and is_triple:
+        message = f"must be {describe(dimension)}, but {wrong[0].text or float(wrong[0])} is {_kind(wrong[0])}"
+        rule, help = "wrong-unit", "correct the unit; a bare number is in SI units"
+    elif wrong:
+        rule, message = (
+            "wrong-type",
+            f"must be a list of three numbers, not {'of ' if is_triple else ''}{_kind(wrong[0])}",
+        )
+        help = ""
+    scope.report(rule, f'"{key}" of {owner} {message}', place_of(tree, key, scope), help)
     return False
 
 
@@ -290,5 +288,5 @@ def place_of(entry: Map, key: str, scope: Scope) -> Place:
 
 def _kind(value: Any) -> str:
     if isinstance(value, (Map, Seq)):
-        return "a mapping" if isinstance(value, Map) else f"a list of {len(value)}"
+        return "a mapping" if isinstance(value, Map) else f"a list of length {len(value)}"
     return "empty" if value is None else kind_of(value)

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Span, error
+from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, SourceError, Span, error
 from rosorin_compile.source.files import label
 from rosorin_compile.source.tree import Instance, Map, Place, Seq, Text
 from rosorin_compile.source.wording import first_of
@@ -26,7 +26,7 @@ from ..expression.syntax import weight
 from ..schema import backend_of, sections
 from ..symbols import THINGS, SymbolTable
 from .declarations import hides_letters, place_of
-from .files import ADDRESS, INCLUDE_KINDS, IncludeError, check_include, with_nearest_file
+from .files import ADDRESS, INCLUDE_KINDS, check_include, with_nearest_file
 from .placing import Use, copy, map_items, map_table, place_fragment, with_sources
 from .scope import Failed, Scope
 
@@ -106,14 +106,13 @@ class IncludedRobots:
         made, changed = with_prefix(tree, prefix, include.via)
         if changed:
             names = [f"{name} ({count})" if count > 1 else name for name, count in changed.items()]
-            message = f'in elements that are kept as they are, "{prefix}" was put before {first_of(names, _FEW)}'
+            message = f'in XML that is copied as it is, the prefix "{prefix}" was added to {first_of(names, _FEW)}'
             note = Diagnostic("include-renamed", NOTE, message, entry.value_spans["prefix"])
             self._report(note, include.via.parent)
         made = self._attached(self._with_meshes(made, include), foreign, include)
-        owner = entry if entry.get("source") is not None else tree
         for section, node in sections().items():
             if node.sourced and isinstance(made.get(section), Map):
-                made[section] = with_sources(made[section], owner)
+                made[section] = with_sources(made[section], entry if entry.get("source") is not None else tree)
         return made
 
     def _robot(self, include: Included) -> Imported:
@@ -121,22 +120,22 @@ class IncludedRobots:
         packages, package = self.reader.packages_of(entry, by), entry.get("package")
         try:
             path = Path(label(self.reader.target(entry["file"], package, by, packages)))
-        except IncludeError as problem:
-            key = "package" if package and problem.rule == "package-missing" else "file"
+        except SourceError as problem:
+            found = problem.diagnostic
+            key = "package" if package and found.rule == "package-missing" else "file"
             place = place_of(entry, key, scope) if package or entry["file"].startswith(ADDRESS) else place
-            raise scope.fail(problem.rule, problem.message, place, problem.help) from None
+            raise scope.fail(found.rule, found.message, place, found.help) from None
         texts: dict[str, str] = {}
         for name, value in (entry.get("args") or {}).items():
             try:
                 texts[name] = FUNCTIONS["str"](value)
             except KindError:
-                message = f'the argument "{name}" of a xacro is text or a number, not {kind_of(value)}'
+                message = f'the argument "{name}" of a xacro must be text or a number, not {kind_of(value)}'
                 raise scope.fail("bad-argument", message, place_of(entry["args"], name, scope)) from None
         if "trust" in entry:
-            message = "trust of an include has no effect: trust comes from the person who runs the command"
+            message = '"trust" of an include has no effect: only the person who runs the command can trust a file'
             help = "remove it; --trust or ROSORIN_COMPILE_TRUST=1 silences the warning xacro-runs-code"
-            span = place_of(entry, "trust", scope).span
-            self.diagnostics.append(Diagnostic("trust-ignored", WARNING, message, span, (), help))
+            self.diagnostics.append(Diagnostic("trust-ignored", WARNING, message, entry.value_spans["trust"], (), help))
         prefix = entry.get("prefix") or ""
         call = str([entry.get(key) for key in ("macro", "with", "parent", "xyz", "rpy")]) if "macro" in entry else ""
         names = (path, prefix, call, *texts.items())
@@ -144,9 +143,9 @@ class IncludedRobots:
         self.places[names] = place
         if first is not None:
             how = f'with the prefix "{prefix}"' if prefix else "without a prefix"
-            message = f"{path.name} is included twice {how}: all of its names would stand twice"
+            message = f"{path.name} is included twice {how}, so that all its names would be defined twice"
             related = [Related("first included here", first.span)]
-            raise scope.fail("duplicate-name", message, place, "give each its own prefix: left_, right_", related)
+            raise scope.fail("duplicate-name", message, place, 'give each entry its own "prefix"', related)
         same = (str(path), call, tuple(texts.items()), tuple(packages.items()), bool(entry.get("lenient")))
         if same not in self.read:
             self.read[same] = self._read(path, texts, packages, include)
@@ -163,18 +162,17 @@ class IncludedRobots:
         for diagnostic in foreign.diagnostics:
             is_here = diagnostic.span is not None and diagnostic.span.source is entry.span.source
             self._report(with_nearest_file(diagnostic, entry["file"], path), via.parent if is_here else via)
-        takes_none = foreign.tree is not None and not foreign.takes_arguments
-        if takes_none and "macro" in entry:
+        if foreign.tree is None or foreign.takes_arguments:
+            return None if foreign.tree is None else foreign
+        if "macro" in entry:
             message = f"{path.name} defines no macros: only a xacro does"
-            help = "remove macro to include it as a robot"
+            help = 'remove "macro" to include the file as a robot'
             scope.report("unknown-macro", message, place_of(entry, "macro", scope), help)
-        elif takes_none and texts:
+        elif texts:
             place = Place(entry["args"].key_spans[next(iter(texts))], via.parent)
             message = f"{path.name} has no arguments: only a xacro has them"
-            scope.report("unknown-argument", message, place, "remove args")
-        elif foreign.tree is not None:
-            return foreign
-        return None
+            scope.report("unknown-argument", message, place, 'remove "args"')
+        return None if "macro" in entry or texts else foreign
 
     def _warn(self, rule: str, message: str, span: Span, help: str, include: Included) -> None:
         self._report(Diagnostic(rule, WARNING, message, span, (), help), include.via.parent)
@@ -201,7 +199,7 @@ class IncludedRobots:
         file, folder = Path(entry["file"]).name, entry.get("meshes")
         if folder is not None:
             if not names:
-                message = f"{file} names no mesh or texture by a relative path: nothing to put before"
+                message = f'"meshes" has no effect: {file} names no mesh or texture by a relative path'
                 self._warn("ignored-key", message, entry.key_spans["meshes"], "remove meshes", include)
             return move_files(made, folder)
         base = Path(os.path.abspath(made.span.source.path)).parent
@@ -210,16 +208,12 @@ class IncludedRobots:
         top = Path(os.path.commonpath([base, *places.values()]))
         above = [folder for folder in (base, *base.parents) if folder.is_relative_to(top)]
         new = {name: Path(os.path.relpath(path, top)).as_posix() for name, path in places.items()}
-        for name, found in list(new.items()):
-            if [folder for folder in above if files.is_file(folder / found)] != [top]:  # missing, or ambiguous
-                del new[name]
-        missed = [name for name in names if name not in new]
-        if missed:
-            seen = f"seen from {file}, but readers look from the artifacts"
-            message = f"files of meshes or textures are named as {seen}: {first_of(missed, 1)}"
-            help = "say what to put before: meshes: FOLDER, as seen from the artifacts, or package://NAME"
+        homes = {name: [folder for folder in above if files.is_file(folder / found)] for name, found in new.items()}
+        if missed := [name for name in names if homes[name] != [top]]:  # missing, or ambiguous
+            message = f"paths of meshes or textures are relative to {file}, not to the artifacts: {first_of(missed, 1)}"
+            help = 'write "meshes: FOLDER", relative to the artifacts, or "meshes: package://NAME"'
             self._warn("include-mesh-path", message, entry.value_spans["file"], help, include)
-        return map_files(made, lambda name: new.get(name, name)) if new else made
+        return map_files(made, lambda name: name if name in missed else new.get(name, name)) if new else made
 
     def _attached(self, made: Map, foreign: Imported, include: Included) -> Map:
         """Return a robot with the joint that attaches its root. Raises Failed after reporting a duplicate name.
@@ -234,10 +228,10 @@ class IncludedRobots:
         have = made.get("joints") or Map(made.span)
         if foreign.mount or "parent" not in keys:
             if keys:
-                attached = f'the macro attaches what it makes to "{foreign.mount}"'
-                attached = attached if foreign.mount else "what it includes is attached to nothing"
-                help = "remove it" if foreign.mount else "write parent: FRAME"
-                message = f'an include has "{keys[0]}", but {attached}'
+                attached = f'the macro attaches its links to "{foreign.mount}" itself'
+                attached = attached if foreign.mount else 'without "parent", the robot is not attached to a frame'
+                help = f'remove "{keys[0]}"' if foreign.mount else 'write "parent: FRAME"'
+                message = f'"{keys[0]}" of the entry of "include" has no effect: {attached}'
                 self._warn("ignored-key", message, entry.key_spans[keys[0]], help, include)
             if is_on_parent:  # report errors in values that the include sets at the include
                 made["joints"] = joints = copy(have)
@@ -246,7 +240,7 @@ class IncludedRobots:
                         joints[name] = joint = joint.copy()
                         for key in ("parent", "xyz", "rpy", "publisher"):
                             if entry.get(key) is not None and (key == "publisher" or joint.get(key) == entry[key]):
-                                joint.put(key, entry[key], entry.key_spans[key], entry.value_spans[key])
+                                joint.put_from(entry, key)
             return made
         children = {joint["child"] for joint in have.values()}
         root = next(str(link) for link in made["links"] if link not in children)
@@ -255,21 +249,20 @@ class IncludedRobots:
             name = name.removesuffix("_joint") + "_mount_joint"
         name = entry.get("joint") or name
         if name in have:
-            message, help = f'joint "{name}" is defined twice', "give the include another joint: NAME"
+            message, help = f'joint "{name}" is defined twice', 'write "joint: NAME" in the entry of "include"'
             self._report(error("duplicate-name", message, have.key_spans[name], help), via)
             raise Failed
         span = entry.value_spans["parent"]
         joint = Map(span, via.parent)
         joint.put("type", "fixed", span, span)
         joint.put("child", root, span, span)
-        for key in keys:
-            if key != "joint":
-                joint.put(key, entry[key], entry.key_spans[key], entry.value_spans[key])
+        for key in (key for key in keys if key != "joint"):
+            joint.put_from(entry, key)
         named = entry.value_spans["joint" if entry.get("joint") else "parent"]
         joints = Map(made.span)
         joints.put(name, joint, named, named)
-        for other, value in have.items():
-            joints.put(other, value, have.key_spans[other], have.value_spans[other])
+        for other in have:
+            joints.put_from(have, other)
         made.put("joints", joints, made.span, made.span)
         return made
 
@@ -300,8 +293,8 @@ class IncludedRobots:
                         tree.setdefault_at("root", robot["root"], span)
             if lost:
                 file = Path(entry["file"]).name
-                message = f"settings of {file} that the MJCF does not take over: {first_of(lost, _FEW)}"
-                help = "the output or another include has others: decide in the output"
+                message = f"the MJCF does not have these settings of {file}: {first_of(lost, _FEW)}"
+                help = "the output or another included file has different settings; set them in the output"
                 self._warn("include-settings", message, entry.value_spans["file"], help, include)
 
 
@@ -313,13 +306,13 @@ def _moving_joints(tree: Map) -> int:
 def _check_include(entry: Map, scope: Scope) -> None:
     good = check_include(entry, scope, _KINDS, _KEYS)
     if "with" in entry and "macro" not in entry:
-        message = "with has values for a macro, and there is no macro"
-        help = "write macro: NAME; args has values of arguments of a file"
+        message = '"with" passes values to a macro, but the entry has no "macro"'
+        help = 'add "macro: NAME", or use "args" to pass arguments to a file'
         scope.report("missing-key", message, place_of(entry, "with", scope), help)
         good = False
     prefix = entry.get("prefix")
     if isinstance(prefix, str) and not _PREFIX.fullmatch(prefix):
-        help = "no markup, no quotes; spaces only within"
+        help = "do not use < > &, quotes or outer spaces"
         raise scope.fail("bad-name", f'no name can begin with "{prefix}"', place_of(entry, "prefix", scope), help)
     if hides_letters("prefix", entry, scope) or not good:
         raise Failed
@@ -336,7 +329,7 @@ def with_prefix(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str
     things, materials = names.among(THINGS), fragment.get("materials") or ()
     changed: Counter[str] = Counter()
 
-    def with_prefix(name: str) -> str:
+    def rename(name: str) -> str:
         changed[name] += 1
         return prefix + name
 
@@ -352,9 +345,7 @@ def with_prefix(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str
         if text in things and not _NO_NAMES.search(tag):
             yield Reference(text, "", "", "")
 
-    made = place_fragment(
-        fragment, Use(prefix), names, lambda text: Text(rename_references(text, with_prefix, references))
-    )
+    made = place_fragment(fragment, Use(prefix), names, lambda text: Text(rename_references(text, rename, references)))
     if isinstance(made.get("materials"), Map):
         made["materials"] = map_table(made["materials"], lambda name: prefix + name)
     if isinstance(made.get("accept"), Seq):
@@ -385,8 +376,7 @@ def relative_files(tree: Map) -> list[str]:
 
 def move_files(tree: Map, folder: str) -> Map:
     """Return the tree of a robot with ``folder`` before each relative mesh or texture file name."""
-    before = f"{folder.rstrip('/')}/"
-    return map_files(tree, lambda name: name if _ABSOLUTE.match(name) else before + name)
+    return map_files(tree, lambda name: name if _ABSOLUTE.match(name) else f"{folder.rstrip('/')}/{name}")
 
 
 def _mapped(node: Any, rename: Callable[[str], str], key: str) -> Any:

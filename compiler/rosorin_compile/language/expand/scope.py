@@ -150,12 +150,12 @@ class Scope:
         is_good = all(map(str.isidentifier, (own, *parameters))) and len(set(parameters)) == len(parameters)
         is_taken = call is not None and (own in functions() or own in OF_DESCRIPTIONS)
         if is_taken or not is_good:
-            why = f'{own}" is a function of the language' if is_taken else f'{name}" cannot be used in an expression'
+            why = f'{own}" is a built-in function' if is_taken else f'{name}" cannot be used in an expression'
             form = "NAME(FIRST, SECOND)" if call else "a name"
-            self.report("bad-name", f'"{why}', place, f"write {form} of letters, digits and underscores")
+            self.report("bad-name", f'"{why}', place, f"write {form} with letters, digits and underscores only")
         elif own in self.places:
             related = [Related("first defined here", self.places[own].span)]
-            self.report("duplicate-name", f'the value "{own}" is named twice', place, "rename one", related)
+            self.report("duplicate-name", f'the value "{own}" is defined twice', place, "rename one", related)
             return
         self.places[own], self.local[own] = place, value_place
         if call:
@@ -209,10 +209,10 @@ class Scope:
         if mark in self.running:
             chain = [step.partition("@")[0] for step in [*self.running[self.running.index(mark) :], mark]]
             steps = [step for step in chain[1:-1] if step in self.places]
-            related = [Related(f'"{step}" is named here', self.places[step].span) for step in steps]
+            related = [Related(f'"{step}" is used here', self.places[step].span) for step in steps]
             message = f"{' -> '.join(chain)}: the value depends on itself"
             self.broken.update(chain)
-            raise self.fail("cycle", message, self.places[chain[0]], "give one of them a value of its own", related)
+            raise self.fail("cycle", message, self.places[chain[0]], "define one of them without the others", related)
         self.running.append(mark)
         try:
             self.values[name] = self.resolve(*self.pending[name])
@@ -282,16 +282,13 @@ class Scope:
     def _fail_for_size(self, message: str, place: Place) -> NoReturn:
         if not self.expansion.is_full:
             self.expansion.is_full = True
-            self.report("too-large", message, place, "use fewer or smaller loops, or calculate once, under let")
+            self.report("too-large", message, place, 'use fewer or smaller loops, or calculate values once in "let"')
         raise Failed
 
     # Evaluation
 
     def resolve(self, value: Any, place: Place, xml: bool = False) -> Any:
-        """Evaluate all expressions, loops and conditions in a value. Raises Failed after reporting errors.
-
-        ``xml``: strings in it are XML elements.
-        """
+        """Evaluate all expressions, loops and conditions in a value (with ``xml``, in XML elements). Raises Failed."""
         if self.expansion.is_constant(value):
             return value
         if isinstance(value, Map):
@@ -299,10 +296,7 @@ class Scope:
         return self._sequence(value, xml) if isinstance(value, Seq) else self.text(value, place.span, place.via, xml)
 
     def _mapping(self, value: Map) -> Map:
-        """Evaluate the keys and values of a mapping.
-
-        A key whose expression evaluates to ``none`` is omitted; parts pass on optional arguments in this way.
-        """
+        """Evaluate a mapping; a value ``none``, which an optional argument may have, is omitted with its key."""
         via = self.via or value.via
         made = Map(value.span, via)
         self.count(len(value) + 1, value.span, via)
@@ -320,8 +314,8 @@ class Scope:
                     name = scope.name(key, key_span, via) if "$" in key else key
                     if name in made:
                         related = [Related("first defined here", made.key_spans[name])]
-                        help = "use the loop's value in the name" if isinstance(item, Map) and "for" in item else ""
-                        message = f'the key "{name}" is repeated in one mapping'
+                        help = "use the loop variable in the key" if isinstance(item, Map) and "for" in item else ""
+                        message = f'the loop creates the key "{name}" more than once'
                         raise self.fail("duplicate-key", message, Place(key_span, via), help, related)
                     entry = scope.resolve(entry, Place(span, via))
                     if "$" in key and isinstance(entry, Map) and scope is not self:
@@ -370,8 +364,8 @@ class Scope:
                 holds = scope.resolve(item["if"], place)
                 if not isinstance(holds, bool):
                     what = f'"{holds}"' if isinstance(holds, (str, int, float)) else kind_of(holds)
-                    help = flag_meant(holds) or "compare it: ${n > 0}"
-                    raise scope.fail("wrong-type", f"a condition is true or false, not {what}", place, help)
+                    help = flag_meant(holds) or 'write a comparison, such as "${n > 0}"'
+                    raise scope.fail("wrong-type", f"a condition must be true or false, not {what}", place, help)
             if holds:
                 yield scope, body
             else:
@@ -390,11 +384,10 @@ class Scope:
             if not piece.is_expression:
                 xacro = _OF_XACRO.search(piece.text)
                 if xacro and "<" not in text:  # XML elements may contain $(...) for another program
-                    name = (xacro[2].split() or ["NAME"])[0]
-                    help = f"declare {name} in args and write ${{{name}}}"
+                    name, where = (xacro[2].split() or ["NAME"])[0], _within(place, text, piece.offset + xacro.start())
+                    help = f'declare {name} in "args" and write "${{{name}}}"'
                     help = f"write package://{name}" if xacro[1] == "find" else help
-                    where = _within(place, text, piece.offset + xacro.start())
-                    raise self.fail("expression", f'"{xacro[0]}" has a meaning in xacro, but none here', where, help)
+                    raise self.fail("expression", f'"{xacro[0]}" is xacro syntax, not supported here', where, help)
                 parts.append(piece.text)
                 continue
             if piece.unclosed:
@@ -430,11 +423,11 @@ class Scope:
             number = next((name for name, value in values.items() if is_like_a_number(value)), "")
             if number:  # report this only once, where the string was written
                 written = argument_of(self, [number]) or Origin(names[number])
-                message = f'"{number}" is the text "{values[number]}", and a number is calculated with it'
+                message = f'"{number}" is the text "{values[number]}", but is used as a number'
                 self.report_origin("expression", message, where, number_meant(values[number], []), (), written)
                 return
             empty = [name for name, value in values.items() if value is None]
-            help = f'"{empty[0]}" has no value: write one behind its name, or ask: != none' if empty else ""
+            help = f'"{empty[0]}" is empty: give it a value, or compare it with "!= none" first' if empty else ""
         origin: Origin | None = None
         with suppress(ExpressionError):  # an invalid expression depends on no arguments
             compile_expression(piece.text)
@@ -447,14 +440,14 @@ class Scope:
     def _expression_help(self, problem: ExpressionError) -> Help:
         unknown = problem.unknown
         if problem.unit is not None and (meant := unit_meant(problem.unit[1], [])):
-            return f"write {problem.unit[0]} {meant}"
+            return f'write "{problem.unit[0]} {meant}"'
         if unknown.endswith("()"):
             return Suggestion(unknown[:-2], {*functions(), *OF_DESCRIPTIONS})
         if unknown in ("math", "np", "numpy", "xacro", "self"):
             return "functions and constants have no module: pi, sin(x), load('file.yaml')"
         if unknown:
             names = self.all_names()
-            known = f"known here: {first_of(sorted(names), MAX_LISTED)}" if names else "name it in let"
+            known = f"known: {first_of(sorted(names), MAX_LISTED)}" if names else 'define it in "let"'
             return Suggestion(unknown, {*names, *CONSTANTS, *UNITS}, instead=known, places=names)
         return problem.help
 
@@ -478,21 +471,17 @@ def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
     for names, values in loops.items():
         where = Place(loops.value_spans[names], via)
         split = [name.strip() for name in names.split(",")]
-        inner_scopes: list[Scope] = []
-        counted = 0
-        for scope in scopes:
-            items, spans = scope.resolve(values, where), list[Span]()
-            if isinstance(items, Mapping):
-                spans = [getattr(items, "key_spans", {}).get(key, where.span) for key in items]
-                items = list(items)
-            elif isinstance(items, list):
-                spans = items.value_spans if isinstance(items, Seq) else [where.span] * len(items)
-            else:
-                help = "write a list, or ${range(4)}"
-                raise scope.fail("wrong-type", "a loop runs over a list or a table", where, help)
+        outer_scopes, scopes, counted = scopes, [], 0
+        for scope in outer_scopes:
+            items = scope.resolve(values, where)
+            if not isinstance(items, (list, Mapping)):
+                help = 'write a list, or an expression such as "${range(4)}"'
+                raise scope.fail("wrong-type", '"for" needs a list or a table to loop over', where, help)
             if len(items) > counted:  # assume that all iterations have as many, to refuse a huge product at once
-                outer.count((len(items) - counted) * len(scopes), where.span, where.via)
+                outer.count((len(items) - counted) * len(outer_scopes), where.span, where.via)
                 counted = len(items)
+            keys = items.key_spans if isinstance(items, Map) else {}
+            spans = items.value_spans if isinstance(items, Seq) else [keys.get(key, where.span) for key in items]
             for value, span in zip(items, spans, strict=True):
                 outer_via, at = scope.via or via, span if isinstance(values, Seq) else where.span
                 if at != span:  # the values were written elsewhere
@@ -500,13 +489,11 @@ def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
                 inner = Scope(outer.expansion, scope, Instance(f"{names} = {_short(value)}", at, outer_via, made=True))
                 row = value if len(split) > 1 else [value]
                 if not isinstance(row, list) or len(row) != len(split):
-                    message = f"a round of this loop does not give {len(split)} values"
-                    raise inner.fail("wrong-type", message, Place(at, where.via))
+                    raise inner.fail("wrong-type", f"the loop needs rows of {len(split)} values", Place(at, where.via))
                 for name, one in zip(split, row, strict=True):
                     inner.bind(name, one, Place(at, where.via))
                 inner.looped = dict.fromkeys(split, loops.key_spans[names])
-                inner_scopes.append(inner)
-        scopes = inner_scopes
+                scopes.append(inner)
     yield from scopes
 
 

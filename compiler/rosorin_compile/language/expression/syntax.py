@@ -9,6 +9,7 @@ import ast
 import operator
 import re
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Suggestion
@@ -33,7 +34,7 @@ _COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], bool]] = {ast.Eq: operator.
 _COMPARE |= {ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge}
 _COMPARE |= {ast.In: lambda a, b: a in b, ast.NotIn: lambda a, b: a not in b}
 _OTHER_OPERATORS: dict[type[ast.operator], str] = {ast.BitAnd: 'write "and"', ast.BitOr: 'write "or"'}
-_OTHER_OPERATORS |= {ast.BitXor: "write ** for a power; ^ is only for units, such as 2 kg*m^2"}
+_OTHER_OPERATORS |= {ast.BitXor: 'write "**" for a power; "^" is only for units, such as "2 kg*m^2"'}
 _SIZED = (str, list, dict)
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _FACTOR = r"[A-Za-z]+(?:\^-?\d)?(?![\w(])"
@@ -69,18 +70,17 @@ def mask_quantities(text: str) -> tuple[str, dict[tuple[int, int], Literal]]:
         start, stop = match.start(), match.start("unit") + len(unit)
         written = text[start:stop]
         if text[stop:].lstrip().startswith("**"):
-            help = f"write {unit}^2 for the power of a unit, ({written})**2 for that of the quantity"
-            raise ExpressionError(f'"**" after {written} could be the power of the unit', start, help)
-        quotient = re.search(_OVER, text[:start])
-        if quotient:
+            help = f'write "{unit}^2" for a power of the unit, "({written})**2" for a power of the value'
+            raise ExpressionError(f'"**" after "{written}" is ambiguous: is it a power of the unit?', start, help)
+        if quotient := re.search(_OVER, text[:start]):
             number = quotient[1]
-            help = f"write {number}/{written.removesuffix(unit).strip()} * 1 {unit}, or {number} / ({written})"
-            message = f"{number}/{written} could be a part of 1 {unit}, or one over {written}"
+            help = f'write "{number}/{written.removesuffix(unit).strip()} * 1 {unit}", or "{number} / ({written})"'
+            message = f'"{number}/{written}" is ambiguous: a fraction of 1 {unit}, or {number} over {written}?'
             raise ExpressionError(message, start, help)
-        value = Quantity(parsed, parsed.dimension, written)
         line = text.count("\n", 0, start) + 1
         column = len(text[text.rfind("\n", 0, start) + 1 : start].encode())  # in bytes, as Python's parser counts
-        found[line, column] = Literal(value, tuple(re.findall("[A-Za-z]+", unit)[1:]))
+        factors = tuple(re.findall("[A-Za-z]+", unit)[1:])
+        found[line, column] = Literal(Quantity(parsed, parsed.dimension, written), factors)
         parts += [text[end:start], "_" * (stop - start)]
         end = stop
     return "".join([*parts, text[end:]]), found
@@ -90,14 +90,14 @@ def mask_quantities(text: str) -> tuple[str, dict[tuple[int, int], Literal]]:
 _FOREIGN: tuple[tuple[str, str], ...] = (
     (r"&&", 'write "and"'),
     (r"\|\|", 'write "or"'),
-    (r"\?.*:", "write A if CONDITION else B"),
+    (r"\?.*:", 'write "A if CONDITION else B"'),
     (r"!(?!=)", 'write "not"'),
     (r"\$", "a name in an expression has no $ before it"),
-    (r"[\u00b0\u00ba]", "write deg: 90 deg"),
+    (r"[\u00b0\u00ba]", 'write "deg", as in "90 deg"'),
     (r"[\u2212\u2013\u2014]", 'write the minus sign of the keyboard: "-"'),
-    (r"[\u00b2\u00b3]", "write **2 or **3; in a unit ^2 or ^3"),
+    (r"[\u00b2\u00b3]", 'write "**2" or "**3"; in a unit "^2" or "^3"'),
     (r"[\u2018\u2019\u201c\u201d]", "write straight quotes"),
-    (r"(?<![=<>!])=(?!=)", 'compare with "=="; a value is given its name in let'),
+    (r"(?<![=<>!])=(?!=)", 'to compare, write "=="; named values are defined in "let"'),
     (r"\d,\d", "write a decimal point, not a comma"),
 )
 _NO_UNIT = r"(?<![\w.])([\d.]+) *([A-Za-z]+)\b"
@@ -107,25 +107,21 @@ _WORDS = frozenset(("and", "or", "not", "if", "else", "for", "in", "is"))
 def mistake(text: str, problem: SyntaxError) -> ExpressionError:
     """Return the error for an invalid expression, given the error of Python's parser."""
     plain = re.sub(r"'[^']*'|\"[^\"]*\"", lambda match: " " * len(match[0]), text)
-    for match in re.finditer(_NO_UNIT, plain):
-        word = match[2]
+    for number, word, start in ((match[1], match[2], match.start(2)) for match in re.finditer(_NO_UNIT, plain)):
         if word not in _WORDS and word not in UNITS and word not in CONSTANTS:
             help = "a unit such as mm, kg, deg or N*m; or * for a product"
-            unknown_unit = ExpressionError(f'there is no unit "{word}"', match.start(2), help)
-            unknown_unit.unit = (match[1], word)
-            return unknown_unit
+            return ExpressionError(f'there is no unit "{word}"', start, help, unit=(number, word))
     for pattern, help in _FOREIGN:
-        found = re.search(pattern, plain)
-        if found:
+        if found := re.search(pattern, plain):
             sign = printable(found[0] if len(found[0]) < 3 else found[0][:1])
             return ExpressionError(f'"{sign}" has no meaning in an expression', found.start(), help)
-    column = max(0, (problem.offset or 1) - 1)
-    if "never closed" in str(problem.msg) or "unmatched" in str(problem.msg):
-        return ExpressionError(f"not an expression: {problem.msg}", column, "brackets come in pairs")
+    column, help = max(0, (problem.offset or 1) - 1), ""
     if operator := re.search(r"(\*\*|//|[-+*/%<>=]|\b(?:and|or|not|if|else|in))\s*$", plain):
         return ExpressionError(f'a value is missing after "{operator[1]}"', column)
-    two = re.search(r"[\w)\]] +[\w(]", plain[max(0, column - 2) :])
-    help = "two values need an operator between them: * for a product" if two else ""
+    if "never closed" in str(problem.msg) or "unmatched" in str(problem.msg):
+        help = "brackets must come in pairs"
+    elif re.search(r"[\w)\]] +[\w(]", plain[max(0, column - 2) :]):
+        help = 'write an operator between two values, such as "*"'
     return ExpressionError(f"not an expression: {problem.msg}", column, help)
 
 
@@ -164,19 +160,17 @@ def weight(value: Any) -> int:
 
 def check_size(value: Any) -> Any:
     """Return the value unchanged. Raises ExpressionError if it is too large, or not finite."""
+    problem = ""
     if isinstance(value, float):
-        if not abs(value) < MAX_MAGNITUDE:
-            raise ExpressionError("the result is not a finite number")
+        problem = "" if abs(value) < MAX_MAGNITUDE else "the result is not a finite number"
     elif isinstance(value, int):
-        if abs(value) > MAX_INTEGER:
-            raise ExpressionError("the number is too large")
+        problem = "the number is too large" if abs(value) > MAX_INTEGER else ""
     elif isinstance(value, complex):
-        raise ExpressionError("the result is not a real number")
-    elif isinstance(value, str):
-        if len(value) > MAX_ITEMS:
-            raise ExpressionError(f"the result has more than {MAX_ITEMS:,} letters")
-    elif value is not None and weight(value) > MAX_ITEMS:
-        raise ExpressionError(f"the result has more than {MAX_ITEMS:,} items")
+        problem = "the result is not a real number"
+    elif (len(value) if isinstance(value, str) else weight(value)) > MAX_ITEMS:
+        problem = f"the result has more than {MAX_ITEMS:,} {'letters' if isinstance(value, str) else 'items'}"
+    if problem:
+        raise ExpressionError(problem)
     return value
 
 
@@ -209,20 +203,20 @@ def _check_node(node: Any) -> None:
             problem = "half a letter (a lone surrogate) cannot stand in a file"
         check_size(node.value)
     elif isinstance(node, ast.BinOp) and type(node.op) not in _BINARY:
-        problem, help = "this operator is not allowed here", _OTHER_OPERATORS.get(type(node.op), "")
+        problem, help = "this operator is not supported in an expression", _OTHER_OPERATORS.get(type(node.op), "")
     elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Invert):
-        problem = "this operator is not allowed here"
+        problem = "this operator is not supported in an expression"
     elif isinstance(node, ast.Compare) and not all(type(op) in _COMPARE for op in node.ops):
         problem = "this comparison is not allowed here"
     elif isinstance(node, (ast.ListComp, ast.GeneratorExp)):
         if len(node.generators) > 2:
-            problem = "at most two loops stand in one list"
+            problem = "a list can have at most two loops"
         for target in (generator.target for generator in node.generators):
             if not all(isinstance(name, ast.Name) for name in getattr(target, "elts", [target])):
                 problem, column = "a loop sets plain names", target.col_offset
     elif isinstance(node, ast.Call):
         if not isinstance(node.func, ast.Name):
-            problem, help = "this is not a function", "functions are called by name: upper(text), not text.upper()"
+            problem, help = "only the name of a function can be called", 'write "upper(text)", not "text.upper()"'
         elif node.keywords or any(isinstance(item, ast.Starred) for item in node.args):
             problem = "functions take their values in order, without names or stars"
     if problem:
@@ -239,14 +233,14 @@ def _constant(node: ast.Constant, lookup: Lookup) -> Any:
     if not isinstance(value, Literal):
         return value
     for name in value.factors:
-        try:
+        with suppress(KeyError):
             lookup(name)
-        except KeyError:
-            continue
-        text = value.value.text
-        spaced = text.replace("*", " * ").replace("/", " / ").replace("^", "**")
-        help = f"call the value something else; or write {spaced} where it is meant"
-        raise ExpressionError(f'"{name}" in {text} is a unit, and a value here', node.col_offset, help)
+            text = value.value.text
+            spaced = text.replace("*", " * ").replace("/", " / ").replace("^", "**")
+            help = f'rename the value, or write "{spaced}" to multiply by it'
+            raise ExpressionError(
+                f'"{name}" in "{text}" is a unit, but also the name of a value', node.col_offset, help
+            )
     return value.value
 
 
@@ -269,15 +263,14 @@ def _binary(node: ast.BinOp, lookup: Lookup) -> Any:
     if kind is ast.Pow:
         return _power(left, right)
     first, second = dimension_of(left), dimension_of(right)
-    if kind is ast.Mult or kind is ast.Div:
-        dimension = None
-        if first or second:
-            dimension = add(first or NUMBER, second or NUMBER, 1 if kind is ast.Mult else -1)
-            dimension = None if dimension == NUMBER else dimension
-    else:
-        dimension = first if first == second else common_dimension([left, right])
+    is_product = kind is ast.Mult or kind is ast.Div
+    dimension = first if first == second or is_product else common_dimension([left, right])
+    if is_product and (first or second):
+        dimension = add(first or NUMBER, second or NUMBER, 1 if kind is ast.Mult else -1)
     result = check_size(_BINARY[kind](left, right))
-    return result if dimension is None or kind is ast.FloorDiv else Quantity(result, dimension)
+    if dimension is None or kind is ast.FloorDiv or (is_product and dimension == NUMBER):
+        return result
+    return Quantity(result, dimension)
 
 
 def _join(kind: type[ast.operator], left: Any, right: Any) -> Any:
@@ -345,17 +338,16 @@ def _check_choices(name: ast.expr, other: ast.expr, lookup: Lookup) -> None:
     literals = [item for item in getattr(other, "elts", [other]) if isinstance(item, ast.Constant)]
     if not isinstance(name, ast.Name) or not literals:
         return
-    try:
-        choices: Any = lookup(name.id + CHOICES)
-    except KeyError:
-        return
-    for literal in literals:
+    choices: Any = ()
+    with suppress(KeyError):
+        choices = lookup(name.id + CHOICES)
+    for literal in literals if choices else ():
         value: Any = literal.value
         if isinstance(value, (str, int, float)) and value not in choices:
-            allowed = f"allowed: {', '.join(map(str, choices))}"
+            allowed = f"possible values: {', '.join(map(str, choices))}"
             texts = [choice for choice in choices if isinstance(choice, str)]
             help = Suggestion(value, texts, details=allowed) if isinstance(value, str) else allowed
-            raise ExpressionError(f'the argument "{name.id}" is never "{value!s}"', literal.col_offset, help)
+            raise ExpressionError(f'the argument "{name.id}" cannot be "{value!s}"', literal.col_offset, help)
 
 
 def _subscript(node: ast.Subscript, lookup: Lookup) -> Any:
@@ -372,7 +364,7 @@ def _subscript(node: ast.Subscript, lookup: Lookup) -> Any:
 def _attribute(node: ast.Attribute, lookup: Lookup) -> Any:
     table = value_of(node.value, lookup)
     if not isinstance(table, Mapping):
-        raise KindError(f"{kind_of(table)} has no entries; only a table has")
+        raise KindError(f"{kind_of(table)} has no entries: only a table has entries")
     return _entry(table, node.attr)
 
 
@@ -382,7 +374,7 @@ def _entry(container: Any, key: Any) -> Any:
     if isinstance(container, Mapping):
         if key in container:
             return container[key]
-        entries = f"entries: {', '.join(map(str, container)) or 'it is empty'}"
+        entries = f"known: {', '.join(map(str, container))}" if container else "the table is empty"
         texts = [name for name in container if isinstance(name, str)]
         help = Suggestion(str(key), texts, details=entries, places=getattr(container, "key_spans", {}))
         raise ExpressionError(f'the table has no entry "{key}"', help=help)
@@ -442,9 +434,9 @@ def _call(node: ast.Call, lookup: Lookup) -> Any:
         result = check_size(function(*values))
     except (TypeError, AttributeError):
         kinds = ", ".join(map(kind_of, values)) or "nothing"
-        raise KindError(f"{name}() does not take {kinds}") from None
+        raise KindError(f"{name}() does not accept {kinds}") from None
     except (ValueError, ArithmeticError, LookupError):
-        raise ExpressionError(f"{name}() has no value for this") from None
+        raise ExpressionError(f"{name}() is not defined for this argument") from None
     if isinstance(result, (list, str)):
         EFFORT.spend(result)
     return result

@@ -46,17 +46,16 @@ def _edges(tree: Mapping[str, Any], lowering: Lowering) -> None:
 
 def _servos(tree: Mapping[str, Any], lowering: Lowering) -> tuple[ServoGroup, ...]:
     for name, entry in entries_of(tree, "servos"):
-        path: Path = ("servos", name)
-        low, high = entry["pulse_range"]
+        path, zero, (low, high) = ("servos", name), entry["zero_pulse"], entry["pulse_range"]
         if not low < high:
             message = f"the pulse range goes from {low} to {high}"
             lowering("pulse-range", message, (*path, "pulse_range"), "give the smaller pulse first")
-        elif not low <= entry["zero_pulse"] <= high:
-            message = f"the zero pulse {entry['zero_pulse']} is outside the pulse range {low} to {high}"
+        elif not low <= zero <= high:
+            message = f"the zero pulse {zero} is outside the pulse range {low} to {high}"
             lowering("pulse-range", message, (*path, "zero_pulse"), "correct one of the two")
         if float(entry["rad_per_pulse"]) == 0:
-            message = "a pulse of no angle moves nothing"
-            lowering("pulse-range", message, (*path, "rad_per_pulse"), "give the angle of one pulse")
+            message = "the angle of one pulse is zero, so that the servo never moves"
+            lowering("pulse-range", message, (*path, "rad_per_pulse"), "write the angle of one pulse, in radians")
         group = record_of(ServoGroup, entry, name=name, flipped=entry.get("flipped", False))
         lowering.servos = (*lowering.servos, group)
     return lowering.servos
@@ -66,8 +65,8 @@ def _drive(tree: Mapping[str, Any], problem: Problem) -> Drive | None:
     entry = tree["drive"]
     kinds = [kind for kind in ROLES if kind in entry]
     if len(kinds) != 1:
-        message = f"drive has one of {', '.join(ROLES)}; this one has {phrase(kinds) or 'none'}"
-        problem("drive-kind", message, ("drive",), "say which kind of base it is, and its wheels")
+        message = f'"drive" needs exactly one of {", ".join(ROLES)}, but has {phrase(kinds) or "none"}'
+        problem("drive-kind", message, ("drive",), 'write one, as in "differential: {left: [JOINT], right: [JOINT]}"')
         return None
     wheels = {role: entry[kinds[0]][role] for role in ROLES[kinds[0]] if role in entry[kinds[0]]}
     return record_of(Drive, {**entry, "joints": wheels}, kind=kinds[0])
@@ -87,9 +86,9 @@ def _poses(tree: Mapping[str, Any], lowering: Lowering) -> tuple[JointPose, ...]
             if joint in group_of:
                 low, high = group_of[joint].pulse_range
                 if not low <= pulse <= high:
-                    lowering("pulse-range", f"the pulse {pulse} does not exist: {low} to {high}", path, "correct it")
+                    lowering("pulse-range", f"pulse {pulse} is outside the range {low} to {high}", path, "correct it")
                 if joint in positions:
-                    lowering("duplicate-name", f'"{joint}" has a position and a pulse', path, "give one of them")
+                    lowering("duplicate-name", f'joint "{joint}" has both a position and a pulse', path, "remove one")
                 positions[joint] = group_of[joint].radians(pulse)
             elif joint not in joints or joints.keys() >= group_of.keys():  # else a servo group misspells it
                 help = suggest_name(lowering.tree, path, joint, list(group_of))

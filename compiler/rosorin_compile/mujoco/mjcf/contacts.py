@@ -318,8 +318,8 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     if not case.robot.is_tree:  # other rules report this
         return
     for kinds, (link, number), (other, _) in refused_by_mjx(case.robot, output):
-        message = f"MJX does not collide a {kinds[0]} with a {kinds[1]}, which may touch:"
-        message += f' links "{link}" and "{other}"; it does not load the MJCF'
-        help = "make one of them a capsule, or keep them apart: by the bits of their contact, or wheels by a drive"
+        message = f"MJX does not load the MJCF: it has no collisions between a {kinds[0]} and a {kinds[1]}, but"
+        message += f' links "{link}" and "{other}" may touch'
+        help = 'make one of them a capsule, or exclude their contact with "contact" (for wheels, with "drive")'
         path = case.link(link, "collision", number)
         yield case.problem("not-in-mjx", message, path, help, severity=NOTE)

@@ -152,10 +152,9 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         yield case.problem("drives-assumed", message, place, "describe the real actuators", severity=NOTE)
     for drive in drives(robot, robot.joints, output):
         if names.setdefault(drive.name, drive) is not drive:
-            message = f'two actuators are called "{drive.name}"'
-            related = [case.related("the other one", place_of(names[drive.name]))]
-            help = "give one of them another name"
-            yield case.problem("mjcf-actuators", message, place_of(drive), help, related=related)
+            message = f'two actuators have the name "{drive.name}"'
+            related = [case.related("the other actuator", place_of(names[drive.name]))]
+            yield case.problem("mjcf-actuators", message, place_of(drive), "rename one of them", related=related)
     sensors = {part.name for sensor in robot.sensors for part in sensor.simulated if part.kind == SENSOR_ELEMENT}
     raw = (one for text in robot.mjcf for one in found_in(text) if one.tags[0] == "sensor" and len(one.tags) == 2)
     sensors |= {one.attributes["name"] for one in raw if "name" in one.attributes}
@@ -164,7 +163,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         for index, name in enumerate(ordered):
             path = ("outputs", output.name, f"{kind}s", index)
             if name not in known:
-                message = f'the robot has no {kind} "{name}"'
+                message = f'there is no {kind} "{name}" in the MJCF'
                 yield case.problem("mjcf-actuators", message, path, Suggestion(name, known))
             elif name in ordered[:index]:
                 yield case.problem("mjcf-actuators", f'the {kind} "{name}" is listed again', path, "remove one")

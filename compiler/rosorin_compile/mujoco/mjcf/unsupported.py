@@ -129,7 +129,7 @@ def report_omissions(robot: Robot, joints: list[Joint], unpaired: Sequence[tuple
     if meshes:
         message = f"left out of the MJCF: {first_of(list(dict.fromkeys(meshes)), 3)}; MuJoCo opens meshes that are STL,"
         message += " OBJ and MSH files; DAE, glTF and GLB are converted"
-        yield _omitted(message, "convert it, and name the new file")
+        yield _omitted(message, "convert the mesh, and use the new file")
     if WORLD in robot.link:
         message = f'MuJoCo has a body "{WORLD}": that of link "{WORLD}" is "{body_name(robot, WORLD)}" in the MJCF'
         yield _omitted(message, severity=NOTE)
@@ -194,8 +194,8 @@ def check_loadable(robot: Robot, free: bool) -> Iterator[Diagnostic]:
         if part.kind == SENSOR_ELEMENT:
             site = "" if part.pose is None else part.site
         if part.replicas is None and site in robot.link:
-            message = f'sensor "{sensor.name}" brings a site called "{site}", but in MJCF that is the site of the link'
-            yield Diagnostic("mjcf-reserved-name", ERROR, message, help="name the element of its type: name: WORD")
+            message = f'sensor "{sensor.name}" adds a site "{site}", but in MJCF that is the site of the link "{site}"'
+            yield Diagnostic("mjcf-reserved-name", ERROR, message, help='add "name: NAME" to this entry of "mjcf"')
     if carried := weightless(robot, free):
         message = f"MuJoCo loads no moving body without mass: {first_of(carried, 3)} with {LEAST:g} kg in the MJCF"
         yield _omitted(f"{message}, whose mass hangs on further joints", severity=NOTE)
@@ -204,8 +204,8 @@ def check_loadable(robot: Robot, free: bool) -> Iterator[Diagnostic]:
         if top in carried or (joint is None and not free) or _moves(robot, names):
             continue
         what = f'joint "{joint.name}" moves link "{top}"' if joint else f'"base: free" lets link "{top}" move'
-        message = f"{what}, but neither it nor a link fixed to it has mass and inertia: MuJoCo does not load that"
-        help = f'give "{top}" an inertial, or {"make the joint fixed" if joint else "write base: fixed"}'
+        message = f"{what}, but neither that link nor a link fixed to it has a mass, so that MuJoCo refuses the model"
+        help = f'add "inertial" to "{top}", or {"make the joint fixed" if joint else "write base: fixed"}'
         yield Diagnostic("mjcf-needs-mass", ERROR, message, help=help)
     for link in robot.links:
         if link.inertial is None or not has_mass(link.inertial):
@@ -213,11 +213,10 @@ def check_loadable(robot: Robot, free: bool) -> Iterator[Diagnostic]:
         low, middle, high = link.inertial.principal_moments
         products = has_products(link.inertial) and any(along_link_of(link.inertial)[3:])
         if link.inertial.mass < 0 or (low < 0 and not products):
-            message = f'MuJoCo takes the negative mass or moments of link "{link.name}" for zero'
-            yield _omitted(message, "correct them")
-        why = "it has products, and a principal moment of zero" if low < LEAST_EIGENVALUE and products else ""
+            yield _omitted(f'MuJoCo takes the negative mass or moments of link "{link.name}" for zero', "correct them")
+        why = "it has products, but a principal moment of zero" if low < LEAST_EIGENVALUE and products else ""
         if (low if products else max(low, 0.0)) + middle < high:
-            why = "the largest of its principal moments is more than the sum of the others"
+            why = "the largest principal moment exceeds the sum of the others"
         if why:
-            message = f'MuJoCo does not load the inertia of link "{link.name}": {why}'
-            yield Diagnostic("mjcf-refused-inertia", ERROR, message, help="correct it, or take mjcf out of outputs")
+            message = f'MuJoCo refuses the inertia of link "{link.name}": {why}'
+            yield Diagnostic("mjcf-refused-inertia", ERROR, message, help='correct it, or remove "mjcf" from "outputs"')

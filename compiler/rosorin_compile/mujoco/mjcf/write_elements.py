@@ -385,14 +385,14 @@ def sensor_elements(
 def _damaged(sensor: Sensor, part: simulation.Simulated, text: str) -> Iterator[Diagnostic]:
     from xml.etree import ElementTree
 
-    what, around = f'what {part.element} makes for sensor "{sensor.name}"', part.section or "body"
-    help = "MJCF is XML: close every element, put every value in quotes"
+    what, around = f'the output of {part.element} for sensor "{sensor.name}"', part.section or "body"
+    help = "correct the XML: close every element, and put every value in quotes"
     try:
         made = ElementTree.fromstring(f"<{around}>{text}</{around}>")  # noqa: S314 - no entities without a DOCTYPE
     except ElementTree.ParseError as problem:
         yield error("template-failed", f"{what} is not XML: {problem}", None, help)
         return
     if any(True for name in ("joint", "freejoint") for _ in made.iter(name)):
-        yield error("template-failed", f"{what} has a joint", None, "define the joint under joints of the description")
+        yield error("template-failed", f"{what} contains a joint", None, 'define it in "joints" of the description')
     if any(not body.get("name") for body in made.iter("body") if body is not made):
-        yield error("template-failed", f"{what} has a body without a name", None, "name it")
+        yield error("template-failed", f"{what} contains a body without a name", None, "name it")

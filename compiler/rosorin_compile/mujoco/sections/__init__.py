@@ -126,17 +126,17 @@ def targets(case: Case) -> Iterator[Diagnostic]:
 def _target(actuator: Actuator) -> tuple[str, str] | None:
     used, words = set(actuator.targets), {word: key for key, word in TARGETS.items()}
     if not used:
-        return "acts on nothing", "name one: joint: NAME, tendon: NAME, site: NAME or body: NAME"
+        return "has no target", 'add one of "joint: NAME", "tendon: NAME", "site: NAME" or "body: NAME"'
     for word, required in (("refsite", "site"), ("slidersite", "cranksite"), ("cranksite", "slidersite")):
         if word in used and required not in used:
-            return f"has a {words[word]} and no {words[required]}", f"add {words[required]}: NAME"
+            return f"has a {words[word]} but no {words[required]}", f'add "{words[required]}: NAME"'
     if len(used - {"refsite", "slidersite"}) > 1:
         named = phrase([words[word] for word in sorted(used)])
-        return f"acts on several things: {named}", "leave one; write an actuator for each of the others"
+        return f"has more than one target: {named}", "keep one, and write an actuator for each of the others"
     wrong = used - WORDS[actuator.type]
     can = [key for key, word in TARGETS.items() if word in WORDS[actuator.type]]
-    help = f"name a {' or '.join(can)}" if can else ""
-    return (f"is of type {actuator.type}, which drives no {words[min(wrong)]}", help) if wrong else None
+    help = f"use a {' or '.join(can)} as the target" if can else ""
+    return (f"is of type {actuator.type}, which cannot act on a {words[min(wrong)]}", help) if wrong else None
 
 
 @rule(
@@ -155,18 +155,18 @@ def words(case: Case) -> Iterator[Diagnostic]:
         for word, key in (*used, *((word, ("mjcf", word)) for word in actuator.mjcf)):
             if word not in WORDS[kind]:
                 types = ", ".join(name for name in WORDS if word in WORDS[name])
-                help, place = f"leave it out, or use a type that has it: {types}", (*path, *key)
+                help, place = f"remove the key, or use a type that has it: {types}", (*path, *key)
                 yield case.problem("actuator-word", f"{of_type}, which has no {key[-1]}", place, help, key=True)
         if joint is not None and "joint" not in WORDS[kind]:
-            message, help = f"{of_type}, which drives no joint", "write it under actuators, with its target"
+            message, help = f"{of_type}, which cannot drive a joint", 'write it in "actuators", with its target'
             yield case.problem("actuator-target", message, (*path, "type"), help)
         gain = _LACKING.get(kind, "")
         if gain and not values[gain]:
-            message = f"{of_type} and has no {gain}: MuJoCo would use 1"
-            yield case.problem("actuator-word", message, path, f"write {gain}: ...", key=True)
+            message = f"{of_type} but has no {gain}, for which MuJoCo would use 1"
+            yield case.problem("actuator-word", message, path, f'write "{gain}: ..."', key=True)
         if actuator.damping_ratio and actuator.kv:
             message = f"{called} has kv and damping_ratio, two keys for the same damping"
-            yield case.problem("actuator-word", message, (*path, "damping_ratio"), "leave one of them out", key=True)
+            yield case.problem("actuator-word", message, (*path, "damping_ratio"), "remove one of the two", key=True)
 
 
 _CONDIMS = (1, 3, 4, 6)
@@ -186,8 +186,8 @@ def ranges(case: Case) -> Iterator[Diagnostic]:
     for (entry, path, called), key in product(_entries(case), _RANGES):
         for ends, place in ((entry.get(key), path), ((entry.get("mjcf") or {}).get(key), (*path, "mjcf"))):
             if isinstance(ends, list) and len(ends) == 2 and not ends[0] < ends[1]:
-                message = f"the {key} of {called} goes from {number(ends[0])} to {number(ends[1])}"
-                help = "give the smaller number first, or leave it out where there is none"
+                message = f"the {key} of {called} is empty: it goes from {number(ends[0])} to {number(ends[1])}"
+                help = "write the smaller number first, or remove the range"
                 yield case.problem("range-without-room", message, (*place, key), help)
 
 
@@ -208,7 +208,7 @@ def negative(case: Case) -> Iterator[Diagnostic]:
         value, is_in_joint = entry.get(key, 0.0), path[0] == "joints" and len(path) > 2
         if isinstance(value, (int, float)) and value < 0 and (key == "damping_ratio" or not is_in_joint):
             message = f"the {key} of {called} is {number(value)}, below zero"
-            yield case.problem("dynamics-negative", message, (*path, key), "write it without the sign")
+            yield case.problem("dynamics-negative", message, (*path, key), "remove the minus sign")
 
 
 @rule(
@@ -234,7 +234,7 @@ def contacts(case: Case) -> Iterator[Diagnostic]:
         for key, value in values:
             if value < 0:
                 message = f"the {key[0]} of {called} is {number(value)}, below zero"
-                yield case.problem("contact-value", message, (*path, *key), "write it without the sign")
+                yield case.problem("contact-value", message, (*path, *key), "remove the minus sign")
 
 
 # Lengths of qvel and qpos for joints with several coordinates.
@@ -267,9 +267,9 @@ def keys(case: Case) -> Iterator[Diagnostic]:
             if isinstance(values, tuple) and ((bases and len(allowed) > 1) or len(values) not in allowed):
                 expected = " or ".join(map(str, sorted(allowed)))
                 count = count_of(len(values), "number")
-                message = f'pose "{pose.name}" has {count} of {word}, and the robot {expected}'
+                message = f'pose "{pose.name}" has {count} in "{word}", but the robot needs {expected}'
                 path: Path = ("poses", pose.name, "mjcf", word)
-                yield case.problem("key-length", message, path, "give one for each, in MuJoCo's order", key=True)
+                yield case.problem("key-length", message, path, "write all values in the order of MuJoCo", key=True)
 
 
 # What each type of constraint connects, and its other keys.
@@ -305,18 +305,18 @@ def _wrong_constraint(entry: Mapping[str, object]) -> tuple[str, ...] | None:
     kind = str(entry["type"])
     known, ends = (*_ENDS[kind], *_KEYS[kind], *_KEYS_OF_ALL), [key for key in _ENDS[kind] if key in entry]
     if extra := next((key for key in entry if key not in known), ""):
-        return f"is of type {kind}, which has no {extra}", "leave it out, or correct the type", extra
+        return f"is of type {kind}, which has no {extra}", "remove the key, or correct the type", extra
     if not ends:
-        return f"is of type {kind} and holds nothing", f"write {' or '.join(f'{end}: [...]' for end in _ENDS[kind])}"
+        return f"is of type {kind} but has no ends", f"write {' or '.join(f'{end}: [...]' for end in _ENDS[kind])}"
     if len(ends) > 1:
-        return "has links and sites", "leave one of them out", "sites"
+        return "has both links and sites", "remove one of the two", "sites"
     if fixed := next((key for key in ("at", "xyz", "rpy") if key in entry and ends == ["sites"]), ""):
-        return f"holds sites where they are, and has {fixed}", "leave it out", fixed
+        return f'connects sites, so that "{fixed}" has no effect', "leave it out", fixed
     if kind == "connect" and ends == ["links"] and "at" not in entry:
-        return "connects links without a point", "write at: [X, Y, Z] in the first link"
+        return 'connects two links, but lacks the point "at"', 'write "at: [X, Y, Z]" in the frame of the first link'
     held = entry[ends[0]]
     if isinstance(held, list) and len(held) == 2 and held[0] == held[1]:
-        return f'holds "{held[0]}" to itself', "name two", ends[0]
+        return f'constrains "{held[0]}" to itself', "use two different ones", ends[0]
     return None
 
 

@@ -35,7 +35,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     robot, distribution, entry = case.robot, distro_of(output), ("outputs", output.name)
     is_first = output.name == next(one for one in robot.outputs if one.backend == output.backend).name
     if not robot.controllers:
-        message = f'output "{output.name}" is for controllers, and the description has none'
+        message = f'output "{output.name}" writes controllers, but the description has none'
         yield case.problem("controllers-none", message, entry, severity=WARNING, key=True)
     for found in against_kind(f"the {MANAGER}", kinds(distribution)[MANAGER], manager_parameters(output, distribution)):
         yield _placed(case, found, entry, "manager")
@@ -44,7 +44,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     blocks = {one.name: str(option) for one in robot.outputs if (option := one.options.get("control"))}
     if robot.control and blocks and described_by(distribution) not in map(described_by, blocks.values()):
         name, option = next(iter(blocks.items()))
-        message = f'output "{output.name}" is for {distribution.capitalize()}, and the hardware blocks of output '
+        message = f'output "{output.name}" is for {distribution.capitalize()}, but the hardware blocks of output '
         message += f'"{name}" are for {option.capitalize()}'
         yield case.problem("controllers-distribution", message, case.value(entry, "distribution"), within=True)
     if not robot.is_tree or not is_whole(robot):
@@ -73,7 +73,7 @@ def _claims(robot: Robot, one: ControllerParameters, owners: dict[tuple[str, str
     for (owner, word, key), joints in list(taken.items())[:1]:
         message = f'controllers "{owner}" and "{name}" both claim the {word} of {quote(joints, most=4)}: '
         key = key if key in one.controller.params else ""
-        found += [Finding("controller-interface", f"{message}the second one does not start", key, at_key=True)]
+        found += [Finding("controller-interface", f"{message}the one that starts second fails", key, at_key=True)]
     return found
 
 
@@ -83,7 +83,7 @@ def _joint_states(case: Case) -> Iterator[Diagnostic]:
     states = [(block, joint) for block in case.robot.control for joint in block.joints if joint.state]
     if types and states and not any(one.endswith("/JointStateBroadcaster") for one in types):
         block, joint = states[0]
-        message = f'no controller publishes the states that hardware block "{block.name}" has, such as that of '
+        message = f'no controller publishes the joint states of hardware block "{block.name}", such as that of '
         yield case.problem(rule, f'{message}"{joint.name}"', ("controllers",), key=True)
         return
     for still in case.robot.unmeasured_joints if types and states else ():
@@ -108,21 +108,21 @@ def _findings(case: Case, one: ControllerParameters, distribution: str) -> Itera
     if needed := missing(one.kind, one.values) if are_right else []:  # otherwise a wrong name is the cause
         blocks = [block.name for block in robot.control if any(joint.command for joint in block.joints)]
         if one.known.why_not:
-            help = f"{one.known.why_not}; give it in params"
+            help = f'{one.known.why_not}; write the values in "params"'
         elif blocks and not controller.hardware and "joints" in needed:
             block = blocks[0] if len(blocks) == 1 else f"NAME, one of {first_of(blocks, 4)}"
-            help = f"say whose joints it moves: hardware: {block}"
+            help = f'name the hardware block whose joints the controller moves: "hardware: {block}"'
         else:
             examples = facts("ros2_controllers")["examples"]
             help = f"write params: {{{', '.join(f'{key}: {examples.get(key, key.upper())}' for key in needed)}}}"
-        message = f"{name} needs {quote(needed, most=4)}: it does not start"
+        message = f"{name} needs {quote(needed, most=4)}, and does not start without"
         yield Finding("controller-missing", message, "", help)
     frames = {*robot.link, *(end for edge in robot.edges for end in (edge.parent, edge.child))}
     for key, value in given.items():
         last = key.rpartition(".")[2]
         known = {*frames, *_WORLD} if last == "odom_frame_id" else frames
         if last in _FRAMES and isinstance(value, str) and value and value.lstrip("/") not in known:
-            message = f'"{key}" of {name} names "{value}", which is not a frame of the robot'
+            message = f'"{key}" of {name} is "{value}", which is not a frame of the robot'
             yield Finding("controller-name", message, key, Suggestion(value, known), unknown=value, known=known)
     yield from named
 
@@ -137,21 +137,21 @@ def _odometry(robot: Robot, one: ControllerParameters) -> Iterator[Finding]:
     edge = f"{parent} -> {child}"
     if not one.values.get("enable_odom_tf"):
         if mine and "enable_odom_tf" in params:
-            message = f"{name} owns {mine[0]}, and enable_odom_tf is false"
-            yield Finding("parameters-no-owner", message, key, "remove enable_odom_tf")
+            message = f'{name} has to publish {mine[0]}, but "enable_odom_tf" is false'
+            yield Finding("parameters-no-owner", message, key, 'remove "enable_odom_tf"')
         elif not mine and into is None:
-            message = f"{name} does not publish the pose of {child}: no edge names it as the publisher"
-            help = f"edges: [{{parent: {parent}, child: {child}, publisher: {one.controller.name}}}]"
+            message = f'{name} does not publish the transform to {child}: no entry of "edges" names it as publisher'
+            help = f'add "{{parent: {parent}, child: {child}, publisher: {one.controller.name}}}" to "edges"'
             yield Finding("controllers-odometry", message, "", help, NOTE)
     elif mine and edge not in mine:
-        message = f"{name} publishes {edge}, but in the description it is {mine[0]}"
-        yield Finding("parameters-other-edge", message, key, "leave the frames to the description")
+        message = f"{name} publishes {edge}, but the description has {mine[0]}"
+        yield Finding("parameters-other-edge", message, key, "remove it: frames are taken from the description")
     elif not mine and into is not None:
-        message = f"{name} publishes {edge}, and by the description {into.parent} -> {child} is of "
-        yield Finding("parameters-two-owners", message + into.publisher.name, key, "remove enable_odom_tf")
+        message = f"{name} publishes {edge}, but in the description the publisher of {into.parent} -> {child} is "
+        yield Finding("parameters-two-owners", message + into.publisher.name, key, 'remove "enable_odom_tf"')
     elif not mine:
-        message = f"{name} publishes {edge}, an edge that the description does not have"
-        yield Finding("parameters-other-edge", message, key, "remove enable_odom_tf, or add the edge")
+        message = f'{name} publishes {edge}, which is not in "edges" of the description'
+        yield Finding("parameters-other-edge", message, key, 'remove "enable_odom_tf", or add the transform to "edges"')
 
 
 def _placed(case: Case, found: Finding, entry: Path, within: str) -> Diagnostic:
@@ -176,11 +176,11 @@ def of_type(name: str, kind: str, distribution: str) -> Finding | None:
     known, every, plugin = plugins(distribution), plugins(""), full_type(kind)
     if plugin in known:
         return None
-    message = f'the controller "{name}" is of type "{kind}"'
+    message = f'controller "{name}" has the type "{kind}"'
     if plugin in every:
         others = phrase(one.capitalize() for one in DISTRIBUTIONS if plugin in plugins(one))
-        message += f", which {distribution.capitalize()} does not have; it is one of {others}"
-        return Finding("controller-type", message, "type", "take another type, or ask for that distribution")
+        message += f", which exists only in {others}, not in {distribution.capitalize()}"
+        return Finding("controller-type", message, "type", 'use another type, or another "distribution" in the output')
     short = facts("ros2_ports")["controllers"]["short"]
     words = [*known, *(word for word, of in short.items() if of in known)]
     package, packages = kind.partition("/")[0], {*every.values(), *(one.partition("/")[0] for one in every)}
@@ -189,7 +189,7 @@ def of_type(name: str, kind: str, distribution: str) -> Finding | None:
         return Finding("controller-type", f"{message}, which does not exist", "type", help)
     meant = nearest(package, packages)  # vendors' packages may have similar names
     is_near = meant and abs(len(meant) - len(package)) < 2 and nearest(kind, words)
-    message += ", of a package that is not known: its parameters are not checked"
+    message += " of an unknown package, so that its parameters are not checked"
     return Finding("controller-type", message, "type", help if is_near else "", WARNING if is_near else NOTE)
 
 
@@ -224,7 +224,7 @@ def against_robot(
                 continue  # a controller of the chain claims it
             if one not in moving:
                 what = "a fixed joint" if one in robot.joint else "which is not a joint of the robot"
-                message, help = f'"{key}" of {name} names "{one}", {what}', Suggestion(one, moving)
+                message, help = f'"{key}" of {name} lists "{one}", {what}', Suggestion(one, moving)
                 wrong.append(Finding("controller-name", message, key, help, unknown=one, known=moving))
         yield from wrong
         if not wrong and key in known.values:
@@ -243,12 +243,12 @@ def _differing(name: str, key: str, value: Any, expected: Any, severity: str) ->
         claimed = sorted(one.rpartition("/")[2] for one in _texts(value))  # a controller of a chain claims some
         if claimed != sorted(_texts(expected)) and key not in ("joints", "joint"):
             both = [quote(map(str, one)) if isinstance(one, (list, tuple)) else f'"{one}"' for one in (value, expected)]
-            message = f'"{key}" of {name} is {both[0]}, and the drive says {both[1]}'
+            message = f'"{key}" of {name} is {both[0]}, but "drive" has {both[1]}'
             yield Finding("controller-differs", message, key, "correct one of the two", severity)
     elif (is_size or key.startswith("kinematics.base_frame_offset")) and isinstance(expected, float):
         allowed = max(_LEAST, _TOLERANCE * abs(expected))
         if isinstance(value, (int, float)) and abs(value - expected) > allowed:
-            message = f'"{key}" of {name} is {value:.6g}, and the robot says {expected:.6g}'
+            message = f'"{key}" of {name} is {value:.6g}, but the robot has {expected:.6g}'
             yield Finding("controller-differs", message, key, f"write {expected:.6g}, or correct the robot", severity)
 
 
@@ -280,7 +280,7 @@ def _interfaces(name: str, kind: str, values: Mapping[str, Any], robot: Robot) -
         lacking = [one for one in names if one in robot.joint and any((one, word) not in there for word in words)]
         if lacking:
             message = f"{name} commands the {phrase(words)} of {quote(lacking, most=4)}, which no hardware block has"
-            help = f"in control: joints: {{{lacking[0]}: {{command: {words[0]}}}}}"
+            help = f'add "joints: {{{lacking[0]}: {{command: {words[0]}}}}}" to a block of "control"'
             yield Finding("controller-interface", message, key, help, WARNING)
         if "drive" in about:
             by_position = every == [POSITION] or values.get("position_feedback", about["turning"] == POSITION)
@@ -298,8 +298,8 @@ def _interfaces(name: str, kind: str, values: Mapping[str, Any], robot: Robot) -
             break
     sensors = {one.name for block in robot.control for one in block.sensors}
     for sensor in [one for one in _texts(values.get("sensor_name")) if one not in sensors]:
-        message = f'"sensor_name" of {name} is "{sensor}", and no hardware block has a sensor of this name'
-        help_ = Suggestion(sensor, sensors, none=f"in control: sensors: {{{sensor}: {{}}}}")
+        message = f'"sensor_name" of {name} is "{sensor}", but no hardware block has a sensor with this name'
+        help_ = Suggestion(sensor, sensors, none=f'add "sensors: {{{sensor}: {{}}}}" to a block of "control"')
         yield Finding("controller-interface", message, "sensor_name", help_, WARNING)
 
 

@@ -55,7 +55,7 @@ def derive(robot: Robot, controller: Controller, plugin: str) -> RobotParameters
     if len(found) == 1:
         return RobotParameters({"sensor_name": found[0].name, "frame_id": found[0].frame})
     why = f'there is no sensor "{name}"' if name else f"the description has {len(found) or 'no'} sensors of type {kind}"
-    return RobotParameters({}, f"{why}: say which, sensor: NAME" if found else why)
+    return RobotParameters({}, f'{why}: write "sensor: NAME"' if found else why)
 
 
 def _of_drive(robot: Robot, controller: Controller, kind: str) -> RobotParameters:
@@ -230,13 +230,13 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     name, notes, controllers = distro_of(output).capitalize(), [], fill(robot, distro_of(output))
     made = text(robot, output, templates, [f"Controllers of ros2_control, for {name}."], _nodes(output, controllers))
     if distro_of(output) not in (HUMBLE, JAZZY):
-        notes.append(Diagnostic("controllers-later", NOTE, f"{name} has no table of controllers: Jazzy's is used"))
+        notes.append(Diagnostic("controllers-later", NOTE, f"for {name}, the controllers of Jazzy are used"))
     for one in controllers:
         for topic, to in one.remaps:
             full = full_topic(topic, namespace_of(output), one.controller.name)
             frames = f"{one.values.get('odom_frame_id', 'odom')} -> {one.values.get('base_frame_id', 'base_link')}"
-            message = f'the controller "{one.controller.name}" publishes {frames} on {full}, not on {to}'
-            notes.append(report("controllers-remap", message, help=f"start it with {full}:={to}"))
+            message = f'controller "{one.controller.name}" publishes {frames} on {full}, not on {to}'
+            notes.append(report("controllers-remap", message, help=f'start it with the remapping "{full}:={to}"'))
     return made, notes
 
 

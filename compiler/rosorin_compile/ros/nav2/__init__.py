@@ -87,32 +87,32 @@ def _basics(robot: Robot, output: Output) -> tuple[_Basics | None, list[Problem]
             suggestion = Suggestion(sensor, sensors, none="the robot has no sensors")
             add("nav2-source", f'there is no sensor "{sensor}"', path, suggestion)
         elif sensors[sensor] not in _SEEING:
-            message = f'sensor "{sensor}" has the type {sensors[sensor]}, which sees no obstacles for a costmap'
-            add("nav2-source", message, path, "name a lidar or a depth camera")
+            message = f'sensor "{sensor}" has the type {sensors[sensor]}, which cannot detect obstacles for a costmap'
+            add("nav2-source", message, path, "use a lidar or a depth camera")
     sources = _sources(robot, output)
     for one in [one for one in sources if not one.topic]:
         path = ("sources", one.name, "sensor")
-        add("nav2-source", f'sensor "{one.sensor.name}" has no topic', path, "add topic: NAME")
+        add("nav2-source", f'sensor "{one.sensor.name}" has no topic', path, 'add "topic: NAME"')
     if frames is None:
         return None, wrong
     base = str(output.options.get("base_frame", frames.moved))
     if base not in robot.link:
         add("nav2-base", f'there is no frame "{base}" on the robot', ("base_frame",), Suggestion(base, robot.frames))
     elif robot.moves_between(base, frames.moved):
-        message = f'"{base}" moves against "{frames.moved}", which the odometry moves'
-        add("nav2-base", message, ("base_frame",), "name a frame that is fixed to it")
+        message = f'"{base}" moves relative to "{frames.moved}", the frame that odometry moves'
+        add("nav2-base", message, ("base_frame",), f'use a frame that is fixed to "{frames.moved}"')
     locating = [one for one in robot.publishers if kind_of(one) in (AMCL, SLAM)]
     owned = [(one, lead) for one in locating for lead in frames.transforms_of(one)]
     others = [(one, lead) for one, lead in owned if (lead.parent, lead.child) != (frames.map, frames.odom)]
     for publisher, lead in others:
         step = f"{frames.map or 'map'} -> {frames.odom if frames.map else 'odom'}"
-        message = f'"{publisher.name}" has to publish {lead}, but it publishes only {step}'
+        message = f'"{publisher.name}" has to publish {lead}, but can only publish {step}'
         add("navigation-owner", message, lead.path, absolute=True)
     if not frames.map and not others:
-        message = f"no publisher is described for map -> {frames.odom}: what needs the frame of a map is left out"
+        message = f"the transform map -> {frames.odom} has no publisher: parameters with the map frame are left out"
         add("navigation-no-map", message, severity=WARNING, key=True)
     for driver in [one for one in drivers(robot) if one.stamped and distro_of(output) == HUMBLE]:
-        message = f'controller "{driver.name}" takes TwistStamped, and Nav2 of {HUMBLE.capitalize()} sends Twist'
+        message = f'controller "{driver.name}" expects TwistStamped, but Nav2 of {HUMBLE.capitalize()} sends Twist'
         add("nav2-command", message, ("controllers", driver.name), severity=WARNING, absolute=True, key=True)
     return _Basics(frames, base, poses.get(str(pose), {}), sources), wrong
 
@@ -142,8 +142,8 @@ def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None,
         shapes = [shape.geometry for name in unknown for shape in robot.link[name].collision]
         reasons = {mesh.file: why_unread(robot, mesh.file) for mesh in shapes if isinstance(mesh, Mesh)}
         files = [file for file, reason in reasons.items() if reason]
-        message = f"the size of {phrase(files, 3)} is unknown ({phrase(unknown, 3)}): {left}"
-        help = f"{reasons[files[0]]}: name an STL or an OBJ that is there, or give the link a box or a cylinder"
+        message = f"the size of {phrase(files, 3)} (link {phrase(unknown, 3)}) is unknown: {left}"
+        help = f"{reasons[files[0]]}; use an existing STL or OBJ file, or give the link a box or cylinder"
         return None, [report(rule, message, help=help)]
     if not solids:
         return None, [report(rule, f"no link of the robot has a collision shape: {left}")]
@@ -151,11 +151,11 @@ def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None,
     try:
         outline = footprint(solids, corners)
     except ValueError as problem:
-        return None, [report(rule, f"{problem}: {left}", help="correct the size of its shapes")]
+        return None, [report(rule, f"{problem}: {left}", help="correct the sizes of the shapes")]
     found, circle = [], options.get("outline") == "circle"
     if outline.inscribed <= 0 and not circle:
         message = f'the base frame "{made.base}" is not within the footprint, as Nav2 requires'
-        found.append(report(rule, message, help="name a frame in the middle: base_frame"))
+        found.append(report(rule, message, help='write "base_frame: FRAME" with a frame in the middle of the robot'))
 
     def above(frame: str) -> float:
         return robot.transform(made.frames.moved, frame, made.positions).xyz[2]
@@ -168,9 +168,9 @@ def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None,
     for source in made.sources:
         at = above(source.sensor.frame)
         if source.sensor.type == _PLANAR and at <= heights[0]:
-            message = f'lidar "{source.sensor.name}" sees nothing: it is at {at:.3g} m, and what is below '
-            message += f"{heights[0]:g} m is not an obstacle"
-            found.append(error("nav2-source", message, None, "make clearance less"))
+            message = f'lidar "{source.sensor.name}" sees nothing: it is {at:.3g} m above the floor, but points below '
+            message += f"{heights[0]:g} m are not obstacles"
+            found.append(error("nav2-source", message, None, 'lower "clearance"'))
     padding, remark = options.get("padding"), ""
     free = float(_PADDING if padding is None else padding)
     if not circle and not holds(solids, pad(outline.corners, free)):

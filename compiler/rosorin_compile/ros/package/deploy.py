@@ -10,7 +10,6 @@ from typing import Annotated
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compilation import Compiled
 from rosorin_compile.formats.format import Artifact
-from rosorin_compile.formats.ros_packages import files_below, missing, package_of, undeclared_packages
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 from rosorin_compile.output.atomic_files import OutputError, digest
 from rosorin_compile.output.package_folder import MANIFEST, open_package_folder, read_manifest
@@ -19,6 +18,7 @@ from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError, has_errors
 from rosorin_compile.source.files import is_file, read_bytes, read_text, resolve
 from rosorin_compile.source.load import LoadError
+from rosorin_compile.source.packages import package_of
 
 from ..launch_files import check_launch_files
 from .copies import (
@@ -35,6 +35,7 @@ from .copies import (
 from .launch import LAUNCH, PUBLISHER, STATICS, carry
 from .options import NOWHERE, STAMP, Options, stored_options
 from .package import folder_of, make
+from .package_files import files_below, missing, undeclared_packages
 
 _NOT_AS_WRITTEN = "not as rosorin-compile package writes it"
 # Package files and records of the tool, which artifacts must not replace.

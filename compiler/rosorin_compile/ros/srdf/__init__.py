@@ -97,7 +97,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     """Return the text of the SRDF of a robot, and diagnostics. Option: ``number_format`` (short, exact or six)."""
     planning, number = planning_of(robot), number_format(output.options)
     if planning is None:
-        message = f"{output.file} belongs to a URDF, and the robot has none among its outputs"
+        message = f"{output.file} needs a URDF, but the robot has no output of this format"
         return "", [report("srdf-without-urdf", message)]
     said, computed = planning.said, ""
     if said.matrix is not None:
@@ -129,7 +129,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     simulated = {joint.child for joint in robot.joints if joint.publisher.simulated}
     contacts = [pair for pair in robot.disabled_contacts if simulated.isdisjoint(pair)]
     if lost := [" and ".join(pair) for pair in contacts if not planning.links.issuperset(pair)]:
-        message = f"not in the SRDF, because {planning.urdf.file} has not both links: disabled contacts of "
+        message = f"left out of the SRDF, because {planning.urdf.file} does not have both links: disabled contacts of "
         notes.append(report("srdf-cannot-say", message + first_of(lost, 3)))
     return text, notes
 

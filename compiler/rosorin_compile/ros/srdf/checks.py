@@ -24,21 +24,21 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         return
     planning = planning_of(robot)
     if planning is None and robot.moveit is not None and (name := robot.moveit.urdf):
-        message = f'there is no URDF "{name}" among the outputs, that the SRDF belongs to'
+        message = f'there is no URDF output "{name}", which the SRDF needs'
         urdfs = [one.name for one in robot.outputs if one.backend == URDF]
-        fix = Suggestion(name, urdfs, "name an output that is a URDF")
+        fix = Suggestion(name, urdfs, "use an output that is a URDF")
         yield case.problem("moveit-urdf", message, (_TOP, "urdf"), fix)
         return
     if planning is None:
-        message = f"{output.file} belongs to a URDF, and the robot has none among its outputs"
-        help = "add one: urdf: {file: NAME.urdf}"
+        message = f"{output.file} needs a URDF, but the robot has no output of this format"
+        help = 'add "urdf: {file: NAME.urdf}" to "outputs"'
         yield case.problem("moveit-urdf", message, ("outputs", output.name), help, key=True)
         return
     for kind, name, path in _named(case):
         in_urdf: Collection[str] = planning.links if kind == "link" else planning.joints
         if name in _all(case, kind) and name not in in_urdf:
-            what = f'{kind} "{name}" is not in {planning.urdf.file}, which the SRDF belongs to'
-            help_ = "name one that is; or name a URDF that has it: moveit: {urdf: OUTPUT}"
+            what = f'{kind} "{name}" is not in {planning.urdf.file}, the URDF of the SRDF'
+            help_ = f'use another {kind}, or a URDF that has it: "moveit: {{urdf: OUTPUT}}"'
             yield case.problem("moveit-not-in-urdf", what, path, help_)
     yield from _groups(case, planning)
     if all(name in robot.joint for group in planning.said.groups for name in _own_joints(planning, group)):
@@ -82,19 +82,19 @@ def _groups(case: Case, planning: Planning) -> Iterator[Diagnostic]:
         is_sound = is_sound and planning.joints.keys() >= {*_own_joints(planning, group)}
         if circle:
             if group.name == next(name for name in planning.groups if name in circle):  # report each cycle once
-                message = f"planning groups are in each other: {' -> '.join([*circle, group.name])}"
-                yield case.problem("moveit-group", message, (*path, "groups"), "take one out")
+                message = f"planning groups contain each other: {' -> '.join([*circle, group.name])}"
+                yield case.problem("moveit-group", message, (*path, "groups"), "remove one of them")
         elif group.chain is not None and base == tip:
             message = f'the chain of planning group "{group.name}" begins and ends at link "{base}"'
-            yield case.problem("moveit-group", message, (*path, "chain"), "name the link that it moves: tip")
+            yield case.problem("moveit-group", message, (*path, "chain"), 'use the link that it moves as "tip"')
         elif tip in parents and any(not joint.is_fixed for joint in way[parents.index(tip) :]):
             message = f'the chain of planning group "{group.name}" goes from "{base}" up to "{tip}", to which it is '
             message += "attached"
-            help = f"base and tip are swapped: chain: {{base: {tip}, tip: {base}}}"
+            help = f'swap base and tip: "chain: {{base: {tip}, tip: {base}}}"'
             yield case.problem("moveit-chain-swapped", message, (*path, "chain"), help, within=True)
         elif is_sound and not planning.joints_in(group):
             message = f'planning group "{group.name}" has no joint: MoveIt leaves it out'
-            yield case.problem("moveit-group", message, path, "give it a chain, joints, links or groups", key=True)
+            yield case.problem("moveit-group", message, path, 'add "chain", "joints", "links" or "groups"', key=True)
 
 
 def _circle(planning: Planning, group: Group) -> list[str]:
@@ -117,15 +117,15 @@ def _states(case: Case, planning: Planning) -> Iterator[Diagnostic]:
         active = planning.active(group)
         for state, name in (group.states or {}).items():
             if name in poses and active and not poses[name].positions.keys() & {*active}:
-                message = f'pose "{name}" places no joint of planning group "{group.name}"'
-                help = f"name one of its joints in the pose: {first_of(active, 5)}"
+                message = f'pose "{name}" sets no joint of planning group "{group.name}"'
+                help = f"add a joint of the group to the pose: {first_of(active, 5)}"
                 yield case.problem("moveit-state", message, state_path(case, group, state), help)
         for pose in poses.values() if group.states is None else ():
             missing = [joint for joint in active if joint not in pose.positions]
             if pose.name not in used and missing and 2 * len(missing) < len(active):
                 used.add(pose.name)
-                message = f'pose "{pose.name}" is not a state of planning group "{group.name}": it does not name '
-                help = f"name {'it' if len(missing) == 1 else 'them'} in the pose, or take the pose as it is: states: "
+                message = f'pose "{pose.name}" is not a state of planning group "{group.name}": the pose does not set '
+                help = f"add {'it' if len(missing) == 1 else 'them'} to the pose, or use the pose as it is: states: "
                 message, help = message + quote(missing, 3), f"{help}[{pose.name}]"
                 yield case.problem("moveit-state", message, ("poses", pose.name), help, severity=NOTE, key=True)
 
@@ -135,12 +135,12 @@ def _end_effector(case: Case, planning: Planning, one: EndEffector) -> Iterator[
     if not {one.group, one.parent_group or one.group} <= set(planning.groups) or one.parent not in planning.links:
         return
     if one.parent in planning.links_in(planning.groups[one.group]):
-        message = f'link "{one.parent}" carries end effector "{one.name}", and is in its group "{one.group}"'
-        help = "name the link that the group is attached to"
+        message = f'link "{one.parent}" carries end effector "{one.name}", but is also in its group "{one.group}"'
+        help = "use the link that the group is attached to"
         yield case.problem(rule, message, (*path, "parent"), help, severity=WARNING)
     elif one.parent_group == one.group:
         message = f'the parent group of end effector "{one.name}" is its own group'
-        yield case.problem(rule, message, (*path, "parent_group"), "name the group that moves it")
+        yield case.problem(rule, message, (*path, "parent_group"), "use the group that moves the end effector")
     elif one.parent_group and one.parent not in planning.links_in(planning.groups[one.parent_group]):
         of_group = ((kind, name) for kind, name, at in _named(case) if at[1:3] == ("groups", one.parent_group))
         if all(name in _all(case, kind) for kind, name in of_group):  # unknown names are reported elsewhere
@@ -153,11 +153,11 @@ def _virtual_joint(case: Case, planning: Planning) -> Iterator[Diagnostic]:
     virtual, path = planning.virtual, (_TOP, "virtual_joint")
     if virtual is not None and virtual.name in case.robot.joint:
         message = f'the virtual joint has the same name as a joint of the robot: "{virtual.name}"'
-        help = "give it another name: virtual_joint: {name: NAME}"
+        help = 'write another name: "virtual_joint: {name: NAME}"'
         yield case.problem("moveit-virtual-joint", message, (*path, "name"), help)
     if virtual is not None and virtual.parent in planning.links:
         message = f'the virtual joint attaches the root "{planning.root}" to "{virtual.parent}", which is a link of '
-        help = "name a frame of the world, such as odom"
+        help = "use a frame of the world, such as odom"
         yield case.problem("moveit-virtual-joint", f"{message}the URDF", (*path, "parent"), help, severity=WARNING)
 
 
@@ -166,7 +166,7 @@ def _matrix(case: Case, planning: Planning, output: Output) -> Iterator[Diagnost
     if matrix is None:
         if len(planning.solids) > 1:
             links, path = count_of(len(planning.solids), "link"), ("outputs", output.name)
-            message = f"no collision matrix: MoveIt checks all pairs of {links}, neighbours too"
+            message = f"without a collision matrix, MoveIt checks all pairs of {links}, including adjacent ones"
             yield case.problem("collisions-missing", message, path, key=True)
     elif matrix.of != planning.digest:
         pairs, _ = planning.stale_pairs()
@@ -179,5 +179,5 @@ def _matrix(case: Case, planning: Planning, output: Output) -> Iterator[Diagnost
             for side, name in enumerate(pair["links"]):
                 if name not in case.robot.link:
                     help_ = Suggestion(name, case.robot.link, "rosorin-compile collisions computes the matrix again")
-                    message = f'there is no link "{name}", one of two links of the collision matrix'
+                    message = f'there is no link "{name}" (one of two links of the collision matrix)'
                     yield case.problem("unknown-link", message, (*within, index, "links", side), help_)

@@ -45,7 +45,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         data.update(tables(robot, robot.mesh_files, embedding))
     if not embedding.left:
         return html({"robot": data}), []
-    help = "meshes: false leaves out all; max_megabytes: NUMBER allows more"
+    help = 'write "meshes: false" to show none, or "max_megabytes: NUMBER" to allow more'
     message = f"the page does not show {left_out(embedding.left)}"
     return html({"robot": data}), [Diagnostic("page-left-out", WARNING, message, help=help)]
 

@@ -73,7 +73,7 @@ def node(lowering: Lowering, name: str, path: Path) -> Publisher:
         return lowering.nodes[name]
     help: Help = Suggestion(name, [*lowering.nodes, ROBOT_STATE_PUBLISHER])
     if name == STATIC_TRANSFORM_PUBLISHER:
-        help = f"write {{{name}: NODE_NAME}}: each is a node of its own"
+        help = f'write "{{{name}: NODE_NAME}}" to name the node'
     lowering("unknown-publisher", f'there is no publisher "{name}"', path, help)
     return OF_THE_URDF
 

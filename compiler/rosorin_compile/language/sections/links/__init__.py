@@ -17,8 +17,8 @@ from rosorin_compile.model.shape import Box, Capsule, Cylinder, Ellipsoid, Geome
 from rosorin_compile.model.simulation import Marked
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.packages import Packages
-from rosorin_compile.source.tree import Map, Path
-from rosorin_compile.source.wording import phrase
+from rosorin_compile.source.tree import Path
+from rosorin_compile.source.wording import count_of, phrase
 
 from ...lower import Lowering, LoweringError, entries_of, record_of, vector_of
 
@@ -41,7 +41,7 @@ def _links(tree: Mapping[str, Any], lowering: Lowering) -> None:
             shapes[key] = lowering.share((id(entry.get(key)), source), make)
         inertial = None
         if "inertial" in entry:
-            with lowering.reporting(f' (link "{name}" inertial)'):
+            with lowering.reporting(f' ("inertial" of link "{name}")'):
                 made = partial(_inertial, lowering, entry["inertial"], (*path, "inertial"), shapes)
                 inertial = lowering.share((id(entry["inertial"]), *map(id, shapes.values())), made)
         marks = [(tag, *mark) for key, tag in _MARKS.items() for mark in (entry.get(key) or {}).items()]
@@ -69,13 +69,13 @@ def lower_shape(
     """
     kinds = [kind for kind in _GEOMETRIES if kind in entry]
     if len(kinds) != 1:
-        message = f"a shape has one of {', '.join(_GEOMETRIES)}; this one has {phrase(kinds) or 'none of them'}"
-        raise LoweringError("shape-kind", message, path, "write one entry a shape")
+        message = f"a shape needs exactly one of {', '.join(_GEOMETRIES)}, but this shape has {phrase(kinds) or 'none'}"
+        raise LoweringError("shape-kind", message, path, "write one shape per entry")
     kind, sizes, here = kinds[0], entry[kinds[0]], (*path, kinds[0])
     given: dict[str, Any] = {}
     if kind == "box":
         if ("size" in sizes) == ("min" in sizes):
-            raise LoweringError("shape-kind", "a box has either a size or the corners min and max", here, "give one")
+            raise LoweringError("shape-kind", 'a box needs either "size", or "min" and "max"', here, "write one")
         half = [size / 2 for size in sizes.get("size", ())]
         lower, upper = sizes.get("min", [-size for size in half]), sizes.get("max", half)
         given = {"lower": vector_of(lower), "upper": vector_of(upper)}
@@ -95,11 +95,11 @@ def _wrong_sizes(entry: Mapping[str, Any], path: Path) -> Iterator[LoweringError
     sizes |= {(key, index): size for key in ("size", "radii") for index, size in enumerate(entry.get(key, ()))}
     for step, size in sizes.items():
         if not size > 0:
-            message = f"{' '.join(map(str, (path[-1], *step)))} is {size:g} m, but has to be more than 0"
+            message = f'"{step[0]}{list(step[1:]) or ""}" of the {path[-1]} is {size:g} m, but must be more than 0'
             yield LoweringError("shape-size", message, (*path, *step), "write a size in metres, or with a unit: 5 cm")
     for index, (low, high) in enumerate(zip(entry.get("min", ()), entry.get("max", ()), strict=True)):
         if not low < high:
-            message = f"{'xyz'[index]} of max ({high:g} m) is not above that of min ({low:g} m)"
+            message = f'{"xyz"[index]} of "max" ({high:g} m) is not above {"xyz"[index]} of "min" ({low:g} m)'
             yield LoweringError("shape-size", message, (*path, "max", index), "swap or correct the corners")
 
 
@@ -107,28 +107,27 @@ def _check_heights(heights: Sequence[Sequence[float]], bottom: Any, path: Path) 
     tables = {"height": heights, **({"bottom": bottom} if isinstance(bottom, list) else {})}
     for word, rows in tables.items():
         here: Path = (*path, "heights" if word == "height" else word)
-        for i, row in enumerate(rows):
-            if len(row) != len(rows[0]):
-                message = f"row {i + 1} has {len(row)} {word}s, the first row {len(rows[0])}"
-                raise LoweringError("height-map-rows", message, (*here, i), "give all rows one length")
-        for i, j in [(i, j) for i, row in enumerate(rows) for j, number in enumerate(row) if number < 0]:
-            help = f"{word}s count up from z = 0"
-            raise LoweringError("height-map-rows", f"a {word} is below zero", (*here, i, j), help)
+        for i, row in ((i, row) for i, row in enumerate(rows) if len(row) != len(rows[0])):
+            message = f"row {i + 1} has {count_of(len(row), word)}, but the first row has {len(rows[0])}"
+            raise LoweringError("height-map-rows", message, (*here, i), "write rows of the same length")
+        for at in ((i, j) for i, row in enumerate(rows) for j, number in enumerate(row) if number < 0):
+            help = f"{word}s are measured upwards from z = 0"
+            raise LoweringError("height-map-rows", f"a {word} is below zero", (*here, *at), help)
     lowest = min((height for row in heights for height in row if height > 0), default=math.inf)
-    message, help = "", "lower it, or give it as rows like those of heights"
+    message, help = "", 'write a lower "bottom", or one bottom per cell, in rows like "heights"'
     if not isinstance(bottom, list):
         if bottom < 0:
-            message, help = "the bottom is below zero", "it counts up from z = 0"
+            message, help = "the bottom is below zero", "the bottom is measured upwards from z = 0"
         elif bottom >= lowest:
             message = f"the bottom ({bottom:g} m) is not below the lowest height ({lowest:g} m)"
     elif (len(bottom), len(bottom[0])) != (len(heights), len(heights[0])):
         sizes = [f"{len(rows)} x {len(rows[0])}" for rows in (bottom, heights)]
-        message = f"bottom has {sizes[0]} cells, heights has {sizes[1]}"
-        help = "give each cell of heights its bottom"
+        message = f'"bottom" has {sizes[0]} cells, but "heights" has {sizes[1]}'
+        help = 'write one bottom for each cell of "heights"'
     elif all(low >= high for rows in zip(bottom, heights, strict=True) for low, high in zip(*rows, strict=True)):
         first = (bottom[0][0], heights[0][0])
-        message = "the bottom ({:g} m) is in no cell below the height ({:g} m in the first)".format(*first)
-        help = "lower it; bare numbers are in metres"
+        message = "in no cell is the bottom below the height (first cell: bottom {:g} m, height {:g} m)".format(*first)
+        help = "correct the bottoms; numbers without a unit are in metres"
     if message:
         raise LoweringError("height-map-rows", message, (*path, "bottom"), help)
 
@@ -138,24 +137,23 @@ def _inertial(lowering: Lowering, entry: Mapping[str, Any], path: Path, own: Map
     if "of" not in entry:
         if "density" in entry:
             at = (*path, "density")
-            raise LoweringError("ignored-key", "a density needs shapes to fill", at, "add of: collision")
+            raise LoweringError("ignored-key", "a density needs shapes", at, 'add "of: collision"')
         return record_of(Inertial, {**entry, **entry["inertia"]})
     for key in (key for key in ("inertia", "xyz", "rpy") if key in entry):
-        message = f"{key} is calculated from the shapes of the key of"
+        message = f'"{key}" is calculated from the shapes that "of" names'
         raise LoweringError("wrong-value", message, (*path, key), "remove one of the two")
     if ("mass" in entry) == ("density" in entry):
-        raise LoweringError("missing-key", "shapes have either a mass or a density", path, "give one of the two")
+        raise LoweringError("missing-key", '"of" needs either "mass" or "density"', path, "write one of the two")
     key = "mass" if "mass" in entry else "density"
     if not entry[key] > 0:
-        help = "leave inertial out for a frame without mass"
-        raise LoweringError("mass-not-positive", f"a {key} is above zero", (*path, key), help)
+        help = 'remove "inertial" if the link is a frame without mass'
+        raise LoweringError("mass-not-positive", f"the {key} is not above zero", (*path, key), help)
     here = (*path, "of")
     if isinstance(entry["of"], str):
         shapes, paths = own[entry["of"]], [here] * len(own[entry["of"]])
         if not shapes:
-            help = f"give the link a {entry['of']}, or list the shapes here: of: [box: {{size: [...]}}]"
-            message = f"the link has no {entry['of']} shape to take the inertia of"
-            raise LoweringError("shape-kind", message, here, help)
+            help = f'give the link a {entry["of"]}, or list the shapes here: "of: [{{box: {{size: [...]}}}}]"'
+            raise LoweringError("shape-kind", f"the link has no {entry['of']} shape to take the inertia of", here, help)
     else:
         paths = [(*here, index) for index in range(len(entry["of"]))]
         shapes = [lower_shape(item, at) for item, at in zip(entry["of"], paths, strict=True)]
@@ -166,7 +164,7 @@ def _inertial(lowering: Lowering, entry: Mapping[str, Any], path: Path, own: Map
         solids = [_solid(lowering, shape, at) for shape, at in meshes_first]
         total = together([(solid, Transform()) for solid in solids])
     except ValueError as problem:
-        help = "correct the sizes; bare numbers are in metres"
+        help = "correct the sizes; numbers without a unit are in metres"
         raise LoweringError("shape-size", str(problem), here, help) from None
     factor = float(entry[key]) / (total.mass if key == "mass" else 1.0)
     return replace(total, **{name: factor * getattr(total, name) for name in _PER_MASS})
@@ -180,22 +178,20 @@ def _solid(lowering: Lowering, shape: Shape, path: Path) -> Inertial:
         return inertial_of([shape], density=1.0)
     # Search relative to the file of the link, the main file, and the folder of the source.
     here, first = (FilePath(span.source.path) for span in (lowering.tree.locate(path[:2]).span, lowering.tree.span))
-    folders, source = [here.parent, first.parent], lowering.tree.get("source")
-    if isinstance(source, Map) and isinstance(source.get("folder"), str):
-        folders.append(first.parent / source["folder"])
-    packages = Packages({}, os.environ, here)
+    folders, packages = [here.parent, first.parent], Packages({}, os.environ, here)
+    folders.append(first.parent / (lowering.tree.get("source") or {}).get("folder", ""))
     found = (packages.resolve(mesh.file, folder) for folder in folders)
     file = next((file for file in found if file is not None and is_file(file)), None)
+    message = f"the volume of the mesh {mesh.file} is unknown: "
     help = "list primitive shapes of the same body: of: [box: {size: [...]}], or give the inertia"
     if file is None:
-        message = f"the volume of the mesh {mesh.file} is unknown: no such file"
-        raise LoweringError("shape-kind", message, path, help)
+        raise LoweringError("shape-kind", f"{message}no such file", path, help)
     try:
         if (file, mesh.scale) not in lowering.solids:
             lowering.solids[file, mesh.scale] = mesh_inertial(file, mesh.scale)
     except ExtractProblem as problem:
-        message = f"the volume of the mesh {mesh.file} is unknown: {problem.diagnostic.message}"
-        raise LoweringError("shape-kind", message, path, problem.diagnostic.help or help) from None
+        found_help = problem.diagnostic.help or help
+        raise LoweringError("shape-kind", message + problem.diagnostic.message, path, found_help) from None
     return together([(lowering.solids[file, mesh.scale], shape.pose.transform())])
 
 

@@ -37,8 +37,8 @@ def control_unused(case: Case) -> Iterator[Diagnostic]:
     """Report hardware blocks that no output requests with its option ``control``."""
     blocks = case.robot.control
     if blocks and not any(output.options.get("control") for output in case.robot.outputs):
-        message = f"no output asks for the hardware blocks ({first_of([one.name for one in blocks], 3)})"
-        yield case.problem("control-unused", message, ("control",), "in a URDF: control: humble, or jazzy", key=True)
+        message = f"no output contains the hardware blocks ({first_of([one.name for one in blocks], 3)})"
+        yield case.problem("control-unused", message, ("control",), 'add "control: jazzy" to a URDF output', key=True)
 
 
 @rule("control-pose", "A hardware block starts in a pose that does not exist.", "Name one of `poses`.", Heading.CONTROL)
@@ -62,10 +62,10 @@ def control_names(case: Case) -> Iterator[Diagnostic]:
             path = ("control", block.name, "transmissions", one.name)
             for key in [key for key in ("joints", "actuators") if not getattr(one, key)]:
                 message = f'transmission "{one.name}" of {called} has no {key}'
-                yield case.problem("control-transmission", message, (*path, key), "it has one at least", key=True)
+                yield case.problem("control-transmission", message, (*path, key), "add at least one", key=True)
             for end in [end for end in one.joints if end.name not in own]:
                 message = f'transmission "{one.name}" moves joint "{end.name}", which {called} does not have'
-                help = case.suggest(path, end.name, own, "name a joint of the same block")
+                help = case.suggest(path, end.name, own, "use a joint of the same block")
                 yield case.problem("control-transmission", message, (*path, "joints", end.name), help, key=True)
 
 

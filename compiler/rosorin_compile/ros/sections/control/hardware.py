@@ -18,7 +18,7 @@ from rosorin_compile.formats.urdf.write import joints_of
 from rosorin_compile.model import Joint, Output, Robot
 from rosorin_compile.model.link import NO_SOURCE, Source
 from rosorin_compile.rules.case import Case, number
-from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Help, Suggestion, count_of, quote
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Help, Suggestion, quote
 from rosorin_compile.source.numbers import NumberFormat
 from rosorin_compile.source.tree import Map, Path, Seq, value_at
 from rosorin_compile.source.units import Quantity, describe, parse_unit
@@ -193,8 +193,8 @@ def follows(joint: Joint | None, component: Component) -> bool:
 def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Validate the hardware blocks for an output; problems in all outputs are only reported for the first one."""
     if not case.robot.control:
-        message = f'output "{output.name}" asks for hardware blocks, and the description has none'
-        help = "describe one: control: {NAME: {plugin: PLUGIN, joints: {JOINT: {command: position}}}}"
+        message = f'output "{output.name}" has the option "control", but the description has no hardware blocks'
+        help = 'add "control: {NAME: {plugin: PLUGIN, joints: {JOINT: {command: position}}}}" to the description'
         yield case.problem("control-ignored", message, ("outputs", output.name, OPTION), help)
         return
     first = next((one for one in case.robot.outputs if one.backend == output.backend and hardware_distro(one)), None)
@@ -217,7 +217,7 @@ def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
                 words = [word for word in ("data_type", "size") if getattr(interface, word) not in (None, "")]
                 unread += [(section, one.name, key, interface.name, word) for word in words]
         for path in unread:
-            message = f"Humble does not read {path[-1]}{' here' if path[1:] else ''}"
+            message = f'Humble ignores "{path[-1]}"{" here" if path[1:] else ""}'
             yield _problem(case, block, "control-ignored", message, path, key=True)
 
 
@@ -235,17 +235,17 @@ def _block(case: Case, block: Block, owners: dict[tuple[str, str, str], Block]) 
     """Validate a block independently of outputs; ``owners`` maps each interface to the first block that has it."""
     problem = partial(_problem, case, block)
     if block.type == ACTUATOR and len(block.joints) != 1:
-        message = f"an actuator has one joint, not {count_of(len(block.joints), 'joint')}"
+        message = f"a block of type actuator must have one joint, not {len(block.joints)}"
         yield problem("control-type", message, ("type",))
     yield from _params(case, block, block.params, "the block", ())
     for section, one in block.components():
         path, of = (section, one.name), f'{section.removesuffix("s")} "{one.name}"'
         if one.command and block.type == SENSOR:
-            message = f'"{one.name}" has commands, and a sensor takes none'
+            message = f'"{one.name}" has commands, but a block of type sensor accepts none'
             yield problem("control-type", message, (*path, "command"), key=True)
         yield from _params(case, block, one.params, of, path)
         for name in [name for name in ("mimic", "multiplier") if section == "joints" and name in one.params]:
-            message = f'{of} has a parameter "{name}", which comes from the mimic of the joint'
+            message = f'{of} has a parameter "{name}", which is taken from "mimic" of the joint'
             yield problem("control-param", message, (*path, "params", name), key=True)
         yield from _words(case, block, section, one, of)
         if section == "joints" and one.name not in case.robot.joint:
@@ -257,17 +257,17 @@ def _block(case: Case, block: Block, owners: dict[tuple[str, str, str], Block]) 
             for place in [(*path, key, interface.name, word) for word in ("min", "max", "initial")]:
                 value = value_at(case.tree, ("control", block.name, *place))
                 if unit is not None and isinstance(value, Quantity) and value.dimension != unit[1]:
-                    message = f"the {name} is {describe(unit[1])}, but {value.text or number(value)} is "
+                    message = f"the {name} must be {describe(unit[1])}, but {value.text or number(value)} is "
                     yield problem("wrong-unit", message + describe(value.dimension), place, f"write it in {wanted}")
             low, high = interface.min, interface.max
             if low is not None and high is not None and low > high:
-                message = f"the {name} goes from {number(low)} to {number(high)}"
+                message = f"min of the {name} is {number(low)}, above max {number(high)}"
                 yield problem("control-limit", message, (*path, key, interface.name, "min"))
         for key, names in (("command", one.commands), ("state", one.states)):
             firsts = {name: owners.setdefault((key, one.name, name), block) for name in names}
             if taken := [name for name, first in firsts.items() if first is not block]:
                 first = firsts[taken[0]]
-                message = f'"{one.name}" has the {key} {quote(taken)}, which hardware block "{first.name}" has, too'
+                message = f'"{one.name}" has the {key} {quote(taken)}, which hardware block "{first.name}" also has'
                 there = case.related("first defined here", ("control", first.name, section, one.name), key=True)
                 yield problem("control-interface", message, path, related=[there], key=True)
 
@@ -275,7 +275,7 @@ def _block(case: Case, block: Block, owners: dict[tuple[str, str, str], Block]) 
 def _params(case: Case, block: Block, params: Words, of: str, path: Path) -> Iterator[Diagnostic]:
     for name, value in params.items():
         if isinstance(value, str) and not value.strip():
-            message = f'the parameter "{name}" of {of} is empty: ros2_control does not read the URDF then'
+            message = f'the parameter "{name}" of {of} is empty, so that ros2_control cannot parse the URDF'
             yield _problem(case, block, "control-param", message, (*path, "params", name))
 
 
@@ -284,7 +284,7 @@ def _words(case: Case, block: Block, section: str, one: Component, of: str) -> I
     problem, path = partial(_problem, case, block, "control-interface"), (section, one.name)
     types = {sensor.name: sensor.type for sensor in case.robot.sensors}
     if not one.command and not one.state:
-        details = "list its interfaces: command, state"
+        details = 'list the interfaces under "command" and "state"'
         help: Help = Suggestion(one.name, types, details=details) if section == "sensors" else details
         severity = ERROR if section == "sensors" else WARNING
         yield problem(f"{of} has no interface", path, help, severity=severity, key=True)
@@ -298,7 +298,7 @@ def _words(case: Case, block: Block, section: str, one: Component, of: str) -> I
             near = next(iter(difflib.get_close_matches(word.casefold(), known, n=1, cutoff=_SIMILAR)), "")
         if near and word not in known:  # custom names are allowed, but swapped letters are an error
             severity = ERROR if near in swaps(word) else WARNING
-            message = f'{of} has the {key} "{word}", which no controller asks for'
+            message = f'{of} has the {key} "{word}", which no controller claims'
             yield problem(message, place, suggest(near), severity=severity, key=place[-1] == word)
         yield from _params(case, block, interface.params, f'the {key} "{word}" of {of}', place)
 
@@ -309,22 +309,22 @@ def _check_joint(case: Case, block: Block, one: Component, output: Output, is_ca
     problem = partial(_problem, case, block, related=[case.related("the joint", case.joint(joint), key=True)], key=True)
     name = f'joint "{one.name}"'
     if not joint.moves:
-        yield problem("control-joint", f"{name} is {joint.type}: it has no position to control", path)
+        yield problem("control-joint", f"{name} is {joint.type}, so that it cannot be controlled", path)
         return
     if not is_carried:
-        why = "Humble ignores this, other readers refuse the URDF" if humble else "Jazzy refuses the URDF"
+        why = "Humble ignores that, newer versions refuse the URDF" if humble else "ros2_control refuses the URDF"
         severity = WARNING if humble else ERROR
         yield problem("control-joint", f"{name} is not in {output.file}: {why}", path, severity=severity)
     if one.mimic and joint.mimic is None:
-        message = f"{name} is to follow a leader, and the joint has no mimic"
-        yield problem("control-mimic", message, (*path, "mimic"), "give the joint its mimic, or remove this", key=False)
+        message = f'{name} has "mimic: true" here, but the joint itself has no "mimic"'
+        yield problem("control-mimic", message, (*path, "mimic"), 'add "mimic" to the joint, or remove this', key=False)
     if not follows(joint, one) or joint.mimic is None:
         return
-    name = f'{name} follows "{joint.mimic.joint}"'
-    mimic = case.related("its mimic", case.joint(joint, "mimic"), key=True)
+    name = f'{name} mimics "{joint.mimic.joint}"'
+    mimic = case.related('"mimic" of the joint', case.joint(joint, "mimic"), key=True)
     problem = partial(problem, "control-mimic", related=[mimic])
     if one.command and not humble:
-        yield problem(f"{name}: on Jazzy a follower has no command", (*path, "command"))
+        yield problem(f"{name}, and from Jazzy on, a mimic joint must not have a command", (*path, "command"))
     if joint.mimic.joint not in [other.name for other in block.joints]:
         yield problem(f"{name}, which is not in the block", path)
     if humble and joint.mimic.offset:

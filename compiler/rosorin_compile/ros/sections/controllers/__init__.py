@@ -49,7 +49,7 @@ def controller_names(case: Case) -> Iterator[Diagnostic]:
             name = getattr(one, key)
             if name and name not in known:
                 path: Path = ("controllers", one.name, key)
-                message = f'the controller "{one.name}" names the {word} "{name}", which does not exist'
+                message = f'controller "{one.name}" refers to {word} "{name}", which does not exist'
                 help = case.suggest(path, name, known, none=f"the robot has no {word}")
                 yield case.problem("controller-name", message, path, help)
 

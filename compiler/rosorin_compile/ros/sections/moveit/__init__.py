@@ -162,12 +162,12 @@ def planning(case: Case) -> Iterator[Diagnostic]:
         return
     groups, poses = [group.name for group in said.groups], [pose.name for pose in case.robot.poses]
     for id, kind, known, otherwise in (
-        ("moveit-unknown-group", "planning group", groups, "name a group of moveit"),
-        ("moveit-unknown-pose", "pose", poses, "add it to poses"),
+        ("moveit-unknown-group", "planning group", groups, 'use a group of "moveit"'),
+        ("moveit-unknown-pose", "pose", poses, 'add it to "poses"'),
     ):
         for one in [one for one in case.mentions(kind) if one.name not in known]:
             help = case.suggest(one.path, one.name, known, otherwise)
-            yield case.problem(id, f'there is no {kind} "{one.name}", {one.what}', one.path, help)
+            yield case.problem(id, f'there is no {kind} "{one.name}" ({one.what})', one.path, help)
 
 
 def state_path(case: Case, group: Group, state: str) -> Path:

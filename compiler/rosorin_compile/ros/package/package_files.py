@@ -18,16 +18,6 @@ _LAUNCH_ENDINGS = (".launch.py", "_launch.py", ".launch.xml", ".launch.yaml", ".
 _NODES = ("robot_state_publisher", "tf2_ros")
 
 
-def package_of(folder: Path) -> tuple[Path, str] | None:
-    """Return the folder and name of the package that contains a folder, or None."""
-    folder = resolve(folder)
-    for place in (folder, *list(folder.parents)[:4]):
-        if is_file(path := place / "package.xml"):
-            match = re.search(r"<name>\s*([^<\s]+)\s*</name>", read_text(path, errors="replace"))
-            return (place, match[1]) if match else None
-    return None
-
-
 def files_below(folder: Path, skip_built: bool) -> list[str]:
     """Return the sorted relative POSIX paths of the files below a folder; symlinked folders are visited once.
 

@@ -7,8 +7,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated
 
-from rosorin_compile.compare.artifacts import Change
-from rosorin_compile.compare.golden_check import Comparison
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compilation import Compiled
 from rosorin_compile.formats.format import Artifact
@@ -202,21 +200,8 @@ class CheckedCopies:
     same: tuple[str, ...] = ()
     differing: tuple[str, ...] = ()
     lines: Annotated[tuple[str, ...], "what differs, in the lines that people read"] = ()
-    unlike: tuple[tuple[str, Comparison | None], ...] = field(default=(), repr=False)
     inputs: tuple[str, ...] = ()
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
-
-    def describe(self) -> tuple[Comparison, list[tuple[str, str]]]:
-        """Return the differences with equal changes merged, and the copies that cannot be compared in detail."""
-        changes: dict[tuple[str, ...], Change] = {}
-        found = [(place, one) for place, one in self.unlike if one is not None]
-        for place, one in found:
-            for change in one.changes:
-                known = changes.get(change[:4], change._replace(artifacts=()))
-                changes[change[:4]] = known._replace(artifacts=(*known.artifacts, place))
-        texts = tuple(text._replace(file=place) for place, one in found for text in one.texts)
-        others = [(place, _NOT_AS_WRITTEN) for place, one in self.unlike if one is None]
-        return Comparison(tuple(changes.values()), texts), others
 
 
 def check_deployed(
@@ -258,7 +243,7 @@ def _compare(
             by_place.setdefault(place, []).append(artifact)
         absent += [] if found else [artifact]
     urdfs = [place for place, those in by_place.items() if any(FORMATS.names_meshes(one) for one in those)]
-    same, lines, unlike = list[str](), list[str](), list[tuple[str, Comparison | None]]()
+    same, lines, differing = list[str](), list[str](), list[str]()
     for place, those in sorted(by_place.items()):
         package = (package_of((folder / place).parent) or (folder, ""))[1]
         right = [form for one in those for form in forms(robot, one, place, urdfs, package)]
@@ -266,13 +251,13 @@ def _compare(
         if any(old == form.text.encode() for form in right):
             same.append(place)
         elif differs := difference(robot, right[0], old):
-            unlike.append((place, differs))
-            lines += diff_lines(place, differs, full)
+            differing.append(place)
+            lines += difference_lines(place, differs, full)
     for place, data in _written_by_package(compiled, robot, request, folder, files).items():
         if place in files and read_bytes(folder / place) == data:
             same.append(place)
         else:
-            unlike.append((place, None))
+            differing.append(place)
             lines.append(f"{place}: {_NOT_AS_WRITTEN if place in files else 'it is not there'}")
     diagnostics += unfinished_runs(folder, files)
     needed = [one for one in absent if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)]
@@ -280,7 +265,7 @@ def _compare(
     if others := ", ".join(_last(one) for one in absent if one not in needed):
         diagnostics.append(report("deployed-missing", f"there is no copy of {others} in {folder}", severity=NOTE))
     diagnostics += check_launch_files(robot, folder, files, [place for place in by_place if place.endswith(".py")])
-    return CheckedCopies(robot.name, tuple(same), tuple(place for place, _ in unlike), tuple(lines), tuple(unlike))
+    return CheckedCopies(robot.name, tuple(same), tuple(differing), tuple(lines))
 
 
 def _written_by_package(

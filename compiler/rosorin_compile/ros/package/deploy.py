@@ -252,7 +252,7 @@ def _compare(
             same.append(place)
         elif differs := difference(robot, right[0], old):
             differing.append(place)
-            lines += difference_lines(place, differs, full)
+            lines += diff_lines(place, differs, full)
     for place, data in _written_by_package(compiled, robot, request, folder, files).items():
         if place in files and read_bytes(folder / place) == data:
             same.append(place)

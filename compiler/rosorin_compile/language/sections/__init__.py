@@ -140,5 +140,4 @@ SECTIONS: tuple[Section[Any], ...] = (
     ),
     Section("root", Root, lower=_root),
     Section("disabled_contacts", lower=lambda tree, _: tuple(tuple(one["links"]) for one in tree["disabled_contacts"])),
-    Section("mjcf", lower=lambda tree, _: tuple(tree["mjcf"]), checks=(f"{_RULES}.simulated",)),
 )

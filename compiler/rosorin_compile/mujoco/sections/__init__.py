@@ -1,4 +1,4 @@
-"""The sections ``actuators`` and ``constraints``, and rules about simulation values.
+"""The sections ``actuators``, ``constraints`` and ``mjcf``, and rules about simulation values.
 
 Keys become attributes of MuJoCo elements, with references (links, joints, sites) unchanged. The schema of each section
 is in its folder. An actuator has one target and the attributes that MuJoCo allows for its type. MuJoCo itself checks
@@ -16,10 +16,11 @@ from rosorin_compile.model import Joint
 from rosorin_compile.model.sections import Section
 from rosorin_compile.model.simulation import Actuator, Attribute, Entry
 from rosorin_compile.rules.case import Case, number
-from rosorin_compile.rules.simulated import several
 from rosorin_compile.source.diagnostics import Diagnostic, count_of, phrase
 from rosorin_compile.source.rule_registry import SIMULATED, Check, rule
 from rosorin_compile.source.tree import Path, value_at
+
+from .element_rules import several
 
 TARGETS = {"joint": "joint", "joint_in_parent": "jointinparent", "tendon": "tendon", "site": "site"}
 TARGETS |= {"reference_site": "refsite", "slider_site": "slidersite", "crank_site": "cranksite", "body": "body"}
@@ -314,6 +315,7 @@ def _wrong_constraint(entry: Mapping[str, object]) -> tuple[str, ...] | None:
 
 
 SECTIONS: tuple[Section[Any], ...] = (
+    Section("mjcf", lower=lambda tree, _: tuple(tree["mjcf"]), checks=(f"{__name__}.element_rules",)),
     Section("actuators", Actuator, lower=_actuators, checks=(__name__,)),
     Section("constraints", lower=_constraints),
 )

@@ -16,13 +16,12 @@ from rosorin_compile.language.schema import of_topic
 from rosorin_compile.language.symbols import ENDS, KINDS, Symbol
 from rosorin_compile.model import Robot
 from rosorin_compile.model.simulation import BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT
+from rosorin_compile.rules.case import Case, number
+from rosorin_compile.rules.urdf_elements import at_name, mjcf_texts
 from rosorin_compile.source.diagnostics import Diagnostic, Help, Suggestion
 from rosorin_compile.source.rule_registry import SIMULATED, rule
 from rosorin_compile.source.tree import Path
 from rosorin_compile.source.xml.elements import Found, found_in
-
-from .case import Case, number
-from .urdf_elements import at_name, mjcf_texts
 
 BALL = "ball"  # a joint with several positions, like the keys of ENDS
 # Words in messages for MuJoCo's kinds of names.

@@ -161,10 +161,11 @@ def _check_every(run: Run, description: Description) -> int:
         request = replace(request, warn=lambda _: None)  # the first combination has printed the warnings
     run.console.show(arrange(replace(d, message=d.message + _causes(varied, tried, at)) for d, at in found.items()))
     failed = {one for diagnostic, where in found.items() if diagnostic.severity == ERROR for one in where}
-    total, names = prod(len(values) for _, values in varied), ", ".join(name for name, _ in varied) or "no argument"
+    total, names = prod(len(values) for _, values in varied), ", ".join(name for name, _ in varied)
     part = f"{len(tried):,} of {total:,} combinations" if total > len(tried) else count_of(total, "combination")
     state = f"{len(failed):,} with errors" if failed else "all fine"
-    run.console.say(f"{description.name}: {part} of {names} compiled, {state}")
+    what = f"{part} of {names} compiled" if varied else "compiled once, because no argument has a list of values"
+    run.console.say(f"{description.name}: {what}, {state}")
     return PROBLEMS if failed else FINE
 
 

@@ -149,10 +149,7 @@ def test_gaps_are_those_of_the_search(description):
     runs = [{child for _, child, _ in running(description, states)} for states in every_state()]
     gaps = {child for child in set().union(*runs) if not all(child in run for run in runs)}
     told = {
-        child
-        for child in gaps
-        for d in diagnostics
-        if d.rule == "unpublished-edge" and f'-> "{child}"' in d.message
+        child for child in gaps for d in diagnostics if d.rule == "unpublished-edge" and f'-> "{child}"' in d.message
     }
     assert told == gaps
     assert sum(d.rule == "unpublished-edge" for d in diagnostics) == len(gaps)

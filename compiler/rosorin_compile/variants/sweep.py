@@ -32,7 +32,17 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.version import __version__
 from rosorin_compile.source.wording import and_more, count_of
 
-from .compiling import Job, Result, compile_in_order, compile_only, compile_variant, connect, entry_of, from_json, plain
+from .compilation import (
+    Job,
+    Result,
+    compile_in_order,
+    compile_only,
+    compile_variant,
+    connect,
+    entry_of,
+    from_json,
+    plain,
+)
 from .folder import VariantsFolder
 from .variants import NAME, Variants, wrong_name
 

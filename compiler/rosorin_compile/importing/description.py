@@ -13,8 +13,6 @@ import re
 import textwrap
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import cache
-from graphlib import TopologicalSorter
-from itertools import pairwise
 from pathlib import Path as FilePath
 from types import MappingProxyType
 from typing import Any, TypeVar
@@ -119,8 +117,8 @@ def sorted_sections(document: Mapping[str, V]) -> dict[str, V]:
 
 
 def in_order(entry: Mapping[str, V]) -> dict[str, V]:
-    """Sort the keys of a link, joint or nested element such as ``visual`` by the order in the schema."""
-    return _sorted(entry, _words())
+    """Sort the keys of a link, joint or nested element by the order of the schema that has most of these keys."""
+    return _sorted(entry, max(_orders(), key=lambda order: len(entry.keys() & set(order))))
 
 
 def is_default(path: Path, value: Any) -> bool:
@@ -140,13 +138,10 @@ def _order(fragment: Mapping[str, Any]) -> Sequence[str]:
 
 
 @cache
-def _words() -> tuple[str, ...]:
-    """Merge the key orders of links, joints and the elements in them into a single sequence of keys."""
-    before: dict[str, list[str]] = {}
-    for fragment in (*_fragments(("links", "*")), *_fragments(("joints", "*"))):
-        for first, second in pairwise(_order(fragment)):
-            before.setdefault(second, []).append(first)
-    return tuple(TopologicalSorter(before).static_order())
+def _orders() -> list[Sequence[str]]:
+    """Return the different key orders of links, joints and the elements in them."""
+    fragments = (*_fragments(("links", "*")), *_fragments(("joints", "*")))
+    return list(dict.fromkeys(tuple(_order(fragment)) for fragment in fragments))
 
 
 def _fragments(path: Path) -> Iterator[Mapping[str, Any]]:

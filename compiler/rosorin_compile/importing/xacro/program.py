@@ -69,7 +69,6 @@ class Program(Expansion):
         self.variables: list[ir.Variable] = []
         self.arguments: dict[str, ir.Variable] = {}
         self.constants: dict[str, Any] = {}  # values of replaced arguments by name
-        self.refused: dict[ir.Variable, str] = {}  # error message by variable that has a value rejected by xacro
         self.names: set[str] = set()
         self.defined: dict[str, tuple[str, Any]] = {}
         self.macro_calls, self.conditions, self.named = Calls(self), Conditions(self), NamedFiles(self)

@@ -32,19 +32,9 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.version import __version__
 from rosorin_compile.source.wording import and_more, count_of
 
-from .compilation import (
-    Job,
-    Result,
-    compile_in_order,
-    compile_only,
-    compile_variant,
-    connect,
-    entry_of,
-    from_json,
-    plain,
-)
 from .folder import VariantsFolder
 from .variants import NAME, Variants, wrong_name
+from .workers import Job, Result, compile_in_order, compile_only, compile_variant, connect, entry_of, from_json, plain
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -155,9 +155,17 @@ def import_robot(
     tree, renaming, prefix = rename_files(tree, source, folder, meshes, reading.packages, keeps)
     read = imported._replace(tree=tree)
     converted = Converted(read) if verbatim else with_sections(read)
-    trip, found = _prove(converted, folder, parts and not flat, reading, strict)
-    diagnostics += [*arrange(renaming), *found]
-    if trip is None or has_errors(diagnostics):
+    try:
+        trip = check_round_trip(converted.imported, folder, parts and not flat, converted.plain, reading.packages)
+    except OSError as problem:
+        reason = problem.strerror or type(problem).__name__
+        message = f"cannot work in the temporary folder: {reason}; TMPDIR can name another one"
+        return replace(result, diagnostics=(*diagnostics, error("output-failed", message, None)))
+    untold = list(trip.untold)
+    if reading.lenient and not strict:
+        untold = [replace(one, severity=WARNING, help="please report it with the file") for one in untold]
+    diagnostics += [*arrange(renaming), *arrange([*trip.diagnostics, *untold])]
+    if has_errors(diagnostics):
         return replace(result, diagnostics=tuple(diagnostics))
     imported, files = converted.imported, trip.files
     lines, translated = [*_report_parts(trip), *report_elements(converted)], list[str]()
@@ -246,22 +254,6 @@ def _with_drives(tree: Map, drives: str | None, source: Path) -> Map:
     if drives == "none" or all(joint["type"] not in MOVING_TYPES for joint in joints):
         return tree
     return put_values(tree, {"outputs": put_values(outputs, {_MJCF: {"file": "robot.xml", "drives": drives}})})
-
-
-def _prove(
-    converted: Converted, folder: Path, parts: bool, reading: ReadOptions, strict: bool
-) -> tuple[RoundTrip | None, list[Diagnostic]]:
-    """Compile the description and compare it with the source; return None if the temporary folder is unusable."""
-    try:
-        trip = check_round_trip(converted.imported, folder, parts, converted.plain, reading.packages)
-    except OSError as problem:
-        reason = problem.strerror or type(problem).__name__
-        message = f"cannot work in the temporary folder: {reason}; TMPDIR can name another one"
-        return None, [error("output-failed", message, None)]
-    untold = list(trip.untold)
-    if reading.lenient and not strict:
-        untold = [replace(one, severity=WARNING, help="please report it with the file") for one in untold]
-    return trip, arrange([*trip.diagnostics, *untold])
 
 
 def _write(

@@ -113,9 +113,8 @@ class Program(Expansion):
         made = self.own_literal(value.value) if isinstance(value.value, str) else value.value
         if made is value.value or (isinstance(made, str) and made == value.value):
             return value
-        if isinstance(made, str):  # the string was quoted: remove the quotes
-            first, *inner, last = value.pieces or ["", "", ""]
-            return ir.join_pieces([first[1:], *inner, last[:-1]]) if value.pieces else value
+        if isinstance(made, str):
+            return value
         if isinstance(made, bool):
             return ir.Symbol(value.as_flag(), made, "boolean", value.known)
         return ir.Symbol(value.as_number(), made, "number", value.known)

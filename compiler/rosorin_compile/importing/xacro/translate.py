@@ -10,7 +10,6 @@ from __future__ import annotations
 import itertools
 import math
 import os
-import posixpath
 import re
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -84,7 +83,7 @@ class _Fault(NamedTuple):
 
 
 def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outputs, target: Target) -> Translation:
-    """Translate a xacro to a description; if that fails, return a ``Translation`` without files that reports the reason.
+    """Translate a xacro to a description; if that fails, the ``Translation`` has no files and reports the reason.
 
     ``imported`` is the robot that the xacro expands to with the arguments in ``options``. ``wanted`` is the section
     ``outputs`` of the description.
@@ -126,14 +125,6 @@ class _Search:
             every = sorted([*rows, *invented], key=lambda row: row != failing)  # begin with the last failure
             variables = {one["name"]: one["value"] for one in answer["arguments"] if one["environment"]}
             refused = self.expand(every, variables)
-            before = len(self.fixed)
-            for name, value in variables.items():
-                others = [row for row in every if len(row) == 1 and row[0][0] == name]
-                if others and all(row in refused for row in others):
-                    reason = f"with another value of the environment variable {name} xacro makes no robot"
-                    self.fixed[name] = [value, reason]
-            if len(self.fixed) > before:
-                continue
             files = self.files(answer)
             packages = {**self.options.packages, **{name: Path(one) for name, one in answer["packages"].items()}}
             compared = self.compare(files, [row for row in every if row not in refused], packages)
@@ -331,10 +322,6 @@ def _settled(value: Any) -> Any:
         inner = getattr(value, field.name)
         if field.name == "urdf_elements":
             changes[field.name] = tuple(sorted(canonical(tree_of(one)) for one in inner))
-        elif field.name == "geometry" and "/../" in str(getattr(inner, "file", "")):
-            scheme, sign, rest = inner.file.partition("://")
-            file = f"{scheme}{sign}{posixpath.normpath(rest)}" if sign else inner.file
-            changes[field.name] = replace(inner, file=file)
         elif field.name in ("links", "joints", "visual", "collision") and isinstance(inner, tuple):
             changes[field.name] = tuple(map(_settled, inner))
     return replace(value, **changes) if changes else value

@@ -23,7 +23,7 @@ from rosbags.typesys import Stores, get_typestore
 from rosorin_compile.formats import Artifact
 from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot, Transform
-from rosorin_compile.recordings.expected import Options
+from rosorin_compile.recordings.expected_edges import Options
 from rosorin_compile.recordings.verification import verify
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from rosorin_compile.model import Robot
     from rosorin_compile.mujoco.collisions import CollisionMatrix
     from rosorin_compile.mujoco.physics import CheckedPhysics, check_physics
-    from rosorin_compile.mujoco.simulation import Simulated, simulate
+    from rosorin_compile.mujoco.simulation import Simulation, simulate
     from rosorin_compile.recordings import verify
-    from rosorin_compile.recordings.results import Verified
+    from rosorin_compile.recordings.results import Verification
     from rosorin_compile.ros.check_parameters.check import check_parameters
     from rosorin_compile.ros.graph import graph
     from rosorin_compile.ros.package.deploy import check_deployed, deploy
@@ -56,9 +56,9 @@ _MODULES = {
     "model": "Robot",
     "mujoco.collisions": "CollisionMatrix",
     "mujoco.physics": "CheckedPhysics check_physics",
-    "mujoco.simulation": "Simulated simulate",
+    "mujoco.simulation": "Simulation simulate",
     "recordings": "verify",
-    "recordings.results": "Verified",
+    "recordings.results": "Verification",
     "ros.check_parameters.check": "check_parameters",
     "ros.graph": "graph",
     "ros.package.deploy": "check_deployed deploy",
@@ -74,7 +74,7 @@ _HOME = {name: module for module, names in _MODULES.items() for name in names.sp
 __all__ = [
     "Argument", "Arguments", "Artifact", "Checked", "CheckedPhysics", "CollisionMatrix", "Compiled", "Diagnostic",
     "Difference", "Explained", "FrameTransform", "Frames", "NewRobot", "Outputs", "Page", "Picture", "Pulses",
-    "Reading", "RequestError", "Robot", "Rules", "Simulated", "Transforms", "UnknownName", "Variant", "Verified",
+    "Reading", "RequestError", "Robot", "Rules", "Simulation", "Transforms", "UnknownName", "Variant", "Verification",
     "Written", "WrittenVariants", "__version__", "arguments", "check", "check_deployed", "check_parameters",
     "check_physics", "collisions", "compile", "deploy", "diff", "explain", "explain_rules", "extract_boxes",
     "extract_factory", "extract_height_map", "frames", "graph", "import_robot", "init", "outputs", "package", "picture",

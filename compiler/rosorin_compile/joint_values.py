@@ -75,8 +75,7 @@ def sweep_of(robot: Robot, name: str, text: str) -> tuple[float, ...]:
     first, last, count = _single(joint, parts[0]), _single(joint, parts[1]), int(parts[2])
     if not 1 <= count <= MAX_STATES:
         raise RequestError(f"a sweep has 1 to {MAX_STATES:,} states, not {count:,}")
-    steps = [first + (last - first) * i / max(count - 1, 1) for i in range(count)]
-    return (*steps[:-1], last if count > 1 else first)
+    return (*(first + (last - first) * i / (count - 1) for i in range(count - 1)), last if count > 1 else first)
 
 
 def combine_sweeps(start: Positions, sweeps: Mapping[str, Sequence[float]]) -> list[dict[str, Position]]:
@@ -231,8 +230,7 @@ def pulses(
         else:
             text += " deg" if is_number and unit == "deg" and case.robot.joint[name].type != "prismatic" else ""
             rows[name] = _joint_pulse(case.robot, name, None, _single(case.robot.joint[name], text))
-    state = {one.joint: one.position for one in rows.values()}
-    diagnostics = (*diagnostics, *beyond_limits(case, [state], strict))
+    diagnostics = (*diagnostics, *beyond_limits(case, [{row.joint: row.position for row in rows.values()}], strict))
     without = tuple(name for name in posed if name not in with_servo)
     return Pulses(servos, tuple(rows.values()), without, diagnostics, case.robot)
 

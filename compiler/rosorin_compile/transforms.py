@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 from rosorin_compile.joint_values import beyond_limits, combine_sweeps, positions, sweep_of
 from rosorin_compile.model import Robot, Transform
 from rosorin_compile.model.geometry import quaternion_of
-from rosorin_compile.model.joint import NODE
 from rosorin_compile.model.kinematics import Graph, NoWay, Position, Positions, Step
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import Case
@@ -148,11 +147,8 @@ def _no_way(case: Case, problem: NoWay) -> Diagnostic:
     paths: list[Path] = [("edges", case.robot.edges.index(edge)) for edge in missing]
     related = []
     for edge, path in zip(missing, paths, strict=True):
-        about = f" ({edge.publisher.about})" if edge.publisher.kind == NODE and edge.publisher.about else ""
-        numbers = "a pose of its own" if edge.pose is not None else "known only to that node"
         when = f"when {edge.when}" if edge.when else "always"
-        message = f"{edge.parent} -> {edge.child}: {edge.publisher.name}{about} publishes it {when}, {numbers}"
-        related.append(case.related(message, path))
+        related.append((f"{edge.parent} -> {edge.child}: {edge.publisher.name} publishes it {when}", path))
     edges = phrase(f"{step.parent} -> {step.child}" for step in problem.missing)
     message = f"{edges}, on the way from {source} to {target}, depends on the mode"
     help = "choose a mode: --mode NAME"

@@ -87,7 +87,7 @@ def test_points_of_depth_leave_the_floor_free(tmp_path: Path) -> None:
         ),
         (
             [("mock_components/GenericSystem", "gz_ros2_control/GazeboSimSystem")],
-            'hardware block "motors" has the plugin gz_ros2_control/GazeboSimSystem, which Gazebo loads',
+            'only Gazebo loads the plugin gz_ros2_control/GazeboSimSystem of hardware block "motors"',
         ),
         (
             [
@@ -163,7 +163,7 @@ def test_kilted_has_no_switches_of_limits(tmp_path: Path, capsys: pytest.Capture
     for distribution in ("jazzy", "kilted"):
         main(["check", "parameters", str(write(tmp_path)), str(file), "--distribution", distribution])
         shown = capsys.readouterr()
-        found[distribution] = 'has no key "linear.x.has_velocity_limits"' in shown.out + shown.err
+        found[distribution] = 'has no parameter "linear.x.has_velocity_limits"' in shown.out + shown.err
     assert found == {"jazzy": False, "kilted": True}
 
 

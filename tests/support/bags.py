@@ -19,8 +19,8 @@ from rosbags.typesys import Stores, get_typestore
 
 from rosorin_compile.formats.compilation import Compiled
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Pose, Robot, Transform
-from rosorin_compile.recordings.expected import Options
-from rosorin_compile.recordings.results import Verified
+from rosorin_compile.recordings.expected_edges import Options
+from rosorin_compile.recordings.results import Verification
 from rosorin_compile.recordings.verification import verify
 from support.robots import compiled, texts
 
@@ -76,12 +76,12 @@ def urdf() -> str:
     return texts(made())["rosorin.urdf"]
 
 
-def judged(source: Path | str, text: str = "", **options: Any) -> Verified:
+def judged(source: Path | str, text: str = "", **options: Any) -> Verification:
     """Return the verdict about a recording of the reference robot; "-" is the text."""
     return verify(robot(), made().artifacts, str(source), Options(**options), standard_input=text.encode)
 
 
-def rules(verdict: Verified) -> list[str]:
+def rules(verdict: Verification) -> list[str]:
     """Return the rules of the findings of a verdict."""
     return [finding.rule for finding in verdict.findings]
 

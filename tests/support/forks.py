@@ -34,7 +34,7 @@ MJCF = "rosorin_compile.mujoco.mjcf"
 MUJOCO = ("mujoco", "numpy", f"{MJCF}.engine", f"{MJCF}.compare_models")
 XACRO = ("xacro", "yaml", "rosorin_compile.importing.xacro.child")
 TOOL = ("yaml", "jsonschema", "jinja2", "rosorin_compile.__main__", "rosorin_compile.api")
-TOOL += tuple(f"rosorin_compile.cli.{name}" for name in ("all", "check", "frames", "print"))
+TOOL += tuple(f"rosorin_compile.cli.{name}" for name in ("artifacts", "check", "frames"))
 COMMAND = """\
 import atexit, json, os, sys
 from rosorin_compile import __main__, formats

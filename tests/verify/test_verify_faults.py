@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.recordings.results import Verified, table
+from rosorin_compile.recordings.results import Verification, table
 from rosorin_compile.source.diagnostics import text as report
 from support import bags
 from support.bag_faults import CHANCE, SCENES, by, node, simulated
@@ -21,12 +21,12 @@ PAGE = DOCS / "recordings.md"
 SHOWN = re.compile(r"(<!-- verify: stale -->\n```text\n)(.*?)(```\n)", re.DOTALL)
 
 
-def verified(folder: Path, name: str) -> Verified:
+def verified(folder: Path, name: str) -> Verification:
     CHANCE.seed(name)
     return judged(bags.bag(folder, "mcap" if len(name) % 2 else "sqlite3", **SCENES[name]))
 
 
-def said(name: str, verdict: Verified) -> str:
+def said(name: str, verdict: Verification) -> str:
     return f"{name}\n{report(verdict.diagnostics) or 'no finding'}".rstrip()
 
 

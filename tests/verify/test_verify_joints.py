@@ -8,8 +8,8 @@ import pytest
 
 from rosorin_compile.formats.compilation import Compiled
 from rosorin_compile.model import Pose
-from rosorin_compile.recordings.expected import Description, Options
-from rosorin_compile.recordings.results import Verified
+from rosorin_compile.recordings.expected_edges import Description, Options
+from rosorin_compile.recordings.results import Verification
 from rosorin_compile.recordings.verification import verify
 from support import bags
 from support.bags import Message, ns
@@ -21,7 +21,7 @@ ROBOTS = [*sorted((ROOT / "examples").glob("*/robot.yaml")), DATA / "stock_nodes
 STATE = "sensor_msgs/msg/JointState"
 
 
-def judged(made: Compiled, folder: Path, said: list[Message]) -> Verified:
+def judged(made: Compiled, folder: Path, said: list[Message]) -> Verification:
     assert made.robot is not None
     bag = bags.write(folder, sorted(said, key=lambda message: message.received))
     return verify(made.robot, made.artifacts, str(bag), Options())
@@ -41,7 +41,7 @@ def test_a_recording_of_any_robot_is_as_described(path: Path, tmp_path: Path) ->
     published = {(edge.parent, edge.child): edge for edge in description.edges}.values()  # one edge of each pair
     free = Pose((1.0, 2.0, 3.0), (0.1, 0.2, 0.3)).transform()
 
-    def recorded(name: str, sign: float) -> Verified:
+    def recorded(name: str, sign: float) -> Verification:
         said: list[Message] = []
         for step in range(30):
             at = {joint: 0.02 * step * (number % 5 - 2) + 0.1 for number, joint in enumerate(names)}

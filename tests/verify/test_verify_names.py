@@ -7,8 +7,8 @@ import pytest
 
 from rosorin_compile.formats.compilation import Compiled, compile_robot, emit_published
 from rosorin_compile.model import Pose, Transform
-from rosorin_compile.recordings.expected import Options
-from rosorin_compile.recordings.results import Verified, summary
+from rosorin_compile.recordings.expected_edges import Options
+from rosorin_compile.recordings.results import Verification, summary
 from rosorin_compile.recordings.verification import verify
 from rosorin_compile.request import Request
 from rosorin_compile.source.project import Description as RobotOnDisk
@@ -156,7 +156,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Compiled:
     return compile_robot(path)
 
 
-def of(made: Compiled, folder: Path, said: list[Message], **options: object) -> Verified:
+def of(made: Compiled, folder: Path, said: list[Message], **options: object) -> Verification:
     assert made.robot is not None, made.diagnostics
     bag = bags.write(folder, sorted(said, key=lambda message: message.received))
     return verify(made.robot, made.artifacts, str(bag), Options(**options))  # type: ignore[arg-type]

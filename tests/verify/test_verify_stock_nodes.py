@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.recordings.results import Verified
+from rosorin_compile.recordings.results import Verification
 from support import bags, stock_nodes
 from support.bags import TYPES, Message, judged, rules
 from support.robots import texts
@@ -58,7 +58,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("runs")
 
 
-def of(bag: Path) -> Verified:
+def of(bag: Path) -> Verification:
     return judged(bag, without=OTHERS, stale=60.0)
 
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.model import Pose, Transform
-from rosorin_compile.recordings.results import Verified
+from rosorin_compile.recordings.results import Verification
 from support import bags
 from support.bags import rules
 from support.paths import DATA, data_text
@@ -17,7 +17,7 @@ from support.paths import DATA, data_text
 RECORDINGS = DATA / "recordings"
 
 
-def judged(text: str, **options: Any) -> Verified:
+def judged(text: str, **options: Any) -> Verification:
     return bags.judged("-", text, **options)
 
 

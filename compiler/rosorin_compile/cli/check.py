@@ -39,7 +39,7 @@ _SUBMODULE = "160000"  # the file mode of a submodule in the Git index
     sections=lambda: {"Checks (see check CHECK --help)": [(one.name, one.help) for one in commands("checks").values()]},
 )
 @cli.check_options("[CHECK] [ROBOT ...]", offers=("checks", "robot", "argument"))
-@cli.hook_option()
+@cli.hook_option
 @cli.notes_option
 @cli.flag("--every-argument", help="compile with all combinations of arguments with a list of values; do not compare")
 @cli.flag("--staged", help="compare what Git has staged for the next commit, not the files on disk")
@@ -126,7 +126,7 @@ def check_robot(run: Run, description: Description, page: Pictures | None = None
     if committed.differing():
         lines = committed.lines(full=getattr(run, "full", False))
         found = error("outputs-differ", "\n".join(lines), None, "run rosorin-compile all to write them again")
-        console.differ("not up to date", lines, found, committed.comparison, committed.meshes)
+        console.differ("not up to date", lines, found)
         if run.output is not None and not folder.is_dir():
             how = "rosorin-compile all with the same -o and arguments writes it"
             console.warn(f"{name}: there is no folder {folder}; {how}")
@@ -161,12 +161,10 @@ def _check_every(run: Run, description: Description) -> int:
         request = replace(request, warn=lambda _: None)  # the first combination has printed the warnings
     run.console.show(arrange(replace(d, message=d.message + _causes(varied, tried, at)) for d, at in found.items()))
     failed = {one for diagnostic, where in found.items() if diagnostic.severity == ERROR for one in where}
-    total, names = prod(len(values) for _, values in varied), ", ".join(name for name, _ in varied)
+    total, names = prod(len(values) for _, values in varied), ", ".join(name for name, _ in varied) or "no argument"
     part = f"{len(tried):,} of {total:,} combinations" if total > len(tried) else count_of(total, "combination")
-    line = f"{part} of {names} compiled, {f'{len(failed):,} with errors' if failed else 'all fine'}"
-    if not varied:
-        line = f"no argument with a list of values is left open; compiled once, {'with errors' if failed else 'fine'}"
-    run.console.say(f"{description.name}: {line}")
+    state = f"{len(failed):,} with errors" if failed else "all fine"
+    run.console.say(f"{description.name}: {part} of {names} compiled, {state}")
     return PROBLEMS if failed else FINE
 
 
@@ -174,8 +172,7 @@ def _causes(varied: Sequence[Choice], tried: Sequence[Combination], where: Seque
     """Return the arguments that cause a problem, as the end of a sentence; empty if all combinations do."""
     if len(where) == len(tried):
         return ""
-    columns = [*zip(*where, strict=True)]
-    used = [[value for value in values if value in column] for (_, values), column in zip(varied, columns, strict=True)]
+    used = [dict.fromkeys(column) for column in zip(*where, strict=True)]
     rows = zip(varied, used, strict=True)
     causes = [f"{name}={' or '.join(some)}" for (name, values), some in rows if len(some) < len(values)]
     if prod(map(len, used)) != len(where):
@@ -220,7 +217,6 @@ def run_diff(run: Run) -> int:
         raise RequestError(refused[0].message)
     run.console.show(found.diagnostics)
     if found.a is None or found.b is None:
-        run.console.warn(f"{' and '.join(run.words)}: cannot be compared")
         return PROBLEMS
     run.give(as_json(found), lambda: "\n".join(difference_lines(found, run.full)))
     if run.html is not None:

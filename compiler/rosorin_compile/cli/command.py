@@ -26,64 +26,56 @@ if TYPE_CHECKING:
 
 
 CHECK = "check"  # the command whose subcommands are checks
-# Groups in the order of the help, each with its commands; commands of plug-ins follow.
+# Headings of the help, each with its commands: the module that defines a command, and its help.
 COMMANDS = {
     "describe and compile": {
-        "init": "create a new robot description",
-        "all": "compile robots and write all artifacts; alias: compile",
-        "print": "compile a robot and print one artifact to standard output",
-        "check": "compile robots and compare them with the committed artifacts",
-        "watch": "compile on every change of a file and print the changes of the robot",
-        "sweep": "compile many variants of one robot, each to a separate folder",
-        "collisions": "compute the pairs of links that MoveIt does not need to check",
-        "schema": "print the JSON Schema of descriptions or of an output",
-        "rule": "explain a rule: the cause of the message and the fix",
+        "init": ("import_robot", "create a new robot description"),
+        "all": ("artifacts", "compile robots and write all artifacts; alias: compile"),
+        "print": ("artifacts", "compile a robot and print one artifact to standard output"),
+        "check": ("check", "compile robots and compare them with the committed artifacts"),
+        "watch": ("watch", "compile on every change of a file and print the changes of the robot"),
+        "sweep": ("watch", "compile many variants of one robot, each to a separate folder"),
+        "collisions": ("simulate", "compute the pairs of links that MoveIt does not need to check"),
+        "schema": ("tool", "print the JSON Schema of descriptions or of an output"),
+        "rule": ("tool", "explain a rule: the cause of the message and the fix"),
     },
     "import and compare": {
-        "import": "convert a URDF, xacro, SDF or MJCF to a description",
-        "extract": "compute boxes and height maps from meshes",
-        "diff": "compare two robots by meaning, in any supported formats",
+        "import": ("import_robot", "convert a URDF, xacro, SDF or MJCF to a description"),
+        "extract": ("extract", "compute boxes and height maps from meshes"),
+        "diff": ("check", "compare two robots by meaning, in any supported formats"),
     },
     "inspect": {
-        "explain": "print the pose of a frame and the lines of YAML that define it",
-        "tf": "print the transform between two frames, in the format of tf2_echo",
-        "frames": "show the tree of frames with their publishers",
-        "graph": "show the ROS 2 nodes of the robot and the topics between them",
-        "view": "show the robot in the browser and update it when files change",
-        "picture": "draw the robot to a PNG file, without a browser",
-        "simulate": "test the robot in MuJoCo: at rest, in its poses and driving",
-        "pulses": "convert servo pulses to joint positions and back",
-        "args": "list the arguments of a robot",
+        "explain": ("frames", "print the pose of a frame and the lines of YAML that define it"),
+        "tf": ("frames", "print the transform between two frames, in the format of tf2_echo"),
+        "frames": ("frames", "show the tree of frames with their publishers"),
+        "graph": ("frames", "show the ROS 2 nodes of the robot and the topics between them"),
+        "view": ("view", "show the robot in the browser and update it when files change"),
+        "picture": ("view", "draw the robot to a PNG file, without a browser"),
+        "simulate": ("simulate", "test the robot in MuJoCo: at rest, in its poses and driving"),
+        "pulses": ("frames", "convert servo pulses to joint positions and back"),
+        "args": ("frames", "list the arguments of a robot"),
     },
     "build systems": {
-        "cmake-dir": "print the folder of the CMake package",
-        "bazel-dir": "print the folder of the Bazel rule",
+        "cmake-dir": ("tool", "print the folder of the CMake package"),
+        "bazel-dir": ("tool", "print the folder of the Bazel rule"),
     },
     "deploy and verify": {
-        "package": "write a ROS 2 package with the artifacts of a robot",
-        "deploy": "copy the artifacts to an existing ROS 2 package",
-        "verify": "compare a recording of the robot with its description",
+        "package": ("package", "write a ROS 2 package with the artifacts of a robot"),
+        "deploy": ("package", "copy the artifacts to an existing ROS 2 package"),
+        "verify": ("verify", "compare a recording of the robot with its description"),
     },
-    "set up": {"completion": "print the completion script for bash, zsh or fish", "help": "show the help of a command"},
-}
-CHECKS = {
-    "parameters": "check parameter files of ROS nodes: frames and publishers",
-    "deployed": "compare with copies in a package, an install space or another folder",
-    "physics": "find links that collide with each other at rest or while joints move, with MuJoCo",
+    "set up": {
+        "completion": ("tool", "print the completion script for bash, zsh or fish"),
+        "help": ("tool", "show the help of a command"),
+    },
+    CHECK: {
+        "parameters": ("package", "check parameter files of ROS nodes: frames and publishers"),
+        "deployed": ("package", "compare with copies in a package, an install space or another folder"),
+        "physics": ("simulate", "find links that collide with each other at rest or while joints move, with MuJoCo"),
+    },
 }
 ALIASES = {"compile": "all"}
 _HIDDEN = ("pulses", "cmake-dir", "bazel-dir")
-# Modules of commands that are not named after the command.
-MODULES = {
-    **dict.fromkeys(("bazel-dir", "cmake-dir", "completion", "help", "rule", "schema"), "tool"),
-    **dict.fromkeys(("deploy", "deployed", "parameters"), "package"),
-    **dict.fromkeys(("collisions", "physics"), "simulate"),
-    **dict.fromkeys(("args", "explain", "graph", "pulses", "tf"), "frames"),
-    **dict.fromkeys(("import", "init"), "import_robot"),
-    "diff": "check",
-    "picture": "view",
-    "sweep": "watch",
-}
 
 
 class Entry(NamedTuple):
@@ -93,16 +85,13 @@ class Entry(NamedTuple):
     group: str
     help: str
     hidden: bool = False
+    module: str = ""
 
 
-BUILT_IN = {
-    "commands": {
-        name: Entry(name, group, help, name in _HIDDEN)
-        for group, helps in COMMANDS.items()
-        for name, help in helps.items()
-    },
-    "checks": {name: Entry(name, CHECK, help) for name, help in CHECKS.items()},
-}
+BUILT_IN: dict[str, dict[str, Entry]] = {"commands": {}, "checks": {}}
+for group, entries in COMMANDS.items():
+    for name, (module, text) in entries.items():
+        BUILT_IN["checks" if group == CHECK else "commands"][name] = Entry(name, group, text, name in _HIDDEN, module)
 
 
 def names(group: str) -> dict[str, str]:
@@ -138,14 +127,11 @@ class Option(click.Option):
 
 
 class Argument(click.Argument):
-    """An argument with a line of help."""
+    """An argument with a line of help, which not all versions of click support."""
 
     def __init__(self, *words: Any, help: str = "", **settings: Any) -> None:
         super().__init__(*words, **settings)
         self.help = help
-
-    def get_help_record(self, ctx: click.Context) -> tuple[str, str]:
-        return self.metavar or self.human_readable_name, self.help or ""
 
 
 class Command(click.Command):
@@ -216,15 +202,19 @@ class Command(click.Command):
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the sections of the help: arguments, options and additional lists."""
-        params = [(isinstance(param, Argument), param.get_help_record(ctx)) for param in self.get_params(ctx)]
-        arguments, options = ([row for is_one, row in params if row and is_one == kind] for kind in (True, False))
-        for head, rows in {"Arguments": arguments, "Options": options, **self.sections()}.items():
+        params = self.get_params(ctx)
+        arguments = [
+            (one.metavar or one.human_readable_name, one.help or "") for one in params if isinstance(one, Argument)
+        ]
+        options = [row for one in params if isinstance(one, click.Option) and (row := one.get_help_record(ctx))]
+        sections: dict[str, Sequence[tuple[str, str]]] = {"Arguments": arguments, "Options": options, **self.sections()}
+        for head, rows in sections.items():
             if rows:
                 with formatter.section(head):
                     formatter.write_dl(list(rows))
 
     def format_arguments(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write nothing: ``format_options`` writes the arguments, with help that not all versions of click support."""
+        """Write nothing: ``format_options`` writes the arguments."""
 
 
 def command(name: str, within: str = "", **settings: Any) -> Callable[[Work], Command]:
@@ -306,18 +296,15 @@ def _names(kind: str, ctx: click.Context) -> dict[str, str]:
         for word in ctx.params.get("words") or ():
             with suppress(Exception):
                 robots.append(Description.find([word])[0])
-        return {
-            name: robot.name
-            for robot in (robots or nearest_descriptions())[7::-1]
-            for name in _names_of_robot(kind, robot, ctx)
-        }
+        shown = (robots or nearest_descriptions())[7::-1]
+        return {name: robot.name for robot in shown for name in _names_of_robot(kind, robot, ctx)}
     if kind == "robot":
         return {path.parent.name: "robot of this project" for path in all_here()}
     if kind == "format":
         return {format.name: format.about for format in FORMATS.values() if format.write is not None}
     if kind == "rule":
         return dict.fromkeys(sorted(find()), "")
-    return schema_names() if kind == "schema" else names(kind) if kind in ("commands", "checks") else {}
+    return schema_names() if kind == "schema" else names(kind) if kind in BUILT_IN else {}
 
 
 def _names_of_robot(kind: str, description: Description, ctx: click.Context) -> Iterable[str]:
@@ -405,6 +392,8 @@ force_option = flag("--force", help="replace a file that this command did not wr
 strict_option = flag("--strict", help="treat positions beyond a limit as errors")
 dry_run_option = flag("-n", "--dry-run", help="write nothing; print what would change")
 _FAIL_ON = "exit with 1 for a message of this or a higher severity"
+_HOOK = "for pre-commit: take changed files as arguments and use all robots of their projects"
+hook_option = flag("--hook", help=_HOOK)
 fail_on_option = option("--fail-on error|warning|never", default="error", help=_FAIL_ON)
 
 
@@ -417,13 +406,6 @@ def check_options(metavar: str = "[ROBOT ...]", help: str = ROBOTS_HELP, **setti
     """Return the parameters of every check: robots, the folder of the artifacts, a summary and the failing severity."""
     summary_option = option("--summary FILE", help="also append the messages to a file, as Markdown")
     return combine(robots_argument(metavar, help, **settings), output_folder_option, summary_option, fail_on_option)
-
-
-def hook_option(more: str = "") -> Decorator:
-    """Return the option for pre-commit."""
-    return flag(
-        "--hook", help=f"for pre-commit: take changed files as arguments and use all robots of their projects{more}"
-    )
 
 
 def page_options(what: str) -> Decorator:

@@ -22,8 +22,6 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.wording import and_more, count_of, printable
 
 if TYPE_CHECKING:
-    from rosorin_compile.compare.golden_check import Comparison
-
     from .report_formats import Section
 
 
@@ -144,14 +142,7 @@ class Console:
         if self.keeps_sections and failed and not self.section.failed:
             self.section.wrong.append("failed: see the log of the run")
 
-    def differ(
-        self,
-        what: str,
-        lines: Sequence[str],
-        diagnostic: Diagnostic,
-        comparison: Comparison,
-        others: Iterable[tuple[str, str]],
-    ) -> None:
+    def differ(self, what: str, lines: Sequence[str], diagnostic: Diagnostic) -> None:
         """Report a difference: as lines of text, as a diagnostic in JSON and SARIF, in Markdown under ``what``."""
         self.severities[diagnostic.severity] += 1
         self.robots[-1]["differences"] = lines
@@ -161,7 +152,7 @@ class Console:
             self.diagnostics.append(diagnostic)
         if self.keeps_sections:
             self.section.wrong.append(what)
-            self.section.add_differences(comparison.changes, comparison.texts, others)
+            self.section.differences += lines
             self.section.lines += [diagnostic.help] if diagnostic.help else []
 
     def show(self, diagnostics: Sequence[Diagnostic], listed: bool = False) -> None:

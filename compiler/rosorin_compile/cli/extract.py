@@ -138,7 +138,7 @@ def factory(run: Run) -> int:
     return PROBLEMS if failed else FINE
 
 
-_HELP = cli.COMMANDS["import and compare"]["extract"]
+_HELP = cli.BUILT_IN["commands"]["extract"].help
 run = click.Group("extract", commands={"boxes": boxes, "heightmap": heightmap, "factory": factory}, help=_HELP)
 
 

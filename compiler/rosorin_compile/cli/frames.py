@@ -40,12 +40,9 @@ from .run import Run, find_robots, pair, take_stdin, warn_of_no_robots
 @cli.robot_options
 def run_frames(run: Run) -> int:
     """Show the tree of frames of one robot."""
-    description = run.only_robot()
-    found = frames(run.request(description), **run.pick("frame publisher output force modes"))
+    found = frames(run.request(run.only_robot()), **run.pick("frame publisher output force modes"))
     failed, robot = run.show(found), found.robot
-    if robot is None:
-        return run.no_robot(description)
-    if failed:
+    if failed or robot is None:
         return PROBLEMS
     if found.files:
         return run.give(found, lambda: "\n".join(f"{robot.name}: {path}" for path in found.files))
@@ -82,11 +79,10 @@ def run_graph(run: Run) -> int:
     """Show the nodes of a robot, the topics between them, and topics that no node publishes."""
     from rosorin_compile.ros.graph import graph
 
-    description = run.only_robot()
-    found = graph(run.request(description))
+    found = graph(run.request(run.only_robot()))
     failed = run.show(found)
     if not found.robot:
-        return run.no_robot(description)
+        return PROBLEMS
     if run.output is not None:
         write_file(Path(run.output), found.svg().encode(), (), None if run.force else may_replace)
     run.give(found, found.text if run.output is None else lambda: f"{found.robot}: {run.output}")
@@ -119,7 +115,6 @@ def run_explain(run: Run) -> int:
         raise RequestError(f"{description.name}: {problem}") from None
     if has_errors(found.diagnostics):
         run.console.show([one for one in found.diagnostics if one.severity == ERROR])
-        run.console.warn(f"{description.name}: a description with errors has no meaning to explain")
         return PROBLEMS
     return run.give(found.answers, lambda: str(found))
 
@@ -141,17 +136,13 @@ def run_args(run: Run) -> int:
 def _argument_table(name: str, arguments: Sequence[Argument]) -> list[str]:
     if not arguments:
         return [f"{name} has no arguments"]
-    rows = [("name", "type", "allowed", "default", "set to", "where")]
+    rows = [("name", "type", "allowed", "default", "set to", "where", "help")]
     for one in arguments:
         place = f"{one.span.source.path}:{one.span.line}:{one.span.column}"
         default = "(required)" if one.required else one.default
-        rows.append((one.name, one.type, ", ".join(one.allowed), default, one.value, place))
+        rows.append((one.name, one.type, ", ".join(one.allowed), default, one.value, place, one.help))
     used = [column for column in zip(*rows, strict=True) if any(column[1:])]
-    heads, *rest = aligned(list(zip(*used, strict=True)))
-    shown = [f"{name}:", f"  {heads}"]
-    for argument, line in zip(arguments, rest, strict=True):
-        shown += [f"  {line}", f"  {'':{max(map(len, used[0]))}}  {argument.help}"][: 2 if argument.help else 1]
-    return shown
+    return [f"{name}:", *(f"  {line}" for line in aligned(list(zip(*used, strict=True))))]
 
 
 _CSV = ("x", "y", "z", "roll", "pitch", "yaw", "qx", "qy", "qz", "qw")
@@ -186,8 +177,6 @@ def run_tf(run: Run) -> int:
     except NotPublished as problem:
         return run.console.fail(str(problem), PROBLEMS)
     run.console.show(found.diagnostics)
-    if found.robot is None:
-        return run.no_robot(description)
     if not found.transforms:
         return PROBLEMS
     return run.give(found.transforms if found.swept else found.transforms[0], lambda: _transforms(found, run))
@@ -248,9 +237,7 @@ def run_pulses(run: Run) -> int:
         without = ", ".join(found.without_servo)
         run.console.warn(f'without a servo, and not shown, of the pose "{run.pose}": {without}')
     failed, robot = run.show(found), found.robot
-    if robot is None:
-        return run.no_robot(description)
-    if failed:
+    if failed or robot is None:
         return PROBLEMS
     return run.give(found, lambda: "\n".join(_pulses(found.joints) if found.joints else _calibration(robot)))
 
@@ -263,8 +250,7 @@ def _pulses(joints: Sequence[JointPulse]) -> list[str]:
         difference = f"{joint.difference:+.3g} {joint.unit}" if joint.difference else f"0 {joint.unit}"
         position = f"{exact(joint.position)} {joint.unit}"
         rows.append((joint.joint, str(joint.pulse), position, degrees, requested, requested and difference))
-    columns = 6 if any(row[4] for row in rows[1:]) else 4
-    return aligned([row[:columns] for row in rows])
+    return aligned([row[: 6 if any(row[4] for row in rows[1:]) else 4] for row in rows])
 
 
 def _calibration(robot: Robot) -> list[str]:

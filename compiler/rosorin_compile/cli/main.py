@@ -23,7 +23,7 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import NoDescription
 from rosorin_compile.source.version import __version__
 
-from .command import ALIASES, BUILT_IN, CHECK, COMMANDS, MODULES, Command, Entry, names
+from .command import ALIASES, BUILT_IN, CHECK, COMMANDS, Command, Entry, names
 from .console import FINE, PROBLEMS, USAGE, Console, guard
 
 PROGRAM = "rosorin-compile"
@@ -51,7 +51,7 @@ def find_command(name: str, group: str = "commands") -> click.Command | None:
     entry = ALIASES.get(name, name)
     if entry in BUILT_IN[group]:
         _warn(clash(plugin, name) for plugin in plugins)
-        module = import_module(f".{MODULES.get(entry, entry)}", __package__)
+        module = import_module(f".{BUILT_IN[group][entry].module}", __package__)
         return next(one for one in vars(module).values() if isinstance(one, click.Command) and one.name == entry)
     if not plugins:
         return None

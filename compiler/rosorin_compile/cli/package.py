@@ -86,7 +86,7 @@ def run_check_deployed(run: Run) -> int:
         if result.differing:
             help = "run rosorin-compile deploy to write them again"
             found = error("deployed-differs", "\n".join(result.lines), None, help)
-            run.console.differ("not as deployed", result.lines, found, *result.describe())
+            run.console.differ("not as deployed", result.lines, found)
         failed = run.show(result)
         if not result.robot:
             return max(PROBLEMS, run.nothing_written(description, result.diagnostics))
@@ -121,7 +121,7 @@ def run_check_parameters(run: Run) -> int:
         result = check_parameters(run.request(description), parameters, **picked, remaps=run.remap)
         failed = run.show(result)
         if not result.robot:
-            return run.no_robot(description)
+            return PROBLEMS
         run.console.say(f"{description.name}: {summary(result)}")
         return PROBLEMS if failed else FINE
 

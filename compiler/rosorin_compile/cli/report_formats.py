@@ -7,28 +7,22 @@ maximum size, because a comment holds 65,536 characters.
 import json
 import os
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from html import escape
 from pathlib import Path
 from urllib.parse import quote
 
-from rosorin_compile.compare.artifacts import Change
-from rosorin_compile.compare.golden_check import CHANGED, MAX_LINES, TextDifference, shorten
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Span, text
 from rosorin_compile.source.messages import add_suggestions, gather
 from rosorin_compile.source.rule_registry import OF_PLUGINS, find
 from rosorin_compile.source.version import HOME, __version__
-from rosorin_compile.source.wording import and_more, count_of, phrase, plural, printable
+from rosorin_compile.source.wording import count_of, phrase, printable
 
 HEAD = "## Robots: "  # the beginning of each Markdown document
 MAX_BYTES = 60_000  # of UTF-8; leaves room for text around the document
 _MAX_NAME, _MAX_TEXT = 200, 1000  # characters
-_MAX_NAMES = 12  # in one cell
-_MAX_NOTES = 50
-# The largest numbers of rows in a table, diffs of a robot and lines of a diff: the first setting that fits is used.
-_DETAILS = ((200, 20, MAX_LINES), (5, 0, 0))
+_MOST_LINES = (500, 50, 10)  # of a block: the first number that fits is used
 
 
 def from_workspace(path: str) -> str:
@@ -122,29 +116,13 @@ FORMATS: dict[str, Callable[[Sequence[Diagnostic]], str]] = {"text": text, "gith
 
 @dataclass
 class Section:
-    """The result for one robot; ``changes`` and ``files`` are rows of tables in Markdown."""
+    """The result for one robot: its lines and differences as in text, what is wrong, and its diagnostics."""
 
     name: str
     lines: list[str] = field(default_factory=list)
     wrong: list[str] = field(default_factory=list)
-    changes: list[tuple[str, str]] = field(default_factory=list)
-    files: list[tuple[str, str]] = field(default_factory=list)
-    diffs: list[TextDifference] = field(default_factory=list)
+    differences: list[str] = field(default_factory=list)
     diagnostics: list[Diagnostic] = field(default_factory=list)
-
-    def add_differences(
-        self, changes: Sequence[Change], texts: Sequence[TextDifference], others: Iterable[tuple[str, str]] = ()
-    ) -> None:
-        """Add changes and differences of text; ``others`` are further files, each with a remark."""
-        for change in changes:
-            names, left = change.artifacts[:_MAX_NAMES], len(change.artifacts) - _MAX_NAMES
-            self.changes.append((code(change.words(), _MAX_TEXT), ", ".join(map(code, names)) + and_more(left)))
-        diffs = [one for one in texts if one.kind == CHANGED and one.shown and one.lines]
-        self.diffs += diffs
-        # A file without a diff needs no remark if the listed changes explain its difference.
-        unexplained = "" if any(change.artifacts for change in changes) else "different text"
-        remarks = [*((one.file, one.remark or unexplained) for one in texts if one not in diffs), *others]
-        self.files += [(code(name), code(remark, _MAX_TEXT)) for name, remark in remarks if remark]
 
     def counts(self, *severities: str) -> list[str]:
         """Return the number of diagnostics of each severity in words, without zeros."""
@@ -157,7 +135,7 @@ class Section:
 
     @property
     def quiet(self) -> bool:
-        return not (self.failed or self.changes or self.files or self.diffs or self.counts(WARNING))
+        return not (self.failed or self.differences or self.counts(WARNING))
 
 
 def markdown(sections: Sequence[Section]) -> str:
@@ -165,8 +143,8 @@ def markdown(sections: Sequence[Section]) -> str:
     failed = sum(section.failed for section in sections)
     head = f"{HEAD}{failed:,} of {len(sections):,} with problems" if failed else f"{HEAD}no problems"
     quiet = "\n".join(_line(section) for section in sections if section.quiet)
-    for details in _DETAILS:
-        parts = ["\n\n".join(_section(section, *details)) for section in sections if not section.quiet]
+    for most in _MOST_LINES:
+        parts = [_section(section, most) for section in sections if not section.quiet]
         document = "\n\n".join(filter(None, [head, *parts, quiet])) + "\n"
         if len(document.encode("utf-8", "replace")) <= MAX_BYTES:
             return document
@@ -184,54 +162,26 @@ def _line(section: Section) -> str:
     return f"- {code(section.name)}: {code('; '.join(texts) or 'nothing to report', _MAX_TEXT)}"
 
 
-def _section(section: Section, rows: int, max_diffs: int, max_lines: int) -> list[str]:
-    """Return the paragraphs of one robot."""
+def _section(section: Section, most: int) -> str:
+    """Return the paragraphs of one robot, with at most ``most`` lines in each block."""
     verdict = phrase([*section.wrong, *section.counts(ERROR, WARNING)])
     parts = [f"### {code(section.name)}: {verdict}" if section.name else f"### {verdict[:1].upper()}{verdict[1:]}"]
     parts += [code(line.strip(), _MAX_TEXT) for line in section.lines]
-    for head, cells in ((("change", "artifacts"), section.changes), (("file", "what is wrong"), section.files)):
-        if cells:
-            lines = [f"| {left} | {right} |" for left, right in (head, ("---", "---"), *cells[:rows])]
-            parts.append("\n".join([*lines, *_others(len(cells) - rows, head[0], "")]))
     merged = gather(section.diagnostics, [WARNING, NOTE])
-    if worse := [one for one in merged if one.severity != NOTE]:
-        parts.append(_messages(worse, rows))
-    for diff in section.diffs[:max_diffs]:
-        lines = shorten(diff.lines)[:max_lines]
-        if len(diff.lines) > len(lines):
-            lines.append(f"... {count_of(len(diff.lines) - len(lines), 'more line')}")
-        title = f"{_html_code(diff.file)}: {_html_code(diff.remark) if diff.remark else 'different text'}"
-        parts.append(_folded(title, _fenced("diff", lines)))
-    if len(section.diffs) > max_diffs:
-        parts.append(f"{count_of(len(section.diffs) - max_diffs, 'text difference')} left out here")
-    if notes := [one for one in merged if one.severity == NOTE]:
-        parts.append(_folded("".join(section.counts(NOTE)), _messages(notes, min(rows, _MAX_NOTES))))
-    return parts
+    worse, notes = ([one for one in merged if (one.severity == NOTE) == is_note] for is_note in (False, True))
+    parts += [_fenced("diff", section.differences, most)] if section.differences else []
+    parts += [_fenced("text", text(_in_workspace(worse)).splitlines(), most)] if worse else []
+    if notes:
+        messages = _fenced("text", text(_in_workspace(notes)).splitlines(), most)
+        parts.append(f"<details><summary>{''.join(section.counts(NOTE))}</summary>\n\n{messages}\n\n</details>")
+    return "\n\n".join(parts)
 
 
-def _others(left: int, noun: str, *before: str) -> list[str]:
-    """Return the last lines of a shortened list: the number of entries that are left out."""
-    return [*before, f"and {left:,} more {plural(noun, left)}"] if left > 0 else []
-
-
-def _messages(diagnostics: Sequence[Diagnostic], limit: int) -> str:
-    lines = text(_in_workspace(diagnostics[:limit])).splitlines()
-    return _fenced("text", [*lines, *_others(len(diagnostics) - limit, "message")])
-
-
-def _fenced(kind: str, lines: Iterable[str]) -> str:
-    shown = [printable(line, keep="\t") for line in lines]
+def _fenced(kind: str, lines: Sequence[str], most: int) -> str:
+    shown = [_cut(printable(line, keep="\t"), _MAX_TEXT) for line in lines[:most]]
+    shown += [f"... {count_of(len(lines) - most, 'more line')}"] if len(lines) > most else []
     fence = "`" * max(3, 1 + max((len(run) for line in shown for run in re.findall("`+", line)), default=0))
     return "\n".join([f"{fence}{kind}", *shown, fence])
-
-
-def _folded(title: str, content: str) -> str:
-    """Return a collapsed ``<details>`` block; ``title`` is HTML."""
-    return f"<details><summary>{title}</summary>\n\n{content}\n\n</details>"
-
-
-def _html_code(value: str) -> str:
-    return f"<code>{escape(_cut(printable(value), _MAX_NAME))}</code>"
 
 
 def _cut(value: str, limit: int) -> str:

@@ -114,13 +114,7 @@ class Run(SimpleNamespace):
         case, diagnostics = self.request(description).load_case()
         if case is None:
             self.console.show(diagnostics)
-            self.no_robot(description)
         return case
-
-    def no_robot(self, description: Description) -> int:
-        """Print a last line after the errors of a robot; return the exit code."""
-        self.console.warn(f"{description.name}: a description with errors has no frames and joints to ask about")
-        return PROBLEMS
 
     def nothing_written(self, description: Description, diagnostics: Sequence[Diagnostic]) -> int:
         """Print why nothing was written: the number of errors, or no outputs; return the exit code."""
@@ -179,9 +173,9 @@ def for_each(
     if (summary := getattr(run, "summary", None)) is not None:
         from .report_formats import HEAD, markdown
 
-        begins = files.read_bytes(summary, len(HEAD.encode())) if files.is_file(summary) else b""
-        job_summary = files.resolve(os.environ.get("GITHUB_STEP_SUMMARY", ""))
-        if begins.strip() and begins != HEAD.encode() and files.resolve(summary) != job_summary:
+        begins = files.read_bytes(summary, len(HEAD)).decode(errors="replace") if files.is_file(summary) else ""
+        is_job_summary = files.resolve(summary) == files.resolve(os.environ.get("GITHUB_STEP_SUMMARY", ""))
+        if begins.strip() not in ("", HEAD.strip()) and not is_job_summary:
             raise RequestError(f'"{summary}" exists and is not a summary: name another file')
     console, names = run.console, [*(run.words if robots is None else robots)]
     hook = getattr(run, "hook", False) and bool(run.changed or run.words)

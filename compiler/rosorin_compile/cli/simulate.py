@@ -29,9 +29,8 @@ _LIMITS = ", ".join(f"{name} {one.value:g}{f' {one.unit}' if one.unit else ''}" 
 @cli.robot_options
 def run_simulate(run: Run) -> int:
     """Simulate a robot and print its behaviour."""
-    limits = {}
+    limits = dict.fromkeys(run.limits, -1.0)  # reported like any other invalid number
     for name, value in run.limits.items():
-        limits[name] = -1.0  # reported like any other invalid number
         with suppress(ValueError):
             limits[name] = float(value)
     request, settings = run.request(run.only_robot()), run.pick("base seconds")
@@ -45,7 +44,6 @@ def run_simulate(run: Run) -> int:
         print()
     run.console.show(result.diagnostics)
     if not result.poses:
-        run.console.warn(f"{name}: nothing simulated")
         return PROBLEMS
     run.give(result)
     if is_text:
@@ -55,7 +53,7 @@ def run_simulate(run: Run) -> int:
 
 @cli.check("physics", exits="0 no errors, 1 errors")
 @cli.check_options()
-@cli.hook_option()
+@cli.hook_option
 def run_check_physics(run: Run) -> int:
     """Check the physics of each robot."""
     require("check physics")
@@ -67,7 +65,7 @@ def _check_physics(run: Run, description: Description) -> int:
     run.console.show(result.diagnostics)
     run.console.robots[-1]["looked_at"] = result.looked_at
     if not result.looked_at:
-        return run.no_robot(description)
+        return PROBLEMS
     run.console.say(f"{description.name}: physics of {result.looked_at}: {severities(result.diagnostics)}")
     return FINE if result.fine else PROBLEMS
 

@@ -111,13 +111,12 @@ def run_help(run: Run) -> int:
         return int(context.command.invoke(context))
 
 
-@command("cmake-dir", exits="0 printed", epilog="Pass it to find_package(rosorin_compile) as rosorin_compile_DIR.")
-def run_cmake_dir(run: Run) -> int:
-    """Print the folder that contains rosorin_compileConfig.cmake."""
-    return run.give(str(data_folder("cmake")), lambda: str(data_folder("cmake")))
+def _print_folder(run: Run) -> int:
+    folder = str(data_folder(run.called.removesuffix("-dir")))
+    return run.give(folder, lambda: folder)
 
 
-@command("bazel-dir", exits="0 printed", epilog="rosorin_robot.bzl defines the rule; see docs/builds.md.")
-def run_bazel_dir(run: Run) -> int:
-    """Print the folder that contains rosorin_robot.bzl."""
-    return run.give(str(data_folder("bazel")), lambda: str(data_folder("bazel")))
+_CMAKE = "Pass it to find_package(rosorin_compile) as rosorin_compile_DIR."
+run_cmake_dir = command("cmake-dir", exits="0 printed", epilog=_CMAKE)(_print_folder)
+_BAZEL = "rosorin_robot.bzl defines the rule; see docs/builds.md."
+run_bazel_dir = command("bazel-dir", exits="0 printed", epilog=_BAZEL)(_print_folder)

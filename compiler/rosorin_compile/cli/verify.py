@@ -49,7 +49,6 @@ def run_verify(run: Run) -> int:
     result = verify(run.request(description), source, **picked)
     if result.data is None:
         console.show(result.diagnostics)
-        console.warn(f"{description.name}: not compared")
         return PROBLEMS
     if run.format != "text":
         console.show(result.diagnostics)

@@ -29,7 +29,6 @@ def run_view(run: Run) -> int:
         page = view(request, run.html, meshes=not run.no_meshes, max_megabytes=run.max_megabytes)
         console.show(page.diagnostics)
         if not page.written:
-            console.warn(f"{description.name}: no page was written")
             return PROBLEMS
         if page.left_out:
             console.warn(f"not shown: {page.left_out}")
@@ -74,12 +73,11 @@ def run_picture(run: Run) -> int:
     size = re.fullmatch(r"([0-9]{1,5})[xX]([0-9]{1,5})", run.size)
     if size is None:
         raise RequestError(f'"{run.size}" is not WIDTHxHEIGHT in pixels, such as 1280x800')
-    description = run.only_robot()
+    request = run.request(run.only_robot())
     picked = run.pick("pose joints pulses modes view collision published_frames frames theme transparent force")
-    result = picture(run.request(description), run.output, **picked, size=(int(size[1]), int(size[2])))
+    result = picture(request, run.output, **picked, size=(int(size[1]), int(size[2])))
     run.console.show(result.diagnostics)
     if not result.drawn:
-        run.console.warn(f"{description.name}: no picture was drawn")
         return PROBLEMS
     run.console.say(f"{result.robot}: {result.file}, {result.width} x {result.height}")
     return run.give(result)

@@ -179,7 +179,7 @@ def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
         except PluginFailed as problem:
             diagnostics.append(problem.diagnostic)
     is_wrong = has_errors(diagnostics)  # after an error, an argument can falsely seem unused
-    merged = rules.merge_misspelt(diagnostics, tree, lowered.places) if is_wrong else diagnostics
+    merged = rules.merge_misspelt(diagnostics, tree) if is_wrong else diagnostics
     diagnostics = [*merged, *(() if is_wrong else expanded.unused)]
     found = apply(tree, diagnostics, rules.acceptable())
     diagnostics = found.diagnostics

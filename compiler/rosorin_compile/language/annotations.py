@@ -10,7 +10,8 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from functools import cache
+from functools import cache, reduce
+from operator import getitem
 from typing import Any, Literal, NamedTuple
 
 from rosorin_compile.source import files
@@ -99,6 +100,7 @@ class Node(NamedTuple):
                     yield key, below.gives, below.otherwise.format_map(texts(entry))
 
 
+_BELOW = {"propertyNames": "keys", "additionalProperties": "others", "items": "items"}
 # Annotations in the schema, and the field of ``Node`` for each.
 _FIELDS = Node._fields[: Node._fields.index("keys")]
 WORDS = {INSIDE if field == "inside" else f"x-{field.replace('_', '-')}": field for field in _FIELDS}
@@ -118,19 +120,15 @@ def annotated_sections(whole: Mapping[str, Any]) -> dict[str, Node]:
     def node_of(fragment: Any) -> Node | None:
         if not isinstance(fragment, Mapping):
             return None
-        base = None
-        if "$ref" in fragment:
-            name = fragment["$ref"].rsplit("/", 1)[1]
-            if name not in definitions:
-                definitions[name] = node_of(whole["$defs"][name])
-            base = definitions[name]
+        name = fragment.get("$ref", "").rpartition("/")[2]
+        if name and name not in definitions:
+            definitions[name] = node_of(whole["$defs"][name])
+        base = definitions.get(name)
         found: dict[str, Any] = {WORDS[word]: value for word, value in fragment.items() if word in WORDS}
-        for word, of in (("propertyNames", "keys"), ("additionalProperties", "others"), ("items", "items")):
-            if (node := node_of(fragment.get(word))) is not None:
-                found[of] = node
+        below = {of: node_of(fragment.get(word)) for word, of in _BELOW.items()}
+        found |= {of: node for of, node in below.items() if node is not None}
         properties = {key: node_of(one) for key, one in fragment.get("properties", {}).items()}
-        if any(properties.values()):
-            found["properties"] = properties
+        found |= {"properties": properties} if any(properties.values()) else {}
         if not found:
             return base
         made = (base or Node())._replace(**found)
@@ -139,8 +137,8 @@ def annotated_sections(whole: Mapping[str, Any]) -> dict[str, Node]:
             words.append(GIVES)
         elif (kind := made.names or made.gives) and made.scope != ROBOT:
             words += [kind, *ALSO.get(kind, ())]
-        below = (made.keys, made.others, made.items, *made.properties.values())
-        return made._replace(of=frozenset(words).union(*(one.of for one in below if one is not None)))
+        inner = (made.keys, made.others, made.items, *made.properties.values())
+        return made._replace(of=frozenset(words).union(*(one.of for one in inner if one is not None)))
 
     nodes = {key: node_of(fragment) for key, fragment in whole["properties"].items()}
     return {key: node for key, node in nodes.items() if node is not None}
@@ -160,7 +158,7 @@ def check_annotations(piece: Any, own: Mapping[str, Any]) -> None:
         for way in part.get(MIRROR, ()):
             if way not in MIRRORED_KEYS:
                 raise UnknownName(f"value for {MIRROR}", way, MIRRORED_KEYS)
-            if not any(key in keys for key in MIRRORED_KEYS[way]):
+            if keys.keys().isdisjoint(MIRRORED_KEYS[way]):
                 raise ValueError(f"{MIRROR} is {way} in its schema, beside no {' and no '.join(MIRRORED_KEYS[way])}")
         attached = (key for one in keys.values() if isinstance(one, Mapping) for key in one.get("x-attached", ()))
         for key in (key for key in attached if key not in keys):
@@ -230,25 +228,21 @@ def inline_references(whole: Mapping[str, Any]) -> dict[str, Any]:
             return [of(one) for one in part]
         if not isinstance(part, Mapping):
             return part
-        if not isinstance(part.get("$ref"), str):
+        if not isinstance(name := part.get("$ref"), str):
             made = {key: of(one) for key, one in part.items() if key != "$defs"}
             if isinstance(pattern := made.get("pattern"), str):  # as JavaScript interprets it
                 pattern = pattern.replace("\\d", "[0-9]").replace("\\s", r"\s\ufeff")
                 made["pattern"] = pattern[:-1] + r"(?!\n)$" if pattern.endswith("$") else pattern
             return made
-        name = part["$ref"]
         if name not in done:
-            target: Any = whole
             try:
-                for step in name.removeprefix("#/").split("/"):
-                    target = target[step]
+                done[name] = of(reduce(getitem, name.removeprefix("#/").split("/"), whole))
             except (KeyError, TypeError):
                 raise ValueError(f"the schema has nothing that $ref names: {name}") from None
-            done[name] = of(target)
         return done[name]
 
-    made: dict[str, Any] = of(whole)
-    return made
+    inlined: dict[str, Any] = of(whole)
+    return inlined
 
 
 def misfits_of(validator: Any, value: Any) -> list[Misfit]:
@@ -266,15 +260,12 @@ def misfits_of(validator: Any, value: Any) -> list[Misfit]:
             if error.validator == "dependencies":
                 keys = [key for given, wanted in keys.items() if given in error.instance for key in wanted]
             found += [misfit._replace(key=key) for key in dict.fromkeys(keys) if key not in error.instance]
-    numbers: dict[int, dict[str, int]] = {}
 
     def place(misfit: Misfit) -> list[int]:
         """Return the position of a misfit as the index of each step of its path."""
         node, steps = value, []
         for step in misfit.path:
-            if not isinstance(step, int) and id(node) not in numbers:
-                numbers[id(node)] = {key: number for number, key in enumerate(node)}
-            steps.append(step if isinstance(step, int) else numbers[id(node)][step])
+            steps.append(step if isinstance(step, int) else list(node).index(step))
             node = node[step]
         return steps
 

@@ -5,24 +5,20 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from decimal import Decimal
 from itertools import count, product
-from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Diagnostic, Span, Suggestion, error, has_errors
 from rosorin_compile.source.files import is_folder, label
-from rosorin_compile.source.load import MAX_NODES, LoadError, load_mapping
+from rosorin_compile.source.load import LoadError, load_mapping
 from rosorin_compile.source.messages import arrange
-from rosorin_compile.source.tree import Instance, Map, Seq, Text
-from rosorin_compile.source.units import Quantity
+from rosorin_compile.source.tree import Instance, Map, Seq
 from rosorin_compile.source.wording import first_of
-from rosorin_compile.source.yaml_mistakes import MAX_DEPTH
 
 from .expand.description import expand
 from .expand.files import Reader
-from .expression.functions import FUNCTIONS, KindError, kind_of
+from .expression.functions import FUNCTIONS, ExpressionError, KindError, kind_of, plain_value, type_of
 from .origins import Written
 
 if TYPE_CHECKING:
@@ -35,7 +31,6 @@ _ADDED = "taken with the defaults of its format; an entry under outputs can say 
 Choice = tuple[str, tuple[str, ...]]  # an argument and its possible values, the default first
 Combination = tuple[str, ...]  # a value for each argument
 
-_LARGEST = 10**18  # larger YAML integers are read as floats (see load)
 NO_ARGUMENTS = "leave the arguments out"
 # Rules about the values of arguments; other errors of the description are not reported here.
 _OF_ARGUMENTS = ("unknown-argument", "bad-argument")
@@ -63,7 +58,7 @@ def declared_arguments(
 ) -> tuple[list[Argument], list[Diagnostic]]:
     """Return the arguments of the description with the main file ``path``, and errors in their values."""
     reader = Reader(path, None, packages)
-    root = reader.whole()
+    root = reader.read(path)
     if root is None or has_errors(reader.diagnostics):
         return [], reader.diagnostics
     entries = root["args"] if isinstance(root.get("args"), Map) else Map(root.span)
@@ -117,8 +112,8 @@ def read(paths: Iterable[Path], texts: Mapping[str, str]) -> Map:
         for name in values.expression_keys():
             message = f'the argument "{name}" is an expression; a file of arguments holds values'
             raise LoadError(error("bad-argument", message, values.value_spans[name], "write its result"))
-        for name, value in values.items():
-            merged.put(name, value, values.key_spans[name], values.value_spans[name])
+        for name in values:
+            merged.put_from(values, name)
     for name, text in texts.items():
         merged[name] = text
         merged.key_spans.pop(name, None)
@@ -140,12 +135,12 @@ def of_api(path: object, arguments: object, packages: object) -> ApiArguments:
     diagnostics: list[Diagnostic] = []
     name = os.fsdecode(path) if isinstance(path, (str, os.PathLike)) else ""
     if not isinstance(path, (str, os.PathLike)):
-        diagnostics.append(error("wrong-type", f"the path of a robot is text or a Path; this is {_type(path)}", None))
+        diagnostics.append(error("wrong-type", f"the path of a robot is text or a Path; this is {type_of(path)}", None))
     values, wrong = from_python({} if arguments is None else arguments)
     diagnostics += wrong
     folders: dict[str, Path] = {}
     if not isinstance(packages or {}, Mapping):
-        message = f"packages map names to folders; this is {_type(packages)}"
+        message = f"packages map names to folders; this is {type_of(packages)}"
         diagnostics.append(error("package-missing", message, None, 'write {"NAME": FOLDER}'))
     for package, folder in packages.items() if isinstance(packages, Mapping) else ():
         if isinstance(package, str) and isinstance(folder, (str, os.PathLike)) and is_folder(folder):
@@ -162,62 +157,25 @@ def takes_no_arguments(path: Path) -> Diagnostic:
     return error("unknown-argument", message, None, NO_ARGUMENTS)
 
 
-class _NoValue(Exception):
-    """A Python object cannot be the value of an argument; the message is the reason."""
-
-
 def from_python(arguments: object) -> tuple[dict[str, Any], list[Diagnostic]]:
     """Convert Python objects to argument values; also return the errors.
 
-    Numbers are in SI units; strings are parsed like ``-a NAME=TEXT``. An object with ``tolist``, such as a numpy array,
-    is converted to a number or a list.
+    Numbers are in SI units; strings are parsed like ``-a NAME=TEXT``. Other objects are converted by ``plain_value``.
     """
     if not isinstance(arguments, Mapping):
-        message = f"arguments map names to values; this is {_type(arguments)}"
+        message = f"arguments map names to values; this is {type_of(arguments)}"
         return {}, [error("bad-argument", message, None, 'write {"NAME": VALUE}')]
     values: dict[str, Any] = {}
     diagnostics: list[Diagnostic] = []
     for name, value in arguments.items():
         try:
             if not isinstance(name, str):
-                raise _NoValue("is not a name: a name is text")
-            values[str(name)] = _plain(value, 0, [0])
-        except _NoValue as problem:
+                raise ExpressionError("is not a name: a name is text")
+            values[str(name)] = plain_value(value)
+        except ExpressionError as problem:
             help = "a value is text, a number, true or false, None, a list or a table of them"
             diagnostics.append(error("bad-argument", f'the argument "{name!s:.60}" {problem}', None, help))
     return values, diagnostics
-
-
-def _plain(value: object, depth: int, count: list[int]) -> Any:
-    """Convert an object; ``count`` counts all converted values. Raises _NoValue."""
-    count[0] += 1
-    if depth > MAX_DEPTH or count[0] > MAX_NODES:
-        raise _NoValue("is too deep or too large a value")
-    if value is None or isinstance(value, (bool, Quantity, Text)):
-        return value
-    if isinstance(value, (str, os.PathLike)):
-        return str.__str__(value) if isinstance(value, str) else Text(os.fsdecode(value))
-    if isinstance(value, Integral) and abs(int(value)) < _LARGEST:
-        return int(value)
-    if isinstance(value, (Real, Decimal)):
-        try:
-            return float(value)
-        except (OverflowError, ValueError):
-            raise _NoValue("is too large a number") from None
-    if isinstance(value, Mapping):
-        for key in (key for key in value if not isinstance(key, str)):
-            raise _NoValue(f"is a table with a key that is {_type(key)}, not text")
-        return {str.__str__(key): _plain(item, depth + 1, count) for key, item in value.items()}
-    if isinstance(value, (list, tuple, range)):
-        return [_plain(item, depth + 1, count) for item in value]
-    tolist = getattr(value, "tolist", None)
-    if not callable(tolist):
-        raise _NoValue(f"is {_type(value)}")
-    return _plain(tolist(), depth + 1, count)
-
-
-def _type(value: object) -> str:
-    return "None" if value is None else f"of the type {type(value).__name__}"
 
 
 def as_texts(values: Mapping[str, Any]) -> tuple[dict[str, str], list[Diagnostic]]:
@@ -235,15 +193,13 @@ def as_texts(values: Mapping[str, Any]) -> tuple[dict[str, str], list[Diagnostic
 
 def with_wanted(tree: Map, wanted: Sequence[str], formats: Mapping[str, Format]) -> tuple[Map, list[Diagnostic]]:
     """Return a tree with an entry for each requested output, and an error for each unknown name."""
-    outputs = tree.get("outputs")
-    if not wanted or not (outputs is None or isinstance(outputs, Map)):  # validation reports an invalid type
+    listed = Map(tree.span, tree.via) if tree.get("outputs") is None else tree["outputs"]
+    new = [name for name in dict.fromkeys(wanted) if name not in listed] if isinstance(listed, Map) else []
+    if not new:  # validation reports outputs of an invalid type
         return tree, []
-    listed = outputs if outputs is not None else Map(tree.span, tree.via)
-    new = [name for name in dict.fromkeys(wanted) if name not in listed]
-    written = [name for name, format in formats.items() if format.write is not None] if new else []
-    unknown = [name for name in new if name not in written]
+    written = [name for name, format in formats.items() if format.write is not None]
     robot, span = str(tree.get("robot", "robot")), tree.key_spans.get("robot", tree.span)
-    if unknown or not new:
+    if unknown := [name for name in new if name not in written]:
         has = f"its outputs: {first_of(list(listed), _MOST_NAMED)}" if listed else "it lists no outputs"
         if others := [one for one in written if one not in listed]:
             has += f"; with their defaults: {first_of(others, _MOST_NAMED)}"

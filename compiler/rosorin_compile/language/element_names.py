@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.xml.elements import Found, found_in
-from rosorin_compile.source.xml.markup import TEXT, MarkupError, Remark, parse
+from rosorin_compile.source.xml.markup import MarkupError, parse
 
 LINK, JOINT, EITHER, FRAME = "link", "joint", "link or joint", "frame"
 
@@ -63,8 +63,7 @@ def references(tags: tuple[str, ...], attributes: Mapping[str, str], text: str) 
         if _is_name(text):
             yield Reference(text, JOINT, "", 'the param "mimic" in <ros2_control>')
         return
-    kind = _kind_of_text(tag) if text else ""
-    if kind and _is_name(text):
+    if text and (kind := _kind_of_text(tag)) and _is_name(text):
         yield Reference(text, kind, "", f"the text of <{tag}> in <{top}>", sure=False)
 
 
@@ -96,19 +95,16 @@ def rename_references(text: str, rename: Callable[[str], str], references: Finde
         return text
     made = document.source.text
     places: set[tuple[int, str, str]] = set()
-    tags_of: dict[int, tuple[str, ...]] = {id(document.root): ()}
     for element in [*document.root.iter()][1:]:
-        tags = tags_of[id(element)] = (*tags_of[id(element.parent)], element.tag)
+        tags = (*(outer.tag for outer in [*element.ancestors()][-2::-1]), element.tag)
         plain = {name: one.value for name, one in element.attributes.items() if one.raw == one.value}
-        only = element.content[0] if len(element.content) == 1 else None
-        inner = only if isinstance(only, Remark) and only.kind == TEXT else None
+        inner = element.texts[0] if len(element.content) == len(element.texts) == 1 else None
         for found in references(tags, plain, inner.text.strip() if inner else ""):
             name = rename(found.name)
             start = element.attributes[found.attribute].start if found.attribute else inner.start if inner else -1
-            if name != found.name and start >= 0:
-                form = re.compile(rf"(?<![^\s\"'>]){re.escape(found.name)}(?![^\s\"'<])")
-                if there := form.search(made, start):
-                    places.add((there.start(), found.name, name))
+            form = rf"(?<![^\s\"'>]){re.escape(found.name)}(?![^\s\"'<])"
+            if name != found.name and start >= 0 and (there := re.compile(form).search(made, start)):
+                places.add((there.start(), found.name, name))
     for start, old, new in sorted(places, reverse=True):
         made = made[:start] + new + made[start + len(old) :]
     return made[len(before) : -len(after)]
@@ -144,16 +140,14 @@ _OF_SECTION = {"actuator": ACTUATOR, "sensor": SENSOR, "equality": EQUALITY, "te
 
 def kind_of(found: Found, top: bool) -> str:
     """Return the kind of object that an MJCF element defines, or an empty string."""
-    tag, *around = reversed(found.tags)
+    *outer, tag = found.tags
     if tag == "default":
         return CLASS
     if found.tags[0] == "default" and top:  # elements in a default class have no names
         return ""
     if not top or found.tags[0] == "worldbody":
         return {"flexcomp": "flex", "freejoint": JOINT}.get(tag, tag)
-    if len(around) == 1:
-        return _OF_SECTION.get(around[0], tag)
-    return tag if tag == "instance" else ""
+    return _OF_SECTION.get(outer[0], tag) if len(outer) == 1 else tag if tag == "instance" else ""
 
 
 def defined_names(found: Found, top: bool) -> Iterator[Reference]:

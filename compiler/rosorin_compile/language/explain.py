@@ -23,7 +23,6 @@ from .symbols import SymbolTable
 
 _AXES: Mapping[str | int, Sequence[str]] = {"xyz": ("x", "y", "z"), "rpy": ("roll", "pitch", "yaw")}
 _KEYS_OF_JOINT = ("limit", "mimic", "dynamics", "actuator", "calibration", "safety_controller")
-_MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _USE = re.compile(r'part ".*?" used here as "(.*?)"')  # the message of an instance of a part
 _DIGITS = 9  # significant digits of quaternions and degrees
 _OPTICAL = "not written: an optical frame is turned like this (REP 103)"
@@ -137,20 +136,17 @@ def explain(
         raise ValueError("a description with errors has no meaning to explain")
     robot, origins = lowered.robot, Origins(expanded.tree, expanded.scope, arguments)
     frames = _Frames(robot, lowered.places, origins)
-    poses = [known.name for known in robot.poses]
-    if pose and pose not in poses:
-        raise UnknownName("pose", pose, poses, none="there is none at all")
     explained = [section for section, node in sections().items() if node.explained is True]
     entries = {name: (section, name) for section in explained for name in expanded.tree.get(section) or ()}
     targets = {name: frames.meant_by(name) for name in names}
     shown = dict.fromkeys(target for found in targets.values() for target in found)
     answers: list[Explanation | Answer] = [frames.explanation(target, pose) for target in shown]
-    unknown = [name for name in names if not targets[name]]
-    answers += [Answer(name, tuple(_inner(frames.numbers(entries[name])))) for name in unknown if name in entries]
+    others = [name for name in names if not targets[name]]
+    answers += [Answer(name, tuple(_inner(frames.numbers(entries[name])))) for name in others if name in entries]
     numbers = {number.name for answer in answers for number in answer.numbers}
     words: list[str] = []
     values: list[NamedValue] = []
-    for name in (name for name in unknown if name not in entries):
+    for name in (name for name in others if name not in entries):
         if any(_is_called(number, name) for number in numbers):
             words.append(name)
         elif name in expanded.scope.places:
@@ -159,11 +155,10 @@ def explain(
             meaning = origins.meaning(name, "", origins.root, origins.root)
             values.append(NamedValue(name, meaning, tuple(map(origins.where, spans))))
         else:
-            known = {*frames.names, *robot.joint, *entries, *expanded.scope.places}
-            known |= {sensor.name for sensor in robot.sensors}
-            known |= {use for frame in frames.names for use in frames.uses(frame)}
-            what = "frame, link, joint, sensor, use, value or number"
-            raise UnknownName(what, name, (*known, *numbers))
+            known = {*frames.names, *robot.joint, *entries, *expanded.scope.places, *numbers}
+            known.update(sensor.name for sensor in robot.sensors)
+            known.update(use for frame in frames.names for use in frames.uses(frame))
+            raise UnknownName("frame, link, joint, sensor, use, value or number", name, known)
     added = tuple(f"{section} " for section in robot.sections.said)
     return [*(_selected(answer, words, added) if words else answer for answer in answers), *values]
 
@@ -177,12 +172,10 @@ def _selected(answer: Explanation | Answer, words: Sequence[str], added: tuple[s
     """Select numbers by words; an exact match excludes all others except those with a prefix in ``added``."""
     selected: dict[Number, None] = {}
     for word in words:
-        is_exact = any(number.name == word for number in answer.numbers)
-        for number in answer.numbers:
-            name = number.name
-            also = name == f"{word} in all" or (name.startswith(added) and name.endswith(f" {word}"))
-            if (name == word or also) if is_exact else _is_called(name, word):
-                selected[number] = None
+        called = [number for number in answer.numbers if _is_called(number.name, word)]
+        if any(number.name == word for number in called):
+            called = [n for n in called if n.name in (word, f"{word} in all") or n.name.startswith(added)]
+        selected |= dict.fromkeys(called)
     return Answer(answer.name, tuple(selected))
 
 
@@ -211,48 +204,45 @@ class _Frames:
     def explanation(self, name: str, pose: str) -> Explanation:
         """Explain a frame; also return its pose for the joint pose ``pose``, unless that is ""."""
         robot, chain, roles = self.robot, self._chain(name), tuple(self._roles(name))
-        placed = tuple(self._placed(name, chain, pose) for pose in (["", pose] if pose else [""]))
-        children = [joint.child for joint in robot.joints_from.get(name, ())]
-        children = list(dict.fromkeys([*children, *(edge.child for edge in robot.edges if edge.parent == name)]))
+        placed = tuple(self._placed(name, chain, pose) for pose in dict.fromkeys(("", pose)))
+        joints = [joint.child for joint in robot.joints_from.get(name, ())]
+        children = tuple(dict.fromkeys([*joints, *(edge.child for edge in robot.edges if edge.parent == name)]))
         if name not in robot.link:
-            return Explanation(name, roles, None, (), chain, (), placed, tuple(children))
+            return Explanation(name, roles, None, (), chain, (), placed, children)
         where, stack = self.origins.place_of(self.places["link", name])
-        found = Explanation(name, roles, where, stack, chain, self._edges_to(name), placed, tuple(children))
         joint, link = robot.joint_to.get(name), robot.link[name]
         numbers = () if joint is None else tuple(self._numbers_of_joint(joint))
         mass, shapes = tuple(self._numbers_of_mass(link)), tuple(self._shapes(link))
-        return found._replace(joint=numbers, inertial=mass, shapes=shapes)
+        others = self._edges_to(name)
+        return Explanation(name, roles, where, stack, chain, others, placed, children, numbers, mass, shapes)
 
     def _roles(self, name: str) -> Iterator[str]:
-        link, robot = self.robot.link.get(name), self.robot
+        link, joint = self.robot.link.get(name), self.robot.joint_to.get(name)
         if link is None:
             yield "frame of other nodes"
         else:
             yield "link" if link.inertial is not None or link.visual or link.collision else "frame"
-        for sensor in robot.sensors:
+        for sensor in self.robot.sensors:
             for frame, what in ((sensor.frame, "frame"), (sensor.optical_frame, "optical frame")):
                 if frame == name:
                     yield f'{what} of the sensor "{sensor.name}" ({sensor.type})'
-        if name in robot.joint_to:
-            yield f'child of the joint "{robot.joint_to[name].name}"'
-        elif link is not None:
-            yield "root"
+        if joint is not None or link is not None:
+            yield "root" if joint is None else f'child of the joint "{joint.name}"'
 
     def _chain(self, frame: str) -> tuple[Edge, ...]:
         visited: set[str] = set()
         below: list[Edge] = []
-        while frame not in self.robot.link and frame not in visited:
-            visited.add(frame)
-            edges = self._edges_to(frame)
+        while frame not in self.robot.link:
+            edges = () if frame in visited else self._edges_to(frame)
             if not edges:
                 return tuple(below)
+            visited.add(frame)
             frame = edges[0].parent
             below = [*(edge for edge in edges if edge.parent == frame), *below]
-        joints = self.robot.chain(frame) if frame in self.robot.link else ()
-        return (*map(self._edge_of_joint, joints), *below)
+        return (*map(self._edge_of_joint, self.robot.chain(frame)), *below)
 
     def _placed(self, frame: str, chain: Sequence[Edge], pose: str) -> FramePose:
-        positions = next((known.positions for known in self.robot.poses if known.name == pose), {})
+        positions = self.robot.positions(pose) if pose else {}
         root, found = chain[0].parent if chain else frame, Rigid()
         for ends in dict.fromkeys((edge.parent, edge.child) for edge in chain):
             joint = self.robot.joint_to.get(ends[1])
@@ -338,13 +328,14 @@ class _Frames:
         if path[0] == "links" and inertial is not None:
             written = {number.name: number for number in _inner(self.numbers((*path, "inertial")))}
             yield from written.values()
-            calculated = [("mass", inertial.mass, "kg")]
+            calculated = {"mass": (inertial.mass, "kg")}
             for key, values, unit in (("xyz", inertial.pose.xyz, "m"), ("rpy", inertial.pose.rpy, "rad")):
-                calculated += [(f"{key} {axis}", value, unit) for axis, value in zip(_AXES[key], values, strict=True)]
-            calculated += [(f"inertia {name}", getattr(inertial, name), "kg*m^2") for name in _MOMENTS]
-            for name, value, unit in calculated if "inertia ixx" not in written else ():
+                calculated |= {f"{key} {axis}": (value, unit) for axis, value in zip(_AXES[key], values, strict=True)}
+            moments = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+            calculated |= {f"inertia {name}": (getattr(inertial, name), "kg*m^2") for name in moments}
+            for name, value in calculated.items() if "inertia ixx" not in written else ():
                 if name not in written:
-                    yield Number(name, value, unit, None, "calculated from the shapes")
+                    yield Number(name, *value, None, "calculated from the shapes")
         if link.inertial is not None and link.inertial != inertial:
             for section in self.robot.sections.said:
                 for path in self._entries_naming("link", link.name, section):
@@ -353,10 +344,9 @@ class _Frames:
             yield Number("mass in all", link.inertial.mass, "kg", None, "with what is added to it")
 
     def _shapes(self, link: Link) -> Iterator[Shape]:
-        path = self.places["link", link.name]
         for purpose, shapes in (("collision", link.collision), ("visual", link.visual)):
             for index in range(len(shapes)):
-                here: Path = (*path, purpose, index)
+                here: Path = (*self.places["link", link.name], purpose, index)
                 yield Shape(purpose, tuple(_inner(self.numbers(here))), self.origins.place_of(here)[0])
 
 
@@ -411,14 +401,12 @@ def lines(found: Explanation | Answer | NamedValue) -> Iterator[str]:
     for placed in found.placed if found.chain else ():
         pose = f'in the pose "{placed.pose}"' if placed.pose else "with all joints at zero"
         yield f"{found.name} in {placed.root}, {pose}:"
-        transform = placed.transform
-        if transform is None:
+        if placed.transform is None:
             yield "  not known: another node alone knows an edge of the chain"
         else:
-            yield f"  xyz                 {_row(transform.xyz)} m"
-            yield f"  rpy                 {_row(transform.rpy)} rad"
-            yield f"                      {_row(transform.rpy_degrees)} deg"
-            yield f"  quaternion x y z w  {_row(transform.quaternion_xyzw)}"
+            titles = ("xyz", "rpy", "", "quaternion x y z w")
+            for title, row, unit in zip(titles, placed.transform, (" m", " rad", " deg", ""), strict=True):
+                yield f"  {title:18}  {_row(row)}{unit}"
         yield ""
     if found.joint:
         yield f"Joint {found.chain[-1].joint}:"
@@ -435,9 +423,8 @@ def lines(found: Explanation | Answer | NamedValue) -> Iterator[str]:
 
 def _edge(edge: Edge) -> Iterator[str]:
     joint = f"{edge.joint}, {edge.type}, " if edge.joint else ""
-    topic = f" on {edge.topic}" if edge.topic else ""
-    when = f", when {edge.when}" if edge.when else ""
-    yield f"  {edge.parent} -> {edge.child}: {joint}{edge.publisher}{topic}{when}"
+    where = (f" on {edge.topic}" if edge.topic else "") + (f", when {edge.when}" if edge.when else "")
+    yield f"  {edge.parent} -> {edge.child}: {joint}{edge.publisher}{where}"
     yield f"    {_place(edge.where)}"
     yield from _stack(edge.stack, 4)
     if edge.transform is None:

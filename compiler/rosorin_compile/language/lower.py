@@ -10,12 +10,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Collection, Hashable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import fields, is_dataclass, replace
 from functools import cache, partial
 from graphlib import CycleError, TopologicalSorter
 from types import NoneType, UnionType
-from typing import Any, NamedTuple, Protocol, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Any, NamedTuple, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from rosorin_compile.model import Edge, Inertial, Joint, Link, Pose, Publisher, Robot, Vector
 from rosorin_compile.model.sections import ENTRIES, ITEMS, ONE, Section, Sections, own_sections
@@ -36,6 +36,7 @@ T = TypeVar("T")
 Convert = Callable[[Any], Any]
 Report = Callable[[Diagnostic, str], None]
 Place = Callable[[str, str, Path], None]
+Problem = Callable[..., None]  # reports a problem as ``Lowering`` does: its rule, message, path and help
 _ACCEPTABLE = {"shape-size": find_declared("shape-size")}
 
 
@@ -73,10 +74,8 @@ class Lowering:
 
     def share(self, key: Hashable, make: Callable[[], T]) -> T:
         """Return the result of ``make``, cached by the key unless problems were reported."""
-        if key in self._shared:
-            known: T = self._shared[key]
-            return known
-        before, made = len(self.diagnostics), make()
+        before = len(self.diagnostics)
+        made: T = self._shared[key] if key in self._shared else make()
         if len(self.diagnostics) == before:
             self._shared[key] = made
         return made
@@ -156,10 +155,8 @@ def lower(tree: Map, scope: Scope | None = None) -> Lowered:
             with _guarded(plugin, section.name, report):  # after a problem, the section has no value
                 added[section.name] = _value(section, tree, lowering)
     sections = Sections(added, contents)
-    values |= {"name": tree["robot"], "sections": sections}
+    values |= {"name": tree["robot"], "sections": sections, "root_in_world": values.pop("root", None)}
     values |= {name: tuple(getattr(lowering, name)) for name in ("links", "joints", "edges", "urdf_elements")}
-    if "root" in values:
-        values["root_in_world"] = values.pop("root")
     robot = Robot(**{name: value for name, value in values.items() if value is not None})
     if sections.values:
         robot = with_sections(robot, tree, report, lowering.place)
@@ -186,13 +183,10 @@ def _completed(fragment: Mapping[str, Any], value: Any) -> Any:
     others = others if isinstance(others, Mapping) else {}
     if isinstance(value, tuple):
         return tuple(_completed(fragment.get("items", {}), item) for item in value)
-    if value is None and (properties or others):
-        value = {}
-    if not isinstance(value, Mapping):
+    if not isinstance(value, Mapping) and (value is not None or not (properties or others)):
         return value
-    resolved = {key: resolve(inner) for key, inner in properties.items()}
-    defaults = {key: inner["default"] for key, inner in resolved.items() if "default" in inner}
-    return {key: _completed(properties.get(key, others), item) for key, item in {**defaults, **value}.items()}
+    defaults = {key: inner["default"] for key, one in properties.items() if "default" in (inner := resolve(one))}
+    return {key: _completed(properties.get(key, others), item) for key, item in {**defaults, **(value or {})}.items()}
 
 
 @contextmanager
@@ -226,18 +220,18 @@ def with_sections(robot: Robot, tree: Map, report: Report, place: Place) -> Robo
 
 def _in_order(robot: Robot, symbols: SymbolTable, section: str) -> list[Any] | None:
     defined = {(symbol.kind, symbol.name): symbol.path[1] for symbol in symbols.definitions(section) if symbol.path[1:]}
-    needs: dict[Any, set[Any]] = {}
+    entries = symbols.tree[section]
+    needs: dict[Any, set[Any]] = {
+        name: set() for name in (entries if isinstance(entries, Map) else range(len(entries)))
+    }
     for reference in unresolved_references(robot, symbols, section):
         if (reference.kind, reference.name) not in defined:
             return None
         if len(reference.path) > 1:
-            needs.setdefault(reference.path[1], set()).add(defined[reference.kind, reference.name])
-    entries = symbols.tree[section]
-    names = entries if isinstance(entries, Map) else range(len(entries))
-    try:
-        return list(TopologicalSorter({name: needs.get(name, set()) - {name} for name in names}).static_order())
-    except CycleError:
-        return None
+            needs[reference.path[1]] |= {defined[reference.kind, reference.name]} - {reference.path[1]}
+    with suppress(CycleError):
+        return list(TopologicalSorter(needs).static_order())
+    return None
 
 
 def unresolved_references(robot: Robot, symbols: SymbolTable, section: str) -> list[Symbol]:
@@ -253,9 +247,8 @@ def _checked(made: object, before: Robot) -> Robot:
     types = fragment_at(("joints", "*", "type"))["enum"]
     names, known = {link.name for link in made.links}, {id(joint) for joint in before.joints}
     for joint in (joint for joint in made.joints if id(joint) not in known):
-        for end in (joint.parent, joint.child):
-            if end not in names:
-                raise ValueError(f'it adds joint "{joint.name}" at link "{end}", which does not exist')
+        if missing := [end for end in (joint.parent, joint.child) if end not in names]:
+            raise ValueError(f'it adds joint "{joint.name}" at link "{missing[0]}", which does not exist')
         if joint.type not in types:
             raise UnknownName(f'type for joint "{joint.name}"', joint.type, types)
     return made
@@ -274,12 +267,6 @@ def _place_added(before: Robot, made: Robot, symbols: SymbolTable, section: str,
             place("joint", joint.name, path)
 
 
-class Problem(Protocol):
-    """A function that reports a problem at a path of the tree, or with ``key`` at the last key of the path."""
-
-    def __call__(self, rule: str, message: str, path: Path, help: Help = "", *, key: bool = False) -> None: ...
-
-
 def entries_of(tree: Mapping[str, Any], section: str) -> list[tuple[str, Any]]:
     """Return the entries of a section sorted by name, or in the order of the file if the schema has x-ordered."""
     entries = (tree.get(section) or {}).items()
@@ -294,9 +281,7 @@ def record_of(kind: Callable[..., T], entry: Mapping[str, Any] | None, /, **give
     entry = entry or {}
     converters, poses, has_values = _fields(kind)
     found = {name: convert(entry[name]) for name, convert in converters.items() if name in entry and name not in given}
-    for name in poses:
-        if name not in given:
-            found[name] = pose_of_entry(entry)
+    found |= {name: pose_of_entry(entry) for name in poses if name not in given}
     if has_values and "values" not in given:
         found["values"] = values_of(entry, ("xyz", "rpy", "source", *converters))
     return kind(**found, **given)
@@ -304,8 +289,9 @@ def record_of(kind: Callable[..., T], entry: Mapping[str, Any] | None, /, **give
 
 def named_records(kind: Callable[..., T], entries: Mapping[str, Any] | None) -> dict[str, T]:
     """Create a dataclass for each entry, by name; a field ``name`` is set to the name of the entry."""
-    names = {str(name): {"name": str(name)} if "name" in _fields(kind)[0] else {} for name in entries or ()}
-    return {name: record_of(kind, (entries or {})[name], **given) for name, given in names.items()}
+    has_name = "name" in _fields(kind)[0]
+    items = (entries or {}).items()
+    return {str(key): record_of(kind, entry, **({"name": str(key)} if has_name else {})) for key, entry in items}
 
 
 def _records(kind: Callable[..., T], value: Any) -> tuple[T, ...]:
@@ -317,9 +303,7 @@ def _records(kind: Callable[..., T], value: Any) -> tuple[T, ...]:
 
 def vector_of(value: Any, default: Vector = (0.0, 0.0, 0.0)) -> Vector:
     """Convert a list of three numbers to a vector; None is converted to ``default``."""
-    if value is None:
-        return default
-    x, y, z = value
+    x, y, z = default if value is None else value
     return (float(x), float(y), float(z))
 
 
@@ -363,8 +347,8 @@ def _fields(kind: Any) -> tuple[dict[str, Convert], tuple[str, ...], bool]:
     types = get_type_hints(kind)
     hints = {field.name: types[field.name] for field in fields(kind)}
     poses = tuple(name for name, hint in hints.items() if hint is Pose)
-    has_values = hints.get("values") == Values
-    return {name: _converter(hint) for name, hint in hints.items() if hint is not Pose}, poses, has_values
+    converters = {name: _converter(hint) for name, hint in hints.items() if hint is not Pose}
+    return converters, poses, hints.get("values") == Values
 
 
 def _converter(hint: Any) -> Convert:

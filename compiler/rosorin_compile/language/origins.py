@@ -12,11 +12,12 @@ from rosorin_compile.source.diagnostics import Source, Span
 from rosorin_compile.source.load import LoadError, parse_yaml
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.tree import Instance, Map, Path, Place, Seq, has, maker
-from rosorin_compile.source.units import NUMBER, Quantity, describe
+from rosorin_compile.source.units import Quantity
 
 from .expand.provenance import scope_of
 from .expand.scope import Failed, Scope
 from .expression import ExpressionError, evaluate, pieces
+from .expression.functions import FUNCTIONS
 from .symbols import MOUNT
 
 MAX_LEVELS = 6
@@ -66,10 +67,9 @@ class Written:
     def _read(self, source: Source) -> tuple[_Places, _Places]:
         if source.path not in self._files:
             values, keys = self._files.setdefault(source.path, ({}, {}))
-            try:
-                waiting: list[tuple[Path, Any]] = [((), None if _is_markup(source) else parse_yaml(source))]
-            except LoadError:  # e.g. a file of another tool; descriptions with errors are not explained
-                waiting = []
+            waiting: list[tuple[Path, Any]] = []
+            with suppress(LoadError):  # e.g. a file of another tool; descriptions with errors are not explained
+                waiting = [((), None if _is_markup(source) else parse_yaml(source))]
             while waiting:
                 path, value = waiting.pop()
                 items = value.items() if isinstance(value, Map) else enumerate(value) if isinstance(value, Seq) else ()
@@ -97,10 +97,8 @@ def _text(value: Any, span: Span) -> str:
         if not line.startswith("["):
             return f"[{len(value)} items]"
         return f"[{', '.join(_text(*item) for item in islice(zip(value, value.value_spans, strict=True), MAX_TEXT))}]"
-    if value is None:
-        return ""
-    one_line = not isinstance(value, str) or span.length >= len(value)
-    return line[: span.length] if one_line else " ".join(value.split())
+    is_folded = isinstance(value, str) and span.length < len(value)
+    return "" if value is None else " ".join(value.split()) if is_folded else line[: span.length]
 
 
 class Where(NamedTuple):
@@ -180,38 +178,35 @@ class Origins:
 
     def _stack(self, place: Place) -> tuple[Step, ...]:
         steps = []
-        for related in place.stack():
-            if related.span:
-                use = self._use(related.span)
-                keys = [key for key in ("parent", *_POSE, "mirror") if use is not None and key in use]
-                mount = [f", {key}: {self.written.text(use.value_spans[key])}" for key in keys if use is not None]
-                steps.append(Step(related.message + "".join(mount), self.where(related.span)))
+        for message, span in ((related.message, related.span) for related in place.stack() if related.span):
+            use = self._use(span) or Map(span)
+            keys = [key for key in ("parent", *_POSE, "mirror") if key in use]
+            mount = [f", {key}: {self.written.text(use.value_spans[key])}" for key in keys]
+            steps.append(Step(message + "".join(mount), self.where(span)))
         return tuple(steps)
 
     def _use(self, span: Span) -> Map | None:
         piece = self.written.entry(span)
-        is_use = piece is not None and len(piece.path) > 1 and piece.path[-2] == "use" and isinstance(piece.value, Map)
+        is_use = piece is not None and piece.path[-2:-1] == ("use",) and isinstance(piece.value, Map)
         return piece.value if is_use and piece is not None else None
 
     def _combined_pose(self, span: Span, place: Place) -> Origin:
-        parts = list(self._poses(self.written.value(span), place.via))
-        via: Instance | None = place.via
-        while via is not None:
+        parts, via = list(self._poses(self.written.value(span), place.via)), place.via
+        parent: str | None = MOUNT
+        while via is not None and parent == MOUNT:
             use = self._use(via.span)
             if use is not None:
                 parts += self._poses(self.written.entry(via.span), via.parent)
-                if use.get("parent") != MOUNT:
-                    break
+                parent = use.get("parent")
             via = via.parent
         where = Where(span.source.path, span.line, span.column, "")
         return Origin(where, stack=self._stack(place), parts=tuple(parts))
 
     def _poses(self, entry: Piece | None, via: Instance | None) -> Iterator[Origin]:
-        for key in _POSE:
-            if entry is not None and isinstance(entry.value, Map) and key in entry.value:
-                where = self.where(entry.value.value_spans[key])
-                piece = self.written.value(entry.value.value_spans[key])
-                yield Origin(where._replace(text=f"{key}: {where.text}"), self._meanings_of(piece, via, via))
+        spans = entry.value.value_spans if entry is not None and isinstance(entry.value, Map) else {}
+        for key in (key for key in _POSE if key in spans):
+            where, piece = self.where(spans[key]), self.written.value(spans[key])
+            yield Origin(where._replace(text=f"{key}: {where.text}"), self._meanings_of(piece, via, via))
 
     def _meanings_of(self, piece: Piece | None, holder: Instance | None, via: Instance | None) -> tuple[Meaning, ...]:
         """Return the meanings of the names in the expression of a value."""
@@ -291,15 +286,8 @@ def _entry(name: str, keys: str, scope: Scope) -> tuple[Any, Place | None]:
 
 
 def _shown(value: Any) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, Quantity) and value.dimension != NUMBER:
-        words = describe(value.dimension)  # "a length (m)", or "a quantity in kg*m"
-        return f"{exact(value)} {words[words.rindex('(') + 1 : -1] if words.endswith(')') else words.split(' in ')[-1]}"
-    if isinstance(value, float):
-        return exact(value)
-    if isinstance(value, dict):
-        return f"a table of {len(value)}"
-    if isinstance(value, list):
-        return f"a list of {len(value)}"
-    return "" if value is None else str(value)[:60]
+    if isinstance(value, Quantity):
+        return f"{exact(value)} {value.unit}".rstrip()
+    if isinstance(value, (dict, list)):
+        return f"a {'table' if isinstance(value, dict) else 'list'} of {len(value)}"
+    return "" if value is None else exact(value) if isinstance(value, float) else str(FUNCTIONS["str"](value))[:60]

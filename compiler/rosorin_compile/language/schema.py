@@ -53,9 +53,9 @@ def plugin_sections() -> Plugged:
     known |= {kind for _, section in loaded for kind in kinds_of(section.schema, GIVES)}
     sections, problems = [], [*diagnostics]
     for plugin, section in loaded:
-        unknown = sorted(kinds_of(section.schema, NAMES) - known)
-        whys = [f"has a schema with an unknown name: {UnknownName('kind', kind, known)}" for kind in unknown]
-        problems += [broken_plugin(plugin, why) for why in whys]
+        for kind in (unknown := sorted(kinds_of(section.schema, NAMES) - known)):
+            why = f"has a schema with an unknown name: {UnknownName('kind', kind, known)}"
+            problems.append(broken_plugin(plugin, why))
         if not unknown:
             sections.append((plugin, section))
             OF_PLUGINS.update((rule.id, rule) for check in section.all_checks() for rule in check.rules)
@@ -152,10 +152,9 @@ def named_as(kind: str) -> tuple[str, ...]:
     return tuple(key for key, node in sections().items() if node.keys is not None and node.keys.gives == kind)
 
 
-@cache
-def of_topic(topic: str) -> tuple[str, ...]:
+def of_topic(topic: str) -> list[str]:
     """Return the sections of a topic."""
-    return tuple(key for key, node in sections().items() if node.topic == topic)
+    return [key for key, node in sections().items() if node.topic == topic]
 
 
 @cache
@@ -258,7 +257,7 @@ def fragment_at(path: Sequence[str | int]) -> Mapping[str, Any]:
 
 @lru_cache(maxsize=2_000)
 def _fragment_at(path: tuple[str | int, ...]) -> Mapping[str, Any]:
-    node: Any = schema()
+    node: dict[str, Any] = schema()
     for step in path:
         inner = node.get("items")
         if not isinstance(step, int):
@@ -266,8 +265,7 @@ def _fragment_at(path: tuple[str | int, ...]) -> Mapping[str, Any]:
         if not isinstance(inner, dict):
             return {}
         node = {**resolve(inner), **inner} if "$ref" in inner else inner
-    found: Mapping[str, Any] = node
-    return found
+    return node
 
 
 def resolve(node: dict[str, Any]) -> dict[str, Any]:
@@ -296,16 +294,16 @@ def authoring_schema() -> str:
     properties, definitions = committed["properties"], committed["definitions"]
     after = {name: properties.pop(name) for name in list(properties)[list(properties).index(LAST[0]) :]}
     rules = definitions["acceptance"]["properties"]["rule"]["anyOf"][0]["enum"]
+    of_part, content = (definitions[one]["properties"] for one in ("part", "use"))
     for name, section in plugged_sections().items():
         fragment = draft_7(as_written(plain["properties"][name], plain, entry=False))
-        properties[name] = fragment
-        if name in of_parts():
-            definitions["part"]["properties"][name] = fragment
-            definitions["use"]["properties"]["content"]["properties"][name] = fragment
+        for table in (properties, of_part, content["content"]["properties"]) if name in of_parts() else (properties,):
+            table[name] = fragment
         rules += [rule.id for check in section.all_checks() for rule in check.rules if rule.accept or rule.mild]
     properties |= after
-    added = {name: fragment for name, fragment in plain["$defs"].items() if name not in definitions}
-    definitions |= {name: draft_7(as_written(fragment, plain)) for name, fragment in added.items()}
+    definitions |= {
+        name: draft_7(as_written(one, plain)) for name, one in plain["$defs"].items() if name not in definitions
+    }
     return json.dumps(committed, indent=1, ensure_ascii=False) + "\n"
 
 
@@ -317,14 +315,10 @@ def as_written(fragment: Schema, plain: Schema, entry: bool = True) -> Schema:
     if "enum" in fragment:
         return {**made, "anyOf": [{"enum": fragment["enum"]}, {"type": "string", "pattern": _WHOLE}]}
     made |= {key: as_written(fragment[key], plain) for key in _INNER if isinstance(fragment.get(key), dict)}
-    for key in ("anyOf", "oneOf", "allOf"):
-        if key in fragment:
-            made[key] = [as_written(item, plain) for item in fragment[key]]
+    for key in (key for key in ("anyOf", "oneOf", "allOf") if key in fragment):
+        made[key] = [as_written(item, plain) for item in fragment[key]]
     made |= {key: fragment[key] for key in ("required", "dependencies") if key in fragment}
-    items = fragment.get("items", {})
-    if "$ref" in items:
-        items = plain["$defs"][items["$ref"].rsplit("/", 1)[1]]
-    if "maxItems" in fragment and "object" not in items.get("type", ()):
+    if "maxItems" in fragment and "object" not in resolve(fragment.get("items", {})).get("type", ()):
         made["maxItems"] = fragment["maxItems"]  # not for lists of entries, which may contain a loop
     if fragment.get("additionalProperties") is False:
         made["additionalProperties"] = False
@@ -372,7 +366,6 @@ def draft_7(fragment: Any) -> Any:
         return fragment
     made = {}
     for key, value in fragment.items():
-        is_annotation = key in ANNOTATIONS or (key == "propertyNames" and value.keys() <= ANNOTATIONS)
-        if not is_annotation:
+        if key not in ANNOTATIONS and not (key == "propertyNames" and value.keys() <= ANNOTATIONS):
             made[key] = value.replace("#/$defs/", "#/definitions/") if key == "$ref" else draft_7(value)
     return made

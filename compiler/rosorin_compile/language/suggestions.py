@@ -72,8 +72,8 @@ def words_for(kind: str) -> Mapping[str, str]:
         instead = definitions[instead].get("x-instead", {})
     found = {**synonyms("keys", kind), **{word: way for words, way in instead.items() for word in words.split()}}
     for key, fragment in known.items():
-        also = f"{fragment.get('x-also', '')} {resolve(dict(fragment)).get('x-also', '')}"
-        found |= dict.fromkeys(also.split(), key)
+        also = (fragment.get("x-also", ""), resolve(dict(fragment)).get("x-also", ""))
+        found |= dict.fromkeys(" ".join(also).split(), key)
     return found
 
 
@@ -97,9 +97,8 @@ def unit_meant(text: str, wanted: Sequence[str]) -> str:
     unit = re.sub(r"\**/\**", "/", re.sub(r"\*+", "*", unit))
     split = re.sub(r"^(kg|g)(mm|cm|m)(?![a-z])", r"\1*\2", unit)  # kgm2 is kg*m2
     guesses = [_factors(unit, {}), _factors(unit, {"nm": "Nm", "kg": "kgf"}), _factors(split, {})]
-    known = [guess for guess in guesses if guess and parse_unit(guess) is not None]
-    fitting = [guess for guess in known if _dimensions([guess])[0] in _dimensions(wanted)]
-    return (fitting or known or [""])[0]
+    known = [guess for guess in guesses if guess and parse_unit(guess)] or [""]
+    return next((guess for guess in known if {*_dimensions([guess])} & {*_dimensions(wanted)}), known[0])
 
 
 def _dimensions(units: Sequence[str]) -> list[Dimension]:
@@ -112,10 +111,10 @@ def _factors(unit: str, others: Mapping[str, str]) -> str:
     spellings = synonyms("units")
     for sign, word, power in re.findall(r"([*/]?)([^*/^\d\s]+)\^?(-?\d)?", unit):
         small = word.casefold()
-        same = [name for name in UNITS if name.casefold() == small]
-        name = others.get(small) or (word if word in UNITS else spellings.get(small) or (same[0] if same else ""))
-        close = nearest(small, spellings) if len(small) >= SPELLED_OUT else None
-        name = name or (spellings[close] if close else "")
+        same = (name for name in UNITS if name.casefold() == small)
+        name = others.get(small) or (word if word in UNITS else spellings.get(small) or next(same, ""))
+        if not name and len(small) >= SPELLED_OUT:
+            name = spellings.get(nearest(small, spellings) or "", "")
         if not name:
             return ""
         pieces += [sign, name, f"^{power}" if power else ""]
@@ -195,26 +194,25 @@ def list_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
     items = fragment.get("items", {})
     example = _EXAMPLES.get(key) or f"[{', '.join('XYZW'[: fragment.get('minItems', 0)] or 'X')}]"
     is_of_numbers = items.get("type") == "number"
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        text = shown(value)
+        known = {"scale": f"write [{', '.join([text] * 3)}]", "rpy": f"write [0, 0, {text}] for a turn about z"}
+        return known.get(key) or (f"write {example}" if is_of_numbers else f"write [{text}]")
     if isinstance(value, Map):
         small = {name.casefold(): name for name in value}
-        names = next((names for names in _VECTORS if small and set(small) <= set(names)), ())
-        if names:
+        if names := next((names for names in _VECTORS if small and set(small) <= set(names)), ()):
             numbers = [shown(value[small[name]]) if name in small else "01"[name == "a"] for name in names]
             return f"write only the numbers: [{', '.join(numbers)}]"
-        return f"write {example}" if is_of_numbers else 'begin each item of the list with "- "'
-    if isinstance(value, str):
+    elif isinstance(value, str):
         if len(listed := numbers_in(value)) > 1 and is_of_numbers:
             return f"write [{', '.join(listed)}]"
         if key == "axis" and (axis := _AXES.get(value.casefold().lstrip("+-"))):
             return f"write {axis.replace('1', '-1') if value.startswith('-') else axis}"
         if items.get("type") == "string" or items.get("$ref", "").endswith("/name"):
             return f"write [{', '.join(value.replace(',', ' ').split())}]"
-        return f"write {example}" if is_of_numbers else 'begin each item of the list with "- "'
-    if isinstance(value, (int, float)) and not isinstance(value, bool):
-        text = shown(value)
-        known = {"scale": f"write [{', '.join([text] * 3)}]", "rpy": f"write [0, 0, {text}] for a turn about z"}
-        return known.get(key) or (f"write {example}" if is_of_numbers else f"write [{text}]")
-    return ""
+    else:
+        return ""
+    return f"write {example}" if is_of_numbers else 'begin each item of the list with "- "'
 
 
 def items_meant(value: Seq, fragment: Mapping[str, Any]) -> str:
@@ -231,18 +229,19 @@ def items_meant(value: Seq, fragment: Mapping[str, Any]) -> str:
 def mapping_meant(value: Any, fragment: Mapping[str, Any]) -> str:
     """Return the help for a value in place of a mapping; ``fragment`` is the schema of the mapping."""
     legal, required = fragment.get("properties", {}), fragment.get("required", ())
-    if isinstance(value, str) and value.startswith("<"):
-        return 'this is XML: write it as YAML, or keep it as XML in "urdf_elements"'
-    if isinstance(value, str) and (found := re.fullmatch(r"([\w./-]+)\s*(?::=|[:= ])\s*(.*)", value, re.DOTALL)):
-        return f'write "{f"{found[1]}: {found[2]}".strip()}"' if not legal or found[1] in legal else ""
+    if value is None:
+        return "indent its keys below its name" if legal else "indent its entries below it, or remove it"
+    if isinstance(value, str):
+        if value.startswith("<"):
+            return 'this is XML: write it as YAML, or keep it as XML in "urdf_elements"'
+        if found := re.fullmatch(r"([\w./-]+)\s*(?::=|[:= ])\s*(.*)", value, re.DOTALL):
+            return f'write "{f"{found[1]}: {found[2]}".strip()}"' if not legal or found[1] in legal else ""
+        if value and not legal:
+            return f'add the missing ":", as in "{value}: ..."'
     if isinstance(value, Seq) and not legal:
         return 'write each entry as "NAME: {...}", without a leading "- "'
     if isinstance(value, Seq) and value and all(isinstance(item, Map) and set(item) <= set(legal) for item in value):
         return 'write its keys without "- "'
-    if value is None:
-        return "indent its keys below its name" if legal else "indent its entries below it, or remove it"
-    if isinstance(value, str) and value and not legal:
-        return f'add the missing ":", as in "{value}: ..."'
     keys = required or [key for key in legal if key not in {"source", *keys_of_xml()}][:4]
     only = shown(value) if len(keys) == 1 and isinstance(value, (str, int, float)) else "..."
     return f"write {{{', '.join(f'{key}: {only}' for key in keys)}}}" if keys else ""
@@ -354,10 +353,12 @@ def suggest_name(
     is_mount = text.strip("\"'") == MOUNT  # the mount is in the scope of the use, outside of the part
     prefix = prefix_at(tree, path, outside=is_mount)
     own = [name.removeprefix(prefix) for name in known if prefix and name.startswith(prefix)]
-    if not own:
-        return Suggestion(word, known, otherwise, none=none)
     others = [name for name in known if not name.startswith(prefix)]
-    return Suggestion(word, [*own, *more], otherwise, others=others)
+    return (
+        Suggestion(word, [*own, *more], otherwise, others=others)
+        if own
+        else Suggestion(word, known, otherwise, none=none)
+    )
 
 
 def fallen_out(tree: Map, path: Sequence[str | int], fragment: Mapping[str, Any]) -> tuple[str, bool] | None:

@@ -21,6 +21,7 @@ from .validate import not_allowed
 STAYS = {"stand-in": "a stand-in is reported until its value is measured", "accept-unused": "it is about accept itself"}
 
 Entry = tuple[int, str]  # the index of an entry of ``accept``, and a name in its ``of``, or EVERYTHING
+Rules = Mapping[str, Rule]  # the rules that descriptions may accept, by id
 _Entries = dict[tuple[str, str], list[Entry]]  # by rule and name
 EVERYTHING = ""  # the name in an entry without ``of``: it applies to the entire robot
 
@@ -53,12 +54,12 @@ def names_at(tree: Map, path: Path) -> tuple[str, ...]:
     return (value,) if not is_final and node.names and isinstance(value, str) else found
 
 
-def is_accepted(tree: Map, diagnostic: Diagnostic, acceptable: Mapping[str, Rule]) -> bool:
+def is_accepted(tree: Map, diagnostic: Diagnostic, acceptable: Rules) -> bool:
     """Return True if the description accepts a diagnostic."""
     return bool(_covering(_entries(tree), diagnostic, acceptable))
 
 
-def unknown_rules(tree: Map, acceptable: Mapping[str, Rule]) -> list[Diagnostic]:
+def unknown_rules(tree: Map, acceptable: Rules) -> list[Diagnostic]:
     """Return errors for invalid rule ids in ``accept``; the tree need not be valid."""
     diagnostics, entries = [], tree.get("accept")
     for index, entry in enumerate(entries if isinstance(entries, Seq) else ()):
@@ -75,7 +76,7 @@ def unknown_rules(tree: Map, acceptable: Mapping[str, Rule]) -> list[Diagnostic]
     return diagnostics
 
 
-def apply(tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Mapping[str, Rule]) -> AcceptResult:
+def apply(tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Rules) -> AcceptResult:
     """Remove accepted warnings and notes, and merge accepted errors into a note per rule."""
     entries = _entries(tree)
     left: list[Diagnostic] = []
@@ -109,7 +110,7 @@ def _entries(tree: Map) -> _Entries:
     return entries
 
 
-def _covering(entries: _Entries, diagnostic: Diagnostic, acceptable: Mapping[str, Rule]) -> list[Entry]:
+def _covering(entries: _Entries, diagnostic: Diagnostic, acceptable: Rules) -> list[Entry]:
     rule = diagnostic.rule
     if diagnostic.severity == ERROR and rule not in acceptable:
         return []
@@ -117,9 +118,7 @@ def _covering(entries: _Entries, diagnostic: Diagnostic, acceptable: Mapping[str
     return [entry for name in names for entry in entries.get((rule, name), ())]
 
 
-def unused_entries(
-    tree: Map, used: Set[Entry], acceptable: Mapping[str, Rule], asked: Collection[str] = ("",)
-) -> list[Diagnostic]:
+def unused_entries(tree: Map, used: Set[Entry], acceptable: Rules, asked: Collection[str] = ("",)) -> list[Diagnostic]:
     """Return a warning for each entry of ``accept`` that no diagnostic matches.
 
     ``asked`` is what the run has checked (see ``Rule.asked``); entries for other rules are ignored.

@@ -9,6 +9,7 @@ about unknown, unused and similar names, ``explain``, suggestions and completion
 from __future__ import annotations
 
 import re
+from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -20,7 +21,7 @@ from rosorin_compile.source.xml.elements import found_in
 from .annotations import ALSO, GIVES, INSIDE, SPELT, Node
 from .element_names import BODY, EQUALITY, GEOM, SITE, defined_names, named_in, used_names
 from .expression import all_names, pieces
-from .schema import sections
+from .schema import named_as, sections
 
 MOUNT = "mount"
 
@@ -43,7 +44,6 @@ WORD = re.compile(r"[^\W\d]\w*")
 # A name, or a value that contains names: its annotations, the value, its path, and True if it is a key.
 _Occurrence = tuple[Node, Any, Path, bool]
 Condition = Callable[[Any], bool]
-Let = tuple[str, Any, Place, Place]  # a named value in the files: name, value, place of the name, place of the value
 
 
 def _walk(node: Node, value: Any, path: Path, wanted: Collection[str], rules: bool = False) -> Iterator[_Occurrence]:
@@ -96,12 +96,12 @@ class Symbol:
 class SymbolTable:
     """The names that a tree defines and refers to.
 
-    The tree is expanded, or consists of the joined files as written. Then ``lets`` are the named values, ``offered``
-    arguments of includes and included robots, and ``is_constant`` returns True for values without expressions.
+    The tree is expanded, or consists of the joined files as written. Then ``lets`` are their sections of named values,
+    ``offered`` arguments of includes and included robots; ``is_constant`` returns True for values without expressions.
     """
 
     def __init__(
-        self, tree: Map, lets: Sequence[Let] = (), offered: Sequence[Map] = (), is_constant: Condition | None = None
+        self, tree: Map, lets: Sequence[Map] = (), offered: Sequence[Map] = (), is_constant: Condition | None = None
     ) -> None:
         self.tree, self.lets, self.offered = tree, lets, offered
         self.of_files, self.is_constant = is_constant is not None, is_constant or (lambda _: True)
@@ -135,7 +135,7 @@ class SymbolTable:
         if self.of_files and not section:
             yield from _keys(self.tree.get("args"), "argument")
             yield from _keys(self.tree.get("use"), "use")
-            yield from (Symbol("value", name.partition("(")[0], place=place) for name, _, place, _ in self.lets)
+            yield from (symbol for lets in self.lets for symbol in _keys(lets, "value"))
             for owners, (kind, _) in _OWNERS.items():
                 yield from _keys(self.tree.get(owners), kind)
                 for name, body in _entries(self.tree, owners):
@@ -164,12 +164,10 @@ class SymbolTable:
             yield from self._in_files()
         if self.of_files and "part" in kinds:
             for path, fragment in self._fragments():
-                uses = fragment.get("use")
-                for name, entry in uses.items() if isinstance(uses, Map) else [("", uses)]:
-                    item = entry.get("value", entry) if isinstance(entry, Map) else entry
-                    part = item.get("part") if isinstance(item, Map) else item
-                    if isinstance(part, str):
-                        yield Symbol("part", part, (*path, "use", name, "part"))
+                for name, entry in _entries(fragment, "use"):
+                    item = entry.get("value", entry)
+                    if isinstance(item, Map) and isinstance(item.get("part"), str):
+                        yield Symbol("part", item["part"], (*path, "use", name, "part"))
         for robot in self.offered if "publisher" in kinds else ():
             if isinstance(robot.get("publisher"), str):
                 yield Symbol("publisher", robot["publisher"])
@@ -183,10 +181,8 @@ class SymbolTable:
         for key, value in self.tree.items():
             if key not in (*_OWNERS, "modes"):
                 yield from self._in_expressions(value, Place(self.tree.value_spans[key], self.tree.via), {})
-        for _, value, _, place in self.lets:
-            yield from self._in_expressions(value, place, {})
-        for value in self.offered:
-            yield from self._in_expressions(value, Place(value.span, value.via), {})
+        for table in (*self.lets, *self.offered):
+            yield from self._in_expressions(table, Place(table.span, table.via), {})
 
     def _in_expressions(self, value: Any, place: Place, owners: Mapping[str, str | None]) -> Iterator[Symbol]:
         """Yield the names in expressions below a value; ``owners`` maps local names to their part, None for a loop."""
@@ -218,11 +214,11 @@ class SymbolTable:
 
     @cached_property
     def _contents(self) -> tuple[dict[str, set[str]], bool, bool]:
-        found: dict[str, set[str]] = {}
+        found: dict[str, set[str]] = defaultdict(set)
         mounted = inside = False
         for node, value, _, _ in self._occurrences((GIVES, INSIDE, "link")):
             if node.gives and not node.scope and isinstance(value, str):
-                found.setdefault(node.gives, set()).add(value)
+                found[node.gives].add(value)
             mounted = mounted or (node.names == "link" and value == MOUNT)
             if node.inside:
                 inside = True
@@ -233,14 +229,12 @@ class SymbolTable:
                     for one in used_names(element, top) if MOUNT in text else ():
                         mounted = mounted or (one.name == MOUNT and one.kind in (BODY, SITE))
                     for one in (one for one in defined_names(element, top) if one.attribute):
-                        for kind in (KINDS.get(one.kind, one.kind), _ELEMENT):
-                            found.setdefault(kind, set()).add(one.name)
-        for section, node in sections().items():
-            entries = self.tree.get(section) if node.keys is not None and node.keys.gives == "joint" else None
-            for name, entry in entries.items() if isinstance(entries, Map) else ():
-                ends = ENDS.get(str(entry.get("type")), ()) if isinstance(entry, Map) else ()
-                found.setdefault("joint", set()).update(name + end for end in ends)
-        return found, mounted, inside
+                        found[KINDS.get(one.kind, one.kind)].add(one.name)
+                        found[_ELEMENT].add(one.name)
+        for section in named_as("joint"):
+            for name, entry in _entries(self.tree, section):
+                found["joint"].update(name + end for end in ENDS.get(str(entry.get("type")), ()))
+        return dict(found), mounted, inside
 
     @property
     def of(self) -> Mapping[str, Collection[str]]:
@@ -289,8 +283,7 @@ def _entries(tree: Map, section: str) -> list[tuple[str, Map]]:
 def _keys(table: Any, kind: str, owner: str = "") -> Iterator[Symbol]:
     """Yield the keys of a table as definitions; a key such as ``box(x, y)`` defines the function box."""
     for key in table if isinstance(table, Map) else ():
-        place = Place(table.key_spans[key], table.via)
-        yield Symbol(kind, key.partition("(")[0], key=True, place=place, owner=owner)
+        yield Symbol(kind, key.partition("(")[0], key=True, place=Place(table.key_spans[key], table.via), owner=owner)
 
 
 def _loop_names(entry: Any) -> dict[str, None]:

@@ -38,9 +38,8 @@ def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = Non
     walk.through(tree)
     diagnostics = []
     for path, value in walk.not_finite:
-        message = f"{subject(path)} is not a finite number"
-        if math.isfinite(value):
-            message = f"{subject(path)} is {value:g}, and nothing can be calculated with more than {MOST:g}"
+        too_large = f"is {value:g}, and nothing can be calculated with more than {MOST:g}"
+        message = f"{subject(path)} {too_large if math.isfinite(value) else 'is not a finite number'}"
         help = "write a number, or leave the entry out"
         diagnostics.append(problem_at(scope, tree, path, "not-finite", message, help))
     reported = {tuple(path) for path in (*(one[0] for one in walk.misfits), *(one[0] for one in walk.not_finite))}
@@ -162,12 +161,10 @@ class _Report:
             form = "do not use < > &, quotes or outer spaces" if " +" in str(wanted) else "use letters, digits and _"
             path, message = [*self.path, name], f'"{name}" is not a valid name in {where}'
             return self._make("bad-name", message, _odd_letter(name) or form, path, True)
-        if keyword in ("required", "dependencies"):
-            return self._missing_key()
-        if keyword == "type":
-            return self._wrong_type()
-        if keyword == "additionalProperties":
-            return self._unknown_keys()
+        methods = dict.fromkeys(("required", "dependencies"), self._missing_key)
+        methods |= {"type": self._wrong_type, "additionalProperties": self._unknown_keys}
+        if keyword in methods:
+            return methods[keyword]()
         if keyword in ("minItems", "maxItems"):
             count = f"at {'least' if keyword == 'minItems' else 'most'} {wanted}"
             count = wanted if self.part.get("minItems") == self.part.get("maxItems") else count
@@ -177,14 +174,15 @@ class _Report:
         if keyword == "minLength" and not value:
             return self._make("empty-text", f"{where} is empty", "write a text, or leave the key out")
         if keyword == "enum":
-            kind = {"joint": "joint type", "source": "status"}.get(self.kind, "")
-            kind = "which gazebo" if self.path[-1] == "gazebo" else kind
+            kinds = {"joint": "joint type", "source": "status"}
+            kind = "which gazebo" if self.path[-1] == "gazebo" else kinds.get(self.kind, "")
             return [not_allowed(self.tree, self.path, value, wanted, kind, self.scope)]
         rule, message = _SIMPLE.get(keyword, ("wrong-shape", f"{{where}} does not fit the schema: {keyword}"))
+        message = message.format(
+            where=where, value=value, wanted=wanted, keys=", ".join(self.part.get("properties", {}))
+        )
         if keyword in ("minimum", "maximum", "minProperties", "maxProperties", "const"):  # the message is sufficient
             meaning = ""
-        keys = ", ".join(self.part.get("properties", {}))
-        message = message.format(where=where, value=value, wanted=wanted, keys=keys)
         return self._make(rule, message, (_odd_letter(str(value)) if keyword == "pattern" else "") or meaning)
 
     def _make(
@@ -215,15 +213,13 @@ class _Report:
         if meant and key in swaps(meant[0]):  # outputs: other keys are only valid for some formats
             message = f'{self.where} has no key "{meant[0]}"'
             return self._make("unknown-key", message, suggest(key), [*self.path, meant[0]], True)
-        wanted = legal.get(key, {})
-        help = _sentence(wanted.get("description") or resolve(wanted).get("description", ""))
+        help = _sentence({**resolve(legal.get(key, {})), **legal.get(key, {})}.get("description", ""))
         if key == "inertia":
             help = 'write ixx, iyy and izz, or "of: collision" next to "mass" to calculate them from the shapes'
         return self._make("missing-key", f'{self.where} needs the key "{key}"', help, self.path, key=True)
 
     def _wrong_type(self) -> list[Diagnostic]:
-        types = self.misfit.kinds()
-        unit = self.part.get("x-unit") or []
+        types, unit = self.misfit.kinds(), self.part.get("x-unit") or []
         units = [unit] if isinstance(unit, str) else unit
         wanted = " or ".join(_TYPES[name] for name in types if name != "null")
         wanted += f" ({' or '.join(filter(None, units))})" if units else ""

@@ -20,7 +20,7 @@ from .simulation import AT_ORIGIN, GazeboSensor, Root, Simulated, Values
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rosorin_compile.ros.sections.control.hardware import Block
+    from rosorin_compile.ros.sections.control import Block
     from rosorin_compile.ros.sections.moveit import Moveit
 
     from .drive import Drive, Driving

@@ -59,15 +59,11 @@ class CollisionMatrix:
 
 
 def compute_matrix(
-    request: Request,
-    planning_of: Callable[[Robot], Planning | None],
-    *,
-    output: Path | None = None,
-    force: bool = False,
+    request: Request, plan_of: Callable[[Robot], Planning | None], *, output: Path | None = None, force: bool = False
 ) -> CollisionMatrix:
     """Find the pairs of links that MoveIt need not check, and write them next to the description or to ``output``.
 
-    ``planning_of`` returns the URDF and SRDF of a robot as MoveIt loads them, or None if the robot has no URDF output.
+    ``plan_of`` returns the URDF and SRDF of a robot as MoveIt loads them, or None if the robot has no URDF output.
     Raises MissingPackages if MuJoCo is not installed, and RequestError if ``output`` is not a regular file.
     """
     understood, path = request.understand(), output or request.description.path.parent / FILE
@@ -79,8 +75,7 @@ def compute_matrix(
     def refuse(message: str, help: str, *more: Diagnostic) -> CollisionMatrix:
         return replace(refused, diagnostics=(*more, error("collisions-refused", message, None, help)))
 
-    planning = planning_of(case.robot)
-    if planning is None:
+    if (planning := plan_of(case.robot)) is None:
         return refuse(f"{case.robot.name} has no URDF among its outputs", "add urdf: {file: NAME.urdf}")
     if os.path.lexists(path) and not path.is_file():
         raise RequestError(f"{path} cannot be written: it is not a regular file")
@@ -152,16 +147,13 @@ class Search(Bodies):
     matrix that are still valid; None means that the pair must be checked. The names in a pair are sorted.
     """
 
-    def __init__(
-        self, planning: Planning, meshes: Meshes, same: Mapping[Pair, DisabledCollision | None] | None = None
-    ) -> None:
+    def __init__(self, planning: Planning, meshes: Meshes, same: Mapping[Pair, DisabledCollision | None]) -> None:
         super().__init__(planning.robot, planning.solids, meshes)
         self.model.geom_margin[:] = TOUCH
         self.geoms = {name: [n for n, solid in enumerate(self.solids) if solid.link == name] for name in self.names}
-        self.planning, self.same, self.how = planning, dict(same or {}), planning.said.search
+        self.planning, self.same, self.how = planning, same, planning.said.search
         self.random = Random(self.how.seed)  # noqa: S311 - the search must be reproducible
-        joints = sorted(planning.joints.items())
-        self.bounds = {name: ends for name, joint in joints if (ends := range_of(joint))}
+        self.bounds = {name: ends for name, joint in sorted(planning.joints.items()) if (ends := range_of(joint))}
         self.found: dict[Pair, DisabledCollision] = {}
         self.hit, self.only_hulls = set[Pair](), set[Pair]()
         self.tried = 0

@@ -29,7 +29,6 @@ MIN_VERTICES = 4  # distinct vertices; a limit of MuJoCo
 FLAT = 1e-9  # thickness relative to the length, below which MuJoCo computes no convex hull
 _MARK = "made by rosorin-compile of SHA-256 "
 _PNG_START, _PNG_END = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"
-_OBJ_FACE = re.compile(rb"(?:^|[\r\n])[ \t]*f[ \t]+([^\r\n]*)")
 _OBJ_INDEX = re.compile(rb"(?:^|(?<=[ \t]))(-?\d+)", re.MULTILINE)
 _STL_TRIANGLE = struct.Struct("<12x9f2x")
 
@@ -72,8 +71,7 @@ def check_for_mujoco(data: bytes, ending: str, collides: bool = False) -> None:
     if ending == ".stl":
         if is_ascii_stl(data):
             raise UnreadableMesh("MuJoCo reads no ASCII STL", "export it as binary STL")
-        count = stl_count(data)
-        if count is not None and not 1 <= count <= MAX_STL_TRIANGLES:
+        if (count := stl_count(data)) is not None and not 1 <= count <= MAX_STL_TRIANGLES:
             message = f"it has {count:,} triangles, and MuJoCo reads 1 to {MAX_STL_TRIANGLES:,} of an STL"
             raise UnreadableMesh(message, "reduce the number of triangles, or export it as OBJ")
     coordinates = read_vertices(data, ending)
@@ -89,7 +87,7 @@ def check_for_mujoco(data: bytes, ending: str, collides: bool = False) -> None:
         raise UnreadableMesh("all its points are in one plane, and MuJoCo computes no hull of it", help)
     if ending == ".obj":
         count = len(coordinates) // 3  # vertex indices in faces start at 1, or at -1 counting backwards
-        faces = b"\n".join(_OBJ_FACE.findall(data))
+        faces = b"\n".join(re.findall(rb"(?:^|[\r\n])[ \t]*f[ \t]+([^\r\n]*)", data))
         if not all(1 <= abs(index) <= count for index in map(int, set(_OBJ_INDEX.findall(faces)))):
             raise UnreadableMesh("it has a face with a vertex that does not exist")
 

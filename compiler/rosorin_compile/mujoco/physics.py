@@ -1,11 +1,8 @@
 """Check meshes (size, mass, holes) and collisions between links, at rest and while joints move.
 
-Adjacent links overlap at their joint in most robots: a cover, a shared housing, a shaft in its bearing. One note
-therefore lists the links that partly overlap in every tested position, and adjacent links with a small overlap.
-
-Each joint is moved alone over its range, from zero and from each named pose. If it moves a link deep into an adjacent
-link over much of the range, an axis or an origin is probably wrong, which is a warning. A smaller collision is a note,
-because limits are often slightly too wide. One note lists the non-adjacent links, which motion planners avoid.
+Adjacent links overlap at their joint in most robots, so one note lists them. Each joint is moved alone over its range,
+from zero and from each named pose. If it moves a link deep into an adjacent link over much of the range, an axis or an
+origin is probably wrong, which is a warning. A smaller collision is a note, because limits are often slightly too wide.
 """
 
 from __future__ import annotations
@@ -52,7 +49,6 @@ _STEP, _MOST_STEPS, _SLIDE_STEPS = math.radians(5), 72, 24  # step (rad) and ste
 _MOST_STATES = 20_000  # limit for all joints together; beyond it, steps are larger
 _GROWTH = 0.3  # share of the volume of the moved link that must enter the adjacent link for a warning
 _BLOCKED = 0.25  # share of the joint range; a shorter collision means only that a limit is too wide
-_HALVINGS = 8
 
 
 @dataclass(frozen=True)
@@ -179,19 +175,15 @@ def _check_link(case: Case, meshes: Meshes, link: Link) -> Iterator[Diagnostic]:
         reach = float(np.linalg.norm(points - centre, axis=1).max())
         gyration = math.sqrt(max(0.0, inertial.principal_moments[2]) / inertial.mass)
         if densities and (min(densities) > _HEAVIEST or max(densities) < _LIGHTEST):
-            message = (
-                f'link "{link.name}" weighs {inertial.mass:.6g} kg, {densities[0]:,.3g} kg/m^3 in the hull of its'
-                f" shapes: {'no material is as heavy' if min(densities) > _HEAVIEST else 'less than air'}"
-            )
+            why = "no material is as heavy" if min(densities) > _HEAVIEST else "less than air"
+            message = f'link "{link.name}" weighs {inertial.mass:.6g} kg, {densities[0]:,.3g} kg/m^3 in its hull: {why}'
             yield case.problem("mesh-mass", message, case.link(link.name, "inertial", "mass"))
         elif beyond > _OUTSIDE * float((upper - lower).max()):
             message = f'the centre of mass of link "{link.name}" is {1000 * beyond:.1f} mm outside its shapes'
             yield case.problem("mesh-centre-of-mass", message, case.link(link.name, "inertial", "xyz"))
         elif gyration > _FAR_INERTIA * reach:
-            message = (
-                f'the inertia of link "{link.name}" is too large: {inertial.mass:.6g} kg would be {gyration:.3g} m away'
-                f" from the centre of mass, and its shapes reach {reach:.3g} m"
-            )
+            what, where = f"{inertial.mass:.6g} kg would be {gyration:.3g} m away", f"its shapes reach {reach:.3g} m"
+            message = f'the inertia of link "{link.name}" is too large: {what} from the centre of mass, and {where}'
             yield case.problem("mesh-inertia", message, case.link(link.name, "inertial", "inertia"), within=True)
     solid, seen = corners([link], "collision"), corners([link], "visual")
     if len(solid) and len(seen):
@@ -283,8 +275,7 @@ def check_overlaps(case: Case, scene: Scene) -> Iterator[Diagnostic]:
         places = ["at zero"] * (not pose) + [f"in pose {names}"] * bool(where[-1].name)
         message = f"{what} {' and '.join(places)}: {_name(case, inner)} in {_name(case, outer)}"
         related = _shapes_of(case, *([inner] if pose or between else []), outer)
-        found = case.problem(rule, message, path, related=related, key=bool(pose))
-        yield replace(found, of=(inner.link, outer.link))
+        yield replace(case.problem(rule, message, path, related=related, key=bool(pose)), of=(inner.link, outer.link))
     message = "links that overlap in every position, or at their joint, as parts of one design do ({count}): {names}"
     yield from note(case, "parts-always-overlap", designs, message, key=True)
     message = "hulls that overlap though their meshes do not touch ({count}): {names}; simulators push them apart"
@@ -329,13 +320,12 @@ def _driven(
 
     if pair in state.overlaps:
         least = scene.share(moved, still, at(start)) + _GROWTH if is_neighbour else 1.0
-    hits = [position for position in overlaps if least < 1 and meet(position)]
-    if not hits:
+    if not (hits := [position for position in overlaps if least < 1 and meet(position)]):
         return None
     far = min(hits, key=lambda position: abs(position - start))
     before = [p for p in (start, *overlaps) if min(start, far) <= p <= max(start, far) and p != far]
     near, beyond = min(before, key=lambda position: abs(position - far)), far
-    for _ in range(_HALVINGS):
+    for _ in range(8):
         middle = (near + beyond) / 2
         near, beyond = (near, middle) if meet(middle) else (middle, beyond)
     angle = f"{round(beyond, 2):.6g} rad ({math.degrees(beyond):.0f} deg)"
@@ -352,9 +342,7 @@ def _driven(
     is_real = any(scene.touches(overlaps[position][pair].solids, at(position)) for position in tested)
     is_grave = is_real and inside >= _GROWTH and len(hits) >= _BLOCKED * len(overlaps)
     outer, inner = sorted(overlaps[far][pair].solids, key=lambda solid: solid.link == moved)
-    message = (
-        f'joint "{joint.name}" drives link "{moved}" into link "{still}" from {where} towards its {side} limit,'
-        f" {len(hits) / len(overlaps):.0%} of its range: {_name(case, inner)} into {_name(case, outer)}"
-    )
+    message = f'joint "{joint.name}" drives link "{moved}" into link "{still}" from {where} towards its {side} limit, '
+    message += f"{len(hits) / len(overlaps):.0%} of its range: {_name(case, inner)} into {_name(case, outer)}"
     related, severity = _shapes_of(case, inner, outer), WARNING if is_grave else NOTE
     return case.problem("joint-through-neighbour", message, path, related=related, severity=severity)

@@ -113,8 +113,7 @@ class World:
 
     def _add_servos(self, spec: Any, drive: Drive) -> tuple[str, ...]:
         """Add a servo for each wheel and steering joint without one, and return the names of these joints."""
-        mujoco, added = self.mujoco, []
-        existing = {(one.joint, one.kind) for one in self._actuators()}
+        mujoco, added, existing = self.mujoco, [], {(one.joint, one.kind) for one in self._actuators()}
         mass_per_wheel = float(self.model.body_mass.sum()) / len(drive.wheels)
         radius = {wheel.joint: wheel.radius for wheel in self.robot.driving.wheels}
         for name in (*drive.wheels, *drive.steering):
@@ -153,10 +152,9 @@ class World:
 
     def hold(self, joint: str, position: float) -> None:
         """Set the target (rad or m) of the position servos of a joint."""
-        for one in self.actuators:
-            if (one.joint, one.kind) == (joint, POSITION):
-                self.data.ctrl[one.number] = one.control(position * one.gear)
-                self.targets[joint] = position
+        for one in (one for one in self.actuators if (one.joint, one.kind) == (joint, POSITION)):
+            self.data.ctrl[one.number] = one.control(position * one.gear)
+            self.targets[joint] = position
 
     def turn(self, joint: str, speed: float, seconds: float) -> None:
         """Command the speed (rad/s) of a wheel; for a position servo, advance the target by ``seconds`` of motion."""
@@ -232,7 +230,7 @@ class PoseTrial(Result):
 
 
 @dataclass
-class Driven(Result):
+class DriveTrial(Result):
     """The result of a velocity command, scaled down to the limits of the wheels, with the measured velocity."""
 
     command: str
@@ -254,7 +252,7 @@ class End(NamedTuple):
 
 
 @dataclass
-class Swept(Result):
+class RangeTrial(Result):
     """The result of moving a joint to the lower and then to the upper end of its range."""
 
     joint: str
@@ -262,7 +260,7 @@ class Swept(Result):
 
 
 @dataclass
-class Swung(Result):
+class EnergyTrial(Result):
     """The energy error without damping, friction, actuators and contacts, and without gravity if the base is free."""
 
     change: float = 0.0  # largest change of the total energy, relative to the largest kinetic energy
@@ -270,7 +268,7 @@ class Swung(Result):
 
 
 def run_scenarios(world: World, seconds: float) -> dict[str, Any]:
-    """Run all scenarios and return their results as fields of ``Simulated``; each pose is held for ``seconds``."""
+    """Run all scenarios and return their results as fields of ``Simulation``; each pose is held for ``seconds``."""
     robot, poses, commands = world.robot, poses_of(world.robot), list[tuple[str, Twist]]()
     if robot.drive is not None and world.base == FREE:
         commands = [("forward", Twist(vx=0.3)), ("sideways", Twist(vy=0.3)), ("turn", Twist(wz=1.0))]
@@ -328,7 +326,7 @@ def _yaw(turn: Any) -> float:
     return math.atan2(turn[1][0], turn[0][0])
 
 
-def drive(world: World, positions: Mapping[str, float], command: str, twist: Twist) -> Driven:
+def drive(world: World, positions: Mapping[str, float], command: str, twist: Twist) -> DriveTrial:
     """Drive with a velocity command from a pose: accelerate for 0.5 s, settle for 1 s, then measure for 1 s."""
     import numpy as np
 
@@ -337,8 +335,7 @@ def drive(world: World, positions: Mapping[str, float], command: str, twist: Twi
         servo, limit = world.servos.get((name, VELOCITY)), world.robot.joint[name].limit
         ends = [*map(abs, servo.targets if servo else ()), limit.known_value("velocity") if limit else None]
         fastest = min(filter(None, ends), default=math.inf)
-        if abs(speed) > fastest:
-            scale = min(scale, 0.9 * fastest / abs(speed))
+        scale = min(scale, 0.9 * fastest / abs(speed)) if abs(speed) > fastest else scale
     twist = Twist(*(scale * part for part in twist))
     angles = driving.angles(twist)
     speeds, centre = driving.speeds(twist, angles), (*driving.centre, 0.0)
@@ -356,11 +353,10 @@ def drive(world: World, positions: Mapping[str, float], command: str, twist: Twi
             world.hold(name, angle)
 
     states = [state(0.0), *map(state, world.run(_RAMP + _DRIVING, command_wheels))]
-    result = Driven(command, twist, broken=world.broken)
+    result = DriveTrial(command, twist, broken=world.broken)
     if world.broken:
         return result
-    count = max(1, round(_DRIVING / 2 / world.sample))
-    last = np.array(states[-count - 1 :])
+    last = np.array(states[-max(1, round(_DRIVING / 2 / world.sample)) - 1 :])
     seconds, x, y, _, turned = np.diff(last, axis=0).T
     turned = np.mod(turned + math.pi, math.tau) - math.pi
     cosine, sine = np.cos(last[:-1, 4] + turned / 2), np.sin(last[:-1, 4] + turned / 2)
@@ -396,12 +392,12 @@ def undriven_joints(world: World) -> tuple[str, ...]:
     return () if "" in driven else tuple(joint.name for joint in idle if joint.name not in driven)
 
 
-def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tuple[float, float]) -> Swept:
+def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tuple[float, float]) -> RangeTrial:
     """Move a joint from a pose to the lower end of its range, and from there to the upper end."""
     velocity = joint.limit.known_value("velocity") if joint.limit else None
     speed = min(_SLIDE_SPEED if joint.type == "prismatic" else _SWEEP_SPEED, velocity / 2 if velocity else math.inf)
     world.reset(positions)
-    result, at_start, start = Swept(joint.name), set(world.contacts()[0]), world.position(joint.name)
+    result, at_start, start = RangeTrial(joint.name), set(world.contacts()[0]), world.position(joint.name)
     for end in ends:
         seconds = min(_LONGEST, max(_SHORTEST, abs(end - start) / speed))
 
@@ -428,7 +424,7 @@ def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tupl
     return result
 
 
-def swing(world: World, positions: Mapping[str, float]) -> Swung:
+def swing(world: World, positions: Mapping[str, float]) -> EnergyTrial:
     """Let the robot swing without energy input or loss, and measure the change of its energy (Runge-Kutta)."""
     mujoco, free, joints = world.mujoco, copy.copy(world), world.joints
     free.model = model = copy.copy(world.model)
@@ -446,7 +442,7 @@ def swing(world: World, positions: Mapping[str, float]) -> Swung:
         free.data.joint(joint.name).qvel[0] = -speed if index % 2 else speed
     mujoco.mj_forward(model, free.data)
     inertia = {joint.name: float(model.dof_M0[model.joint(joint.name).dofadr[0]]) for joint in joints}
-    result, at_start, most = Swung(lightest=min(inertia, key=lambda name: inertia[name])), free.data.energy.sum(), 0.0
+    result, at_start, most = EnergyTrial(lightest=min(inertia, key=inertia.__getitem__)), free.data.energy.sum(), 0.0
     for _ in free.run(_SWING):
         change = abs(float(free.data.energy.sum() - at_start))
         most, result.change = max(most, float(free.data.energy[1])), max(result.change, change)

@@ -15,15 +15,7 @@ from rosorin_compile.model import Output
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import apply_acceptances
-from rosorin_compile.source.diagnostics import (
-    NOTE,
-    Diagnostic,
-    MissingPackages,
-    RequestError,
-    UnknownName,
-    error,
-    has_errors,
-)
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, MissingPackages, RequestError, UnknownName, has_errors
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.system import is_installed, pip_install
@@ -33,7 +25,7 @@ from rosorin_compile.source.wording import count_of, first_of, phrase
 
 from .mjcf.bodies import leader_of
 from .mjcf.engine import quiet, reason
-from .scenarios import FIXED, FREE, Driven, PoseTrial, Result, Swept, Swung, World, run_scenarios
+from .scenarios import FIXED, FREE, DriveTrial, EnergyTrial, PoseTrial, RangeTrial, Result, World, run_scenarios
 
 _TIPPED = 0.2  # rad
 _SHOWN = 3  # names
@@ -68,7 +60,7 @@ class Timing:
 
 
 @dataclass(frozen=True)
-class Simulated:
+class Simulation:
     """The results of simulating a robot in MuJoCo. Lengths are in m, angles in rad, velocities in m/s and rad/s.
 
     If ``poses`` is empty, the robot could not be simulated, and ``diagnostics`` has the reason. ``inputs`` are the
@@ -82,11 +74,11 @@ class Simulated:
     limits: Annotated[dict[str, Limit], "the limits that the results are compared with"] = field(default_factory=dict)
     units: Annotated[dict[str, str], "the unit of each joint: rad or m"] = field(default_factory=dict)
     poses: tuple[PoseTrial, ...] = ()
-    drive: tuple[Driven, ...] = ()
+    drive: tuple[DriveTrial, ...] = ()
     own_servos: Annotated[tuple[str, ...], "joints of the drive without an actuator, which got a servo"] = ()
     undriven: Annotated[tuple[str, ...], "joints that no actuator drives"] = ()
-    ranges: Annotated[tuple[Swept, ...], "joints that were moved over their ranges"] = ()
-    energy: Swung | None = None
+    ranges: Annotated[tuple[RangeTrial, ...], "joints that were moved over their ranges"] = ()
+    energy: EnergyTrial | None = None
     timing: Annotated[Timing | None, "null with `--no-timing`"] = None
     diagnostics: tuple[Diagnostic, ...] = ()
     inputs: tuple[Path, ...] = field(default=(), repr=False)
@@ -102,7 +94,7 @@ def simulate(
     limits: Mapping[str, float] | None = None,
     timing: bool = True,
     trust: bool = False,
-) -> Simulated:
+) -> Simulation:
     """Simulate a robot in MuJoCo: hold its poses, drive it, and move each joint over its range.
 
     Each measurement above its limit is a diagnostic. If ``poses`` is empty, the robot could not be simulated.
@@ -113,8 +105,7 @@ def simulate(
         limits: Limits by name, as in ``simulate --limit``, in m, rad, m/s and rad/s.
         timing: Return the speed of the simulation, which differs between runs.
     """
-    request = Request.of(robot, arguments, packages, trust=trust)
-    used = dict(LIMITS)
+    request, used = Request.of(robot, arguments, packages, trust=trust), dict(LIMITS)
     for name, value in (limits or {}).items():
         if name not in LIMITS:
             raise UnknownName("limit", name, LIMITS)
@@ -128,14 +119,14 @@ def simulate(
     if missing := [name for name in ("mujoco", "numpy") if not is_installed(name)]:
         raise MissingPackages(f"simulate needs what is not installed ({phrase(missing)}): {pip_install('simulate')}")
     understood, description = request.understand(), request.description
-    case = understood.case
-    if case is None:
+    if (case := understood.case) is None:
         errors = tuple(one for one in understood.diagnostics if one.severity == "error")
-        return Simulated(description.name, diagnostics=errors)
+        return Simulation(description.name, diagnostics=errors)
 
-    def refuse(why: str, found: Sequence[Diagnostic] = ()) -> Simulated:
+    def refuse(why: str, found: Sequence[Diagnostic] = ()) -> Simulation:
         message, help = f"{case.robot.name} cannot be simulated: {why}", "check names the place"
-        return Simulated(case.robot.name, diagnostics=(*found, error("simulation-refused", message, None, help)))
+        refusal = Diagnostic("simulation-refused", "error", message, help=help)
+        return Simulation(case.robot.name, diagnostics=(*found, refusal))
 
     with quiet() as mujoco:
         Progress.step("building the model")
@@ -156,14 +147,12 @@ def simulate(
         scenarios = run_scenarios(world, seconds)
     timestep, speed = float(world.model.opt.timestep), world.steps / world.cpu if world.cpu else 0.0
     scenarios["timing"] = Timing(speed, speed * timestep) if timing else None
-    units, inputs = {joint.name: joint.unit for joint in world.joints}, understood.expanded.files
-    made = Simulated(
-        case.robot.name, mujoco.__version__, base, timestep, limits=used, units=units, inputs=inputs, **scenarios
-    )
+    scenarios |= {"units": {joint.name: joint.unit for joint in world.joints}, "inputs": understood.expanded.files}
+    made = Simulation(case.robot.name, mujoco.__version__, base, timestep, limits=used, **scenarios)
     return replace(made, diagnostics=tuple(arrange(apply_acceptances(case, _judge(case, made), "simulation"))))
 
 
-def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
+def _judge(case: Case, result: Simulation) -> Iterator[Diagnostic]:
     """Yield a diagnostic for each measurement above its limit, with its position in the description."""
     limits, robot = {name: limit.value for name, limit in result.limits.items()}, case.robot
 
@@ -193,11 +182,9 @@ def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
             yield replace(found, of=(name, joint.child))
         moves = held.drift > limits["drift"] or held.turned > 2 * limits["drift"]
         if moves or held.leans > _TIPPED or held.ripple > limits["ripple"]:
-            message = (
-                f"{where}, the robot {'falls over' if held.leans > _TIPPED else 'does not come to rest'}: it leans by"
-                f" {held.leans:.2g} rad, moves {1000 * held.drift:.3g} mm, turns by {held.turned:.2g} rad, and goes"
-                f" {1000 * held.ripple:.3g} mm up and down"
-            )
+            how = "falls over" if held.leans > _TIPPED else "does not come to rest"
+            message = f"{where}, the robot {how}: it leans by {held.leans:.2g} rad, moves {1000 * held.drift:.3g} mm, "
+            message += f"turns by {held.turned:.2g} rad, and goes {1000 * held.ripple:.3g} mm up and down"
             yield case.problem("base-drifts", message, path, key=True)
     if result.own_servos and result.drive:
         message = f"no actuator turns {first_of(result.own_servos, _SHOWN)}: simulate drove with its own servos"
@@ -215,8 +202,7 @@ def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
             f"{driven.cross:.2g} of a velocity that was not commanded": ("cross", driven.cross),
             f"{1000 * driven.ripple:.2g} mm up and down": ("ripple", driven.ripple),
         }
-        wrong = [text for text, (limit, value) in checks.items() if value > limits[limit]]
-        if wrong and drive is not None:
+        if (wrong := [text for text, (limit, value) in checks.items() if value > limits[limit]]) and drive is not None:
             names = (*drive.wheels, *drive.steering, *drive.joints.get("rolling", ()))
             links = {name: set(robot.subtree(robot.joint[name].child)) for name in names}
             high = [name for name in drive.wheels if links[name].isdisjoint(on_floor)]
@@ -233,10 +219,8 @@ def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
         for end, side in zip(swept.ends, ("lower", "upper"), strict=True):
             if end.error > limits["reach"]:
                 limit = f"its {side} limit of " if joint.limit and joint.type != "continuous" else ""
-                message = (
-                    f'moved to {limit}{round(end.target, 4):.6g} {joint.unit}, joint "{joint.name}" ends'
-                    f" {end.error:.3g} {joint.unit} before it{touching(end.touches[0] if end.touches else None)}"
-                )
+                message = f'moved to {limit}{round(end.target, 4):.6g} {joint.unit}, joint "{joint.name}" ends '
+                message += f"{end.error:.3g} {joint.unit} before it{touching(end.touches[0] if end.touches else None)}"
                 if end.touches and end.first_touch:
                     message += f", from {round(end.touch_position, 2):.6g} {joint.unit} on"
                 place, severity = case.joint(joint, *(("limit", side) if limit else ())), NOTE if end.touches else ""
@@ -244,10 +228,8 @@ def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
     if (swung := result.energy) and swung.broken:
         yield broken("swinging without damping", swung, ("robot",))
     elif swung and swung.change > limits["energy"]:
-        message = (
-            f"without damping, friction and actuators the energy of the robot changes by {swung.change:.0%} within"
-            f' half a second; joint "{swung.lightest}" moves the least inertia'
-        )
+        message = f"without damping, friction and actuators the energy of the robot changes by {swung.change:.0%} "
+        message += f'within half a second; joint "{swung.lightest}" moves the least inertia'
         yield case.problem("energy-not-kept", message, ("robot",), key=True)
 
 
@@ -258,7 +240,7 @@ def _twist(twist: Sequence[float]) -> str:
     return ", ".join(parts) or "rest"
 
 
-def tables(result: Simulated) -> str:
+def tables(result: Simulation) -> str:
     """Format the results of the scenarios as tables with aligned columns."""
 
     def row(name: str, trial: Result, *cells: str) -> Sequence[str]:
@@ -295,13 +277,13 @@ def tables(result: Simulated) -> str:
     return "\n\n".join(blocks)
 
 
-def about(result: Simulated) -> str:
+def about(result: Simulation) -> str:
     """Return a line with the version of MuJoCo, the kind of base and the time step."""
     base = "on a floor" if result.base == FREE else "its base held"
     return f"simulated in MuJoCo {result.mujoco}, {base}, in steps of {1000 * result.timestep:g} ms"
 
 
-def summary(result: Simulated) -> str:
+def summary(result: Simulation) -> str:
     """Return a line with the number of scenarios of each kind."""
     counts = {"pose": len(result.poses), "drive command": len(result.drive), "range": len(result.ranges)}
     return ", ".join(count_of(count, word) for word, count in counts.items() if count)

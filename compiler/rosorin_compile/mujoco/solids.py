@@ -31,7 +31,6 @@ Pair = tuple[str, str]  # two links; in a ``Scene``, the link nearer to the root
 _LEAST = 5e-4  # m: smaller overlaps are caused by rounding in files and in MuJoCo
 _SMALLEST = 1e-6  # m: a smaller shape has no volume
 _FILLING, _ON_SURFACE, _TESTED = 600, 4_000, 150  # numbers of points: in a link, on a mesh, tested against a mesh
-_MEMORY = 2**28  # bytes for contacts: links inside each other have many
 
 
 class MeshShape(NamedTuple):
@@ -174,7 +173,7 @@ class Bodies:
         self.names, self.solids = list(shapes), list[Solid]()
         self.solids_of = {name: solids_of(shapes[name], name, meshes) for name in shapes}
         spec: Any = mujoco.MjSpec()
-        spec.memory = _MEMORY
+        spec.memory = 2**28  # bytes for contacts: links inside each other have many
         for name, solids in self.solids_of.items():  # names need a prefix, because MuJoCo reserves "world"
             body = spec.worldbody.add_body(name=f"link {name}", explicitinertial=True, mass=1, inertia=[1, 1, 1])
             body.add_freejoint()
@@ -292,5 +291,4 @@ class Scene(Bodies):
         self.put(self.rows([positions])[0])
         points = self.move(self._points[small], inner[0], outer[0])
         points = points[:: 1 + len(points) // _TESTED] if exact else points
-        inside = np.any([solid.contains(points, exact) for solid in outer], axis=0)
-        return float(inside.mean()) if len(points) else 0.0
+        return float(np.any([solid.contains(points, exact) for solid in outer], axis=0).mean()) if len(points) else 0.0

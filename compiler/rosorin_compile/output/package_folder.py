@@ -37,8 +37,7 @@ class PackageFolder:
     def check_name(self, name: str) -> None:
         """Raise OutputError if a name is outside of the folder, below a symbolic link, or not a regular file."""
         if not is_inside(name):
-            message = f'"{name}" is not below the folder'
-            raise OutputError("deploy-outside", message, "name a file below the folder")
+            raise OutputError("deploy-outside", f'"{name}" is not below the folder', "name a file below the folder")
         path, kind = obstacle(self.path, name) or (self.path, "")
         if kind == "a symbolic link":
             message = f"{path} is a symbolic link to {path.readlink()}; nothing is written through links"

@@ -1,6 +1,6 @@
 """Compare recordings of a running robot with its description.
 
-``bags`` and ``tf2_echo_text`` read messages into a ``Recording``. ``expected`` lists the edges in the description.
+``bags`` and ``tf2_echo_text`` read messages into a ``Recording``. ``expected_edges`` has the edges of the description.
 ``judge`` and ``judge_edges`` compare the two and yield findings. ``results`` formats them.
 """
 
@@ -15,7 +15,7 @@ from rosorin_compile.source.diagnostics import MissingPackages
 from rosorin_compile.source.system import pip_install
 
 if TYPE_CHECKING:
-    from rosorin_compile.recordings.results import Verified
+    from rosorin_compile.recordings.results import Verification
 
 
 def verify(
@@ -34,7 +34,7 @@ def verify(
     namespace: str = "",
     prefix: str = "",
     trust: bool = False,
-) -> Verified:
+) -> Verification:
     """Compare a recording of the running robot with its description; ``findings`` are the differences.
 
     Args:
@@ -51,7 +51,7 @@ def verify(
         prefix: The prefix of the recorded frames, such as ``robot1/``.
     """
     try:
-        from rosorin_compile.recordings.expected import Options
+        from rosorin_compile.recordings.expected_edges import Options
         from rosorin_compile.recordings.verification import verify_recording
     except ModuleNotFoundError as problem:
         if problem.name != "numpy":

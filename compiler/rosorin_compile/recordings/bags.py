@@ -16,13 +16,12 @@ from rosorin_compile.source.files import is_file, is_folder
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.system import pip_install
 
-from .findings import YEAR, problem, seconds
 from .recording import Recording, Rows
+from .results import problem, seconds
 from .series import APART, SECOND, EdgeKey, Gap, Times
 
 SUFFIXES = (".mcap", ".db3")
 _FAR = 2**62  # ns; beyond the range of any clock
-_STEP = 16_384  # messages between progress updates
 
 Topic = tuple[int, str, str]  # kind of the messages, name of the topic, message type
 
@@ -97,29 +96,25 @@ class _Bag:
         help = f"if the recorder was killed or a copy is incomplete, {repair} may help; else record again"
         return Unreadable(f"{path} cannot be read: {where}{reason}", help)
 
-    def messages(
-        self, topics: dict[int, Topic], start: int | None, stop: int | None
-    ) -> Iterator[tuple[Topic, int, Any]]:
+    def messages(self, known: dict[int, Topic], start: int | None, end: int | None) -> Iterator[tuple[Topic, int, Any]]:
         """Yield each message: topic, time of arrival (ns), content (only the header for sensors). Raises Unreadable."""
-        connections = [connection for connection in self.reader.connections if connection.id in topics]
+        connections = [connection for connection in self.reader.connections if connection.id in known]
         if not connections:  # an empty list would select all topics
             return
         deserialize, where = self.types.deserialize_cdr, ""
         try:
-            for connection, received, raw in self.reader.messages(connections, start=start, stop=stop):
-                kind, name, _ = topic = topics[connection.id]
+            for connection, received, raw in self.reader.messages(connections, start=start, stop=end):
+                kind, name, _ = topic = known[connection.id]
                 where = f"a message of {name}: "
                 if not -_FAR < received < _FAR:
                     raise ValueError("its time is beyond all clocks")
-                if kind == _HEADER:
-                    raw = raw[: 16 + int.from_bytes(raw[12:16], "little" if raw[1] else "big")]
+                raw = raw[: 16 + int.from_bytes(raw[12:16], "little" if raw[1] else "big")] if kind == _HEADER else raw
                 yield topic, received, deserialize(raw, _TYPES[kind])
                 where = ""
         except Exception as cause:
             raise self._damaged(cause, where) from None
 
     def topics(self, recording: Recording) -> dict[int, Topic]:
-        """Return the topics to read by the id of their connection."""
         namespace = recording.description.options.namespace.strip("/")
         fronts = ("/", f"/{namespace}/") if namespace else ("/",)
         kinds = {f"{front}{name}": kind for kind, name in enumerate(_NAMES) for front in fronts}
@@ -170,7 +165,7 @@ class _Reader:
             for topic, received, content in bag.messages(topics, start if start > first else None, stop):
                 self._add(topic, received, content)
                 self.arrivals.append(received)
-                if recording.messages % _STEP == 0:
+                if recording.messages % 16_384 == 0:  # messages between progress updates
                     Progress.step("reading messages", recording.messages, count)
         Progress.step("reading messages", recording.messages, count)
 
@@ -231,17 +226,15 @@ class _Reader:
         most = "/clock" in far and 2 * len([topic for topic in others if topic in far]) >= len(others)
         if not far or (len(far) < len(leads) and not most):
             return None
-        apart = min(leads[topic] for topic in far)
-        message = "the stamps are of another clock than the recorder's, "
-        message += f"{seconds(apart) if apart > YEAR else f'{apart:,.0f} s'} apart; ages are computed from the stamps"
+        apart = seconds(min(leads[topic] for topic in far))
+        message = f"the stamps are of another clock, {apart} from the recorder's; ages are computed from the stamps"
         severity = NOTE if "/clock" in recording.topics else WARNING
         recording.troubles.append(problem("recording-other-clock", "the recording", message, severity=severity))
         if "/clock" in topics:
             times = topics["/clock"]
             return times[:, np.argsort(times[0], kind="stable")]
         # The newest stamp except for transforms, because localisation stamps those ahead.
-        placed = [times for topic, times in topics.items() if topic != "/tf"] or [topics["/tf"]]
-        times = np.concatenate(placed, axis=1)
+        times = np.concatenate([times for topic, times in topics.items() if topic != "/tf"] or [topics["/tf"]], axis=1)
         times = times[:, np.argsort(times[0], kind="stable")]
         times[1] = np.maximum.accumulate(times[1])
         return times[:, np.concatenate(([True], np.diff(times[1]) > 0))]

@@ -15,10 +15,9 @@ from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.wording import and_more, count_of, first_of, nearest, phrase, quote
 
-from .findings import YEAR, difference, pose_text, problem, rate_text, seconds, share, sort_findings, value_rule
 from .judge_edges import check_prefix, dropped_transforms, edges, late, leaps_text, missing, other_modes, stale
 from .recording import Answer, FrameUse, Recording
-from .results import Lookup
+from .results import YEAR, Lookup, difference, pose_text, problem, rate_text, seconds, share, sort_findings, value_rule
 from .series import AHEAD, SIMULATED, Pace
 
 _SHOWN, _FEW = 8, 3
@@ -52,8 +51,7 @@ def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnosti
     """Compare a recording with its description and the compiled artifacts."""
     Progress.step("judging the recording")
     findings = list(recording.troubles)
-    prefix = check_prefix(recording)
-    if prefix is not None:  # frames with other names cannot be compared
+    if (prefix := check_prefix(recording)) is not None:  # frames with other names cannot be compared
         findings += [prefix, *_clocks(recording), *_joints(recording)]
         return sort_findings([*findings, *_robot_description(recording, artifacts)])
     findings += dropped_transforms(recording)
@@ -87,7 +85,6 @@ def _nothing_compared(recording: Recording, has_tree: bool) -> Iterator[Diagnost
 
 
 def _joints(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield the findings for joint states."""
     states, robot = recording.joints, recording.description.robot
     moving = [series for series in recording.series.values() if series.compared and not series.constant]
     if not states.pace.count:
@@ -115,18 +112,16 @@ def _joints(recording: Recording) -> Iterator[Diagnostic]:
         if seen.not_numbers:
             message = f"{name} is not a number in {share(seen.not_numbers, seen.seen)} messages of {_STATES}"
             yield problem("joint-not-a-number", _STATES, message)
-        if seen.beyond:
+        if seen.beyond and seen.lowest is not None and seen.highest is not None:
             lower, upper = states.limits(name)
             excess = amount(max(lower - seen.lowest, seen.highest - upper), unit)
             message = f"{name} is beyond its limits in {share(seen.beyond, seen.seen)} messages, by {excess} at most"
-            evidence = [
-                f"seen {seen.lowest:.6g} to {seen.highest:.6g} {unit}, described {lower:.6g} to {upper:.6g} {unit}"
-            ]
+            evidence = [f"seen {seen.lowest:.6g} to {seen.highest:.6g}, described {lower:.6g} to {upper:.6g} {unit}"]
             yield problem("joint-beyond-limit", name, message, evidence=evidence)
-        if seen.off and joint is not None and joint.mimic is not None:
+        if seen.wrong and joint is not None and joint.mimic is not None:
             ratio = f"{joint.mimic.multiplier:.6g} times {joint.mimic.joint}"
             ratio += f" {joint.mimic.offset:+.6g} {unit}" if joint.mimic.offset else ""
-            many, most = share(seen.off, seen.followed), amount(seen.farthest, unit)
+            many, most = share(seen.wrong, seen.compared), amount(seen.farthest, unit)
             message = f"{name} is not {ratio} in {many} messages of {_STATES}, by {most} at most"
             yield problem("joint-off-its-leader", name, message)
     if unmatched := [series.name for series in moving if not series.by_state]:
@@ -136,8 +131,7 @@ def _joints(recording: Recording) -> Iterator[Diagnostic]:
 
 def _robot_description(recording: Recording, artifacts: Sequence[Artifact]) -> Iterator[Diagnostic]:
     """Yield the differences between the URDF that ran and the compiled one."""
-    compiled = next((one for one in artifacts if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), None)
-    if compiled is None:
+    if (compiled := next((one for one in artifacts if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), None)) is None:
         return
     if len(recording.descriptions) > 1:
         message = f"{_ROBOT} carried {len(recording.descriptions)} different robots"
@@ -159,7 +153,6 @@ def _robot_description(recording: Recording, artifacts: Sequence[Artifact]) -> I
 
 
 def _answers(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield findings for answers of tf2_echo that differ from the description, and for queries without an answer."""
     judged = [_answer(recording, answer) for answer in recording.answers]
     nothing = not recording.series and all(found and found.rule == "not-compared" for found in judged)
     yield from (replace(finding, severity=ERROR) if nothing else finding for finding in judged if finding)
@@ -183,10 +176,9 @@ def _answer(recording: Recording, answer: Answer) -> Diagnostic | None:
     """Return the finding for the first printed form of a tf2_echo answer that differs, or None."""
     description, robot, name = recording.description, recording.description.robot, answer.name
     known = description.frames | set(robot.link)
-    for frame in (answer.source, answer.target):
-        if frame not in known:
-            message = f'tf2_echo was asked for "{frame}", a frame that is not described'
-            return problem("frame-unknown", name, message, Suggestion(frame, known))
+    for frame in (frame for frame in (answer.source, answer.target) if frame not in known):
+        message = f'tf2_echo was asked for "{frame}", a frame that is not described'
+        return problem("frame-unknown", name, message, Suggestion(frame, known))
     try:
         way = robot.kinematics.graph.way(answer.source, answer.target)
     except NoWay as no_way:
@@ -219,7 +211,6 @@ def _answer(recording: Recording, answer: Answer) -> Diagnostic | None:
 
 
 def _clocks(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield the findings for the clocks of stamps."""
     moving = [one for one in recording.series.values() if not one.static and not one.has_two_sources]
     streams: list[tuple[str, Pace]] = [(f"{one.name}{one.by_owner}", one.pace) for one in moving]
     streams += [("/joint_states", recording.joints.pace)] if recording.joints.pace.count else []
@@ -261,8 +252,7 @@ def _are(names: Sequence[str]) -> str:
 def _other(recording: Recording, leads: Leads) -> Iterator[Diagnostic]:
     """Yield the findings for streams with a different clock, behind or ahead."""
     for ahead in (False, True):
-        group = [(name, abs(lead)) for name, lead in leads if (lead > 0) == ahead]
-        if not group:
+        if not (group := [(name, abs(lead)) for name, lead in leads if (lead > 0) == ahead]):
             continue
         names, far, help = [name for name, _ in group], min(lead for _, lead in group), ""
         if ahead and recording.start < SIMULATED:
@@ -306,17 +296,16 @@ def _sensors(recording: Recording) -> Iterator[Diagnostic]:
     for uses in late.values():
         worst = max(uses, key=lambda use: use.early)
         first, ready = recording.since_start(worst.pace.first), recording.since_start(worst.ready or 0)
-        message = f'the frame "{worst.frame}" did not exist when the first message of {worst.topic} came: '
-        message += f"{seconds(ready - first)} later it did"
+        message = f'the frame "{worst.frame}" came {seconds(ready - first)} after the first message of {worst.topic}'
         evidence = [f"first message {first:.2f} s into the recording, {worst.waited_for} at {ready:.2f} s"]
         evidence += [f"{use.topic}: {share(use.early, use.pace.count)} messages could not be placed" for use in uses]
         yield problem("frame-late", worst.topic, message, evidence=evidence)
     for group in failing.values():
         use, lookups = max(group, key=lambda entry: entry[1].failed / entry[1].asked)
         slowest = use.slowest[lookups.target]
+        lag = f"the tree was {seconds(lookups.mean_lag)} behind, {seconds(lookups.largest_lag)} at most"
         message = f"{use.topic}: {use.frame} in {lookups.target} could not be looked up at the exact stamp for "
-        message += f"{share(lookups.failed, lookups.asked)} messages; the tree was {seconds(lookups.mean_lag)} behind, "
-        message += f"{seconds(lookups.largest_lag)} at most"
+        message += f"{share(lookups.failed, lookups.asked)} messages; {lag}"
         evidence = [f"slowest is {slowest.name}{slowest.by_owner} at {rate_text(slowest.pace.rate)}"]
         if slowest.by_state:
             evidence[0] += f", which follows {_STATES} at {rate_text(recording.joints.pace.rate)}"
@@ -327,7 +316,6 @@ def _sensors(recording: Recording) -> Iterator[Diagnostic]:
 
 
 def _severity(use: FrameUse) -> str:
-    """Return the severity of a wrong frame: an error if messages of that type depend on the frame."""
     return ERROR if not use.type or use.type.split("/")[0] in _PLACED else WARNING
 
 
@@ -371,8 +359,7 @@ def _not_as_declared(recording: Recording) -> Iterator[Diagnostic]:
                 is_below = any(recording.chain(use.frame, frame) for frame in sensor.stamps)
                 if is_below or any(use.frame in some for some in stamps) or _unknown(recording, use) is not None:
                     explained.add(use.topic)
-            fitting = [use.topic for use in recording.uses if use.type in types and use.topic not in explained]
-            if fitting:
+            if fitting := [use.topic for use in recording.uses if use.type in types and use.topic not in explained]:
                 suspects.setdefault(tuple(dict.fromkeys(fitting)), []).append(sensor)
     for topics, suspected in suspects.items():
         uses = [use for use in recording.uses if use.topic in topics]

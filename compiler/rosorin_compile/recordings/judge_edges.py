@@ -11,9 +11,9 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.source.diagnostics import Diagnostic, Suggestion, nearest
 from rosorin_compile.source.wording import and_more, count_of, first_of, phrase
 
-from .expected import Expected
-from .findings import YEAR, difference, pose_text, problem, rate_text, seconds, share, value_rule
+from .expected_edges import ExpectedEdge
 from .recording import Recording
+from .results import YEAR, difference, pose_text, problem, rate_text, seconds, share, value_rule
 from .series import APART, SECOND, Leaps, Series, transform_from
 
 _REPEATED = 0.4  # share of repeated stamps that indicates two publishers
@@ -92,8 +92,7 @@ def _frame(recording: Recording, child: str, group: Sequence[Series]) -> Iterato
             message = f"{first.name} moves, but came on /tf_static: listeners take it for fixed"
             yield problem("edge-not-moving", first.name, message, help)
         elif not first.static and not edge.moving:
-            message = f"{first.name} never moves, but came on /tf{'' if rate == '-' else f' at {rate}'}: "
-            message += "it can be late, which a static one never is"
+            message = f"{first.name} never moves, but came on /tf{'' if rate == '-' else f' at {rate}'}: it can be late"
             yield problem("edge-not-static", first.name, message, help)
 
 
@@ -156,9 +155,9 @@ class Way(NamedTuple):
     """
 
     modes: Mapping[str, bool]
-    edges: list[Expected]
-    missing: list[Expected]
-    others: list[tuple[Expected, Expected]]
+    edges: list[ExpectedEdge]
+    missing: list[ExpectedEdge]
+    others: list[tuple[ExpectedEdge, ExpectedEdge]]
     text: str
 
 
@@ -168,8 +167,7 @@ def best_way(recording: Recording) -> Way:
     fitting = [one.edge for one in recording.series.values() if one.edge and one.has_parent and not one.wrong]
     for modes, edges in recording.description.ways():
         own, missing = {edge.child: edge for edge in edges}, [one for one in edges if one.child not in recording.into]
-        pairs = ((edge, own[edge.child]) for edge in fitting if edge.child in own)
-        others = [(edge, mine) for edge, mine in pairs if edge.value != mine.value]
+        others = [(edge, own[edge.child]) for edge in fitting if edge.value != own.get(edge.child, edge).value]
         text = " and ".join(f"{name} is {'on' if value else 'off'}" for name, value in modes.items())
         ways.append(Way(modes, edges, missing, others, text))
     return min(ways, key=lambda way: (len(way.missing), len(way.others)))
@@ -214,7 +212,7 @@ def missing(recording: Recording) -> Iterator[Diagnostic]:
         edges = "the edge" if len(static) == 1 else f"the {len(static)} edges"
         message = f"the recording has no message of /tf_static: {edges} that should be there could not be compared"
         yield problem("recording-no-static", "/tf_static", message, evidence=[", ".join(static)])
-    absent: dict[str, list[Expected]] = {}
+    absent: dict[str, list[ExpectedEdge]] = {}
     for edge in way.missing:
         is_silent = edge.joint is not None and description.leader(edge.joint) in silent
         if (edge.moving or not no_static) and not is_silent:
@@ -222,16 +220,13 @@ def missing(recording: Recording) -> Iterator[Diagnostic]:
     for owner, group in absent.items():
         total = sum(edge.owner == owner for edge in way.edges)
         message = f"no node published {', '.join(edge.name for edge in group)}; {owner} should"
-        if len(group) > 1:
-            message += f" ({len(group)} of its {total} edges)"
-        if way.modes and any(edge.when for edge in group):
-            message += f" (when {way.text})"
+        message += f" ({len(group)} of its {total} edges)" if len(group) > 1 else ""
+        message += f" (when {way.text})" if way.modes and any(edge.when for edge in group) else ""
         help = f"look whether it runs; --without {group[0].publisher.name} if it was not meant to"
         if group[0].publisher.kind == ROBOT_STATE_PUBLISHER and all(edge.moving for edge in group):
             help = "robot_state_publisher needs /joint_states for all that moves: look who publishes these"
         topics = {f"/{'tf' if edge.moving else 'tf_static'}" for edge in group}
-        recorded = {name[name.rfind("/") :] for name in recording.topics}
-        if recording.timed and (lacking := sorted(topics - recorded)):
+        if recording.timed and (lacking := sorted(topics - {name[name.rfind("/") :] for name in recording.topics})):
             help = f"the recording has no {' and no '.join(lacking)}: record it, or look who publishes it"
         yield problem("edge-missing", group[0].name, message, help)
 
@@ -275,8 +270,7 @@ def stale(recording: Recording) -> Iterator[Diagnostic]:
             evidence.append(f"its stamps are {seconds(pace.mean_age)} old on average when they come")
         help = f"a lookup then returns poses of {age} ago; find out why {owner} stopped"
         if pace.most_ahead < -limit:
-            help = f"even its freshest stamp was {seconds(-pace.most_ahead)} old when it came: look at the clock of "
-            help += f"{owner}, or what delays it"
+            help = f"its stamps are {seconds(-pace.most_ahead)} old or more: check the clock of {owner}, or the delay"
         yield problem("edge-stale", worst.name, message, f"{help} (--stale: {seconds(limit)})", evidence)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from rosorin_compile.model import Transform, Vector
 from rosorin_compile.source.diagnostics import Diagnostic
 
-from .expected import Description
+from .expected_edges import Description
 from .results import Lookup
 from .series import SECOND, EdgeKey, Gap, JointStates, Messages, Pace, Series, Times
 
@@ -130,8 +130,7 @@ class Recording:
 
         A link without the prefix is a different frame, because robot_state_publisher prefixes all links.
         """
-        name = name.removeprefix("/")
-        prefix = self.description.options.prefix
+        name, prefix = name.removeprefix("/"), self.description.options.prefix
         if prefix and not name.startswith(prefix) and name in self.description.robot.link:
             return f"{name} without {prefix}"
         return name.removeprefix(prefix)
@@ -212,8 +211,7 @@ class Recording:
         """Return the recorded edges from a frame up to ``target``, or None if there is no path."""
         chain: list[Series] = []
         while frame != target:
-            parent = self.parents.get(frame)
-            if parent is None or len(chain) > len(self.parents):
+            if (parent := self.parents.get(frame)) is None or len(chain) > len(self.parents):
                 return None
             chain.append(self.series.get(EdgeKey(True, parent, frame)) or self.series[EdgeKey(False, parent, frame)])
             frame = parent
@@ -222,8 +220,7 @@ class Recording:
     def _look_up_all(self, use: FrameUse) -> None:
         """Look up a frame, for each message with that frame, in the root of the robot and in the parent of the root."""
         start, base = self.start, self.description.top(use.frame)
-        chain = self.chain(use.frame, base)
-        if chain is None:
+        if (chain := self.chain(use.frame, base)) is None:
             use.early = use.pace.count
         else:
             use.ready = start
@@ -238,8 +235,7 @@ class Recording:
             use.early = int(np.count_nonzero(use.pace.received < use.ready))
             if chain or use.frame == base:
                 _look_up(use, chain, base)
-        above = self.parents.get(base, "")
-        if above and (chain := self.chain(use.frame, above)):
+        if (above := self.parents.get(base, "")) and (chain := self.chain(use.frame, above)):
             _look_up(use, chain, above)
 
 
@@ -258,8 +254,7 @@ def _look_up(use: FrameUse, chain: Sequence[Series], target: str) -> None:
     lags = []
     for series in moving:
         at = np.searchsorted(series.pace.received, received, side="right") - 1
-        newest = np.where(at >= 0, series.newest[np.maximum(at, 0)], np.iinfo(np.int64).min // 2)
-        lags.append(stamps - newest)
+        lags.append(stamps - np.where(at >= 0, series.newest[np.maximum(at, 0)], np.iinfo(np.int64).min // 2))
     lag, worst = np.max(lags, axis=0), np.argmax(lags, axis=0)
     if (late := lag[lag > 0] / SECOND).size:
         use.lookups[target] = Lookup(target, len(stamps), len(late), float(late.mean()), float(late.max()))

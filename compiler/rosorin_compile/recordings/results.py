@@ -1,18 +1,26 @@
-"""The result of verify as JSON values (schemas/recording.schema.json), as text tables, and as JUnit XML for CI."""
+"""Findings about recordings, and the result of verify as JSON values, text tables, and JUnit XML for CI.
+
+The schema of the JSON is ``schemas/recording.schema.json``.
+"""
 
 from __future__ import annotations
 
+import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Any
 
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.model import Transform, Vector
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Help, Related, diagnostic
+from rosorin_compile.source.numbers import amount
+from rosorin_compile.source.rule_registry import find_declared
 from rosorin_compile.source.wording import and_more, count_of, mask_controls, printable
 
-from .findings import rate_text, seconds
-
+YEAR = 365.25 * 86400.0  # s
+_NEAR = math.radians(2.0)  # tolerance for a half turn or a quarter turn
+_AXES = ("x", "y", "z")
 _EDGE_HEAD = ("edge", "by", "topic", "seen", "rate", "largest gap", "age, oldest", "value")
 _SENSOR_HEAD = ("topic", "frame", "seen", "rate", "placed in", "at its stamp", "tree behind, most")
 _MAX_ROWS = 200
@@ -20,6 +28,100 @@ _NO_TIME = 0.5e-3  # s: smaller offsets are within the accuracy of reading a clo
 # Errors for recordings with too little data to compare.
 _TOO_LITTLE = {"recording-empty", "recording-foreign", "recording-type", "recording-no-static", "frames-prefixed"}
 _TOO_LITTLE |= {"text-not-understood", "text-frames", "not-compared"}
+
+
+def problem(
+    rule: str, subject: str, message: str, help: Help = "", evidence: Iterable[str] = (), severity: str = ""
+) -> Diagnostic:
+    """Return a finding about a subject (an edge, topic or joint); ``evidence`` is printed below the message.
+
+    By default, help and severity are those of the rule.
+    """
+    related, known = tuple(Related(line, None) for line in evidence), find_declared(rule)
+    usual = known.help[:1].lower() + known.help[1:].rstrip(".").replace("`", "")
+    return replace(diagnostic(rule, severity or known.severity, message, None, help or usual, related), of=(subject,))
+
+
+def sort_findings(findings: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """Remove duplicate findings, and sort by severity; the order is otherwise unchanged."""
+    unique: dict[tuple[object, ...], Diagnostic] = {}
+    for finding in findings:
+        unique.setdefault((finding.rule, finding.of, finding.message), finding)
+    return sorted(unique.values(), key=lambda finding: (ERROR, WARNING, NOTE).index(finding.severity))
+
+
+def seconds(value: float) -> str:
+    """Return a time in s, ms or years with at most three digits.
+
+    >>> seconds(12.34), seconds(0.0981), seconds(0.0021), seconds(1.79e9)
+    ('12.3 s', '98 ms', '2.1 ms', '56.7 years')
+    """
+    if value >= YEAR:
+        return f"{value / YEAR:.1f} years"
+    return f"{value:.1f} s" if value >= 1 else f"{value * 1e3:.{int(value < 0.01)}f} ms"
+
+
+def rate_text(rate: float | None) -> str:
+    """Format a rate in Hz, or return "-" if it is unknown."""
+    return "-" if rate is None or math.isnan(rate) else f"{rate:.1f} Hz"
+
+
+def share(part: int, total: int) -> str:
+    """Return a part of a total: '12 of 300 (4 %)'."""
+    percent = 100 * part / total if total else 0.0
+    shown = f"{percent:.0f}" if percent >= 1 or percent == 0 else f"{percent:.1g}"
+    return f"{part:,} of {total:,} ({shown} %)"
+
+
+def pose_text(transform: Transform) -> str:
+    """Format a transform in metres and degrees."""
+    xyz = " ".join(_short(value, 6) for value in transform.xyz)
+    rpy = " ".join(_short(math.degrees(value), 3) for value in transform.rpy())
+    return f"{xyz} m, {rpy} deg"
+
+
+def _short(value: float, digits: int) -> str:
+    if not abs(value) < 1e6:
+        return f"{value:.6g}"
+    text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else text
+
+
+def difference(described: Transform, recorded: Transform) -> tuple[float, float, str]:
+    """Return the distance between two transforms in m and rad, and a description of the difference.
+
+    Translations are along the axes of the parent, rotations about the axes of the described child.
+    """
+    move = [b - a for a, b in zip(described.xyz, recorded.xyz, strict=True)]
+    axis, angle = described.turn_to(recorded)
+    far, parts = math.hypot(*move), []
+    if angle > 1e-7:
+        name, degrees = _main_axis(axis), math.degrees(angle)
+        along = f"({', '.join(_short(value, 2) for value in axis)})"
+        shown = f"{degrees:.1f}" if degrees >= 1 else f"{degrees:.2g}"
+        if name and abs(angle - math.pi) < _NEAR:
+            shown = "180"
+        elif name:
+            shown = "90" if abs(degrees - 90) < 0.05 else shown
+            shown = f"-{shown}" if axis[_AXES.index(name)] < 0 else shown
+        parts.append(f"turned by {shown} deg about {name or along}")
+    if far > 1e-7:
+        steps = [(name, step) for name, step in zip(_AXES, move, strict=True) if abs(step) > 0.02 * far]
+        words = (f"{'-' if step < 0 else '+'}{amount(abs(step), 'm')} in {name}" for name, step in steps)
+        parts.append(f"moved by {', '.join(words)}")
+    return far, angle, " and ".join(parts)
+
+
+def value_rule(described: Transform, recorded: Transform) -> str:
+    """Return the rule for a wrong value; a half turn about z suggests a sensor that is mounted backwards."""
+    axis, angle = described.turn_to(recorded)
+    return "mounted-backwards" if abs(angle - math.pi) <= _NEAR and _main_axis(axis) == "z" else "edge-wrong-value"
+
+
+def _main_axis(axis: Vector) -> str:
+    """Return "x", "y" or "z" for a unit vector within 4 degrees of that axis, otherwise an empty string."""
+    largest = max(range(3), key=lambda at: abs(axis[at]))
+    return _AXES[largest] if abs(axis[largest]) > math.cos(2 * _NEAR) else ""
 
 
 @dataclass(frozen=True)
@@ -47,15 +149,19 @@ class RecordedEdge:
         return f"{self.parent} -> {self.child}"
 
 
-@dataclass(frozen=True)
+@dataclass
 class RecordedJoint:
-    """A joint in /joint_states."""
+    """A joint in /joint_states; a mimic joint is compared with its leader."""
 
     name: Annotated[str, "Its name."]
     lowest: Annotated[float | None, "The lowest position in radians or metres."]
     highest: Annotated[float | None, "The highest position in radians or metres."]
     seen: Annotated[int, "The number of reported positions."]
     beyond: Annotated[int, "The number of positions beyond its limits."]
+    not_numbers: Annotated[int, "The number of positions that are not finite."]
+    compared: Annotated[int, "The number of positions compared with the leader."] = 0
+    wrong: Annotated[int, "The number of them that differ from what the leader implies."] = 0
+    farthest: Annotated[float, "The largest difference in radians or metres."] = 0.0
 
 
 @dataclass(frozen=True)
@@ -108,7 +214,7 @@ class Finding:
 
 
 @dataclass(frozen=True)
-class Verified:
+class Verification:
     """The result of comparing a recording with a description.
 
     If the comparison was not possible, ``data`` is None and ``diagnostics`` has the reason.
@@ -134,7 +240,7 @@ class Verified:
         return any(one.severity == "error" or (strict and one.severity == "warning") for one in self.findings)
 
 
-def table(result: Verified) -> list[str]:
+def table(result: Verification) -> list[str]:
     """Format the edges, the stamped messages and the answers of tf2_echo as tables."""
     lines: list[str] = []
     edges, sensors = list[Sequence[str]](), list[Sequence[str]]()
@@ -159,7 +265,7 @@ def table(result: Verified) -> list[str]:
     return lines
 
 
-def summary(result: Verified, name: str, strict: bool) -> str:
+def summary(result: Verification, name: str, strict: bool) -> str:
     """Return the last line of the output, with the size of the recording and the outcome."""
     edges = len({edge.child for edge in result.edges if edge.topic})
     parts = [count_of(result.messages, "message")] if result.messages else []
@@ -183,8 +289,7 @@ def _age(edge: RecordedEdge) -> str:
         return "-" if edge.oldest is None else "no stamp"
     if edge.other_clock:
         return f"{seconds(abs(edge.mean_age))} {'behind' if edge.mean_age > 0 else 'ahead'}: another clock"
-    ahead = edge.mean_age < -_NO_TIME
-    mean = f"{seconds(-edge.mean_age)} ahead" if ahead else seconds(max(0.0, edge.mean_age))
+    mean = f"{seconds(-edge.mean_age)} ahead" if edge.mean_age < -_NO_TIME else seconds(max(0.0, edge.mean_age))
     return mean if edge.oldest is None else f"{mean}, {seconds(max(0.0, edge.oldest))}"
 
 
@@ -194,7 +299,7 @@ def _columns(rows: Sequence[Sequence[str]]) -> list[str]:
     return ["  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 
 
-def as_junit(result: Verified, strict: bool = False) -> str:
+def as_junit(result: Verification, strict: bool = False) -> str:
     """Format a result as JUnit XML, with a test case for each edge, topic and joint, which fails for an error."""
     names = [edge.name for edge in result.edges] + [answer.name for answer in result.answers]
     names += [use.topic for use in result.sensors]

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -16,12 +15,11 @@ from numpy.typing import NDArray
 
 from rosorin_compile.model import Joint, Robot, Transform
 
-from .expected import EXACT, SIX_ANGLE, Description, Expected
-from .findings import YEAR
+from .expected_edges import EXACT, SIX_ANGLE, Description, ExpectedEdge
+from .results import YEAR, RecordedJoint
 
 Floats = NDArray[np.float64]
 Times = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 SECOND = 1_000_000_000
 SLICES = 240  # time slices of a recording
@@ -34,8 +32,6 @@ _SLICE, _SIDE = 8 * SECOND // 10, 3
 # The smallest step (s). If stamps are in the past on both sides, a change below DELAY can be a transmission delay.
 _STEP, _DELAY = 0.25, 5.0
 AHEAD = 0.1  # s: stamps ahead of their arrival by less are within the accuracy of two clocks
-# tf2 drops transforms whose squared quaternion deviates more from 1 (tf2/src/buffer_core.cpp).
-_NORM_TOLERANCE = 10e-3
 TREMBLING = 0.02  # rad or m: a servo that holds a position moves by up to this
 _SLIDING = 1e-3  # m: tolerance for the position of a prismatic mimic joint
 _BEYOND = 1e-6
@@ -120,8 +116,7 @@ class Pace:
         The leads on both sides of a step must be steady, so that growing delays are not a step.
         """
         width = slice_width(int(self.received.max(initial=self.start)) - self.start, _SLICE)
-        leads = np.full(SLICES, -np.inf)
-        stamped = self.stamps != 0
+        leads, stamped = np.full(SLICES, -np.inf), self.stamps != 0
         np.maximum.at(leads, self.slices(width)[stamped], (self.stamps - self.received)[stamped] / SECOND)
         places = np.flatnonzero(np.isfinite(leads))
         if len(places) < 2 * _SIDE:
@@ -133,8 +128,7 @@ class Pace:
             step = Step(self.start + int(time) * width, low, high, abs(high - low))
             steady = max(np.ptp(before), np.ptp(after)) < step.size / 4
             large = step.size > (_STEP if max(before[-1], after[-1]) > AHEAD else _DELAY)
-            if steady and large and (best is None or step.size > best.size):
-                best = step
+            best = step if steady and large and (best is None or step.size > best.size) else best
         return best
 
 
@@ -160,16 +154,14 @@ def _drift(leads: Floats, start: int) -> Step | None:
     return step if even and step.size > _STEP and min(step.before, step.after) > -AHEAD else None
 
 
-_LOOK_BACK = 6
 LEAP = 5e-3  # m or rad: a value that changes by this and returns to an earlier value has another source
 # A stream has two sources if at least this share of steps, share of leaps, and number of leaps return.
 _SHARE, _RETURNING, _FEWEST = 0.2, 0.45, 4
-_FEWEST_REPEATED = 3
 
 Distance = Callable[[Floats, Floats], Floats]
 
 
-def _largest_difference(one: Floats, other: Floats) -> Floats:
+def _max_difference(one: Floats, other: Floats) -> Floats:
     return np.asarray(np.abs(one - other).max(axis=1, initial=0.0), np.float64)
 
 
@@ -179,15 +171,13 @@ class Leaps:
     ``values`` (n, k) are in order of arrival; ``distance`` compares two rows, ``leap`` is the smallest leap.
     """
 
-    def __init__(
-        self, stamps: Times, values: Floats, distance: Distance = _largest_difference, leap: float = LEAP
-    ) -> None:
+    def __init__(self, stamps: Times, values: Floats, distance: Distance = _max_difference, leap: float = LEAP) -> None:
         self.steps = max(1, len(stamps) - 1)
         far = distance(values[1:], values[:-1])
         again = np.flatnonzero((np.diff(stamps) == 0) & (stamps[1:] != 0) & (far > 2 * SIX_ANGLE)) + 1
         leaping = np.flatnonzero(far > leap) + 1
         back = np.full(len(leaping), np.inf)
-        for lag in range(2, _LOOK_BACK + 1):
+        for lag in range(2, 7):
             lands = distance(values[leaping], values[np.maximum(leaping - lag, 0)])
             back = np.minimum(back, np.where(leaping >= lag, lands, np.inf))
         returned = leaping[back < 0.1 * far[leaping - 1]]
@@ -195,7 +185,7 @@ class Leaps:
         self.largest = float(far[returned - 1].max(initial=0.0))
         first = min([*again[:1], *returned[:1]], default=0)
         self.pair = values[first - 1 : first + 1]  # first contradicting values, if any
-        self.contradict = self.contradictions >= _FEWEST_REPEATED  # stamps often occur with two values
+        self.contradict = self.contradictions >= 3  # stamps often occur with two values
         returns = self.returns >= _FEWEST and self.returns > max(_SHARE * self.steps, _RETURNING * self.leaps)
         self.two = self.contradict or returns  # the stream seems to have two sources with different values
 
@@ -215,23 +205,6 @@ class Messages(NamedTuple):
         return transform_from(self.values[at])
 
 
-@dataclass
-class Reported:
-    """Statistics of the positions of a joint (rad or m): range, and counts of all, beyond limits, and not numbers.
-
-    A mimic joint was compared with its leader ``followed`` times and was wrong ``off`` times, by at most ``farthest``.
-    """
-
-    lowest: float
-    highest: float
-    seen: int
-    beyond: int
-    not_numbers: int
-    followed: int = 0
-    off: int = 0
-    farthest: float = 0.0
-
-
 class JointStates:
     """All messages on /joint_states: ``pace`` covers all messages, ``states`` has the positions of each joint."""
 
@@ -239,7 +212,7 @@ class JointStates:
         self.robot, self.pace = robot, pace
         self.leaps = Leaps(np.empty(0, np.int64), np.empty((0, 1)))  # leaps of the first joint with two sources
         self._states: dict[str, Messages] = {}  # by joint, ordered by stamp
-        self.reported: dict[str, Reported] = {}
+        self.reported: dict[str, RecordedJoint] = {}
         for name, messages in states.items():
             leaps = Leaps(messages.stamps, messages.values, leap=TREMBLING)
             self.leaps = leaps if leaps.two and not self.leaps.two else self.leaps
@@ -247,9 +220,9 @@ class JointStates:
             self._states[name] = Messages(messages.received[order], messages.stamps[order], messages.values[order])
             good, (lower, upper) = messages.values[np.isfinite(messages.values)], self.limits(name)
             beyond = int(np.count_nonzero((good < lower - _BEYOND) | (good > upper + _BEYOND)))
-            lowest, highest = float(good.min(initial=np.inf)), float(good.max(initial=-np.inf))
+            lowest, highest = (float(good.min()), float(good.max())) if len(good) else (None, None)
             count = len(messages.stamps)
-            self.reported[name] = Reported(lowest, highest, count, beyond, count - len(good))
+            self.reported[name] = RecordedJoint(name, lowest, highest, count, beyond, count - len(good))
         for joint in robot.joints:
             if joint.mimic is not None and joint.name in self._states:
                 self._compare_follower(joint, robot.joint[joint.mimic.joint])
@@ -262,7 +235,7 @@ class JointStates:
         lower, upper = joint.limit.lower, joint.limit.upper
         return (-np.inf if lower is None else lower), (np.inf if upper is None else upper)
 
-    def position(self, joint: Joint, stamps: Times, received: Times) -> tuple[Floats, Flags]:
+    def position(self, joint: Joint, stamps: Times, received: Times) -> tuple[Floats, NDArray[np.bool_]]:
         """Return the positions (n,) that robot_state_publisher used for a joint at stamps (n,), and which are known.
 
         If several messages have a stamp, the one received closest to ``received`` counts. The position of a mimic joint
@@ -291,8 +264,8 @@ class JointStates:
         if (turns or joint.type == "continuous") and not slides:
             apart = np.remainder(apart + np.pi, 2 * np.pi) - np.pi
         report, apart = self.reported[joint.name], np.abs(apart)
-        report.followed, report.farthest = len(apart), float(apart.max(initial=0.0))
-        report.off = int(np.count_nonzero(apart > (_SLIDING if slides else TREMBLING)))
+        report.compared, report.farthest = len(apart), float(apart.max(initial=0.0))
+        report.wrong = int(np.count_nonzero(apart > (_SLIDING if slides else TREMBLING)))
 
 
 class EdgeKey(NamedTuple):
@@ -309,22 +282,20 @@ class Series:
     A ``listed`` edge is only in view_frames, with the ``age`` of its newest transform (s) if known.
     """
 
-    def __init__(
-        self, key: EdgeKey, samples: Messages, pace: Pace, description: Description, joints: JointStates
-    ) -> None:
-        """Compare all samples with the described edge."""
+    def __init__(self, key: EdgeKey, samples: Messages, pace: Pace, tree: Description, joints: JointStates) -> None:
         self.static, self.parent, self.child = static, parent, child = key
         self.name, self.topic, self.pace = f"{parent} -> {child}", "/tf_static" if static else "/tf", pace
         self.listed = False
         self.age: float | None = None
         square = np.square(samples.values[:, 3:]).sum(axis=1)
-        good = np.isfinite(samples.values[:, :3]).all(axis=1) & (np.abs(square - 1.0) <= _NORM_TOLERANCE)  # as in tf2
+        # tf2 drops transforms whose squared quaternion deviates more from 1 (tf2/src/buffer_core.cpp).
+        good = np.isfinite(samples.values[:, :3]).all(axis=1) & (np.abs(square - 1.0) <= 10e-3)
         self.bad = int(np.count_nonzero(~good))
         self.first_bad = int(samples.received[~good][0]) if self.bad else 0
         self.samples = samples = samples if not self.bad else Messages(*(values[good] for values in samples))
         places, turns = samples.values[:, :3], _normalised(samples.values[:, 3:])
-        self.edge = edge = description.edge_like(parent, child, static, samples.transform(0) if len(turns) else None)
-        self.owner = description.owners(child)  # node that should publish it, if known
+        self.edge = edge = tree.edge_like(parent, child, static, samples.transform(0) if len(turns) else None)
+        self.owner = tree.owners(child)  # node that should publish it, if known
         self.by_owner = f" ({self.owner})" if self.owner else ""
         self.constant = static or (edge is not None and not edge.moving)
         self.has_parent = edge is not None and edge.parent == parent  # as in the description
@@ -340,7 +311,7 @@ class Series:
             return
         if edge.moving and (edge.joint is None or not edge.joint.moves):
             return
-        xyz, quaternions, self.by_state = _expected_values(edge, edge.transform, samples, joints)
+        xyz, quaternions, self.by_state = _expected_values(edge, samples, joints)
         metres, radians = np.linalg.norm(places - xyz, axis=1), _angles(turns, quaternions)
         wrong = (metres > EXACT) | (radians > edge.radians)
         self.compared, self.wrong = len(wrong), int(np.count_nonzero(wrong))
@@ -365,15 +336,13 @@ class Series:
         return not self.constant and self.leaps.two and not (self.compared and not self.wrong)
 
 
-def _expected_values(
-    edge: Expected, origin: Transform, samples: Messages, joints: JointStates
-) -> tuple[Floats, Floats, int]:
+def _expected_values(edge: ExpectedEdge, samples: Messages, joints: JointStates) -> tuple[Floats, Floats, int]:
     """Return the expected values of samples, xyz (n, 3) and quaternions (n, 4), and the number with a joint state.
 
     A sample without a joint state is compared with the nearest transform that the joint can produce, because a
     transform that no position produces is always wrong.
     """
-    count, joint = len(samples.stamps), edge.joint
+    count, joint, origin = len(samples.stamps), edge.joint, edge.transform or Transform()
     w, x, y, z = origin.quaternion()
     xyz, turns = np.tile(np.array(origin.xyz, np.float64), (count, 1)), np.tile(np.array((x, y, z, w)), (count, 1))
     if not edge.moving or joint is None:
@@ -398,8 +367,8 @@ def transform_from(pose: Floats) -> Transform:
 
 def _distance(one: Floats, other: Floats) -> Floats:
     """Return the distance (n,) between poses (n, 7): the maximum of m and rad. q and -q are the same rotation."""
-    metres = _largest_difference(one[:, :3], other[:, :3])
-    radians = 2.0 * np.minimum(*(_largest_difference(one[:, 3:], sign * other[:, 3:]) for sign in (1, -1)))
+    metres = _max_difference(one[:, :3], other[:, :3])
+    radians = 2.0 * np.minimum(*(_max_difference(one[:, 3:], sign * other[:, 3:]) for sign in (1, -1)))
     return np.asarray(np.maximum(metres, radians), np.float64)
 
 
@@ -410,8 +379,7 @@ def _normalised(quaternions: Floats) -> Floats:
 def _product(a: Floats, b: Floats) -> Floats:
     """Return the products (n, 4) of quaternions (n, 4) or (4,)."""
     u, v, s, t = a[..., :3], b[..., :3], a[..., 3:], b[..., 3:]
-    real = s * t - (u * v).sum(axis=-1, keepdims=True)
-    return np.concatenate((s * v + t * u + np.cross(u, v), real), axis=-1)
+    return np.concatenate((s * v + t * u + np.cross(u, v), s * t - (u * v).sum(axis=-1, keepdims=True)), axis=-1)
 
 
 def _angles(a: Floats, b: Floats) -> Floats:

@@ -15,9 +15,9 @@ from typing import Any
 from rosorin_compile.model import Pose, Transform, Vector
 from rosorin_compile.source.load import python_of, yaml_of
 
-from .expected import EXACT, SIX_ANGLE
-from .findings import problem
+from .expected_edges import EXACT, SIX_ANGLE
 from .recording import Answer, FrameRow, Reading, Recording, Rows
+from .results import problem
 from .series import SECOND, EdgeKey
 
 # Terminal escape sequences for colours, other controls and window titles (ECMA-48, 5.4 and 8.3.89).
@@ -30,7 +30,6 @@ _PREFIXES = (
     re.compile(r"[│|] ?"),
     re.compile(r"> ?"),
 )
-_NEARLY_ALL = 0.9
 
 _QUESTION = r".*\btf2_echo[ \t]+(?P<source>[^\s|&;>-]\S*)[ \t]+(?P<target>[^\s|&;>-]\S*).*"
 _AT_TIME, _MATRIX = r"[ \t]*At time [\d.]+[ \t]*(?:\n|\Z)", r"[ \t]*- Matrix:.*(?:\n.*){0,4}"
@@ -49,13 +48,11 @@ _ITEMS = {
     "document": rf"(?:transforms|header|name|data):(?:[ \t].*|$)(?:\n(?!{_END}).+)*",
 }
 _ITEM = re.compile("|".join(f"^(?P<{name}>{pattern})" for name, pattern in _ITEMS.items()), re.MULTILINE)
-_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*(?:[eE][-+]?\d+)?|nan|inf)")
 _FORM_LINE = re.compile(r"(Translation:|Quaternion|\(rad|\(deg|Matrix:)[^\[\n]*\[?([^\]]*)")
 _FORMS = {"Translation:": "xyz", "Quaternion": "quaternion", "(rad": "radian", "(deg": "degree", "Matrix:": "matrix"}
 
 _DOT_EDGE = re.compile(r'"([^"]+)" -> "([^"]+)"\s*\[label="([^"]*)"')
 _DOT_FIELD = re.compile(r"(?:^|\\n)\s*([\w ]+): *([-+]?[\d.]+(?:[eE][-+]?\d+)?)")
-_DOT_TIME = re.compile(r'"Recorded at time: ([\d.]+)"')
 
 
 def plain_lines(text: str) -> list[str]:
@@ -67,7 +64,7 @@ def plain_lines(text: str) -> list[str]:
     lines = [_CONTROL.sub("", line) for line in text.splitlines()]
     written = [line for line in lines if line.strip()]
     for prefix in _PREFIXES:
-        if written and sum(bool(prefix.match(line)) for line in written) >= _NEARLY_ALL * len(written):
+        if written and sum(bool(prefix.match(line)) for line in written) >= 0.9 * len(written):
             return [prefix.sub("", line, count=1) for line in lines]
     return lines
 
@@ -108,11 +105,10 @@ class _TextReader:
                 self.understood, block = True, dict[str, list[str]]()
                 self.blocks.append((line, block))
                 for match in _FORM_LINE.finditer(item[0]):
-                    form = _FORMS[match[1]]
-                    if form in block:  # a repeated form starts a new answer, even without a time
+                    if (form := _FORMS[match[1]]) in block:  # a repeated form starts a new answer, even without a time
                         block = {}
                         self.blocks.append((line + item[0].count("\n", 0, match.start()), block))
-                    block[form] = _NUMBER.findall(match[2])
+                    block[form] = re.findall(r"[-+]?(?:\d+\.?\d*(?:[eE][-+]?\d+)?|nan|inf)", match[2])
             elif kind == "document":
                 self.understood = True
                 try:
@@ -159,7 +155,6 @@ class _TextReader:
                 self._trouble("text-not-understood", line, message)
 
     def _tree(self, item: re.Match[str], kind: str, line: int) -> None:
-        """Parse the frames of view_frames."""
         recording, text = self.recording, item[0]
         if "No tf data received" in text:
             help = "look whether anything runs, and with the ROS_DOMAIN_ID of the robot"
@@ -264,7 +259,7 @@ def _rows(kind: str, text: str) -> Iterator[FrameRow]:
     """Yield the frames of view_frames, from its dot file or from the YAML of a listener."""
     frames: list[tuple[str, str, float, float, float]] = []  # parent, child, rate, length of the buffer, age
     if kind == "dot":
-        recorded = _DOT_TIME.search(text)
+        recorded = re.search(r'"Recorded at time: ([\d.]+)"', text)
         for parent, child, label in _DOT_EDGE.findall(text):
             fields = {name: float(value) for name, value in _DOT_FIELD.findall(label)}
             newest = fields.get("Most recent transform", 0.0)

@@ -25,23 +25,21 @@ from rosorin_compile.source.wording import mask_controls
 
 from .bags import SUFFIXES, Unreadable
 from .bags import read as read_bags
-from .expected import Description, Expected, Options
-from .findings import rate_text, seconds
+from .expected_edges import Description, ExpectedEdge, Options
 from .judge import answer_outcome, judge
 from .judge_edges import best_way
 from .recording import Recording
-from .results import EchoAnswer, Finding, RecordedEdge, RecordedJoint, RecordedSensor, Verified
+from .results import EchoAnswer, Finding, RecordedEdge, RecordedSensor, Verification, rate_text, seconds
 from .series import SECOND, SLICES, Pace, Series, Times, slice_width
 from .tf2_echo_text import read_text
 
 _Record = TypeVar("_Record")
 _MAX_TEXT = 64 << 20
-_MAX_ROWS = 80
 _SHORT = SECOND // 2  # shorter pauses are not drawn as gaps
 _LETTERS = 46
 
 
-def verify_recording(request: Request, source: str, options: Options, pose: str = "") -> Verified:
+def verify_recording(request: Request, source: str, options: Options, pose: str = "") -> Verification:
     """Compare a recording with a robot, whose joints are in the named ``pose`` if not empty.
 
     Raises RequestError for a mode, node or pose that the robot does not have, and for invalid times.
@@ -52,10 +50,9 @@ def verify_recording(request: Request, source: str, options: Options, pose: str 
         compiled = emit_published(understood, path) if request.is_foreign else emit(understood, path)
         diagnostics = compiled.diagnostics
     if case is None or has_errors(diagnostics):
-        return Verified(name, source, diagnostics=tuple(d for d in diagnostics if d.severity == "error"))
+        return Verification(name, source, diagnostics=tuple(d for d in diagnostics if d.severity == "error"))
     for option in ("since", "until", "stale"):
-        value = getattr(options, option)
-        if value is not None and not 0 <= value < 1e9:
+        if (value := getattr(options, option)) is not None and not 0 <= value < 1e9:
             raise RequestError(f"{option}: {value:g} is not a time in seconds")
     if options.since is not None and options.until is not None and options.since >= options.until:
         raise RequestError("since is not before until")
@@ -71,7 +68,8 @@ def verify_recording(request: Request, source: str, options: Options, pose: str 
     try:
         return verify(robot, compiled.artifacts, source, options, lambda: sys.stdin.buffer.read(), case)
     except Unreadable as problem:
-        return Verified(name, source, diagnostics=(error("recording-unreadable", str(problem), None, problem.help),))
+        refusal = error("recording-unreadable", str(problem), None, problem.help)
+        return Verification(name, source, diagnostics=(refusal,))
 
 
 def verify(
@@ -81,7 +79,7 @@ def verify(
     options: Options,
     standard_input: Callable[[], bytes] = lambda: b"",
     case: Case | None = None,
-) -> Verified:
+) -> Verification:
     """Compare a recording with a robot and its artifacts; ``case`` has the source positions of the description.
 
     ``source`` is a rosbag2 folder, one of its files, a text file, or "-" for text on standard input. Raises Unreadable.
@@ -102,8 +100,7 @@ def verify(
 
 
 def _read_path(description: Description, path: Path) -> Recording:
-    special = files.is_special(path)
-    if special and not path.is_relative_to("/dev/fd"):
+    if (special := files.is_special(path)) and not path.is_relative_to("/dev/fd"):
         raise Unreadable(f"{path} is not a regular file", "write it to a file first, or name - for standard input")
     try:
         is_folder = files.is_folder(path)
@@ -144,8 +141,7 @@ def _read_text(description: Description, data: bytes, name: str) -> Recording:
     return recording
 
 
-def _result(recording: Recording, findings: Sequence[Diagnostic], source: str) -> Verified:
-    """Convert a recording and its findings to a result with JSON values."""
+def _result(recording: Recording, findings: Sequence[Diagnostic], source: str) -> Verification:
     way, states, sensors = best_way(recording), recording.joints.pace, list[RecordedSensor]()
     has_times = recording.timed and recording.messages
     if states.count:
@@ -158,7 +154,7 @@ def _result(recording: Recording, findings: Sequence[Diagnostic], source: str) -
         evidence = [related.message for related in one.related if related.span is None]
         at = (place.source.path, place.line) if place else (None, None)
         shown.append(Finding(one.rule, one.severity, one.of[0], one.message, one.with_help().help, evidence, *at))
-    return Verified(
+    return Verification(
         robot=recording.description.robot.name,
         source=source,
         form=recording.form,
@@ -166,7 +162,7 @@ def _result(recording: Recording, findings: Sequence[Diagnostic], source: str) -
         seconds=max(0, recording.end - recording.start) / SECOND if has_times else None,
         modes=dict(way.modes),
         edges=tuple(_edges(recording, {edge.child: edge for edge in way.edges})),
-        joints=tuple(_copy(RecordedJoint, one, name=name) for name, one in recording.joints.reported.items()),
+        joints=tuple(recording.joints.reported.values()),
         sensors=tuple(sensors),
         answers=tuple(EchoAnswer(one.name, one.line, answer_outcome(recording, one)) for one in recording.answers),
         findings=tuple(shown),
@@ -184,7 +180,7 @@ def _copy(record: type[_Record], *sources: object, **values: Any) -> _Record:
     return record(**values)
 
 
-def _edges(recording: Recording, described: Mapping[str, Expected]) -> Iterator[RecordedEdge]:
+def _edges(recording: Recording, described: Mapping[str, ExpectedEdge]) -> Iterator[RecordedEdge]:
     """Yield the edges of a recording, starting with those in the description."""
     for child in dict.fromkeys([*described, *recording.into]):
         edge, owner = described.get(child), ""
@@ -193,8 +189,7 @@ def _edges(recording: Recording, described: Mapping[str, Expected]) -> Iterator[
             owner = " or ".join(dict.fromkeys(one.publisher.name for one in known))
         for series in recording.into.get(child, ()):
             oldest = series.pace.oldest_until(recording.end).seconds if recording.timed and not series.static else None
-            values = {"count": None, "mean_age": series.age} if series.listed else {}
-            value = _value(series)
+            values, value = {"count": None, "mean_age": series.age} if series.listed else {}, _value(series)
             yield _copy(RecordedEdge, series, series.pace, publisher=owner, value=value, oldest=oldest, **values)
         if edge is not None and child not in recording.into and recording.complete:
             yield RecordedEdge(edge.parent, child, "", edge.publisher.name, "missing", 0)
@@ -232,7 +227,7 @@ def as_svg(recording: Recording) -> str:
     width = slice_width(span)
     slices = min(SLICES, -(-span // width))
     rows: list[dict[str, Any]] = []
-    for label, pace, moves in streams[:_MAX_ROWS]:
+    for label, pace, moves in streams[:80]:
         counts = np.bincount(pace.slices(width), minlength=SLICES)[:slices]
         note = f"{rate_text(pace.rate)}, {seconds(pace.gap.seconds)}"
         label = mask_controls(label if len(label) <= _LETTERS else f"{label[: _LETTERS - 3]}...")

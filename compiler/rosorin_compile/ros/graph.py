@@ -103,8 +103,7 @@ def source_message(values: Mapping[str, Any]) -> str:
 
 def graph_of(robot: Robot, starts: Sequence[str]) -> Graph:
     """Build the graph of the nodes that a package starts."""
-    made = Graph(starts=tuple(starts))
-    first = {output.backend: output for output in reversed(robot.outputs)}
+    made, first = Graph(starts=tuple(starts)), {output.backend: output for output in reversed(robot.outputs)}
     control, navigation = first.get("controllers"), first.get(NAV2) if NAV2 in starts else None
     namespace = namespace_of(control) if control else ""
     made.add("robot_state_publisher", ports("", node="robot_state_publisher"), {}, namespace)
@@ -199,18 +198,13 @@ def _open(robot: Robot, made: Graph, readers: Sequence[End], others: Sequence[En
         why = f"{others[0].node} publishes {short_type(others[0].type)} there"
         help = "give both the same distribution"
     elif role in (Role.OBSTACLES, Role.SCAN):
-        seeing = [one for one in robot.sensors if message_of_sensor(one.type) in _OBSTACLE_MESSAGES]
-        if not seeing:
+        if not (seeing := [one for one in robot.sensors if message_of_sensor(one.type) in _OBSTACLE_MESSAGES]):
             why = "the robot has no sensor for that"
             help = "add a lidar_2d to sensors, and to nav2: sources: {scan: {sensor: NAME, topic: /scan}}"
         elif len(same_type) == 1:
             why, help = f"the scan is on {same_type[0].topic}", "name the topic in nav2: sources"
-        elif same_type:
-            help = f"start a node that joins {phrase(one.topic for one in same_type)}"
-        elif end.type not in map(message_of_sensor, (one.type for one in seeing)):
-            help = f"start a node that makes it of what {seeing[0].name} sees"
         else:
-            help = f"nav2: sources: {{scan: {{sensor: {seeing[0].name}, topic: NAME}}}}"
+            help = f"nav2: sources: {{scan: {{sensor: {seeing[0].name}, topic: NAME}}}}, or a node that publishes it"
     elif role in (Role.ODOMETRY, Role.IMU):
         heard = {one.topic for one in made.read if one.node == end.node}
         there = next((one for one in same_type if one.port.group == CONTROL), None)
@@ -264,8 +258,7 @@ class RobotGraph:
         right = dict.fromkeys(name for one in self.topics for name in one.read_by)
         columns = [list(left), [one.topic for one in self.topics], list(right)]
         places = [{name: 40 + 26 * row for row, name in enumerate(names)} for names in columns]
-        height = 60 + 26 * max(map(len, columns))
-        values = {"graph": self, "places": places, "height": height, "short_type": short_type}
+        values = {"graph": self, "places": places, "height": 60 + 26 * max(map(len, columns)), "short_type": short_type}
         return Templates.own("ros/graph.svg.jinja", values)
 
 

@@ -26,13 +26,8 @@ from rosorin_compile.source.xml.markup import MarkupError, parse
 from .package.package_files import is_launch_file
 
 Names = Mapping[str, Any]
-_MAX_LENGTH = 10_000  # maximum number of characters or items in a value
 _CHANGES = ("append", "clear", "extend", "insert", "pop", "remove", "reverse", "sort", "update")
-_OPERATORS: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Div: operator.truediv,
-}
+_OPERATORS: Mapping[Any, Any] = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Div: operator.truediv}
 _CONVERSIONS: Mapping[str, Callable[[Any], Any]] = {"math.radians": math.radians, "float": float, "str": str}
 # An escaped character, a launch argument, or a substitution with an unknown value.
 _SUBSTITUTION = re.compile(r"\\(.)|\$\((?:var|arg) ([^\s()$]+)\)|\$\([^()]*\)?")
@@ -98,8 +93,7 @@ def _xml(source: Source) -> Iterator[LaunchNode]:
             yield LaunchNode("", "", (), (Remap(one.get("from"), one.get("to"), one.span),), one.span)
         elif one.tag == "node":
             remaps = (Remap(each.get("from"), each.get("to"), each.span) for each in one.iter() if each.tag == "remap")
-            program = one.get("exec") or one.get("type")
-            arguments = _words(one.get("args"), variables)
+            program, arguments = one.get("exec") or one.get("type"), _words(one.get("args"), variables)
             yield LaunchNode(one.get("name") or program, program, arguments, tuple(remaps), one.span)
 
 
@@ -232,12 +226,11 @@ def _constants(tree: ast.AST, names: Names = MappingProxyType({})) -> dict[str, 
 
 
 def _known(node: ast.expr, names: Names) -> Any:
-    """Evaluate an expression, or return None if its value is only known at runtime."""
     try:
         value = _value(node, names)
     except (_Unknown, ArithmeticError, LookupError, TypeError, ValueError):
         return None
-    return None if isinstance(value, str | list) and len(value) > _MAX_LENGTH else value
+    return None if isinstance(value, str | list) and len(value) > 10_000 else value
 
 
 def _value(node: ast.expr, names: Names) -> Any:
@@ -315,8 +308,7 @@ def check_node(robot: Robot, node: LaunchNode) -> Iterator[Diagnostic]:
         message = "the arguments of this static_transform_publisher are known only when the launch file runs"
         yield report("deployed-launch-unread", message, node.span, severity=NOTE)
         return
-    static = parse_arguments(node.arguments)
-    if static is None:
+    if (static := parse_arguments(node.arguments)) is None:
         yield report("deployed-launch-refused", "static_transform_publisher refuses these arguments", node.span)
         return
     joint, edge = robot.joint_to.get(static.child), f"{static.parent} -> {static.child}"
@@ -342,8 +334,7 @@ def _differences(joint: Joint, static: StaticTransform) -> Iterator[str]:
     for flag, here, there in zip(_XYZ, static.transform.xyz, described.xyz, strict=True):
         if abs(here - there) > METRES:
             yield f"{flag} {static.texts.get(flag, '0')} -> {to_fixed(there, METRE_DIGITS)}"
-    off = static.transform.angle_to(described)
-    if off <= RADIANS:
+    if (off := static.transform.angle_to(described)) <= RADIANS:
         return
     degrees = f"rotation {math.degrees(off):.3g} deg off"
     if static.texts.keys() & {*_QUATERNION}:

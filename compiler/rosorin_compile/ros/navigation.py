@@ -19,7 +19,6 @@ from rosorin_compile.source.tree import Path, exists
 from .node_kinds import kinds
 
 AMCL, SLAM, FILTER = "amcl", "slam_toolbox", "ekf"
-_NO_FILTER = "navsat"  # part of the name of robot_localization nodes that are not filters
 
 
 class Problem(NamedTuple):
@@ -69,14 +68,12 @@ def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Problem
     nodes = [one for one in enumerate(robot.edges) if one[1].publisher.kind != UNPUBLISHED and not one[1].joint]
     leads = [Lead(edge.parent, edge.child, edge.publisher, ("edges", index)) for index, edge in nodes]
     ends = ((one.parent, one.child) for one in leads)
-    every = dict.fromkeys(pair for pair in ends if pair[1] in robot.link and pair[0] not in robot.link)
-    if not every:
+    if not (every := dict.fromkeys(pair for pair in ends if pair[1] in robot.link and pair[0] not in robot.link)):
         edge = f"{{parent: odom, child: {robot.root}, publisher: NAME}}"
         help = f'add "{edge}" to "edges", with a node of "publishers"'
         return wrong(f"the transform odom -> {robot.root} has no publisher", help)
     odom_frame, map_frame = output.options.get("odom_frame"), output.options.get("map_frame")
-    pairs = [pair for pair in every if odom_frame in (None, pair[0])]
-    if not pairs:
+    if not (pairs := [pair for pair in every if odom_frame in (None, pair[0])]):
         parents = Suggestion(str(odom_frame), {parent for parent, _ in every})
         return wrong(f'"{odom_frame}" is not an odometry frame of the robot', parents, ("odom_frame",))
     pairs = [pair for pair in pairs if pair[0] in {lead.child for lead in leads}] or pairs
@@ -96,7 +93,7 @@ def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Problem
 
 def kind_of(publisher: Publisher) -> str:
     """Return the kind of a publisher: AMCL, SLAM, FILTER, or "" for other nodes."""
-    if publisher.kind != NODE or _NO_FILTER in publisher.name:
+    if publisher.kind != NODE or "navsat" in publisher.name:
         return ""
     known = [kinds("")[kind] for kind in (AMCL, SLAM, FILTER)]
     return next((one.name for one in known if publisher.package in one.packages or publisher.name in one.names), "")

@@ -27,14 +27,11 @@ from .ports import Role, distribution_of_ports, facts, port_of
 DISTRIBUTIONS = (HUMBLE, JAZZY, "kilted")  # in the tables; the distribution "" means any of them
 MANAGER = "controller_manager"
 REMOVE = "remove it"
-_SIMILAR = 0.9
 _TYPES: Mapping[str, Any] = {"bool": bool, "int": int, "double": float, "string": str}
 # Parameters that every node may have, and prefixes of such parameters.
 _ANY_NODE = ("use_sim_time", "start_type_description_service")
 _ANY_BELOW = ("qos_overrides.", "diagnostic_updater.", "bond_heartbeat_period", "service_introspection_mode")
 _VARIABLE = re.compile(r"(__map_\w+|<[a-z]+>)")
-# Packages that the publisher of a controller may have, besides the package of the controller.
-_OF_CONTROLLERS = ("ros2_controllers", "ros2_control", MANAGER)
 
 
 class Key(NamedTuple):
@@ -112,8 +109,7 @@ class Kind(NamedTuple):
 
     def like(self, name: str) -> set[str]:
         """Return the candidates for a misspelt key, with variables replaced by the words and number in the key."""
-        words, number = name.split("."), next(iter(re.findall(r"\d+", name)), "0")
-        found = set()
+        words, number, found = name.split("."), next(iter(re.findall(r"\d+", name)), "0"), set()
         for pieces in (key.name.replace("<n>", number).split(".") for key in self.own_keys()):
             variables = [index for index, piece in enumerate(pieces) if _VARIABLE.fullmatch(piece)]
             if not variables or len(pieces) == len(words):
@@ -144,7 +140,7 @@ def controller(plugin: str, distribution: str) -> Kind | None:
     entry = table["controllers"].get(plugin, {})
     if "keys" not in entry:
         return None
-    return _kind(plugin, entry, table["every_controller"], _OF_CONTROLLERS, distribution)
+    return _kind(plugin, entry, table["every_controller"], ("ros2_controllers", "ros2_control", MANAGER), distribution)
 
 
 def plugins(distribution: str) -> Mapping[str, str]:
@@ -156,8 +152,7 @@ def plugins(distribution: str) -> Mapping[str, str]:
 def _kind(name: str, entry: Mapping[str, Any], keys: Mapping[str, Any], packages: tuple[str, ...], distro: str) -> Kind:
     """Build a kind from its table entry, with the common ``keys`` and ``packages`` of similar nodes."""
     known, port = distro and distribution_of_ports(distro), port_of(name, "", Role.TF)
-    known = known if known in entry.get("only", DISTRIBUTIONS) else ""
-    made = {}
+    known, made = known if known in entry.get("only", DISTRIBUTIONS) else "", {}
     for key, of in {**keys, **entry["keys"]}.items():
         values = {**of, **of.get(HUMBLE, {})} if known == HUMBLE else of
         fields = {field: values[field] for field in Key._fields if values.get(field) is not None}
@@ -234,12 +229,10 @@ def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
         if not any(compare(len(value), size) for size in arguments):
             return f"has {len(value)} values, but needs {words}{' or '.join(map(str, arguments))}", ""
     elif compare is not None:
-        is_free = name.endswith("_or_nan") and math.isnan(value)
-        if not is_free and not compare(value, arguments[0]):
+        if not (name.endswith("_or_nan") and math.isnan(value)) and not compare(value, arguments[0]):
             return f"is {as_yaml(value)}, but must be {words} {arguments[0]:g}", ""
     elif name in ("one_of", "subset_of"):
-        values = value if name == "subset_of" else [value]
-        if others := [str(one) for one in values if one not in arguments[0]]:
+        if others := [str(one) for one in (value if name == "subset_of" else [value]) if one not in arguments[0]]:
             return f"cannot be {quote(others)}", Suggestion(others[0], [*map(str, arguments[0])])
     elif name == "not_empty" and not len(value):
         return "is empty", ""
@@ -295,7 +288,7 @@ def against_kind(name: str, kind: Kind | None, values: Mapping[str, Any]) -> Ite
 def _unknown(name: str, kind: Kind, key: str, values: Mapping[str, Any], of_others: Key | None) -> Iterator[Finding]:
     """Report that a kind does not have a key; ``of_others`` is the key in other distributions."""
     names, severity = kind.like(key), ERROR
-    close = difflib.get_close_matches(key, names - values.keys(), n=1, cutoff=_SIMILAR)
+    close = difflib.get_close_matches(key, names - values.keys(), n=1, cutoff=0.9)
     help = Suggestion(key, names, instead=REMOVE) if kind.complete else suggest(close[0]) if close else ""
     if of_others is not None:
         others = phrase(map(str.capitalize, of_others.only))
@@ -314,11 +307,9 @@ def _wrong_value(name: str, key: str, value: Any, known: Key) -> Iterator[Findin
     if not fits(value, kind):
         words = " or ".join(facts("ros2_nodes")["types"][one] for one in kind.split(" or "))
         made = [value] if kind == "string_array" else convert(value, kind)
-        if kind == "string" and not isinstance(value, (list, tuple)):
-            made = as_yaml(value)
+        made = as_yaml(value) if kind == "string" and not isinstance(value, (list, tuple)) else made
         help = f"write {as_yaml(made) if fits(made, kind) else words}"
-        if isinstance(value, str) and kind in ("bool", "int", "double"):
-            help = f"write {words} without quotes"
+        help = f"write {words} without quotes" if isinstance(value, str) and kind in ("bool", "int", "double") else help
         message = f"{what} is {as_yaml(value)}, but must be {words}: the node does not start"
         yield Finding("parameters-wrong-type", message, key, help)
     elif isinstance(value, str) and value in known.renamed:

@@ -26,7 +26,6 @@ from .node_kinds import Kind, as_yaml, convert, kinds
 from .ports import facts
 
 PARAMETERS = "ros__parameters"
-_DEEPEST = 42  # maximum nesting of mappings and lists
 _HELP = "a parameter file is NODE: {ros__parameters: {KEY: VALUE}}"
 _TRUE = {"y", "Y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON"}
 _FALSE = {"n", "N", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF"}
@@ -119,15 +118,14 @@ class _Reader:
             if isinstance(event, yaml.ScalarEvent) and event.tag == "tag:yaml.org,2002:str":
                 self.texts.add(event.start_mark.index)  # type: ignore[union-attr]
             depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-            if depth > _DEEPEST:
+            if depth > 42:  # maximum nesting of mappings and lists
                 raise self.fail("nested deeper than 40 levels", event, "flatten the file")
 
     def names(self, above: str, mapping: Any, named: Span | None) -> bool:
         """Read a mapping of namespaces and nodes below ``above``; return True if it contains parameters."""
         is_node = has_parameters = False
         for key, value in mapping.value:
-            name = self.text(key)
-            if not name:
+            if not (name := self.text(key)):
                 raise self.fail("a node has no name: ROS 2 refuses the whole file", key, "name it")
             if not isinstance(value, yaml.MappingNode):
                 if name == PARAMETERS:
@@ -146,8 +144,7 @@ class _Reader:
             if is_node:
                 raise self.fail(f"{PARAMETERS} is repeated for one node, which ROS 2 refuses", key, "make it one")
             words = above.removeprefix("/").split("/")  # as in rmw_validate_node_name
-            wrong = [word for word in words if not _WORD.fullmatch(word) and not _SUBSTITUTED.search(word)]
-            if wrong:
+            if wrong := [word for word in words if not _WORD.fullmatch(word) and not _SUBSTITUTED.search(word)]:
                 what = f'"{wrong[0] or above}" is not a name of a node or a namespace: ROS 2 refuses the whole file'
                 help = "letters, digits and _ alone, a digit not first"
                 help = help if wrong[0] else "write / between two names, and at most one before the first"
@@ -161,8 +158,7 @@ class _Reader:
         """Read parameters; return the name of the last one if it is an empty mapping, which confuses rcl."""
         empty = ""
         for key, value in mapping.value:
-            text = self.text(key)
-            if not text:
+            if not (text := self.text(key)):
                 raise self.fail("a parameter has no name: ROS 2 refuses the whole file", key, "name it")
             if empty:
                 message = f'"{text}" follows "{empty}", which is empty: ROS 2 refuses or misreads the file'
@@ -182,15 +178,13 @@ class _Reader:
         return empty
 
     def put(self, section: Section, name: str, key: Any, value: Any) -> None:
-        """Add a parameter to a section."""
         read = self.values(name, value) if _is_list(value) else self.scalar(value)[0]
         made = Parameter(read, self.span(key), self.span(value))
         if before := section.parameters.get(name):
             message, first = f'"{name}" is repeated for {section.name}; the last one counts', "first set here"
             self.diagnostics.append(report("parameters-twice", message, made.key, "", [Related(first, before.key)]))
         if made.value == []:
-            message = f'"{name}" is an empty list, and ROS 2 does not know of what: nodes in C++ do not start '
-            message += '("No parameter value set")'
+            message = f'"{name}" is an empty list of unknown type: nodes in C++ do not start ("No parameter value set")'
             self.warn(message, made.span, "leave it out, if the node has a list by default")
         section.parameters[name] = made
 
@@ -202,8 +196,7 @@ class _Reader:
                 message, help = f'"{name}" holds a list in a list, which ROS 2 refuses', "write one text in quotes"
                 raise self.fail(message, item, f'{help}: "[[x, y], ...]"')
             value, kind = self.scalar(item)
-            if isinstance(value, str) and _SUBSTITUTED.search(value):
-                kind = first
+            kind = first if isinstance(value, str) and _SUBSTITUTED.search(value) else kind
             if first and kind != first:
                 message = f'"{name}" mixes {first} and {kind}: ROS 2 refuses the whole file, and no node starts'
                 help = "write every number with a point: 0.0"
@@ -213,7 +206,6 @@ class _Reader:
         return values
 
     def scalar(self, node: Any) -> tuple[Any, str]:
-        """Parse a scalar; return its value and type."""
         text = node.value
         if node.style in ("'", '"') or node.start_mark.index in self.texts:
             return text, "string"
@@ -239,11 +231,9 @@ class _Reader:
         return str(node.value)
 
     def span(self, node: Any) -> Span:
-        """Return the position of a YAML node or event."""
         start, end = node.start_mark, node.end_mark
         is_word = end.line == start.line and not isinstance(node, yaml.CollectionNode)
-        length = max(1, end.column - start.column) if is_word else 1
-        return Span(self.source, start.line + 1, start.column + 1, length)
+        return Span(self.source, start.line + 1, start.column + 1, max(1, end.column - start.column) if is_word else 1)
 
     def fail(self, message: str, node: Any, help: str = _HELP) -> NoParameters:
         return NoParameters(error("parameters-syntax", message, self.span(node), help))
@@ -325,8 +315,7 @@ def _scalar(value: Any) -> str:
         return f"[{', '.join(map(_scalar, value))}]"
     if not isinstance(value, str):
         return as_yaml(value)
-    is_plain = _PLAIN.fullmatch(value) and value.lower() not in _WORDS
-    return value if is_plain else json.dumps(value, ensure_ascii=False)
+    return value if _PLAIN.fullmatch(value) and value.lower() not in _WORDS else json.dumps(value, ensure_ascii=False)
 
 
 def parameter_file(name: str, **more: Any) -> Format:

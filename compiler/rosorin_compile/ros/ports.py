@@ -11,7 +11,6 @@ from rosorin_compile.source import files
 from rosorin_compile.source.project import data_folder
 
 IN, OUT = "in", "out"
-_STAMPED = "Stamped"
 
 
 class Role:
@@ -52,7 +51,7 @@ class Port(NamedTuple):
 
     def message(self, parameters: Mapping[str, Any]) -> str:
         """Return the message type for these parameters of the node."""
-        return self.type + (_STAMPED if self.is_stamped(parameters) else "")
+        return self.type + ("Stamped" if self.is_stamped(parameters) else "")
 
     def name(self, parameters: Mapping[str, Any]) -> str:
         """Return the topic for these parameters of the node, before remaps in its launch file."""
@@ -90,13 +89,11 @@ def short_type(message: str) -> str:
 
 
 def _port(owner: str, entry: Mapping[str, Any], distribution: str, group: str) -> Port:
-    direction = IN if IN in entry else OUT
-    known = {key: entry[key] for key in Port._fields if key in entry}
+    direction, known = IN if IN in entry else OUT, {key: entry[key] for key in Port._fields if key in entry}
     known |= {"node": owner, "direction": direction, "group": group, "when": tuple(entry.get("when", {}).items())}
     known |= {"topic": entry.get("bringup", {}).get(distribution, entry[direction]), "stamped": False}
     for key, defaults in entry.get("stamped", {}).items():
-        default = defaults.get(distribution)
-        if default is not None:
+        if (default := defaults.get(distribution)) is not None:
             known |= {"stamp_parameter": key, "stamped": bool(default) or group == "control"}
         elif group == "control":  # controllers without the parameter only accept messages with a header
             known |= {"stamp_parameter": "", "stamped": True}

@@ -21,9 +21,7 @@ from .ports import facts
 # The state variables of a filter, in the order of the booleans in its parameters (filter_common.hpp).
 STATES = (*("x", "y", "z", "roll", "pitch", "yaw"), *("vx", "vy", "vz", "vroll", "vpitch", "vyaw", "ax", "ay", "az"))
 
-_USUAL = "ekf_filter_node"
 _NAME = re.compile(r"(odom|pose|twist|imu)(0|[1-9]\d*)")
-_NEAR = 1e-3  # m
 
 
 def _inputs_of(output: Output) -> Mapping[str, Mapping[str, Any]]:
@@ -37,7 +35,7 @@ def _content(robot: Robot, output: Output) -> tuple[Node | None, Lead | None, li
         return None, None, wrong
     filters = {one.name: one for one in robot.publishers if kind_of(one) == FILTER}
     named = output.options.get("node")
-    name = str(named or next(iter(filters), _USUAL))
+    name = str(named or next(iter(filters), "ekf_filter_node"))
     owned = frames.transforms_of(filters[name]) if name in filters else []
     possible = ((frames.odom, frames.moved), (frames.map, frames.odom))
     if named is None and len(filters) > 1:
@@ -86,12 +84,10 @@ def _check_inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Prob
             yield Problem(rule, f'"{name}" is not a valid name of a filter input', path, help, key=True)
             continue
         kind, uses, about = match[1], one.get("uses"), facts("ros2_nodes")["filter_inputs"][match[1]]
-        gap = next((at for at in range(int(match[2])) if f"{kind}{at}" not in inputs), None)
-        if gap is not None:
+        if (gap := next((at for at in range(int(match[2])) if f"{kind}{at}" not in inputs), None)) is not None:
             message = f'"{name}" would never be read: there is no {kind}{gap}'
             yield Problem(rule, message, path, f"number the inputs from 0 without a gap: {kind}{gap}", key=True)
-        sensor = one.get("sensor")
-        if sensor is not None and sensor not in imus:
+        if (sensor := one.get("sensor")) is not None and sensor not in imus:
             suggestion = Suggestion(sensor, imus, none="the robot has no IMU")
             yield Problem(rule, f'there is no IMU "{sensor}"', (*path, "sensor"), suggestion)
         if not topic(robot, name, one):
@@ -108,7 +104,6 @@ def _check_inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Prob
             yield Problem(rule, f'"uses" of "{name}" is empty', (*path, "uses"), "list values, or remove the input")
         if uses is None and not usual(robot, kind, frames.moved):
             message = f'"{name}" needs "uses", the list of values to use'
-            message += ", and the robot has no drive" if robot.drive is None and kind != "pose" else ""
             yield Problem(rule, message, path, f'write, for example, "uses: [{", ".join(about["example"])}]"', key=True)
         for key in sorted(one.keys() - {*about["keys"], "topic", "sensor", "controller", "uses"}):
             yield Problem(rule, f'"{key}" is not a key of "{name}"', (*path, key), "remove it", key=True)
@@ -135,7 +130,7 @@ def usual(robot: Robot, kind: str, base: str) -> tuple[str, ...]:
     at_axle = False
     with suppress(ValueError, KeyError):  # reported by the rules about drives
         driving = driving_of(robot)
-        at_axle = abs(robot.transform(base, driving.frame).apply((*driving.centre, 0.0))[0]) < _NEAR
+        at_axle = abs(robot.transform(base, driving.frame).apply((*driving.centre, 0.0))[0]) < 1e-3  # m
     return ("vx", "vy", "vyaw") if robot.drive.slides or at_axle else ("vx", "vyaw")
 
 

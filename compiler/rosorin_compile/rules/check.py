@@ -15,6 +15,7 @@ from rosorin_compile.language.lower import unresolved_references
 from rosorin_compile.language.schema import plugin_sections as plugged_sections
 from rosorin_compile.language.suppressions import apply as without_accepted
 from rosorin_compile.language.suppressions import is_accepted, unused_entries
+from rosorin_compile.language.symbols import SymbolTable
 from rosorin_compile.model import Robot
 from rosorin_compile.model.sections import own_sections
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Related, Span
@@ -22,12 +23,11 @@ from rosorin_compile.source.messages import UNNAMED, Offer, merge_by_name, move_
 from rosorin_compile.source.plugins import Plugin, broken_plugin, diagnostic_of, divert_stdout, failed_plugin, load
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, Rule, checks_of, find, find_declared
-from rosorin_compile.source.tree import Map, Place, Seq, exists, nearer
+from rosorin_compile.source.tree import Map, Place, Seq, nearer
 from rosorin_compile.source.tree import Path as TreePath
 
 from .case import Case
 from .magnitudes import collect
-from .names import named_sections
 
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format
@@ -161,10 +161,8 @@ def apply_acceptances(case: Case, found: Iterable[Diagnostic], asked: str) -> li
     return [*left.diagnostics, *unused_entries(case.tree, left.used, acceptable(), (asked,))]
 
 
-def merge_misspelt(
-    diagnostics: list[Diagnostic], tree: Map, places: Mapping[tuple[str, str], TreePath]
-) -> list[Diagnostic]:
-    """Merge all diagnostics caused by one misspelt name; ``places`` as in ``check``.
+def merge_misspelt(diagnostics: list[Diagnostic], tree: Map) -> list[Diagnostic]:
+    """Merge all diagnostics caused by one misspelt name.
 
     An unknown name is reported once, at the text that spells it. If the definition is misspelt, all uses are unknown: a
     definition that nothing uses is shown in the diagnostic.
@@ -176,13 +174,14 @@ def merge_misspelt(
     if not uses:
         return diagnostics
     _collect_uses(tree, tree.via, (), uses)
+    defined = {one.name: one for one in reversed([*SymbolTable(tree).definitions()])}
     moved = []
     for diagnostic, found in zip(diagnostics, offers, strict=True):
         moved.append(move_to_name(diagnostic, found))
-        path = next(_definitions(tree, places, found.meant), None) if found else None
-        if found and path:
-            is_key = path[-1] == found.meant
-            home = _home(tree.locate(path, key=is_key), found)
+        definition = defined.get(found.meant) if found else None
+        if found and definition:
+            path = definition.path
+            home = _home(tree.locate(path, key=definition.key), found)
             if all(_home(use, found) == home for where, use in uses[found.meant] if where[: len(path)] != path):
                 note = Related(f'"{found.meant}" {UNNAMED}', home)
                 moved[-1] = replace(moved[-1], related=(*moved[-1].related, note))
@@ -193,14 +192,6 @@ def merge_misspelt(
 
 def _home(place: Place, found: Offer) -> Span:
     return place_of_word([place.span, *(one.span for one in place.stack())], found.meant, found.name) or place.span
-
-
-def _definitions(tree: Map, places: Mapping[tuple[str, str], TreePath], name: str) -> Iterator[TreePath]:
-    for kind, key in (("link", "frame"), ("joint", "joint")):
-        path = places.get((kind, name))
-        if path:
-            yield (*path, key) if path[0] not in ("links", "joints") and exists(tree, (*path, key)) else path
-    yield from ((section, name) for section, _ in named_sections() if name in (tree.get(section) or ()))
 
 
 def _collect_uses(node: Any, via: Any, path: TreePath, uses: dict[str, list[tuple[TreePath, Place]]]) -> None:

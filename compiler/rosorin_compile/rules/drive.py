@@ -117,8 +117,7 @@ def places(case: Case) -> Iterator[Diagnostic]:
                 yield case.problem("drive-places", message, path_of[wheel], related=related)
                 return
     radii = {name: drive.radius or model.rolling_radius(case.robot, name) for name in drive.wheels}
-    rolling = drive.joints.get("rolling", ())
-    fixed = rolling or tuple(name for name in drive.wheels if not model.steering_of(case.robot, drive, name))
+    fixed = drive.joints.get("rolling") or [n for n in drive.wheels if not model.steering_of(case.robot, drive, n)]
     if drive.kind in STEERED and not fixed:
         message = "all wheels of the drive are steered, but it needs an unsteered wheel"
         help = 'name the joints of the unsteered wheels: "rolling: [...]"'
@@ -178,11 +177,8 @@ def wheels_in_body(case: Case) -> Iterator[Diagnostic]:
         bodies = [joint.parent, *(name for name, _ in robot.fixed_neighbours(joint.parent))] if points else []
         for name in bodies:
             step = places[name].inverse().then(places[joint.child])
-            around = [
-                index
-                for index, shape in enumerate(robot.link[name].collision)
-                if holds(shape.geometry, shape.pose.transform().inverse().then(step), points)
-            ]
+            steps = [(one.geometry, one.pose.transform().inverse().then(step)) for one in robot.link[name].collision]
+            around = [index for index, (geometry, to_shape) in enumerate(steps) if holds(geometry, to_shape, points)]
             if around and frozenset((name, joint.child)) not in apart:
                 place = case.value(case.joint(joint), "xyz")
                 related = [("the surrounding shape", case.link(name, "collision", around[0]))]

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-from typing import NamedTuple
 
-from rosorin_compile.model import Pose, Robot, Shape, Transform, Vector
+from rosorin_compile.model import Link, Pose, Robot, Shape, Transform, Vector
 from rosorin_compile.model.bounds import ball_of, through
 from rosorin_compile.model.field_of_view import Data, seen_by
 from rosorin_compile.model.geometry import unit
@@ -84,12 +83,6 @@ ON_A_FACE = 1e-4  # m; a sensor on a face is not inside, even with rounded poses
 RAYS, LAYERS, ALONG = 72, 9, 5
 
 
-class _Solid(NamedTuple):
-    shape: Shape
-    place: Transform  # its pose in the frame of the sensor
-    path: Path
-
-
 @rule("sensor-sees-itself", help="Move the sensor.", topic=NUMBERS, accept="link or joint", imported="always")
 def sight(case: Case) -> Iterator[Diagnostic]:
     """A warning: the robot itself, close to the sensor, blocks nearly all rays of a lidar or nearly all of an image.
@@ -109,17 +102,16 @@ def sight(case: Case) -> Iterator[Diagnostic]:
                     places[name] = places[here].then(step)
                     queue.append(name)
         shapes = [one for one in case.shapes() if one[0].name in places and one[0].name not in housing]
-        solids = [_Solid(shape, places[link.name], path) for link, path, shape in shapes]
-        ends = [end for view in views if view["frame"] in places for end in _ends(view, places, solids)]
+        ends = [end for view in views if view["frame"] in places for end in _ends(view, places, shapes)]
         hits = [end for end in ends if end is not None]
         if hits and len(hits) >= NEARLY_ALL * len(ends):
-            _, solid = min(hits, key=lambda hit: hit[0])
+            _, shape = min(hits, key=lambda hit: hit[0])
             away = 1000 * max(0.0, *(distance for distance, _ in hits))
             message = f'{100 * len(hits) // len(ends)} % of the rays of {sensor.type} "{sensor.name}" end on the robot'
             message += f" itself, at most {away:.3g} mm away"
             mount = robot.joint_to.get(sensor.frame)
             path = case.value(case.joint(mount) if mount else case.link(sensor.frame), "xyz")
-            yield case.problem("sensor-sees-itself", message, path, related=[("the shape", solid.path)], within=True)
+            yield case.problem("sensor-sees-itself", message, path, related=[("the shape", shape)], within=True)
 
 
 def _housing(robot: Robot, frame: str) -> set[str]:
@@ -136,26 +128,24 @@ def _housing(robot: Robot, frame: str) -> set[str]:
     return found
 
 
-def _ends(view: Data, places: Mapping[str, Transform], solids: list[_Solid]) -> Iterator[tuple[float, _Solid] | None]:
-    """Yield the distance (m) and the solid that each ray of a view hits, or None if it misses the robot."""
-    eye = places[view["frame"]].then(Pose(tuple(view["xyz"]), tuple(view["rpy"])).transform())
-    around = [one for one in solids if _is_near(one, eye.xyz)]
-    pieces = [one._replace(shape=piece) for one in around for piece in one.shape.solids(MERGED)]
-    near = [piece for piece in pieces if _is_near(piece, eye.xyz)]
-    to_shapes = [(solid, solid.place.then(solid.shape.origin().transform()).inverse()) for solid in near]
-    starts = [(solid, to_shape, to_shape.apply(eye.xyz)) for solid, to_shape in to_shapes]
+def _ends(
+    view: Data, places: Mapping[str, Transform], shapes: Iterable[tuple[Link, Path, Shape]]
+) -> Iterator[tuple[float, Path] | None]:
+    """Yield the distance (m) and the shape that each ray of a view hits, or None if it misses the robot."""
+    eye, near = places[view["frame"]].then(Pose(tuple(view["xyz"]), tuple(view["rpy"])).transform()), []
+    for link, path, shape in shapes:
+        for solid in shape.solids(MERGED):
+            ball, place = ball_of(solid), places[link.name]
+            if ball is not None and math.dist(place.apply(ball.middle), eye.xyz) <= ball.radius + AT_ONCE:
+                to_solid = place.then(solid.origin().transform()).inverse()
+                near.append((path, solid.geometry, to_solid, to_solid.apply(eye.xyz)))
     for direction in map(eye.rotate, _directions(view)):
         hits = []
-        for solid, to_shape, start in starts:
-            way = through(solid.shape.geometry, start, to_shape.rotate(direction))
+        for path, geometry, to_solid, start in near:
+            way = through(geometry, start, to_solid.rotate(direction))
             if way is not None and way.leaves > ON_A_FACE and way.enters <= AT_ONCE:
-                hits.append((way.leaves if way.enters < -ON_A_FACE else way.enters, solid))
+                hits.append((way.leaves if way.enters < -ON_A_FACE else way.enters, path))
         yield min(hits, key=lambda hit: hit[0], default=None)
-
-
-def _is_near(solid: _Solid, eye: Vector) -> bool:
-    ball = ball_of(solid.shape)
-    return ball is not None and math.dist(solid.place.apply(ball.middle), eye) <= ball.radius + AT_ONCE
 
 
 def _directions(view: Data) -> list[Vector]:

@@ -13,7 +13,7 @@ from rosorin_compile.model.geometry import dot, norm, unit
 from rosorin_compile.model.joint import Dynamics, Limit
 from rosorin_compile.source.diagnostics import Diagnostic, Help, Suggestion, nearest
 from rosorin_compile.source.rule_registry import JOINTS, SIMULATED, Check, rule
-from rosorin_compile.source.tree import Path, exists, value_at
+from rosorin_compile.source.tree import exists, value_at
 from rosorin_compile.source.units import Quantity, describe, parse_unit
 from rosorin_compile.source.wording import first_of, phrase, quote
 
@@ -30,6 +30,9 @@ _WITHOUT_EFFECT = {"fixed": (*_SEVERAL, "dynamics"), "floating": _SEVERAL, "ball
 # REP 105: world frames, which localisation publishes and descriptions do not define.
 WORLD_FRAMES = ("earth", "map", "odom")
 MAX_NAMED = 20
+_WITH_UNITS = ("limit", "dynamics", "actuator", "mimic", "calibration", "safety_controller")
+_POSITIVE = [("dynamics", key) for key in ("damping", "friction", "armature", "stiffness")]
+_POSITIVE += [("actuator", key) for key in ("damping", "kp", "kv")]
 _OWN_FRAME = 'write "frame: NAME" with a new name, or remove "parent" if the sensor is on that link'
 
 
@@ -234,23 +237,20 @@ def limits(case: Case) -> Iterator[Diagnostic]:
 @Check
 def units(case: Case) -> Iterator[Diagnostic]:
     """Report quantities with the unit of another type of joint: prismatic in radians, revolute in metres."""
-    paths: list[tuple[Joint, Path]] = []
     for joint in (joint for joint in case.robot.joints if joint.moves):
-        for part in ("limit", "dynamics", "actuator", "mimic", "calibration", "safety_controller"):
-            path = case.joint(joint, part)
-            paths += [(joint, (*path, key)) for key in value_at(case.tree, path) or ()]
+        entries = [case.joint(joint, part) for part in _WITH_UNITS]
+        paths = [(*path, key) for path in entries for key in value_at(case.tree, path) or ()]
         posed = [one.name for one in case.robot.poses if joint.name in one.positions]
-        paths += [(joint, ("poses", name, "positions", joint.name)) for name in posed]
-    for joint, path in paths:
-        value = value_at(case.tree, path)
+        paths += [("poses", name, "positions", joint.name) for name in posed]
         leader = case.robot.joint.get(joint.mimic.joint) if joint.mimic is not None else None
-        expected = joint_unit(path, joint.type == "prismatic", leader.type == "prismatic" if leader else None)
-        parsed = parse_unit(expected) if expected is not None else None
-        if isinstance(value, Quantity) and parsed is not None and parsed[1] != value.dimension:
-            message = f"{subject(list(path))} must be {describe(parsed[1])} for a {joint.type} joint, but "
-            message += f"{value.text or number(value)} is {describe(value.dimension)}"
-            help = f"write it {f'in {expected}' if expected else 'without a unit'}, or correct the type of the joint"
-            yield case.problem("wrong-unit", message, path, help)
+        for path, value in ((path, value_at(case.tree, path)) for path in paths):
+            expected = joint_unit(path, joint.type == "prismatic", leader.type == "prismatic" if leader else None)
+            parsed = parse_unit(expected) if expected is not None else None
+            if isinstance(value, Quantity) and parsed is not None and parsed[1] != value.dimension:
+                message = f"{subject(list(path))} must be {describe(parsed[1])} for a {joint.type} joint, but "
+                message += f"{value.text or number(value)} is {describe(value.dimension)}"
+                way = f"in {expected}" if expected else "without a unit"
+                yield case.problem("wrong-unit", message, path, f"write it {way}, or correct the type of the joint")
 
 
 @rule("ignored-key", help="Remove the key, or correct the type of the joint.", topic=JOINTS)
@@ -277,17 +277,15 @@ def negative(case: Case) -> Iterator[Diagnostic]:
     for joint in case.robot.joints:
         if joint.limit is not None and min(joint.limit.effort or 0, joint.limit.velocity or 0) < 0:
             continue  # the part computes the other values from this one
-        values = [("dynamics", key) for key in ("damping", "friction", "armature", "stiffness")]
-        values += [("actuator", key) for key in ("damping", "kp", "kv")]
-        numbers = [(part, key, getattr(getattr(joint, part), key, 0.0) or 0.0) for part, key in values]
-        pair = _numbers(joint, "springdamper")
-        numbers.append(("mjcf", "springdamper", -1.0 if any(pair) and min(pair) <= 0 else 0.0))
+        numbers = [(part, key, getattr(getattr(joint, part), key, 0.0) or 0.0) for part, key in _POSITIVE]
         numbers.append(("mjcf", "springyield", joint.mjcf.get("springyield", 0.0)))
-        for part, key, value in numbers:
-            if value < 0:
-                path = case.joint(joint, part, key)
-                shown = "not above zero" if key == "springdamper" else f"{number(value)}{case.stands_in(path)}, below 0"
-                yield case.problem("dynamics-negative", f'the {key} of joint "{joint.name}" is {shown}', path)
+        pair = _numbers(joint, "springdamper")
+        wrong = [("mjcf", "springdamper", min(pair))] if any(pair) and min(pair) <= 0 else []
+        for part, key, value in (*(one for one in numbers if one[2] < 0), *wrong):
+            path = case.joint(joint, part, key)
+            why = "not above 0" if key == "springdamper" else "below 0"
+            message = f'the {key} of joint "{joint.name}" is {number(value)}{case.stands_in(path)}, {why}'
+            yield case.problem("dynamics-negative", message, path)
 
 
 @rule("axis-missing", "A note: moving joints have no axis: x, the default.", "Write `axis: [0, 0, 1]`.", JOINTS)

@@ -43,10 +43,10 @@ def collect(tree: Map) -> Remarkable:
     """Return the suspicious values of a tree; shared subtrees without any are visited once.
 
     "numbers" are numbers without a unit beyond a full turn, except efforts and velocities in joint limits; "degrees"
-    are quantities in degrees with decimals; "texts" and "keys" (the path includes the key) have characters that XML
-    does not allow; "stand_ins" are mappings whose source marks them as stand-ins.
+    are quantities in degrees with decimals; "characters" are texts and keys (the last step of their path) with
+    characters that XML does not allow; "stand_ins" are mappings whose source marks them as stand-ins.
     """
-    found: Remarkable = {key: [] for key in ("numbers", "degrees", "texts", "keys", "stand_ins")}
+    found: Remarkable = {key: [] for key in ("numbers", "degrees", "characters", "stand_ins")}
     plain: set[int] = set()
 
     def visit(node: Map | Seq, path: Path) -> bool:
@@ -58,7 +58,7 @@ def collect(tree: Map) -> Remarkable:
         for key, item in node.items() if isinstance(node, Map) else enumerate(node):
             inner = (*path, key)
             if isinstance(key, str) and NOT_XML.search(key):
-                found["keys"].append((inner, key))
+                found["characters"].append((inner, key))
             if isinstance(item, (Map, Seq)):
                 if id(item) not in plain and visit(item, inner):
                     plain.add(id(item))
@@ -69,7 +69,7 @@ def collect(tree: Map) -> Remarkable:
                 elif not (-FULL_TURN <= item <= FULL_TURN or is_strength or has_unit(item)):
                     found["numbers"].append((inner, item))
             elif isinstance(item, str) and NOT_XML.search(item):
-                found["texts"].append((inner, item))
+                found["characters"].append((inner, item))
         return before == sum(map(len, found.values()))
 
     visit(tree, ())
@@ -173,15 +173,14 @@ def speeds(case: Case) -> Iterator[Diagnostic]:
 def characters(case: Case) -> Iterator[Diagnostic]:
     """A text contains a character that cannot appear in an XML file."""
     reported: set[Span] = set()
-    for key, entries in ((False, case.remarkable["texts"]), (True, case.remarkable["keys"])):
-        for path, text in entries:
-            # A ``source`` at the top of a file applies to all entries: report it once.
-            span = written_place(case.tree, path)[0].span
-            if (match := NOT_XML.search(text)) and (key or span not in reported):
-                where = "a name in " + subject(list(path[:-1])) if key else subject(list(path))
-                message = f"{where} contains the character U+{ord(match[0]):04X}, which XML files cannot contain"
-                yield case.problem("control-character", message, path, key=key)
-            reported.add(span)
+    for path, text in case.remarkable["characters"]:
+        # A ``source`` at the top of a file applies to all entries: report it once.
+        key, span = path[-1] == text, written_place(case.tree, path)[0].span
+        if (match := NOT_XML.search(text)) and (key or span not in reported):
+            where = "a name in " + subject(list(path[:-1])) if key else subject(list(path))
+            message = f"{where} contains the character U+{ord(match[0]):04X}, which XML files cannot contain"
+            yield case.problem("control-character", message, path, key=key)
+        reported.add(span)
 
 
 @rule("stand-in", help="Measure it, and change its `source`.", topic=OUTPUTS)

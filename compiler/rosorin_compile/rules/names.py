@@ -7,7 +7,6 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from rosorin_compile.language.schema import sections
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Span
 from rosorin_compile.source.messages import Offer, move_to_name
 from rosorin_compile.source.rule_registry import ARGUMENTS, FRAMES, rule
@@ -36,13 +35,6 @@ class Name(NamedTuple):
     kind: str
     path: Path
     key: bool = False
-
-
-def named_sections() -> Iterator[tuple[str, str]]:
-    """Yield the sections whose keys are names, with the word for an entry, except links and joints."""
-    for section, node in sections().items():
-        if node.called and node.keys is not None and node.keys.gives and node.keys.gives not in ("link", "joint"):
-            yield section, node.called
 
 
 def _names(case: Case) -> Iterator[Name]:

@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from rosorin_compile.formats import Format
 
 MAX_FOLDERS = 50
-# The language of a file by its extension.
-_LANGUAGE = {f".{one.lower()}": one for one in ("JSON", "SVG", "CSV", "TOML", "PDF", "PNG")}
-_LANGUAGE |= {".py": "Python", ".md": "Markdown", ".yaml": "YAML", ".yml": "YAML", ".html": "HTML", ".htm": "HTML"}
-_LANGUAGE |= dict.fromkeys((".xml", ".urdf", ".xacro", ".sdf", ".world", ".srdf", ".mjcf"), "XML")
-_ALSO = {("JSON", "YAML"), ("SVG", "XML")}  # the first is valid in the second
+# Endings that define the language of a file, and further endings that are valid for files with some of them.
+_ENDINGS = {".json", ".svg", ".csv", ".toml", ".pdf", ".png", ".py", ".md", ".yaml", ".yml", ".html", ".htm"}
+_ENDINGS |= {".xml", ".urdf", ".xacro", ".sdf"}
+_ALSO = {".json": (".yaml", ".yml"), ".yaml": (".yml",), ".html": (".htm",), ".urdf": (".xml", ".xacro")}
+_ALSO |= dict.fromkeys((".svg", ".sdf", ".srdf"), (".xml",))
 _DRIVE = re.compile(r"[A-Za-z]:")
 
 
@@ -72,10 +72,9 @@ def _unknown(case: Case, output: Output) -> Diagnostic:
     return case.problem("unknown-backend", f'there is no format "{output.backend}"', place, format_help, key=is_name)
 
 
-def _endings(format: Format) -> tuple[str, ...]:
+def _endings(format: Format) -> list[str]:
     """Return the file name suffixes of a format, the usual one first."""
-    usual = posixpath.splitext(format.file)[1]
-    return (usual, *format.endings) if usual else format.endings
+    return [ending for ending in (posixpath.splitext(format.file)[1], *format.endings) if ending]
 
 
 @rule("file-ending", help="Call it as its readers expect, or write the format of that name.", topic=OUTPUTS)
@@ -84,15 +83,9 @@ def file_endings(case: Case) -> Iterator[Diagnostic]:
     for output in (output for output in case.robot.outputs if output.backend in case.formats):
         format = case.formats[output.backend]
         own, (stem, ending) = _endings(format), posixpath.splitext(output.file)
-        ending = ending.casefold()
-        if not own or ending in own:
-            continue
-        holds, taken = _LANGUAGE.get(own[0], ""), _LANGUAGE.get(ending, "")
-        if not holds or not taken or holds == taken or (holds, taken) in _ALSO:
-            others = [one.word for one in case.formats.values() if ending in one.endings and one.becomes != format.name]
-            holds, taken = format.word, others[0] if others and taken and ending != ".xml" else ""
-        if taken:
-            message = f'output "{output.name}" is {holds}, but "{output.file}" ends like {taken}'
+        valid = {*own, *(ending for one in own for ending in _ALSO.get(one, ()))}
+        if own and ending.casefold() in _ENDINGS - valid:
+            message = f'the file "{output.file}" of output "{output.name}" has the ending of another format'
             usual = format.file[format.file.find(".") :] if "." in format.file else own[0]
             yield case.problem("file-ending", message, ("outputs", output.name, "file"), f'write "file: {stem}{usual}"')
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 from itertools import product
@@ -35,9 +34,7 @@ def legal(case: Case) -> Iterator[Diagnostic]:
     names = [publisher.name for publisher in case.robot.publishers]
     choice = f"NAME, where NAME is one of {', '.join(names)}" if len(names) > 1 else "".join(names)
     for index, edge in enumerate(case.robot.edges):
-        problem = _condition(case, index, edge)
-        if problem is not None:
-            yield problem
+        yield from filter(None, [_condition(case, index, edge)])
         if edge.publisher.kind == UNPUBLISHED and not edge.joint:
             message = f'no node publishes the transform "{edge.parent}" -> "{edge.child}"'
             help = f'add "publisher: {choice}"' if names else 'add a node to "publishers" and "publisher: NAME" here'
@@ -46,31 +43,27 @@ def legal(case: Case) -> Iterator[Diagnostic]:
 
 def _condition(case: Case, index: int, edge: Edge) -> Diagnostic | None:
     """Return a diagnostic at the mistake in the condition of an edge, or None if the condition is valid."""
-    names, path = modes_in(case.robot, [edge.when]), case.edge(index, "when")
-    if not edge.when:
-        return None
+    names, path, when = modes_in(case.robot, [edge.when]), case.edge(index, "when"), edge.when
+    subject = f'the condition "{when}" of {edge.parent} -> {edge.child}'
     if len(names) > MAX_MODES:
-        message = f"the condition of {edge.parent} -> {edge.child} depends on {len(names)} modes, too many to check"
-        return case.problem("too-many-modes", message, path)
+        return case.problem("too-many-modes", f"{subject} depends on {len(names)} modes, too many to check", path)
     try:
-        results = [evaluate(edge.when, combination.__getitem__) for combination in combinations(names)]
+        results = [not when or evaluate(when, combination.__getitem__) for combination in combinations(names)]
     except ExpressionError as problem:
         unknown = "" if problem.unknown.endswith("()") else problem.unknown
-        message = f'the condition "{edge.when}" is not valid: {problem.message.removeprefix("not an expression: ")}'
-        found = case.problem("bad-condition", message, path)
+        found = case.problem("bad-condition", f"{subject} is not valid: {problem.message}", path)
         if unknown:
             help = Suggestion(unknown, case.robot.modes, f'add "{unknown}" to "modes"')
             found = case.problem("unknown-mode", f'there is no mode "{unknown}"', path, help)
-        if found.span is None or found.span.length < len(edge.when):
+        if found.span is None or found.span.length < len(when):
             return found
         # The column is relative to the stripped expression; the place of the value in the file includes its quotes.
-        start = len(edge.when) - len(edge.when.lstrip()) + problem.column + isinstance(value_at(case.tree, path), Text)
-        span = found.span._replace(column=found.span.column + start, length=max(1, len(unknown)))
-        return replace(found, span=span)
+        start = len(when) - len(when.lstrip()) + problem.column + isinstance(value_at(case.tree, path), Text)
+        return replace(found, span=found.span._replace(column=found.span.column + start, length=len(unknown) or 1))
     if any(results) and all(isinstance(result, bool) for result in results):
         return None
-    message = f'the condition "{edge.when}" of {edge.parent} -> {edge.child} is never true or is not a condition'
-    return case.problem("bad-condition", message, path, 'correct the condition, or remove this entry of "edges"')
+    fix = 'correct the condition, or remove this entry of "edges"'
+    return case.problem("bad-condition", f"{subject} is never true or is not a condition", path, fix)
 
 
 def holds(when: str, combination: Combination) -> bool:
@@ -206,18 +199,15 @@ def one_publisher(case: Case) -> Iterator[Diagnostic]:
             # An edge may publish a joint whose turn has no publisher, but not in the modes of that turn.
             silent = [one for one in active if one.is_silent and any(one.joint == owner.joint for owner in owners)]
             if len(owners) > 1 or silent:
-                active = owners if len(owners) > 1 else [*silent, *owners]
-                names = dict.fromkeys(claim.owner for claim in active)
-                parents = list(dict.fromkeys(claim.parent for claim in active))
-                what = "is set twice for" if len(names) == 1 else "publish" if len(owners) > 1 else "are both set for"
-                message = f'{phrase(names)} {what} the transform to "{child}"'
-                message += f" (from {quote(parents)})" if len(parents) > 1 else ""
-                related = [(f"also set here: {claim.owner}", _place(case, claim)) for claim in active[:-1]]
-                help, path = "", _place(case, active[-1])
-                if any(claim.publisher.kind == ROBOT_STATE_PUBLISHER for claim in active):
-                    help = "robot_state_publisher publishes in every mode; choose the publisher with an argument"
-                message += in_words(combination)
-                yield case.problem("two-publishers", message, path, help, related=related)
+                *others, last = active = owners if len(owners) > 1 else [*silent, *owners]
+                names, parents = ({getattr(claim, end): None for claim in active} for end in ("owner", "parent"))
+                what = "publishes twice" if len(names) == 1 else "publish"
+                below = f" (from {quote(parents)})" if len(parents) > 1 else ""
+                message = f'{phrase(names)} {what} the transform to "{child}"{below}{in_words(combination)}'
+                related = [(f"also set here: {claim.owner}", _place(case, claim)) for claim in others]
+                is_urdf = any(claim.publisher.kind == ROBOT_STATE_PUBLISHER for claim in active)
+                help = "robot_state_publisher publishes in every mode; choose the publisher with an argument"
+                yield case.problem("two-publishers", message, _place(case, last), help * is_urdf, related=related)
                 break
             gap = combination if not active and gap is None else gap
         else:
@@ -262,16 +252,14 @@ def started(case: Case) -> Iterator[Diagnostic]:
         return
     launched = bool(case.feeding(STATIC_TRANSFORM_PUBLISHER))
     has_urdf = first_fed(robot, ROBOT_STATE_PUBLISHER, case.formats) is not None
-    statics = [joint for joint, _, _ in _static_publishers(case)]
-    ours = list(robot.published_by(ROBOT_STATE_PUBLISHER))
-    kinds = [(STATIC_TRANSFORM_PUBLISHER, statics, launched, "launch file that starts it")]
-    kinds += [(ROBOT_STATE_PUBLISHER, ours, has_urdf, "URDF that it reads")]
-    for kind, joints, is_there, what in kinds:
+    kinds = {STATIC_TRANSFORM_PUBLISHER: ([joint for joint, _, _ in _static_publishers(case)], launched)}
+    kinds[ROBOT_STATE_PUBLISHER] = ([*robot.published_by(ROBOT_STATE_PUBLISHER)], has_urdf)
+    for kind, (joints, is_there) in kinds.items():
         is_explicit = any(exists(case.tree, case.joint(joint, "publisher")) for joint in joints)
         if not is_there and (is_explicit or (launched and joints)):
-            names = first_of([joint.name for joint in joints], 3)
-            message = f"{kind} has to publish {count_of(len(joints), 'joint')} ({names}), but no output is the {what}"
+            which = f"{count_of(len(joints), 'joint')} ({first_of([joint.name for joint in joints], 3)})"
             format = next(one for one in case.formats.values() if one.write is not None and kind in one.feeds)
+            message = f"{kind} has to publish {which}, but no output has the format {format.name}"
             help = f'add "{format.name}: {{file: {format.file.format(robot.name)}}}" to "outputs"'
             yield case.problem("unpublished-edge", message, ("outputs",), help, key=True)
 
@@ -304,15 +292,13 @@ def static_publishers(case: Case) -> Iterator[Diagnostic]:
         name, place = publisher.name, (*path, STATIC_TRANSFORM_PUBLISHER)
         if not (name.isascii() and name.isidentifier()):
             yield case.problem("bad-node-name", f'"{name}" is not a valid name of a ROS 2 node', place)
-        if name in taken:
-            related = [("first used here", taken[name])] if taken[name] else []
+        if (first := taken.setdefault(name, place)) is not place:
+            related = [("first used here", first)] if first else []
             yield case.problem("duplicate-node", f'two ROS nodes have the name "{name}"', place, related=related)
-        taken.setdefault(name, place)
 
 
 def _pieces_with(steps: Iterable[Step], links: Collection[str]) -> list[set[str]]:
-    found = pieces((step.parent, step.child) for step in steps)
-    return [piece for piece in found if not piece.isdisjoint(links)]
+    return [piece for piece in pieces((one.parent, one.child) for one in steps) if not piece.isdisjoint(links)]
 
 
 @Check
@@ -335,23 +321,25 @@ def known_frames(case: Case) -> Iterator[Diagnostic]:
 
 
 def _misspelt_world(case: Case) -> Iterator[Diagnostic]:
-    edges = case.robot.edges
-    children = {edge.child for edge in edges}
-    for index, edge in enumerate(edges):
+    children, parents = ({getattr(edge, end) for edge in case.robot.edges} for end in ("child", "parent"))
+    for index, edge in enumerate(case.robot.edges):
         for key, name in (("parent", edge.parent), ("child", edge.child)):
             meant = next((word for word in swaps(name) if word in WORLD_FRAMES), None)
             # A frame may have any name if it is attached to the robot or is an ancestor of it.
             is_free = name in case.robot.link or (key == "parent" and name in children)
-            is_named = meant in children or any(meant == edge.parent for edge in edges)
-            if meant and not is_free and (key == "parent" or (edge.parent in WORLD_FRAMES and is_named)):
-                message, help = f'there is no frame "{name}"', suggest(meant)
-                yield case.problem("unknown-link", message, case.edge(index, key), help)
+            is_named = key == "parent" or (edge.parent in WORLD_FRAMES and meant in children | parents)
+            if meant and not is_free and is_named:
+                path = case.edge(index, key)
+                yield case.problem("unknown-link", f'there is no frame "{name}"', path, suggest(meant))
 
 
 @rule("edge-cycle", help="Correct `parent` or `child` of one of these, so that frames form a tree.", topic=FRAMES)
 def no_cycle(case: Case) -> Iterator[Diagnostic]:
     """Edges and joints form a cycle in some combination of modes."""
-    steps = _on_circles(steps_in_modes(case)[0]) if case.robot.is_tree and case.robot.edges else []
+    steps, count = steps_in_modes(case)[0] if case.robot.is_tree and case.robot.edges else [], 0
+    while len(steps) != count:  # leave out what is in no cycle: transforms from a root or to a leaf
+        parents, children, count = {step.parent for step in steps}, {step.child for step in steps}, len(steps)
+        steps = [step for step in steps if step.parent in children and step.child in parents]
     modes = modes_in(case.robot, [step.when for step in steps])
     for combination in combinations(modes) if len(modes) <= MAX_MODES else ():
         above = {step.child: step for step in reversed(active_in(steps, combination))}
@@ -364,35 +352,16 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
             return
 
 
-def _on_circles(steps: list[Step]) -> list[Step]:
-    """Return the transforms in cycles, and those on a path from one cycle to another."""
-    for start, end in (("parent", "child"), ("child", "parent")):  # first remove roots, then leaves
-        after: dict[str, list[str]] = {}
-        for step in steps:
-            after.setdefault(getattr(step, start), []).append(getattr(step, end))
-        count = Counter(getattr(step, end) for step in steps)
-        ready = [name for name in after if not count[name]]
-        for name in ready:
-            for other in after.get(name, ()):
-                count[other] -= 1
-                ready += [] if count[other] else [other]
-        steps = [step for step in steps if count[getattr(step, start)]]
-    return steps
-
-
 @rule("split-urdf", help="Give both joints the same publisher.", topic=FRAMES)
 def one_urdf(case: Case) -> Iterator[Diagnostic]:
     """The URDF would have two roots, because another node publishes a joint between them."""
     if not case.robot.is_tree or not case.feeding(ROBOT_STATE_PUBLISHER):
         return
-    ours = case.robot.in_urdf()
     main, *others = _urdf_roots(case) or [""]
     for root in others:
-        first = next(joint for joint in case.robot.joints_from[root] if joint in ours)
-        above = case.robot.joint_to.get(root, first)
-        message = f'the URDF would have two roots, "{main}" and "{root}": it has joint "{first.name}",'
-        message += f' but not joint "{above.name}" above it'
-        yield case.problem("split-urdf", message, case.publisher(above), key=above is first)
+        above = case.robot.joint_to[root]
+        message = f'the URDF would have two roots, "{main}" and "{root}": joint "{above.name}" is not in it'
+        yield case.problem("split-urdf", message, case.publisher(above))
 
 
 def _urdf_roots(case: Case) -> list[str]:
@@ -414,18 +383,15 @@ def one_tree(case: Case) -> Iterator[Diagnostic]:
     main = max(parts, key=lambda piece: len(piece & links), default=set())
     for piece in (piece for piece in parts if piece != main):
         first = next((step for step in published if step.parent in piece and step.parent not in reached), None)
-        names = quote(name for name in case.robot.link if name in piece)
         if first is None:  # a cycle, which another rule reports
             continue
         if first.parent not in links:
-            message = f'there is no link "{first.parent}", so that {names} would not be connected to the robot'
             help = case.suggest(first.path, first.parent, {*links, *reached}, "name a frame")
-            yield case.problem("unknown-link", message, first.path, help)
+            yield case.problem("unknown-link", f'there is no frame "{first.parent}"', first.path, help)
         elif first.parent not in _urdf_roots(case)[1:] and first.parent in case.robot.joint_to:
             above = case.robot.joint_to[first.parent]
-            message = f"{names} would not be connected to the transform tree: no node publishes the transform"
-            message += f' to "{first.parent}" (joint "{above.name}")'
-            yield case.problem("split-tf", message, case.publisher(above))
+            why = f': no node publishes the transform to "{first.parent}" (joint "{above.name}")'
+            yield _cut_off(case, piece, why, case.publisher(above))
 
 
 @Check
@@ -456,12 +422,15 @@ def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
             for piece in inside[1:]:
                 tops = piece - reached
                 if tops and not tops & gaps:  # without a top it is a cycle
-                    across = [step for step in published if (step.parent in piece) != (step.child in piece)]
+                    across = (step for step in published if (step.parent in piece) != (step.child in piece))
                     lost = next(step for step in across if step not in active)
-                    names = quote(name for name in case.robot.link if name in piece)
-                    message = f"{names} would not be connected to the transform tree{in_words(combination)}"
-                    yield case.problem("split-tf", message, lost.path)
+                    yield _cut_off(case, piece, in_words(combination), lost.path)
                     return
+
+
+def _cut_off(case: Case, piece: set[str], why: str, path: Path) -> Diagnostic:
+    names = quote(name for name in case.robot.link if name in piece)
+    return case.problem("split-tf", f"{names} would not be connected to the transform tree{why}", path)
 
 
 @rule("unknown-frame-id", help="Correct the name under `stamps`, or name the publisher of the frame.", topic=FRAMES)
@@ -490,9 +459,9 @@ def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
         elif is_checked and frame not in reported:
             steps = [step for step in published if frame in (step.parent, step.child)]
             absent = [one for one in combinations(modes) if not active_in(steps, one)]
-            turns = [step for step in silent if step.child == frame]
             if any(step.child == frame for step in steps):
                 # Another rule reports frames without a publisher in a mode, unless a turn says so.
+                turns = [step for step in silent if step.child == frame]
                 absent = [one for one in absent if active_in(turns, one)]
             if absent:
                 reported.add(frame)

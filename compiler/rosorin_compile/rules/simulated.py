@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from rosorin_compile.language import element_names as mujoco
-from rosorin_compile.language.annotations import DESCRIPTION, SIMULATION
+from rosorin_compile.language.annotations import SIMULATION
 from rosorin_compile.language.element_names import ACTUATOR, BODY, EQUALITY, GEOM, JOINT, KEY, MATERIAL, SENSOR, SITE
 from rosorin_compile.language.schema import of_topic
 from rosorin_compile.language.symbols import ENDS, KINDS, Symbol
@@ -99,37 +99,29 @@ class _Names:
         self.robot = robot = case.robot
         self.is_open = any(part.kind == TEMPLATE_ELEMENT for sensor in robot.sensors for part in sensor.simulated)
         self.all = list(_named(case))
-        self.shapes = _shapes(case)
         joints = {joint.name for joint in robot.joints if joint.moves or joint.type == BALL}
         joints |= {joint.name + end for joint in robot.joints for end in ENDS.get(joint.type, ())}
         joints |= {_free_joint(robot)} if any(robot.has_free_base(output) for output in robot.outputs) else set()
         bodies = {*robot.link, *(edge.child for edge in robot.edges), "world"}
-        self.by_kind = {BODY: bodies, JOINT: joints, MATERIAL: set(robot.material), GEOM: set(self.shapes)}
+        self.by_kind = {BODY: bodies, JOINT: joints, MATERIAL: set(robot.material), GEOM: set(_shapes(case))}
         for named in self.all:
             self.by_kind.setdefault(named.kind, set()).add(named.name)
 
     def has(self, kind: str, name: str) -> bool:
         """Return True if a name of a kind exists, or may exist."""
-        if kind == GEOM and len(self.shapes.get(name, ())) > 1:  # repeated names are changed in the MJCF
-            return any(named.kind == GEOM and named.name == name for named in self.all)
         return name in self.by_kind.get(kind, ()) or (self.is_open and kind not in (BODY, JOINT))
 
 
-def _shapes(case: Case) -> Mapping[str, list[Path]]:
-    """Return the paths of shapes by the name of their geom, which is their name or LINK_collision_1 and so on.
-
-    Of shapes with the same name, collision shapes come before visual ones.
-    """
-    found: dict[str, list[Path]] = {}
+def _shapes(case: Case) -> Mapping[str, Path]:
+    """Return the paths of shapes by the name of their geom, which is their name or LINK_collision_1 and so on."""
+    found: dict[str, Path] = {}
     for purpose in ("collision", "visual"):
-        before = frozenset(found)
         for link in case.robot.links:
             shapes = enumerate(getattr(link, purpose))
             solids = [(case.link(link.name, purpose, index), one) for index, shape in shapes for one in shape.solids()]
             for index, (path, solid) in enumerate(solids, start=1):
-                found[f"{link.name}_{purpose}_{index}"] = [path]
-                if solid.name and solid.name not in before and path not in found.get(solid.name, ()):
-                    found.setdefault(solid.name, []).append(path)
+                found[f"{link.name}_{purpose}_{index}"] = path
+                found.setdefault(solid.name, path)
     return found
 
 
@@ -137,22 +129,19 @@ def _shapes(case: Case) -> Mapping[str, list[Path]]:
 def unknown_names(case: Case) -> Iterator[Diagnostic]:
     """A key names a site, shape, tendon, actuator, camera or another entry that does not exist; each name once."""
     references = [one for one in case.symbols.references() if one.among]
-    names = _Names(case) if any(one.among == SIMULATION for one in references) else None
-    wrong: dict[tuple[str, str], list[Symbol]] = {}
+    if not references:
+        return
+    names, wrong = _Names(case), dict[tuple[bool, str, str], list[Symbol]]()
     for one in references:
-        kind = _KINDS.get(one.kind, one.kind)
-        if one.among == DESCRIPTION and not case.symbols.gives(one.kind, one.name):
-            message = f'there is no {one.kind} "{one.name}" ({one.what})'
-            defined = case.symbols.among((one.kind,))
-            help: Help = case.suggest(one.path, one.name, defined, f"use a {one.kind} of the robot")
-            yield case.problem("unknown-name", message, one.path, help, key=one.key)
-        if names and one.among == SIMULATION and not names.has(kind, one.name):
-            wrong.setdefault((kind, one.name), []).append(one)
-    for (kind, name), uses in wrong.items():
+        is_simulated = one.among == SIMULATION
+        kind = _KINDS.get(one.kind, one.kind) if is_simulated else one.kind
+        if not (names.has if is_simulated else case.symbols.gives)(kind, one.name):
+            wrong.setdefault((is_simulated, kind, one.name), []).append(one)
+    for (is_simulated, kind, name), uses in wrong.items():
         id, word = _RULES.get(kind, "unknown-name"), _WORDS.get(kind, kind)
         message = f'there is no {word} "{name}"'
-        known = names.by_kind.get(kind, ()) if names else ()
-        help = case.suggest(uses[0].path, name, known, f"use another {word} of the robot")
+        known = names.by_kind.get(kind, ()) if is_simulated else case.symbols.among((kind,))
+        help: Help = case.suggest(uses[0].path, name, known, f"use another {word} of the robot")
         if kind == JOINT and name in case.robot.joint:
             joint = case.robot.joint[name]
             parts = " or ".join(f'"{name}{end}"' for end in ENDS.get(joint.type, ()))
@@ -167,12 +156,10 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
 @rule("name-twice", help="Rename one of them; in a part, names automatically get its prefix.", topic=SIMULATED)
 def unique_names(case: Case) -> Iterator[Diagnostic]:
     """Two entries of one kind have the same name in the MJCF: sites, cameras, sensors, tendons, elements."""
-    names = list(_named(case))
-    taken: dict[tuple[str, str], Path] = {}
+    names, taken = list(_named(case)), dict[tuple[str, str], Path]()
     if any(named.kind == GEOM for named in names):
-        taken |= {(GEOM, name): paths[0] for name, paths in _shapes(case).items()}
-    root = case.robot.root_in_world.joint
-    if root and root in case.robot.joint:
+        taken |= {(GEOM, name): path for name, path in _shapes(case).items()}
+    if (root := case.robot.root_in_world.joint) in case.robot.joint:
         names.append(Named(JOINT, root, ("root", "joint"), key=False))
         taken[JOINT, root] = case.joint(case.robot.joint[root])
     if all(named.derived or named.path[0] in ("sensors", "poses") for named in names):
@@ -197,6 +184,7 @@ _IN_WORDS = {
     "composite": "make its bodies links",
     "attach": "use a part, or include its file",
     "include": "write its elements here, or include its file",
+    "compiler": "leave it out; angles are in radians here",
 }
 _IN_BODIES = ("geom", "site", "camera", "light", "frame", "replicate", "flexcomp", "plugin")
 
@@ -210,57 +198,46 @@ def mjcf_elements(case: Case) -> Iterator[Diagnostic]:
         return
     names, own = _Names(case), f"{case.robot.name}_"
     # <replicate> and <flexcomp> generate names: the names of their elements with a suffix.
-    made_of: list[tuple[str, str]] = []
-    tags: set[str] = set()
+    generated: list[tuple[str, str]] = []
     for _, elements, top in texts:
-        inside = {tag for found in elements for tag in found.tags}
-        tags |= inside
-        if inside & {"replicate", "flexcomp"}:
-            made_of += [(one.kind, one.name) for found in elements for one in mujoco.defined_names(found, top)]
+        if {"replicate", "flexcomp"} & {tag for found in elements for tag in found.tags}:
+            generated += [(one.kind, one.name) for found in elements for one in mujoco.defined_names(found, top)]
+    has_flexcomp = any("flexcomp" in found.tags for _, elements, _ in texts for found in elements)
     materials = {f"{own}{name}" for name in case.robot.material}  # their names in the MJCF
     names.by_kind[MATERIAL] = materials | {named.name for named in names.all if named.kind == MATERIAL}
     seen: set[tuple[str, str]] = set()
     for path, elements, top in texts:
-        wrong = next(((found, why) for found in elements if (why := _misplaced(case, found, top))), None)
+        wrong = next(((found, why) for found in elements if (why := _misplaced(found, top))), None)
         if wrong:
             found, (message, help) = wrong
             yield at_name(case.problem("mjcf-element", message, path, help), found.tags[-1], found.line)
             continue
-        for line, (name, kind, _, where, _) in [
-            (it.line, one) for it in elements for one in mujoco.used_names(it, top)
-        ]:
-            is_made = any(kind == made and name.startswith(start) for made, start in made_of)
-            is_made |= kind == BODY and "flexcomp" in tags
+        for found, (name, kind, _, where, _) in ((it, one) for it in elements for one in mujoco.used_names(it, top)):
+            is_generated = any(kind == one and name.startswith(start) for one, start in generated)
+            is_generated |= kind == BODY and has_flexcomp
             is_ours = kind in (mujoco.CLASS, mujoco.MESH) and name.startswith(own)
             is_ours |= kind == mujoco.CLASS and name in ("main", case.robot.name)
             exists = names.has(kind, name) if kind != MATERIAL else name in names.by_kind[MATERIAL]
-            if (kind, name) in seen or exists or is_made or is_ours:
+            if (kind, name) in seen or exists or is_generated or is_ours:
                 continue
             seen.add((kind, name))
             word = GEOM if kind == GEOM else _WORDS.get(kind, kind)
             message = f'{where} refers to {word} "{name}", which is not in the MJCF'
             help = case.suggest(path, name, names.by_kind.get(kind, ()), f"use a {word} of the robot")
-            yield at_name(case.problem("unknown-in-mjcf", message, path, help), name, line)
+            yield at_name(case.problem("unknown-in-mjcf", message, path, help), name, found.line)
 
 
-def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, Help] | None:
+def _misplaced(found: Found, top: bool) -> tuple[str, Help] | None:
     tag, first = found.tags[-1], found.tags[0]
     is_other = top and (first == "default" or (tag == "joint" and first in ("tendon", "equality")))
     if tag in _IN_WORDS and not is_other:
         return f"<{tag}> is written as MJCF, so that other artifacts would not have it", _IN_WORDS[tag]
-    if tag == "flexcomp" and case.robot.poses:
-        message = "<flexcomp> adds joints that no pose places: MuJoCo refuses the keyframes"
-        return message, "leave the poses to a description without it"
-    known = mujoco.SECTIONS if top else _IN_BODIES
+    known, other = (mujoco.SECTIONS, _IN_BODIES) if top else (_IN_BODIES, mujoco.SECTIONS)
     if len(found.tags) > 1 or tag in known:
         return None
-    if top and tag == "compiler":
-        return "<compiler> would change the meaning of all numbers in the MJCF", "remove it; write angles in radians"
-    if top and tag in _IN_BODIES:
-        return f"<{tag}> is not a top-level element of MJCF", 'write it in "mjcf_elements" of a link'
-    if not top and tag in mujoco.SECTIONS:
-        return f"<{tag}> is a top-level element of MJCF, but is in a link", 'write it in the top-level key "mjcf"'
-    return f"<{tag}> is not valid in {'an MJCF' if top else 'a body of an MJCF'}", Suggestion(tag, known, "remove it")
+    help = 'write it in "mjcf_elements" of a link' if top else 'write it in the top-level key "mjcf"'
+    what = "a top-level element of MJCF" if top else "an element of a body"
+    return f"<{tag}> is not {what}", help if tag in other else Suggestion(tag, known, "remove it")
 
 
 # The number of sizes of a site by type; further sizes have no effect.
@@ -287,27 +264,21 @@ def _mark_problems(tag: str, values: Mapping[str, Any]) -> Iterator[tuple[str, s
         if min(numbers("size")[:count], default=1.0) <= 0:
             yield "size", "has a size that is not above zero"
         return
-    mode, lens = str(values.get("mode", "fixed")), [key for key in ("focal", "focalpixel") if key in values]
-    chip = [*lens, *(key for key in ("principal", "principalpixel") if key in values)]
+    chip = [key for key in ("focal", "focalpixel", "principal", "principalpixel") if key in values]
     if any(not 0 <= value <= 1 for value in numbers("softness")):
         yield "softness", f"has a softness of {number(values['softness'])}: write a number from 0 to 1"
-    if "dir" in values and tag == "light" and not any(numbers("dir")):
-        yield "dir", "shines in no direction: write one, such as [0, 0, -1]"
     if chip and "sensorsize" not in values:
         yield chip[0], f"has {chip[0]} but no sensorsize: write the size of the image sensor, [WIDTH, HEIGHT] in m"
-    if "sensorsize" in values and "fovy" in values:
-        yield "fovy", "has fovy and sensorsize, which exclude each other"
-    if "sensorsize" in values and not lens:
-        yield "sensorsize", "has a sensorsize and no focal length: write focal: [X, Y], in m"
-    if any(value <= 0 for key in ("sensorsize", "focal", "focalpixel") for value in numbers(key)):
-        yield "sensorsize", "has sizes that are not above zero"
-    if isinstance(values.get("output"), tuple) and len(set(values["output"])) < len(values["output"]):
-        yield "output", "makes one output twice"
-    if any(value <= 0 for value in numbers("resolution")):
-        yield "resolution", "has a picture without pixels"
+    if "dir" in values and tag == "light" and not any(numbers("dir")):
+        yield "dir", "has a direction of length zero: write one, such as [0, 0, -1]"
+    if "sensorsize" in values and ("fovy" in values or not {"focal", "focalpixel"} & values.keys()):
+        yield "sensorsize", "has a sensorsize: write focal: [X, Y] (m) with it, and no fovy"
+    for key in ("sensorsize", "focal", "focalpixel", "resolution"):
+        if any(value <= 0 for value in numbers(key)):
+            yield key, f"has a {key} that is not above zero"
     if any(not 0 < value < 180 for value in numbers("fovy")) and values.get("projection") != "orthographic":
         yield "fovy", f"has a field of view of {number(values['fovy'])} degrees: write an angle between 0 and 180"
-    if mode.startswith("targetbody") != ("target" in values):
+    if str(values.get("mode", "")).startswith("targetbody") != ("target" in values):
         yield "target" if "target" in values else "mode", 'needs both "mode: targetbody" and "target: LINK", or neither'
 
 

@@ -15,6 +15,7 @@ from typing import Any
 
 from rosorin_compile.language.element_names import EITHER, FRAME, JOINT, LINK, REFERRING, Reference, references
 from rosorin_compile.language.schema import named_as
+from rosorin_compile.language.symbols import Symbol
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Joint, Link, Shape
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, Source, Suggestion, nearest
@@ -27,8 +28,8 @@ from rosorin_compile.source.xml.elements import canonical, damage, found_in, tre
 from .case import Case
 from .joints import WORLD_FRAMES
 
-_MAX_RELATED = 3
-_AROUND = "elements"  # a tag that no text closes by mistake
+_MAX_SUGGESTED = 3
+_AROUND = "urdf_elements"  # a tag that no text closes by mistake
 _CLOSES = re.compile(r"</(.+)> does not close <(.+)>")
 
 
@@ -71,8 +72,6 @@ def well_formed(case: Case) -> Iterator[Diagnostic]:
             left = _CLOSES.fullmatch(reason)
             if left and left[1] == _AROUND:  # a child element is not closed
                 reason, line, help = f"<{left[2]}> is not closed", 0, f"add </{left[2]}>"
-            elif left and left[2] == _AROUND:
-                reason = f"</{left[1]}> does not close an open element"
         made = case.problem("bad-xml", f"not an XML element: {reason}", path, help)
         wrong = text.split("\n")[line - 1] if line else ""
         moved = at_name(made, wrong.strip(), line) if wrong.strip() else made
@@ -128,25 +127,25 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
     inside = {name for joint in carried for name in (joint.name, joint.parent, joint.child)}
     for (kind, name), uses in mentions.items():
         sure = [use for use in uses if use[0].sure]
-        found, path, _ = (sure or uses)[0]
+        _, path, line = (sure or uses)[0]
         if name not in names[kind] and (sure or nearest(name, names[kind])):
-            message, uses = f'{found.where} refers to {kind} "{name}", which does not exist', sure or uses
+            message, uses = f'there is no {kind} "{name}"', sure or uses
             real = {*robot.link} if kind in (LINK, FRAME) else names[kind]
             help: Help = case.suggest(path, name, real, f"use a {kind} of the robot")
             # Names without the prefix, as in a part.
             longer = sorted(one for one in real if one.endswith(name) and not one[: -len(name)][-1:].isalnum())
-            help = suggest(*longer[:_MAX_RELATED]) if longer else help
+            help = suggest(*longer[:_MAX_SUGGESTED]) if longer else help
         elif kind != "material" and carried and sure and name not in inside and name in both:
             what = "link" if name in robot.link and kind != JOINT else "joint"
-            message, uses = f'{found.where} refers to {what} "{name}", which is not in the URDF', sure
+            message, uses = f'the {what} "{name}" is not in the URDF', sure
             help = "let robot_state_publisher publish it, or remove the element"
         else:
             continue
-        made = [case.problem("unknown-reference", message, path, help) for _, path, _ in uses]
-        first, *others = [at_name(one, name, line) for one, (_, _, line) in zip(made, uses, strict=True)]
-        places = dict.fromkeys(other.span for other in others[:_MAX_RELATED] if other.span != first.span)
-        yield replace(first, related=(*(Related("also used here", place) for place in places), *first.related))
-        yield from (other for other in others if other.span == first.span)  # other uses of a part with this text
+        texts: dict[Path, Symbol] = {}
+        for one, path, _ in uses:
+            texts.setdefault(path, Symbol(kind, name, path, what=one.where))
+        found = case.unknown("unknown-reference", message, [*texts.values()], help)
+        yield from (at_name(one, name, line) for one in found)
 
 
 @rule("duplicate-xml", help="Rename one of them; in a part, begin the name with `${prefix}`.", topic=NUMBERS)

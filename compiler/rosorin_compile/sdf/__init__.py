@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from rosorin_compile.model import Output
     from rosorin_compile.source.tree import Map
 
-__all__ = ["FORMAT"]
-
 
 def _call(module: str, name: str, *arguments: Any) -> Any:
     """Import a module on demand and call a function in it, because few runs need all modules."""

@@ -60,7 +60,6 @@ OF_COLLISIONS: Mapping[str, tuple[str, str, int]] = {
 }
 _FOR_CONVERSION = ("preserveFixedJoint", "disableFixedJointLumping", "disableJointLumping")  # for URDF to SDF
 _POSED = ("sensor", "light", "particle_emitter", "projector", "audio_source", "visual", "collision")
-_SHORT = 80
 # Size elements of each geometry, with their number of values.
 SOLIDS = {
     "box": {"size": 3},
@@ -140,8 +139,7 @@ def content_of(robot: Robot) -> Content:
 
 def version_of(robot: Robot, output: Output) -> str:
     """Return the SDF version of an output as text, because YAML parses 1.9 as a number."""
-    asked = output.options.get("version")
-    if asked is not None:
+    if (asked := output.options.get("version")) is not None:
         return "1.10" if asked == 1.1 else str(asked)
     return FOLLOWERS if any(joint.mimic for joint in robot.joints) else OLDEST
 
@@ -203,13 +201,10 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
             yield case.problem("sdf-name", message, path, help, key=kind != "model")
 
 
-# Elements without a key in the language
-
-
 def wrap(tag: str, texts: Sequence[str], **attributes: str) -> Text:
     """Wrap XML elements in an element."""
     names = "".join(f" {key}={attribute_value(value)}" for key, value in attributes.items())
-    if len(texts) == 1 and "\n" not in texts[0] and len(texts[0]) < _SHORT:
+    if len(texts) == 1 and "\n" not in texts[0] and len(texts[0]) < 80:
         return Text(f"<{tag}{names}>{texts[0]}</{tag}>")
     return Text("\n".join([f"<{tag}{names}>", *(indent_lines(text, "  ") for text in texts), f"</{tag}>"]))
 
@@ -220,7 +215,7 @@ def keep(entry: dict[str, Any], element: Element, text: str) -> int:
     return len(entry["urdf_elements"]) - 1
 
 
-class Kept(NamedTuple):
+class KeptElements(NamedTuple):
     """Kept elements: XML by link or joint, values for all collisions of a link by tag, and tags not written."""
 
     model: list[str]
@@ -230,9 +225,9 @@ class Kept(NamedTuple):
     left_out: dict[str, None]
 
 
-def sort_elements(robot: Robot, carrier: Mapping[str, str], joints: Collection[str]) -> Kept:
+def sort_elements(robot: Robot, carrier: Mapping[str, str], joints: Collection[str]) -> KeptElements:
     """Sort the kept elements by their place in SDF; ``carrier`` is as in ``Content``, ``joints`` are the SDF joints."""
-    found = Kept([element.verbatim for element in own_elements(robot.urdf_elements)[0]], {}, {}, {}, {})
+    found = KeptElements([element.verbatim for element in own_elements(robot.urdf_elements)[0]], {}, {}, {}, {})
     waiting = [(link.name, element) for link in robot.links for element in own_elements(link.urdf_elements)[0]]
     blocks = list(_elements(robot.urdf_elements, "gazebo"))
     waiting += [(block.get("reference"), element) for block in blocks for element in block.children]
@@ -290,13 +285,12 @@ def own_elements(texts: Sequence[str], *within: str) -> tuple[list[Element], Map
 
 def _elements(texts: Sequence[str], tag: str) -> Iterator[Element]:
     """Parse kept XML and yield the top-level elements with a tag."""
-    for text in texts:
-        if f"<{tag}" in text:
-            try:
-                document = parse(Source("", f"<all>{text}</all>"))
-            except MarkupError:  # too large; rules have already checked the syntax
-                continue
-            yield from (block for block in document.root.children if block.tag == tag)
+    for text in (text for text in texts if f"<{tag}" in text):
+        try:
+            document = parse(Source("", f"<all>{text}</all>"))
+        except MarkupError:  # too large; rules have already checked the syntax
+            continue
+        yield from (block for block in document.root.children if block.tag == tag)
 
 
 def _relative_to(element: Element, frame: str) -> str:

@@ -33,11 +33,9 @@ from .content import RESERVED, UNLIMITED, WORLD
 
 LINK, FRAME, JOINT, MODEL = "link", "frame", "joint", "model"
 OWN = "__model__"
-_NAMING = ("relative_to", "frame", "attached_to", "expressed_in")
 _VERSIONS = [f"1.{minor}" for minor in range(4, 13)]
 _DEEPEST = 20  # nested models; more indicates a cycle of includes
 _INFINITE = re.compile(r"[-+]?(?:inf|infinity)\Z", re.I)
-_POSE_ATTRIBUTES = ("relative_to", "frame", "rotation_format", "degrees")
 _ROUNDING = 1e-15  # as in ``Pose``: smaller numbers of a pose are rounding errors
 MAX_MODELS = 1_000  # limit of includes
 MAX_ELEMENTS = 200_000  # limit of elements in all files
@@ -116,9 +114,8 @@ class Scope:
     @property
     def prefix(self) -> str:
         """The prefix in the description for names in this model."""
-        if self.outer is None:
-            return ""
-        return self.outer.prefix if self.is_merged else f"{self.outer.prefix}{self.name}_"
+        above = "" if self.outer is None else self.outer.prefix
+        return above if self.outer is None or self.is_merged else f"{above}{self.name}_"
 
     def all_nodes(self) -> Iterator[Node]:
         for node in self.nodes.values():
@@ -159,8 +156,6 @@ class SdfReader(XmlReader):
         self._elements, self._is_too_much = 0, False
         self._poses: dict[Node, Transform] = {}
 
-    # Values of elements
-
     def text(self, element: Element, tag: str) -> Placed | None:
         child = self.single(element, tag)
         return None if child is None or not child.text else Placed(child.text, markup.place(child))
@@ -186,12 +181,11 @@ class SdfReader(XmlReader):
             return none
         form = element.get("rotation_format", "euler_rpy")
         if form == "euler_rpy":
-            self.check_attributes(element, _POSE_ATTRIBUTES)
+            self.check_attributes(element, ("relative_to", "frame", "rotation_format", "degrees"))
         elif form != "quat_xyzw":
             message, help = f'the rotation of {name_of(element)} is in "{form}"', "one of euler_rpy, quat_xyzw"
             self.error("wrong-value", message, element.attributes["rotation_format"].span, help)
-        found = self.all_of(element, 7 if form == "quat_xyzw" else 6)
-        if found is None:
+        if (found := self.all_of(element, 7 if form == "quat_xyzw" else 6)) is None:
             return none
         if form == "quat_xyzw":
             x, y, z, a, b, c, w = (float(one.value) for one in found)
@@ -213,8 +207,6 @@ class SdfReader(XmlReader):
         self.check(element, {*known, *tags}, attributes, None)
         found = [child for child in element.children if child.tag in tags and child.tag not in read]
         return [child for child in found if not child.tag.startswith("xacro:")]
-
-    # Included files
 
     def _folders(self, *variables: str) -> Iterator[str]:
         for variable in variables:
@@ -265,12 +257,9 @@ class SdfReader(XmlReader):
         name = name or uri.partition("/")[0]
         return None, "", f"put it next to the file, or say where it is: --package {name}=FOLDER"
 
-    # Models
-
     def top(self, root: Element, file: Path) -> Scope | None:
         """Return the only model of a document, or None after an error."""
-        version = self._version(root)
-        models = [child for child in root.children if child.tag == MODEL]
+        version, models = self._version(root), [child for child in root.children if child.tag == MODEL]
         if len(models) != 1:
             other = next((child for child in root.children if child.tag in ("world", "actor", "light")), root)
             names = f": {quote([one.get('name') for one in models], 3)}" if models else ""
@@ -303,8 +292,7 @@ class SdfReader(XmlReader):
 
     def _fill(self, scope: Scope) -> Scope:
         outside = self.text(scope.including, "placement_frame") if scope.including is not None else None
-        placement = outside or scope.element.attributes.get("placement_frame")
-        if placement is not None and placement.value:
+        if (placement := outside or scope.element.attributes.get("placement_frame")) is not None and placement.value:
             message = f"placement_frame of {name_of(scope.element)} is not read: a model is placed by its own frame"
             self.error("sdf-include", message, placement.span, "remove it, and adapt the <pose> of the model")
         for child in scope.element.children:
@@ -329,8 +317,7 @@ class SdfReader(XmlReader):
             inner.node.inner = inner
 
     def _add(self, scope: Scope, kind: str, name: str, element: Element, posed: Element) -> Node | None:
-        first = scope.nodes.get(name)
-        if first is not None:
+        if (first := scope.nodes.get(name)) is not None:
             message = f'the {kind} "{name}" has the name of another {first.kind}'
             related = [Related("first defined here", first.element.span)]
             self.error("duplicate-name", message, name_span(element), "rename or remove one", related)
@@ -339,8 +326,7 @@ class SdfReader(XmlReader):
         return scope.nodes.setdefault(name, Node(kind, name, element, scope, self.pose(self.single(posed, "pose"))))
 
     def _include(self, scope: Scope, element: Element) -> None:
-        uri = self.text(element, "uri")
-        if uri is None:
+        if (uri := self.text(element, "uri")) is None:
             self.error("missing-element", f"{name_of(element)} has no <uri>", element.span, "add <uri>")
             return
         file, outside, help = self.find_file(str(uri.value), scope.file)
@@ -363,8 +349,6 @@ class SdfReader(XmlReader):
         if version is not None and name:
             self._add_model(scope, Scope(model, file, version, scope, name, element))
 
-    # Names and places
-
     def require(self, scope: Scope, name: str, span: Span, what: str) -> Node | None:
         """Resolve a name, or report an error and return None if it does not exist."""
         node = self.canonical(scope) if name == OWN else scope.find(name)
@@ -375,8 +359,7 @@ class SdfReader(XmlReader):
 
     def base(self, node: Node) -> tuple[str, Span]:
         """Return the name of the frame that the pose of a node is relative to, and its source position."""
-        attribute = relative_to(node.written.element)
-        if attribute is None and node.kind == FRAME:
+        if (attribute := relative_to(node.written.element)) is None and node.kind == FRAME:
             attribute = node.element.attributes.get("attached_to")
         if attribute is not None and attribute.value:
             return attribute.value, attribute.span
@@ -392,8 +375,7 @@ class SdfReader(XmlReader):
             self.error("sdf-name-unknown", message, self.base(node)[1], "let one be relative to __model__")
             self._poses[node] = Transform()
         if node not in self._poses:
-            pose = self.base_pose(node, (*visited, node)).then(node.written.transform)
-            self._poses.setdefault(node, pose)
+            self._poses.setdefault(node, self.base_pose(node, (*visited, node)).then(node.written.transform))
         return self._poses[node]
 
     def base_pose(self, node: Node, visited: tuple[Node, ...] = ()) -> Transform:
@@ -401,8 +383,7 @@ class SdfReader(XmlReader):
         name, span = self.base(node)
         if name in (OWN, ""):
             return self.model_pose(node.scope, visited or (node,))
-        what = f"relative_to of {name_of(node.element)}"
-        found = self.require(node.scope, name.removesuffix(f"::{OWN}"), span, what)
+        found = self.require(node.scope, name.removesuffix(f"::{OWN}"), span, f"relative_to of {name_of(node.element)}")
         return Transform() if found is None else self.node_pose(found, visited or (node,))
 
     def link_of(self, node: Node, visited: tuple[Node, ...] = ()) -> Node | None:
@@ -421,16 +402,13 @@ class SdfReader(XmlReader):
         elif attribute is None or attribute.value in ("", OWN):
             return self.canonical(node.scope, visited)
         else:
-            what = f"attached_to of {name_of(node.element)}"
-            found = self.require(node.scope, attribute.value, attribute.span, what)
+            found = self.require(node.scope, attribute.value, attribute.span, f"attached_to of {name_of(node.element)}")
         return None if found is None else self.link_of(found, visited)
 
     def canonical(self, scope: Scope, visited: tuple[Node, ...] = ()) -> Node | None:
         """Return the canonical link of a model: the one that it specifies, or the first link."""
-        attribute = scope.element.attributes.get("canonical_link")
-        if attribute is not None and attribute.value:
-            what = f"canonical_link of {name_of(scope.element)}"
-            found = self.require(scope, attribute.value, attribute.span, what)
+        if (attribute := scope.element.attributes.get("canonical_link")) is not None and attribute.value:
+            found = self.require(scope, attribute.value, attribute.span, f"canonical_link of {name_of(scope.element)}")
             return None if found is None else self.link_of(found, visited)
         links = (node for node in scope.nodes.values() if node.kind == LINK)
         inner = (self.canonical(node.inner, visited) for node in scope.nodes.values() if node.inner is not None)
@@ -447,7 +425,7 @@ class SdfReader(XmlReader):
             return kept_text(element, made)
         named_frames = [(inner, attribute) for inner in element.iter() for attribute in inner.attributes.values()]
         for inner, attribute in reversed(named_frames):
-            if attribute.name not in _NAMING:
+            if attribute.name not in ("relative_to", "frame", "attached_to", "expressed_in"):
                 continue
             start, at = attribute.name_start - element.start, attribute.start - element.start
             before, after = made[:start], made[at + len(attribute.raw) :]

@@ -31,9 +31,7 @@ from .read_joints import Bodies, Entries, Joints, is_near
 
 _READ = ("link", "frame", "joint", "model", "include", "pose")
 _IN_INCLUDE = ("uri", "name", "pose", "static", "placement_frame", "plugin")
-_NEWER = ("1.10", "1.11", "1.12")
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-_OUTLINE = "polyline"  # a geometry can have several, where an inner one is a hole
 _WATER = 1000  # kg/m^3: the default density for a computed inertial
 
 
@@ -41,8 +39,7 @@ def read_sdf(opened: Opened) -> Imported:
     """Import the robot of an SDF."""
     reading, document = SdfReader(opened.options, opened.path), opened.xml
     top = reading.top(document.root, opened.path)
-    sections = None if top is None else _Robot(reading, top).read()
-    diagnostics = reading.all_diagnostics()
+    sections, diagnostics = None if top is None else _Robot(reading, top).read(), reading.all_diagnostics()
     imported = Imported(None, diagnostics, (), tuple(reading.files))
     if sections is None or top is None or has_errors(diagnostics):
         return imported
@@ -54,11 +51,10 @@ def read_sdf(opened: Opened) -> Imported:
     if tree is None:
         return imported._replace(diagnostics=[*diagnostics, *problems])
     version = ".".join(map(str, top.version))
-    output = {"file": "robot.sdf", **({"version": version} if version in _NEWER else {})}
+    output = {"file": "robot.sdf", **({"version": version} if version in ("1.10", "1.11", "1.12") else {})}
     tree.put("outputs", as_tree({"sdf": output}, tree.span), tree.span, tree.span)
     for element in document.root.iter():  # a comment in an element without an entry belongs to the entry of its parent
-        above = reading.paths.get(id(element.parent))
-        if above is not None and "urdf_elements" not in above:
+        if (above := reading.paths.get(id(element.parent))) is not None and "urdf_elements" not in above:
             reading.paths.setdefault(id(element), () if above == ("robot",) else above)
     comments = comments_of(document, reading.paths)
     return imported._replace(tree=tree, diagnostics=[*diagnostics, *problems], comments=comments, version=version)
@@ -124,8 +120,7 @@ class _Robot:
                 reading.check(node.element, ("pose",), ("name", "attached_to"), None)
         for node in bodies.links:
             self._link(node)
-        massless = [node for node in bodies.links if all(one.tag != "inertial" for one in node.element.children)]
-        if massless:
+        if massless := [node for node in bodies.links if all(one.tag != "inertial" for one in node.element.children)]:
             names = first_of([node.called for node in massless], 3)
             message = f"{count_of(len(massless), 'link')} without <inertial> ({names}): 1 kg, as readers of SDF take it"
             reading.note("import-converted", message, massless[0].element.span)
@@ -149,8 +144,6 @@ class _Robot:
         of_model = self.reading.pose(self.reading.single(self.top.element, "pose"))
         written = of_model if of_model.transform == here else WrittenPose(here)
         return {} if is_near(here) else written.entry((written.element or self.top.element).span)
-
-    # Kept elements
 
     def _put(self, tag: str, found: Sequence[tuple[Element, str]], **attributes: str) -> None:
         if found:
@@ -181,9 +174,8 @@ class _Robot:
             reading.check(scope.including, _IN_INCLUDE, ("merge",), None)
         for tag, found in (("gazebo", gazebo), ("sdf", rest)):
             self._put(tag, [(child, reading.text_of(child, scope)) for child in found])
-        for node in scope.nodes.values():
-            if node.inner is not None:
-                self._keep_elements(node.inner)
+        for inner in filter(None, (node.inner for node in scope.nodes.values())):
+            self._keep_elements(inner)
 
     def _is_constraint(self, element: Element, scope: Scope) -> bool:
         """Import a ball constraint of Drake between two links; return False for any other element."""
@@ -203,13 +195,10 @@ class _Robot:
         self.reading.paths[id(element)] = ("constraints", name)
         return True
 
-    # Links
-
     def _link(self, link: Node) -> None:
         self._inertial(link)
-        for child in link.element.children:
-            if child.tag in ("visual", "collision"):
-                self._shape(child, link)
+        for child in (child for child in link.element.children if child.tag in ("visual", "collision")):
+            self._shape(child, link)
         for child in self.reading.rest(link.element, ("pose", "inertial", "visual", "collision"), ("name",)):
             if child.tag not in OF_LINK:
                 self._keep(child, link)
@@ -265,13 +254,11 @@ class _Robot:
     def _shape(self, element: Element, link: Node) -> None:
         reading = self.reading
         owner, placed = self._placed(reading.single(element, "pose"), link)
-        geometry = reading.single(element, "geometry")
-        if geometry is None:
+        if (geometry := reading.single(element, "geometry")) is None:
             reading.error("missing-element", f"{name_of(element)} has no <geometry>", element.span, "add one")
             return
         made: dict[str, Any] = {}
-        solid = self._solid(geometry, made, link)
-        if solid is None:
+        if (solid := self._solid(geometry, made, link)) is None:
             return
         if solid.tag not in SOLIDS:
             message = f"<{solid.tag}> of {name_of(element)} is a shape of its own kind: kept as it is"
@@ -280,8 +267,7 @@ class _Robot:
             return
         shapes = self.entries.links[owner.called].setdefault(element.tag, [])
         reading.paths[id(element)] = ("links", owner.called, element.tag, len(shapes))
-        attribute = element.attributes.get("name")
-        if attribute is None or not attribute.value:
+        if (attribute := element.attributes.get("name")) is None or not attribute.value:
             message = f"a <{element.tag}> of {name_of(link.element)} has no name"
             reading.lenient("missing-attribute", message, element.span, 'add name="..."', "takes it without")
         elif not NAME.match(attribute.value):
@@ -298,8 +284,7 @@ class _Robot:
         if any(child.tag == "submesh" for child in more[solid.tag]):
             message = f"the submesh of {name_of(element)} is kept for SDF alone: other formats have the whole mesh"
             reading.note("import-converted", message, solid.span)
-        material = reading.single(element, "material")
-        if material is not None and element.tag == "collision":
+        if (material := reading.single(element, "material")) is not None and element.tag == "collision":
             reading.ignore("the material of a collision: what collides is not seen", material.span)
         elif material is not None:
             more["material"] = self._look(material, made, link)
@@ -343,7 +328,7 @@ class _Robot:
         """Set the geometry of a shape and return its element, or report an error and return None."""
         reading = self.reading
         children = [child for child in geometry.children if child.tag != "empty"] or geometry.children
-        if len(children) > 1 and {child.tag for child in children} != {_OUTLINE}:
+        if len(children) > 1 and {child.tag for child in children} != {"polyline"}:
             message = f"{name_of(geometry)} has {phrase(f'<{child.tag}>' for child in children)}; it takes one"
             reading.error("duplicate-element", message, children[1].span, "make a second shape of it")
             return None

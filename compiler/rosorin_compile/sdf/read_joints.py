@@ -43,7 +43,7 @@ class Entries(NamedTuple):
     gazebo: dict[str, list[tuple[Element, str]]]
 
 
-class Joined(NamedTuple):
+class JointNode(NamedTuple):
     """A joint of an SDF; ``parent`` is None for the world, ``there`` is the pose of the child in the joint frame."""
 
     node: Node
@@ -71,13 +71,11 @@ class Bodies:
         self.world, attribute = reading.pose(pose).transform, models.relative_to(pose)
         if attribute is not None and attribute.value != WORLD:
             message = f'the pose of the model is relative to "{attribute.value}", which is not in the file'
-            help = "leave it out: the world is what is meant"
-            reading.error("sdf-name-unknown", message, attribute.span, help)
+            reading.error("sdf-name-unknown", message, attribute.span, "leave it out: the world is what is meant")
         self._body = {node: reading.link_of(node) for node in self.members}
-        self.joints: list[Joined] = []
-        for node in nodes:
-            if node.kind == JOINT:
-                self._join(node)
+        self.joints: list[JointNode] = []
+        for node in (node for node in nodes if node.kind == JOINT):
+            self._join(node)
         self._tops: dict[Node, Node] = {}
         for joint in self.joints:
             if (body := self.body_of(joint.child)) is not None:
@@ -101,13 +99,11 @@ class Bodies:
         reading.need(node.element, "type")
         kind = attribute.value if attribute is not None else ""
         if attribute is not None and kind not in _TYPES:
-            what = f'{name_of(node.element)} is of type "{kind}", which'
+            what, help = f'{name_of(node.element)} is of type "{kind}", which', f"use {phrase(_TYPES)}"
             if kind not in _NOT_CARRIED:
                 suggestion = Suggestion(kind, (*_TYPES, *_NOT_CARRIED))
                 reading.error("joint-type", f"{what} is unknown", attribute.span, suggestion)
-            elif reading.lenient(
-                "sdf-joint", f"{what} no description has", attribute.span, f"use {phrase(_TYPES)}", "leaves it out"
-            ):
+            elif reading.lenient("sdf-joint", f"{what} no description has", attribute.span, help, "leaves it out"):
                 reading.cannot_carry(name_of(node.element), attribute.span)
         parent, child = (self._end(node, end) for end in ("parent", "child"))
         if not parent or not child or kind not in _TYPES:
@@ -122,7 +118,7 @@ class Bodies:
             reading.error("sdf-joint", message, child[1], "name another link")
         elif first is None or body is None:
             there = self.pose(node).inverse().then(self.pose(child[0]))
-            self.joints.append(Joined(node, kind, parent[0], child[0], there))
+            self.joints.append(JointNode(node, kind, parent[0], child[0], there))
         else:
             message = f'two joints move link "{body.name}", "{first.node.name}" and "{node.name}": a loop, or swapped'
             if reading.lenient("two-parents", message, node.element.span, "remove one", "leaves the second out"):
@@ -132,8 +128,7 @@ class Bodies:
         """Return an end of a joint (None: the world) and its source position, or report an error and return None."""
         text, reading, name = self.reading.text(node.element, end), self.reading, name_of(node.element)
         if text is None:
-            help = f"add <{end}>LINK</{end}>"
-            reading.error("missing-element", f"{name} has no <{end}>", node.element.span, help)
+            reading.error("missing-element", f"{name} has no <{end}>", node.element.span, f"add <{end}>LINK</{end}>")
             return None
         if text.value == WORLD and node.scope.find(WORLD) is None:
             return None, text.span
@@ -179,8 +174,7 @@ class Joints:
             self.reading.paths[id(joint.node.element)] = ("joints", joint.node.called)
             self._joint(joint, joint.parent.called if joint.parent is not None else world)
         for node in self.bodies.members:
-            above = self.bodies.parent_of(node)
-            if above is not None:
+            if (above := self.bodies.parent_of(node)) is not None:
                 self.fix(node, above.called, self.bodies.local_pose(node, above))
         for key, places in self.stand_ins.items():
             message = f"no {key} limit in the SDF, so {_STAND_INS[key]} is used as a stand-in: {quote([*places], 3)}"
@@ -195,13 +189,12 @@ class Joints:
         entry = {"type": kind, "parent": parent, "child": node.called, **pose.entry(node.element.span)}
         self.entries.joints[name] = Placed(entry, node.element.span)
 
-    def _joint(self, joint: Joined, parent: str) -> None:
+    def _joint(self, joint: JointNode, parent: str) -> None:
         """Add a joint, with an intermediate link if its child would otherwise move differently."""
         element, node, reading = joint.node.element, joint.node, self.reading
         has_axis = joint.kind not in ("fixed", "ball")
         axis = reading.single(element, "axis") if has_axis else None
-        found = self._direction(node, axis)
-        if found is None:
+        if (found := self._direction(node, axis)) is None:
             return
         direction, numbers = found
         is_at = joint.kind in ("fixed", "prismatic") or is_near(Transform(xyz=joint.there.xyz))
@@ -209,8 +202,7 @@ class Joints:
             is_at = max(map(abs, cross(joint.there.xyz, direction))) < _NEAR
         of_child, pose = (self.bodies.local_pose(one, joint.parent) for one in (joint.child, node))
         child = joint.child.called
-        if is_at and (not is_near(joint.there) or (of_child.xyz and not pose.xyz)):
-            pose = of_child
+        pose = of_child if is_at and (not is_near(joint.there) or (of_child.xyz and not pose.xyz)) else pose
         if not is_at:
             child = f"{node.called}_anchor"
             while child in self.entries.links:
@@ -260,8 +252,7 @@ class Joints:
         elif not of_model and node.scope.version <= (1, 6):
             flag = self.reading.single(axis, "use_parent_model_frame")
             of_model = node.scope.version < (1, 5) if flag is None else models.is_true(flag.text)
-        if of_model:
-            frame = self.reading.model_pose(node.scope)
+        frame = self.reading.model_pose(node.scope) if of_model else frame
         if frame is None:
             return (x, y, z), numbers
         turned = self.bodies.pose(node).inverse().then(frame)
@@ -292,8 +283,7 @@ class Joints:
 
     def _limit(self, name: str, entry: dict[str, Any], axis: Element | None, span: Span) -> None:
         """Set the limit of a joint, with stand-ins for missing values that other formats require."""
-        limit = self.reading.single(axis, "limit") if axis is not None else None
-        kind = entry["type"].value
+        limit, kind = self.reading.single(axis, "limit") if axis is not None else None, entry["type"].value
         unit = "m" if kind == "prismatic" else "rad"
         units = {"lower": unit, "upper": unit, "effort": "", "velocity": f"{unit}/s"}
         read = {key: self.reading.limit(limit, key, units[key]) for key in _LIMIT}
@@ -320,12 +310,10 @@ class Joints:
     def _mimic(self, element: Element, node: Node, entry: dict[str, Any]) -> None:
         """Set ``mimic`` of a joint: position = multiplier * (leader - reference) + offset."""
         reading = self.reading
-        attribute = element.attributes.get("joint")
-        if attribute is None or not attribute.value:
+        if (attribute := element.attributes.get("joint")) is None or not attribute.value:
             reading.error("missing-attribute", f"{name_of(element)} names no joint", element.span, 'add joint="..."')
             return
-        leader = node.scope.find(attribute.value)
-        if leader is None or leader.kind != JOINT:
+        if (leader := node.scope.find(attribute.value)) is None or leader.kind != JOINT:
             message = f'{name_of(element)} follows "{attribute.value}", which is not a joint'
             joints = [one.name for one in node.scope.nodes.values() if one.kind == JOINT]
             help = Suggestion(attribute.value, joints, none="name a joint")
@@ -340,8 +328,7 @@ class Joints:
                 number = found[0] if found else None
             if number is not None:
                 made[key] = number
-        reference = made.pop("reference", None)
-        if reference is not None and reference.value:
+        if (reference := made.pop("reference", None)) is not None and reference.value:
             factor, offset = (float(made[key].value) if key in made else usual for key, usual in _USUAL_MIMIC.items())
             made["offset"] = Placed(models.clean_number(offset - factor * reference.value), element.span)
         entry["mimic"] = Placed(made, element.span)

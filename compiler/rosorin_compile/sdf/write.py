@@ -32,7 +32,6 @@ _FRAME_ID = "frame_id"  # tag in SDF 1.12; earlier Gazebo versions use others
 _LOOPS = ("connect", "weld")
 # Points (m) for ball constraints: three that are not collinear are equivalent to a weld, one is a ball joint.
 _CORNERS = ((0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.1, 0.0))
-_ROUNDING = 1e-12
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
@@ -71,9 +70,8 @@ class _Writer:
         others = [text for text in robot.urdf_elements if "<ros2_control" not in text]  # not supported in SDF
         gazebo = distribution(self.gazebo)
         drives, self.idle = drive_blocks(robot, self.joints, "sdf-cannot-say", gazebo, self.number, others)
-        self.kept = contents.sort_elements(
-            replace(robot, urdf_elements=(*robot.urdf_elements, *drives)), carrier, self.joints
-        )
+        driven = replace(robot, urdf_elements=(*robot.urdf_elements, *drives))
+        self.kept = contents.sort_elements(driven, carrier, self.joints)
         self.loops = [one for one in robot.constraints if one.tag in _LOOPS and one.values.get("active") is not False]
         self.open: list[str] = []  # kinematic loops that are not written
         self.unseen: dict[str, list[str]] = {}  # names of sensors that are not written, by reason
@@ -89,8 +87,7 @@ class _Writer:
             solids = [solid for shape in getattr(link, purpose) for solid in shape.solids(self.boxes)]
             for index, solid in enumerate(solids, 1):
                 name = solid.name or f"{link.name}_{purpose}_{index}"
-                if (body, name) in taken and solid.name:
-                    name = f"{link.name}_{name}"
+                name = f"{link.name}_{name}" if (body, name) in taken and solid.name else name
                 while (body, name) in taken:
                     name += "_"
                 taken.add((body, name))
@@ -118,9 +115,8 @@ class _Writer:
             yield f"    {self.pose(root.pose)}"
         for name in self.content.in_order(robot.link):
             yield from self._link(name)
-        for joint in robot.joints:
-            if self.content.has_joint(joint):
-                yield from self._joint(joint)
+        for joint in (joint for joint in robot.joints if self.content.has_joint(joint)):
+            yield from self._joint(joint)
         yield from self._closed()
         yield from _indented(self.kept.model, "    ")
         yield "  </model>"
@@ -157,8 +153,7 @@ class _Writer:
         own, inner = own_elements(solid.urdf_elements, "material", "mesh")
         pose = self.pose(solid.origin(), "" if self.content.carrier[link] == link else link)
         geometry = f"<geometry>{self._geometry(solid, inner.get('mesh', ()))}</geometry>"
-        texts = [element.verbatim for element in own]
-        start = f"{purpose}{attributes(name=name)}"
+        texts, start = [element.verbatim for element in own], f"{purpose}{attributes(name=name)}"
         if purpose == "visual":
             look = self._look(solid, inner.get("material", ()))
             lines = [pose and f"        {pose}", f"        {geometry}", look and f"        <material>{look}</material>"]
@@ -186,8 +181,7 @@ class _Writer:
         if rgba is not None:
             is_own = any(text.startswith("<ambient") for text in more)
             parts = [f"<{key}>{numbers(rgba, self.number)}</{key}>" for key in ("ambient", "diffuse")[is_own:]]
-        if texture:
-            parts.append(f"<pbr><metal><albedo_map>{escape(texture)}</albedo_map></metal></pbr>")
+        parts += [f"<pbr><metal><albedo_map>{escape(texture)}</albedo_map></metal></pbr>"] if texture else []
         return "".join([*parts, *more])
 
     def _joint(self, joint: Joint) -> list[str]:
@@ -229,8 +223,7 @@ class _Writer:
         places = self.robot.poses_in_root({})
         taken = {link.name for link in self.robot.links} | set(self.names.values())
         for loop in self.loops:
-            ends = self._loop_ends(loop)
-            if ends is None:
+            if (ends := self._loop_ends(loop)) is None:
                 self.open.append(loop.name)
                 continue
             first, second, at = ends
@@ -249,7 +242,7 @@ class _Writer:
                 for letter, end, link in (("A", "p_AP", first), ("B", "p_BQ", second)):
                     carrier = self.content.carrier[link]
                     xyz = places[carrier].inverse().apply(point.apply(corner))
-                    text = vector([0.0 if abs(value) < _ROUNDING else value for value in xyz], self.number)
+                    text = vector([0.0 if abs(value) < 1e-12 else value for value in xyz], self.number)
                     lines.append(f"      <{word}_body_{letter}>{escape(carrier)}</{word}_body_{letter}>")
                     lines.append(f"      <{word}_{end}>{text}</{word}_{end}>")
                 yield from _element(f"{word}{attributes(name=f'{name}_{number}' if number else name)}", lines, "    ")
@@ -259,8 +252,7 @@ class _Writer:
         if "relpose" in loop.values:
             return None
         marks = [(link.name, mark) for link in self.robot.links for mark in link.marked if mark.tag == "site"]
-        sites = {mark.name: (link, mark.pose.transform()) for link, mark in marks}
-        values = loop.values
+        sites, values = {mark.name: (link, mark.pose.transform()) for link, mark in marks}, loop.values
         first, second, at = str(values.get("body1", "")), str(values.get("body2", "")), Transform()
         if "site1" in values:
             (first, at), (second, _) = (sites.get(str(values.get(f"site{end}")), ("", at)) for end in (1, 2))

@@ -86,9 +86,8 @@ def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instanc
         return tree
     kind = "empty" if tree is None else "a list" if isinstance(tree, Seq) else "not a mapping"
     message = f'{source.path} is {kind}; a description is a mapping such as "robot: my_robot"'
-    help = "start from docs/tutorial.md"
-    if tree is None and stdin_of(path) is not None:
-        help = "the program before the pipe printed nothing"
+    is_piped = tree is None and stdin_of(path) is not None
+    help = "the program before the pipe printed nothing" if is_piped else "start from docs/tutorial.md"
     if source.text.lstrip().startswith("<"):
         message, help = f"{source.path} is XML, not a description", "`rosorin-compile import` converts robots in XML"
     raise LoadError(error("not-a-mapping", message, source.span(), help))
@@ -185,10 +184,10 @@ class _Composer:
             advice = "list the file under include" if "include" in tag else "write the value without the tag"
             raise self.fail("yaml-tag", f"the YAML tag {tag} is not supported here", event, advice)
         made: Any
-        if tag in _UNIT_TAGS:
-            made = self.tagged(event)
-        elif is_scalar:
-            made = Text(event.value) if event.style or tag is not None else plain_scalar(event.value)
+        if is_scalar:
+            is_plain = not event.style and tag is None
+            made = plain_scalar(event.value) if is_plain else Text(event.value)
+            made = self.tagged(event) if tag in _UNIT_TAGS else made
         elif isinstance(event, yaml.MappingStartEvent):
             made = self.mapping(event, depth)
         else:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
-from itertools import count
+from itertools import accumulate, count
 from typing import NamedTuple
 
 from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, MadeSpan, Related, Span, Suggestion, Use
@@ -37,11 +37,8 @@ def arrange(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
 
 def add_suggestions(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     """Compute the suggestions of diagnostics, for the first 200 of them."""
-    suggesting = count()
-    return [
-        d if d.suggest is None else d.with_help() if next(suggesting) < MAX_WORDED else replace(d, suggest=None)
-        for d in diagnostics
-    ]
+    left = count(-MAX_WORDED)  # below 0 for the first ones
+    return [d.with_help() if d.suggest is None or next(left) < 0 else replace(d, suggest=None) for d in diagnostics]
 
 
 def order(d: Diagnostic) -> tuple[object, ...]:
@@ -65,8 +62,8 @@ def _merged(same: list[Diagnostic]) -> Diagnostic:
         uses |= dict.fromkeys([use for use in other.related if isinstance(use, Use) and use not in first.related][:1])
     others = 0 if uses else len({diagnostic.message for diagnostic in same}) - 1
     more = and_more(others, "entry that uses this value" if others == 1 else "entries that use this value")
-    left = and_more(len(uses) - _PLACES)
-    before, after = ([Related(text.strip(), None)] if text else [] for text in (more, left))
+    texts = (more, and_more(len(uses) - _PLACES))
+    before, after = ([Related(text.strip(), None)] if text else [] for text in texts)
     return replace(first, related=(*before, *first.related, *[*uses][:_PLACES], *after))
 
 
@@ -164,12 +161,10 @@ def place_of_word(spans: Iterable[Span | None], name: str, other: str) -> Span |
     """Return the first span whose text has a word that is in ``name`` but not in ``other``."""
     for span in filter(None, spans):
         text = span.source.line(span.line)[span.column - 1 :]
-        depth = 0
-        for at, letter in enumerate(text):  # of a list or table, use only the part on this line
-            depth += (letter in "[{") - (letter in "]}")
-            if depth == 0:
-                text = text[: at if at else span.length]
-                break
-        if any(word in name and word not in other for word in re.findall(r"[\w-]+", text)):
+        depths = accumulate((letter in "[{") - (letter in "]}") for letter in text)
+        # Of a list or table, use only the part on this line.
+        end = next((at for at, depth in enumerate(depths) if depth == 0), len(text))
+        words = re.findall(r"[\w-]+", text[: end or span.length])
+        if any(word in name and word not in other for word in words):
             return span
     return None

@@ -81,10 +81,9 @@ def broken_plugin(plugin: Plugin, what: str, rule: str = "plugin-broken") -> Dia
 
 def failed_plugin(plugin: Plugin, problem: BaseException, what: str = "fails") -> Diagnostic:
     """Return the error for a plug-in that raised an exception."""
-    try:
-        reason = f"{type(problem).__name__}: {problem}".rstrip(": ")
-    except Exception:  # str() of the exception is code of the plug-in, too
-        reason = type(problem).__name__
+    reason = type(problem).__name__
+    with suppress(Exception):  # str() of the exception is code of the plug-in, too
+        reason = f"{reason}: {problem}".rstrip(": ")
     return broken_plugin(plugin, f"{what}: {reason}")
 
 

@@ -38,23 +38,20 @@ class Description:
 
     STDIN: ClassVar[str] = "-"  # the name of a description on standard input
     ON_STDIN: ClassVar[Path] = Path("<stdin>")  # its path in messages; includes are relative to the current folder
-    ENDINGS: ClassVar[tuple[str, ...]] = ENDINGS
-    ROOT_FILE: ClassVar[str] = ROOT_FILE
-    FOLDER: ClassVar[str] = DESCRIPTIONS
-    OUTPUTS: ClassVar[str] = "outputs"
+    ENDINGS, ROOT_FILE, FOLDER, OUTPUTS = ENDINGS, ROOT_FILE, DESCRIPTIONS, "outputs"
     SCHEMA: ClassVar[Path] = Path(".schema", "rosorin-compile.schema.json")  # in FOLDER
 
     @classmethod
     def find(cls, names: list[str], outputs: str | None = None) -> list[Description]:
         """Return descriptions by name, folder or file, or all of the current project. Raises NoDescription."""
-        paths = [first_file(name) for name in names] or all_here()
-        if paths:
+        if paths := [first_file(name) for name in names] or all_here():
             return [cls.from_path(path, outputs) for path in paths]
-        where = f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here or above"
-        for problem in (problem for folder in _upwards() for problem in without_first_file(folder)):
-            raise NoDescription(f"{where}: {'; '.join(problem)}")
-        new = "rosorin-compile init NAME creates one, rosorin-compile import FILE converts a URDF, xacro, SDF, MJCF"
-        raise NoDescription(f"{where}; name a description, or go to its project; {new}")
+        why = (
+            "; name a description, or go to its project; rosorin-compile init NAME creates one, rosorin-compile import "
+        )
+        why += "FILE converts a URDF, xacro, SDF, MJCF"
+        problems = (f": {'; '.join(problem)}" for folder in _upwards() for problem in without_first_file(folder))
+        raise NoDescription(f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here or above{next(problems, why)}")
 
     @classmethod
     def from_path(cls, path: Path, outputs: str | None = None) -> Description:
@@ -131,9 +128,8 @@ def without_first_file(project: Path) -> list[tuple[str, str]]:
     # A folder that files of other folders refer to is not reported: it has files shared by several descriptions.
     folders = [folder for folder in _description_folders(project) if folder.is_dir() and folder.name[0] != "."]
     lacking = [folder for folder in folders if not _has_first_file(folder)]
-    texts = [_beginning(file) for folder in folders for file in folder.rglob("*.y*ml")] if lacking else []
-    named = [folder for folder in lacking if any(f"{folder.name}/".encode() in text for text in texts)]
-    return [_no_first_file(folder) for folder in lacking if folder not in named or _misnamed(folder)]
+    text = b"".join(_beginning(file) for folder in folders for file in folder.rglob("*.y*ml")) if lacking else b""
+    return [_no_first_file(folder) for folder in lacking if f"{folder.name}/".encode() not in text or _misnamed(folder)]
 
 
 def _description_folders(project: Path) -> list[Path]:
@@ -202,8 +198,8 @@ def first_file(name: str) -> Path:
     for path in filter(files.is_folder, places):
         if _misnamed(path) or path.parent.name == DESCRIPTIONS:
             raise NoDescription(f'no description "{name}": {"; ".join(_no_first_file(path))}')
-    known = [path.parent.name for path in all_here()]
-    what, none = f"file, folder with {ROOT_FILE} or description", f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here"
+    known, none = [path.parent.name for path in all_here()], f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here"
+    what = f"file, folder with {ROOT_FILE} or description"
     raise NoDescription(str(UnknownName(what, name[:200], known, none=none)))
 
 
@@ -218,11 +214,10 @@ def _may_be_file(path: Path) -> bool:
 def no_file(path: Path, of: str = "") -> str:
     """Return a message why a path is not a readable file; ``of`` names its contents, such as "arguments"."""
     what = f" of {of}" if of else ""
-    if files.is_folder(path):
-        return f'"{path}" is a folder, not a file{what}'
-    if files.exists(path):
-        return f'"{path}" is not a regular file{what}: a pipe can be read once only; write it to a file first'
-    return f'there is no file "{str(path)[:200]}"{what}'
+    if not files.exists(path):
+        return f'there is no file "{str(path)[:200]}"{what}'
+    is_folder, pipe = files.is_folder(path), ": a pipe can be read once only; write it to a file first"
+    return f'"{path}" is {f"a folder, not a file{what}" if is_folder else f"not a regular file{what}{pipe}"}'
 
 
 ROS_PACKAGE, PYTHON_PACKAGE = "ROS package", "Python package"

@@ -58,6 +58,10 @@ class Map(dict[str, "Any"]):
         self.key_spans[key] = key_span
         self.value_spans[key] = value_span
 
+    def put_from(self, other: Map, key: str) -> None:
+        """Set a key to the value that it has in another mapping, with its spans."""
+        self.put(key, other[key], other.key_spans[key], other.value_spans[key])
+
     def setdefault_at(self, key: str, value: Any, span: Span) -> None:
         if key not in self:
             self.put(key, value, span, span)

@@ -14,8 +14,6 @@ Dimension = tuple[int, int, int, int]
 
 NUMBER: Dimension = (0, 0, 0, 0)
 LENGTH, MASS, TIME, ANGLE = (1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)
-TORQUE, INERTIA = (2, 1, -2, 0), (2, 1, 0, 0)
-_UNIT_OF = {LENGTH: "m", ANGLE: "rad", MASS: "kg", TIME: "s", TORQUE: "N*m", INERTIA: "kg*m^2"}
 _TURN = 2 * math.pi
 
 # Each dimension: its description with the SI unit, its exponents, its units.
@@ -25,8 +23,8 @@ _TABLE: tuple[tuple[str, Dimension, dict[str, float]], ...] = (
     ("time (s)", TIME, {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0}),
     ("angle (rad)", ANGLE, {"rad": 1.0, "mrad": 1e-3, "deg": _TURN / 360, "arcmin": _TURN / 21600, "rev": _TURN}),
     ("force (N)", (1, 1, -2, 0), {"N": 1.0, "kN": 1e3, "kgf": 9.80665}),
-    ("torque (N*m)", TORQUE, {"Nm": 1.0, "J": 1.0}),
-    ("moment of inertia (kg*m^2)", INERTIA, {}),
+    ("torque (N*m)", (2, 1, -2, 0), {"Nm": 1.0, "J": 1.0}),
+    ("moment of inertia (kg*m^2)", (2, 1, 0, 0), {}),
     ("speed (m/s)", (1, 0, -1, 0), {}),
     ("angular speed (rad/s)", (0, 0, -1, 1), {"rpm": _TURN / 60}),
     ("frequency (Hz)", (0, 0, -1, 0), {"Hz": 1.0, "kHz": 1e3}),
@@ -41,6 +39,7 @@ _TABLE: tuple[tuple[str, Dimension, dict[str, float]], ...] = (
 UNITS = {unit: (value, dimension) for _, dimension, units in _TABLE for unit, value in units.items()}
 _NAMES = {dimension: f"a{'n' if words[0] == 'a' else ''} {words}" for words, dimension, _ in _TABLE if words}
 _NAMES[NUMBER] = "a plain number"
+_SI_UNITS = {dimension: words[words.index("(") + 1 : -1] for words, dimension, _ in _TABLE if words}
 # The dimensions that a parameter can be declared to have, by name.
 _WORDS = (words.partition(" (")[0].removeprefix("moment of ").replace(" ", "_") for words, _, _ in _TABLE[:11])
 DIMENSIONS: dict[str, Dimension] = {word: row[1] for word, row in zip(_WORDS, _TABLE, strict=False)}
@@ -80,8 +79,9 @@ class Quantity(float):
 
     @property
     def unit(self) -> str:
-        """The SI unit of the quantity if links or joints use it, or an empty string."""
-        return _UNIT_OF.get(self.dimension, "")
+        """The SI unit of the quantity, or an empty string for a plain number."""
+        parts = [f"{u}^{n}" if n != 1 else u for u, n in zip(("m", "kg", "s", "rad"), self.dimension, strict=True) if n]
+        return _SI_UNITS.get(self.dimension) or "*".join(parts)
 
     def __getnewargs__(self) -> tuple[float, Dimension, str]:  # type: ignore[override]
         return float(self), self.dimension, self.text
@@ -108,8 +108,7 @@ def has_unit(value: object) -> bool:
 
 def describe(dimension: Dimension) -> str:
     """Return a dimension in words, such as "a length (m)"."""
-    parts = [f"{u}^{n}" if n != 1 else u for u, n in zip(("m", "kg", "s", "rad"), dimension, strict=True) if n]
-    return _NAMES.get(dimension) or f"a quantity in {'*'.join(parts)}"
+    return _NAMES.get(dimension) or f"a quantity in {Quantity(0.0, dimension).unit}"
 
 
 @lru_cache(maxsize=1_000)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import yaml
@@ -59,12 +59,10 @@ class _Failure:
         self.letter, self.indent = self.rest[:1], len(self.text) - len(self.text.lstrip(" "))
         self.opened = source.line(self.begun[0])[self.begun[1] - 1 :][:1]
 
-    def report(
-        self, message: str, help: str, place: tuple[int, ...] = (), length: int = 1, and_here: str = ""
-    ) -> Diagnostic:
-        """Return an error at a line and column, by default where the parser stopped, which ``and_here`` describes."""
+    def report(self, message: str, help: str, place: Sequence[int] = (), length: int = 1, here: str = "") -> Diagnostic:
+        """Return an error at a line and column, by default where the parser stopped, which ``here`` describes."""
         line, column = place or self.at
-        related = [Related(and_here, Span(self.source, *self.at))] if and_here else []
+        related = [Related(here, Span(self.source, *self.at))] if here else []
         return error("yaml-syntax", message, Span(self.source, line, column, max(1, length)), help, related)
 
     def mark(self) -> Diagnostic | None:
@@ -89,10 +87,10 @@ class _Failure:
         begun: tuple[int, ...] = self.begun
         if "quoted scalar" not in self.what:  # the quote was closed by the next one on a later line
             end = (self.line - 1, len(self.before.rstrip()))
-            above = [token for token in quoted_tokens(self.source.text) if token.start_mark.line < end[0]][-1:]
-            if not above or (above[0].end_mark.line, above[0].end_mark.column) != end:
+            *_, last = None, *(token for token in quoted_tokens(self.source.text) if token.start_mark.line < end[0])
+            if last is None or (last.end_mark.line, last.end_mark.column) != end:
                 return None
-            begun = self.source.span(above[0].start_mark.index)[1:3]
+            begun = self.source.span(last.start_mark.index)[1:3]
         elif "escape" in self.what:
             help = "use single quotes, or double the backslash"
             return self.report(f'"{self.rest[:2]}" is not a valid escape in double quotes', help, length=2)
@@ -126,7 +124,7 @@ class _Failure:
         if is_other or not is_closed:
             here = f'the "{self.letter}"' if is_other else "another entry begins here" if self.text.strip() else ""
             message = f'this "{self.opened}" is not closed{f" before {here}" if is_other else ""}'
-            return self.report(message, f'add "{closing}"', self.begun, and_here=here)
+            return self.report(message, f'add "{closing}"', self.begun, here=here)
         text = re.split(r"[,\[\]{}]", self.before)[-1].strip()
         end = len(self.before.rstrip()) + 1
         word = text.split()[-1] if text else ""
@@ -155,11 +153,8 @@ class _Failure:
                 number = higher
         if not_allowed and _COLON.search(text := self.source.line(above)):
             name = printable(_COLON.split(text.strip().lstrip("- "))[0].strip()[:40])
-            message = f'this line is indented below "{name}", which already has a value'
-            spaces = _key_indent(text)
-            help = (
-                f'indent it by {count_of(spaces, "space")}, like "{name}"' if spaces else "remove the spaces before it"
-            )
+            message, spaces = f'this line is indented below "{name}", which already has a value', _key_indent(text)
+            help = f'indent it by {count_of(spaces, "space")}, like "{name}"' if spaces else "remove its indentation"
             return self.report(message, help, (self.line, self.indent + 1))
         return None
 
@@ -191,6 +186,7 @@ class _Failure:
 
     def beginning(self) -> Diagnostic:
         """Report any other mistake, such as an unclosed bracket, or a character that is special in YAML."""
+        text = self.source.text
         for words, message, help, at_begun in _REPORTS:
             if words in self.what:
                 place = self.begun if at_begun else self.at
@@ -200,15 +196,15 @@ class _Failure:
                 return self.report('a value is missing before this ","', "write the value, or remove the comma")
             if self.letter:
                 return self.report(f'unexpected "{self.letter}"', "remove it, or add the opening bracket")
-            last = max(self.source.text.rfind("["), self.source.text.rfind("{"))
-            opened, closing = self.source.text[last], "]" if self.source.text[last] == "[" else "}"
-            return self.report(f'this "{opened}" is not closed', f'add "{closing}"', self.source.span(last)[1:3])
+            last = max(text.rfind("["), text.rfind("{"))
+            closing = "]" if text[last] == "[" else "}"
+            return self.report(f'this "{text[last]}" is not closed', f'add "{closing}"', self.source.span(last)[1:3])
         is_scanning = self.what.startswith(("while scanning", "while parsing a node", "while parsing a t"))
         if self.opened in _BEGINNINGS and is_scanning:
             return self.report(f'"{self.opened}" begins {_BEGINNINGS[self.opened]} here', _QUOTE, self.begun)
-        if "<document start>" in self.what and self.source.text.startswith("%"):
-            return self.report('a line that begins with "%" is a YAML directive', "remove it", (1, 1))
         if "<document start>" in self.what:
+            if text.startswith("%"):
+                return self.report('a line that begins with "%" is a YAML directive', "remove it", (1, 1))
             return self.report("unexpected text after the description", "remove it, or the closing bracket above")
         return self.report("YAML cannot be parsed from here on", f"indent with spaces; {_QUOTE}")
 

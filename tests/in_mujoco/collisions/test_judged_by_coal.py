@@ -73,7 +73,7 @@ def both(path: Path, outputs: Path) -> tuple[Search, Coal]:
     (text,) = (one.text for one in compile_robot(path).artifacts if one.output == planning.urdf.name)
     for name, file in files.items():
         text = text.replace(f'"{name}"', f'"{file.absolute()}"')
-    return Search(planning, meshes), Coal(text)
+    return Search(planning, meshes, {}), Coal(text)
 
 
 def judged(search: Search, coal: Coal) -> tuple[int, int]:

@@ -93,7 +93,7 @@ def test_moveit_has_a_limit_of_acceleration_where_it_plans_nothing_without(
     for distribution in ("humble", "jazzy", "kilted"):
         (node,) = nodes_of(hand(tmp_path, distribution), "moveit.launch.py", "hand_description")
         found[distribution] = node.parameters["robot_description_planning"]["joint_limits"]["grip"]
-        told = "note[package-acceleration]: joints have no limit of acceleration (grip)" in capsys.readouterr().err
+        told = "note[package-acceleration]: config/joint_limits.yaml has assumed" in capsys.readouterr().err
         text = (tmp_path / "hand/config/joint_limits.yaml").read_text("utf-8")
         assert (told, "stand-in" in text) == ((False, False) if distribution == "humble" else (True, True))
     velocity = {"has_velocity_limits": True, "max_velocity": 0.1}

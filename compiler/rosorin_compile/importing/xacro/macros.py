@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.formats.compilation import RobotReader
 from rosorin_compile.formats.imported_robot import ReadOptions
-from rosorin_compile.language.expand.files import IncludeError, Reader
+from rosorin_compile.language.expand.files import Reader
 from rosorin_compile.language.expand.placing import is_vector
 from rosorin_compile.language.expression.functions import FUNCTIONS, kind_of
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, Suggestion, error, phrase, quote
@@ -230,9 +230,9 @@ def with_macros(schema: dict[str, Any], roots: Iterable[Path]) -> dict[str, Any]
     found: dict[str, dict[str, Parameters]] = {}
     for root in roots:
         reader = Reader(root, RobotReader())
-        reader.whole()
+        reader.read(root)
         for item, _, by in reader.robots:
-            with suppress(IncludeError, MarkupError, TypeError, AttributeError):  # skip an invalid include
+            with suppress(MarkupError, TypeError, AttributeError):  # skip an invalid include
                 packages = reader.packages_of(item, by)
                 path = reader.target(item["file"], item.get("package"), by, packages)
                 found[item["file"]] = macros_of(parse(read_source(path)), path, Packages(packages, os.environ, path))

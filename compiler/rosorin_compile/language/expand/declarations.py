@@ -76,10 +76,10 @@ def declare(scope: Scope, declared: Any, given: Given, owner: str, user: Place |
     for name in unknown:
         help = Suggestion(name, known, none="it has none", places=spans)
         scope.report("unknown-argument", f'{owner} has no argument "{name}"', given[name][1], help)
-    suggested = [nearest(name, known) for name in unknown]
     missing = [one for name, one in known.items() if name not in given and not one.has_default]
     scope.broken.update(one.name for one in missing)
     # The default or argument may have a misspelled key, which is reported already.
+    suggested = [nearest(name, known) for name in unknown]
     missing = [one for one in missing if one.sound and one.name not in suggested]
     for first, *others in [missing] if user and missing else [[one] for one in missing]:
         names, place = [one.name for one in (first, *others)], user or first.place
@@ -207,8 +207,7 @@ def check_use(name: str, entry: Map, scope: Scope) -> None:
 def hides_letters(key: str, entry: Map, scope: Scope) -> bool:
     """Report an invisible letter in the ``prefix`` of a part or robot; return True if there is one."""
     value = entry.get(key)
-    letter = hidden_letter(value) if isinstance(value, str) else ""
-    if letter:
+    if letter := hidden_letter(value) if isinstance(value, str) else "":
         message = f'{key} "{value}" contains an invisible character: {in_words(letter)}'
         scope.report("invisible-letter", message, place_of(entry, key, scope), "retype it without this character")
     return bool(letter)
@@ -217,22 +216,19 @@ def hides_letters(key: str, entry: Map, scope: Scope) -> bool:
 def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope) -> bool:
     """Report a loop or condition next to the entries of a section instead of in one; return True if all are valid."""
     good = True
-    for section in sections:
-        entries = tree.get(section)
-        for control, what in _CONTROLS.items():
-            if not isinstance(entries, Map) or control not in entries:
-                continue
-            value = entries[control]
-            is_control = isinstance(value, (str, bool))
-            if control == "for":  # also valid for an entry named "for"; a file may add "source" to it
-                entry: Any = schema()["properties"].get(section, {}).get("additionalProperties", {})
-                legal = _USE_KEYS if section == "use" else resolve(entry).get("properties", ())
-                is_control = isinstance(value, Map) and bool(value) and ({*value} - {"source"}).isdisjoint(legal)
-            if is_control:
-                place = Place(entries.key_spans[control], scope.via or entries.via)
-                help = f'write "NAME: {{{control}: ..., ...}}"'
-                scope.report("wrong-type", f'"{control}" is not an entry of "{section}"{owner}: {what}', place, help)
-                good = False
+    tables = [(section, tree[section]) for section in sections if isinstance(tree.get(section), Map)]
+    for section, entries, control in [(*one, control) for one in tables for control in _CONTROLS if control in one[1]]:
+        value = entries[control]
+        is_control = isinstance(value, (str, bool))
+        if control == "for":  # also valid for an entry named "for"; a file may add "source" to it
+            entry: Any = schema()["properties"].get(section, {}).get("additionalProperties", {})
+            legal = _USE_KEYS if section == "use" else resolve(entry).get("properties", ())
+            is_control = isinstance(value, Map) and bool(value) and ({*value} - {"source"}).isdisjoint(legal)
+        if is_control:
+            place = Place(entries.key_spans[control], scope.via or entries.via)
+            message = f'"{control}" is not an entry of "{section}"{owner}: {_CONTROLS[control]}'
+            scope.report("wrong-type", message, place, f'write "NAME: {{{control}: ..., ...}}"')
+            good = False
     return good
 
 
@@ -267,20 +263,21 @@ def check_entry(
 
 def _check_vector(owner: str, tree: Map, key: str, dimension: Dimension, scope: Scope) -> bool:
     value: Any = tree.get(key)
-    where, place = f'"{key}" of {owner}', place_of(tree, key, scope)
     if is_vector(value, dimension):
         return True
     is_triple = isinstance(value, list) and len(value) == 3
-    wrong = [one for one in value if not is_number(one, dimension)] if is_triple else []
-    if wrong and isinstance(wrong[0], Quantity):
-        number = wrong[0].text or float(wrong[0])
-        message = f"{where} must be {describe(dimension)}, but {number} is {_kind(wrong[0])}"
-        scope.report("wrong-unit", message, place, "correct the unit; a bare number is in SI units")
-    elif is_triple and not wrong:
-        scope.report("not-finite", f"{where} has an infinite number or NaN", place, "write numbers, or remove the key")
-    else:
-        found = f"of {_kind(wrong[0])}" if wrong else _kind(value)
-        scope.report("wrong-type", f"{where} must be a list of three numbers, not {found}", place)
+    wrong = [one for one in value if not is_number(one, dimension)] if is_triple else [value]
+    rule, message, help = "not-finite", "has an infinite number or NaN", "write numbers, or remove the key"
+    if wrong and isinstance(wrong[0], Quantity) and is_triple:
+        message = f"must be {describe(dimension)}, but {wrong[0].text or float(wrong[0])} is {_kind(wrong[0])}"
+        rule, help = "wrong-unit", "correct the unit; a bare number is in SI units"
+    elif wrong:
+        rule, message = (
+            "wrong-type",
+            f"must be a list of three numbers, not {'of ' if is_triple else ''}{_kind(wrong[0])}",
+        )
+        help = ""
+    scope.report(rule, f'"{key}" of {owner} {message}', place_of(tree, key, scope), help)
     return False
 
 

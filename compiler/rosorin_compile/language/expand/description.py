@@ -17,16 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import (
-    NOTE,
-    WARNING,
-    Diagnostic,
-    MadeSpan,
-    Related,
-    Suggestion,
-    error,
-    has_errors,
-)
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, MadeSpan, Related, Suggestion, error
 from rosorin_compile.source.load import plain_scalar
 from rosorin_compile.source.messages import arrange, merge_by_name, move_to_name, offer
 from rosorin_compile.source.project import ENDINGS, Resolved, data_folder
@@ -96,17 +87,16 @@ def expand(
     they are skipped. ``packages`` are folders of ROS packages by name. ``cache`` keeps parsed files between calls.
     """
     reader = Reader(path, robots, packages, cache)
-    root = reader.whole()
+    root = reader.read(path)
     if root is None:
         return Expanded(None, reader.diagnostics, tuple(reader.files))
     scope, expansion = reader.scope, reader.scope.expansion
     scope.values["load()"], scope.values["find()"] = reader.load_function(), reader.find_function()
-    for name, value, place, written in reader.lets:
-        scope.define(name, value, place, written)
+    for lets in reader.lets:
+        scope.define_all(lets)
     _declare_arguments(root, arguments, reader, scope)
     included = IncludedRobots(reader, robots, tell) if robots else None
-    fragments = list(included.fragments()) if included else []
-    tree = _evaluate(root, scope, reader, fragments)
+    tree = _evaluate(root, scope, reader, list(included.fragments()) if included else [])
     if tree is not None and included:
         included.settle(tree)
     with expansion.without_limits():
@@ -124,7 +114,7 @@ def expand(
     diagnostics = expansion.diagnostics if tree is not None else _without_misnamed(root, expansion.diagnostics)
     if reader.unread:  # the names may be defined in the file that could not be read
         diagnostics = [one for one in diagnostics if not _is_missing(one)]
-    if has_errors(diagnostics):  # report each missing name once, where it was written
+    if any(one.severity == ERROR for one in diagnostics):  # report each missing name once, where it was written
         diagnostics = merge_by_name(move_to_name(one, offer(one)) for one in diagnostics)
     diagnostics += included.diagnostics if included else []
     resolved = tuple(dict.fromkeys(reader.resolved))
@@ -157,20 +147,20 @@ def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None])
     own = Map(root.span)
     good = None not in robots
     for key, value in root.items():
+        place = Place(root.value_spans[key], None)
         if key in _FORMS:
+            if not isinstance(value or {}, dict):
+                what = "types" if key == "sensor_types" else "parts"
+                scope.report("wrong-type", f'"{key}" must map names to {what}', place, _FORMS[key])
+                good = False
             continue
         try:
             if key not in _NOT_EVALUATED:
                 if key in merged_sections(ENTRIES) and not check_controls("", root, (key,), scope):
                     raise Failed
-                value = scope.resolve(value, Place(root.value_spans[key], None), key in keys_of_xml())
+                value = scope.resolve(value, place, key in keys_of_xml())
             own.put(key, copy(value) if key in of_parts() else value, root.key_spans[key], root.value_spans[key])
         except Failed:
-            good = False
-    for key, help in _FORMS.items():
-        if not isinstance(root.get(key) or {}, dict):
-            what = "types" if key == "sensor_types" else "parts"
-            scope.report("wrong-type", f'"{key}" must map names to {what}', Place(root.value_spans[key], None), help)
             good = False
     tree = Map(own.span) if any(robots) else own
     for sections in [*robots, own] if any(robots) else ():
@@ -199,9 +189,9 @@ def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, 
     spans: Mapping[str, Span] = getattr(arguments, "value_spans", {})
     for name, value in arguments.items():
         if name not in declared:
-            message = f'the description has no argument "{name}"'
-            known, help = getattr(arguments, "key_spans", {}), Suggestion(name, declared, none="it has none")
-            scope.expansion.diagnostics.append(error("unknown-argument", message, known.get(name), help))
+            key, help = getattr(arguments, "key_spans", {}).get(name), Suggestion(name, declared, none="it has none")
+            unknown = error("unknown-argument", f'the description has no argument "{name}"', key, help)
+            scope.expansion.diagnostics.append(unknown)
             continue
         declaration = declared[name]
         kind = declaration.get("type") if isinstance(declaration, Map) else None
@@ -273,26 +263,22 @@ def unused_names(symbols: SymbolTable, read: Iterable[Path]) -> list[Diagnostic]
         place, entry = one.place or tree.locate(one.path, key=True), value_at(tree, one.path)
         if one.kind == "publisher" and (isinstance(entry, str) or (entry or {}).get("stamps")):
             continue
-        what = f'{one.kind} "{one.name}"'
+        what, file = f'{one.kind} "{one.name}"', place.span.source.path
         message = f"{one.owner} never uses its {what}" if one.owner else f"nothing uses the {what}"
-        file = place.span.source.path
         if file not in shared:
-            shared[file] = file != tree.span.source.path and _is_shared(place.span, read)
+            shared[file] = file != tree.span.source.path and _is_shared(files.resolve(file), read)
         if not shared[file]:
             warnings.append(Diagnostic("unused", WARNING, message, place.span, place.stack(), "use it, or remove it"))
     return warnings
 
 
-def _is_shared(span: Span, read: Iterable[Path]) -> bool:
-    """Return True if another file in a nearby folder names the file of ``span``, so that it is probably shared."""
-    own, file = {files.resolve(path) for path in read}, files.resolve(span.source.path)
-    siblings = chain(file.parent.glob("*"), file.parent.parent.glob("*/*"))
-    nearby = [path for path in islice(siblings, _MAX_FILES) if path.suffix in ENDINGS]
-    try:
-        texts = (files.read_text(path, errors="replace") for path in nearby if files.resolve(path) not in own)
-        return any(file.name in text for text in texts)
-    except OSError:
-        return False
+def _is_shared(file: Path, read: Iterable[Path]) -> bool:
+    """Return True if another description in a nearby folder names a file, so that it is probably shared."""
+    own, siblings = {files.resolve(path) for path in read}, chain(file.parent.glob("*"), file.parent.parent.glob("*/*"))
+    others = (path for path in islice(siblings, _MAX_FILES) if path.suffix in ENDINGS)
+    with suppress(OSError):
+        return any(file.name in files.read_text(p, errors="replace") for p in others if files.resolve(p) not in own)
+    return False
 
 
 def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
@@ -316,13 +302,13 @@ def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]
             # A name belongs to a removed use only if no existing name has its prefix.
             if begin is not None and not (entry.is_use and any(one.startswith(begin[0]) for one in existing)):
                 causes.setdefault(name, key)
-    groups: dict[tuple[tuple[int, str] | None, str], list[Diagnostic]] = {}
+    others: list[Diagnostic] = []
+    groups: dict[tuple[tuple[int, str], str], list[Diagnostic]] = {}
     for diagnostic in diagnostics:
         names = _QUOTED.findall(diagnostic.message) if diagnostic.severity != NOTE else ()
         cause = next((causes[name] for name in names if name in causes), None)
-        groups.setdefault((cause, diagnostic.severity), []).append(diagnostic)
-    explained = [_explained(dropped[cause], arrange(group)) for (cause, _), group in groups.items() if cause]
-    return [*(one for (cause, _), group in groups.items() if not cause for one in group), *explained]
+        (groups.setdefault((cause, diagnostic.severity), []) if cause else others).append(diagnostic)
+    return [*others, *(_explained(dropped[cause], arrange(group)) for (cause, _), group in groups.items())]
 
 
 def _pattern(entry: Disabled) -> str:
@@ -359,8 +345,8 @@ def _explained(entry: Disabled, group: list[Diagnostic]) -> Diagnostic:
     message = f"{first.message}; {what} is left out at {span.source.path}:{span.line} because {why}"
     related = [Related("left out here", span)]
     related += [Related(f"same cause: {one.message}", one.span) for one in others[:MAX_RELATED]]
-    if len(others) > MAX_RELATED:
-        related.append(Related(f"same cause:{and_more(len(others) - MAX_RELATED)}", None))
+    if more := and_more(len(others) - MAX_RELATED):
+        related.append(Related(f"same cause:{more}", None))
     help = "put the same condition on the entry that uses the name"
     return replace(first, message=message, help=help, related=(*related, *first.related))
 
@@ -368,6 +354,6 @@ def _explained(entry: Disabled, group: list[Diagnostic]) -> Diagnostic:
 def _frames(item: Any) -> list[str]:
     if not isinstance(item, Map):
         return []
-    child = [item["child"]] if "publisher" in item and "type" not in item and "child" in item else []
-    found = [*(item[key] for key in ("frame", "joint") if key in item), *child, *_frames(item.get("optical"))]
-    return [one for one in found if isinstance(one, str)]
+    is_edge = "publisher" in item and "type" not in item
+    names = [item.get(key) for key in ("frame", "joint", *(("child",) if is_edge else ()))]
+    return [name for name in [*names, *_frames(item.get("optical"))] if isinstance(name, str)]

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source import project
-from rosorin_compile.source.diagnostics import Diagnostic, Span
+from rosorin_compile.source.diagnostics import Diagnostic, Span, error
 from rosorin_compile.source.files import exists, is_file, label, resolve
 from rosorin_compile.source.load import LoadError, load_mapping, parse_yaml, read_utf8
 from rosorin_compile.source.packages import Packages
@@ -47,14 +47,6 @@ class RobotInclude(NamedTuple):
     by: Path
 
 
-class IncludeError(Exception):
-    """A file cannot be included; has the rule, the message and the help."""
-
-    def __init__(self, rule: str, message: str, help: str) -> None:
-        super().__init__(message)
-        self.rule, self.message, self.help = rule, message, help
-
-
 class Reader:
     """Read a file and its includes; collect named values, included robots, file names and diagnostics."""
 
@@ -69,7 +61,7 @@ class Reader:
         self.resolved: list[Resolved] = []
         self.scope = Scope(Expansion())  # the scope of the description
         self.diagnostics = self.scope.expansion.diagnostics
-        self.lets: list[tuple[str, Any, Place, Place]] = []  # name, value, place of the name, place of the value
+        self.lets: list[Map] = []  # the sections "let"
         self.given: dict[str, tuple[Any, Place]] = {}  # arguments that includes pass
         self.offered: list[Map] = []  # args of includes, as written
         self.robots: list[RobotInclude] = []
@@ -78,11 +70,8 @@ class Reader:
         self._package_folders: dict[Path, str] = {}
         self._includes: dict[str, Include] = {}
 
-    def whole(self) -> Map | None:
-        """Read and join all files of the description; return None if the main file cannot be read."""
-        return self._read(self.root)
-
-    def _read(self, path: Path, via: Instance | None = None, within: tuple[Path, ...] = ()) -> Map | None:
+    def read(self, path: Path, via: Instance | None = None, within: tuple[Path, ...] = ()) -> Map | None:
+        """Read a file and those that it includes, and join their sections; return None if it cannot be read."""
         name, include = label(path), via.span if via else None
         self.files.append(path)
         Progress.step("reading files", len(self.files))
@@ -116,7 +105,7 @@ class Reader:
                     join(made, included, self.scope)
         lets = file.get("let")
         if isinstance(lets, Map):
-            self.lets += [(name, value, key_place(lets, name), value_place(lets, name)) for name, value in lets.items()]
+            self.lets.append(lets)
         elif lets is not None:
             self.scope.report("wrong-type", "let must be a mapping", value_place(file, "let"), 'write "NAME: VALUE"')
         join(made, self._own_sections(file, is_root=via is None), self.scope)
@@ -141,9 +130,10 @@ class Reader:
             return None
         try:
             target = self.target(name, package, by, self.packages_of(item, by))
-        except IncludeError as problem:
-            where = value_place(item, "package") if problem.rule == "wrong-type" else place
-            self.scope.report(problem.rule, problem.message, where, problem.help)
+        except LoadError as problem:
+            found = problem.diagnostic
+            where = value_place(item, "package") if found.rule == "wrong-type" else place
+            self.scope.report(found.rule, found.message, where, found.help)
             return None
         if resolve(target) in within:
             message = f"{name} includes itself, directly or through others"
@@ -157,16 +147,18 @@ class Reader:
         via = Include("included here", place.span, place.via)
         via.included = self._includes
         self._includes.setdefault(label(target), via)
-        made = self._read(target, via, within)
+        made = self.read(target, via, within)
         if made is None:
             self.diagnostics[before:] = [with_nearest_file(one, name, target) for one in self.diagnostics[before:]]
         return made
 
     def target(self, name: str, package: str | None, by: Path, packages: Mapping[str, Path]) -> Path:
-        """Return the path of an include in the file ``by``: in the project, or in a package. Raises IncludeError."""
+        """Return the path of an include in the file ``by``: in the project, or in a package. Raises LoadError."""
         file = name
         if package and name.startswith(ADDRESS):
-            raise IncludeError("wrong-type", f'{name} already has a package, so omit the key "package"', "remove one")
+            raise LoadError(
+                error("wrong-type", f'{name} already has a package, so omit the key "package"', None, "remove one")
+            )
         if name.startswith(ADDRESS):
             package, _, file = name.removeprefix(ADDRESS).partition("/")
         if package is None:
@@ -176,15 +168,16 @@ class Reader:
             outer = self._package_of(by)
             where = f'the folder of the package "{outer}"' if outer else "the project of the description"
             help = f'move it inside, or write "{ADDRESS}NAME/FILE" if it is in a ROS package'
-            raise IncludeError("include-outside", f"{name} is outside {where}", help)
+            raise LoadError(error("include-outside", f"{name} is outside {where}", None, help))
         folder = self.package(package, packages, by)
         if folder is None:
             help = f'source its workspace, or use "--package {package}=FOLDER", or "packages" in the entry'
-            raise IncludeError("package-missing", f'the ROS package "{package}" is not found', help)
+            raise LoadError(error("package-missing", f'the ROS package "{package}" is not found', None, help))
         inner = Path(os.path.normpath(file))
         if inner.is_absolute() or inner.parts[:1] in ((), (os.pardir,)):
             message = f'{file} is outside the folder of the package "{package}"' if file else "a package is not a file"
-            raise IncludeError("include-outside", message, f'name a file in the package: "{ADDRESS}{package}/FILE"')
+            help = f'name a file in the package: "{ADDRESS}{package}/FILE"'
+            raise LoadError(error("include-outside", message, None, help))
         self._package_folders[Path(os.path.abspath(folder))] = package
         return Path(label(folder / inner))
 
@@ -208,8 +201,7 @@ class Reader:
         return False
 
     def _package_of(self, path: Path) -> str:
-        absolute = Path(os.path.abspath(path))
-        folders = [folder for folder in self._package_folders if absolute.is_relative_to(folder)]
+        folders = [folder for folder in self._package_folders if Path(os.path.abspath(path)).is_relative_to(folder)]
         return self._package_folders[max(folders, key=lambda folder: len(folder.parts))] if folders else ""
 
     def _own_sections(self, file: Map, is_root: bool) -> Map:
@@ -226,9 +218,10 @@ class Reader:
                 self.scope.report("included-robot", message, key_place(file, key), help)
                 continue
             has_source = key == "use" or (key in sections() and sections()[key].sourced)
-            if has_source and isinstance(value, Map) and "source" in file:
-                value = with_sources(value, file)
-            made.put(key, value, file.key_spans[key], file.value_spans[key])
+            is_sourced = has_source and isinstance(value, Map) and "source" in file
+            made.put(
+                key, with_sources(value, file) if is_sourced else value, file.key_spans[key], file.value_spans[key]
+            )
         return made
 
     def parts_file(self, name: str) -> Path | None:
@@ -237,12 +230,11 @@ class Reader:
         folder = project.python_folder(package) if colon else project.data_folder("parts_library")
         if colon and folder is not None:
             self.resolved.append(Resolved(project.PYTHON_PACKAGE, package, Path(os.path.abspath(folder))))
-        if folder is None or not file or os.sep in file or file.startswith("."):
+        if folder is None or not file or os.sep in file or file.startswith(".") or not is_file(folder / f"{file}.yaml"):
             return None
         path = folder / f"{file}.yaml"
-        if colon and is_file(path) and path not in self.files:
-            self.files.append(path)
-        return path if is_file(path) else None
+        self.files += [path] if colon and path not in self.files else []
+        return path
 
     def load_function(self) -> Callable[[Any], Any]:
         """Return the function ``load`` of expressions, which reads a YAML file of the project or a package once."""
@@ -257,8 +249,6 @@ class Reader:
                 self.files.append(path)
                 read = partial(parse_yaml, read_utf8(path, label(path)))
                 return self._cached(path, path, label(path), None, read)
-            except IncludeError as problem:
-                raise ExpressionError(problem.message, help=problem.help) from None
             except LoadError as problem:
                 found, span = problem.diagnostic, problem.diagnostic.span
                 where = f" ({span.source.path}:{span.line}:{span.column})" if span else ""
@@ -270,14 +260,14 @@ class Reader:
         """Return the function ``find`` of expressions, which returns the folder of a ROS package."""
         package = cache(partial(self.package, packages=self.packages, by=self.root))
 
-        def find(name: Any, *fallback: Any) -> Any:
-            if not isinstance(name, str) or len(fallback) > 1:
-                raise ExpressionError("find takes the name of a ROS package, and a value for where there is none")
+        def find(name: Any, *default: Any) -> Any:
+            if not isinstance(name, str) or len(default) > 1:
+                raise ExpressionError("find takes the name of a ROS package, and a value to use if it is not found")
             folder = package(name)
-            if folder is None and not fallback:
+            if folder is None and not default:
                 help = f'source its workspace, or write "--package {name}=FOLDER"'
                 raise ExpressionError(f'the ROS package "{name}" is not found', help=help)
-            return fallback[0] if folder is None else str(folder)
+            return default[0] if folder is None else str(folder)
 
         return find
 
@@ -299,7 +289,4 @@ def with_nearest_file(diagnostic: Diagnostic, name: str, target: Path) -> Diagno
     """If a diagnostic reports a missing file, add a similar file name in the same folder as a suggestion."""
     is_missing = diagnostic.rule == "file-unreadable" and not exists(target)
     close = Description.nearest_file(target) if is_missing else None
-    if close is None:
-        return diagnostic
-    folder = name.rpartition("/")[0]
-    return replace(diagnostic, help=suggest(f"{folder + '/' if folder else ''}{close.name}"))
+    return replace(diagnostic, help=suggest(f"{name[: name.rfind('/') + 1]}{close.name}")) if close else diagnostic

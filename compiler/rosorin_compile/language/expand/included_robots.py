@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Span, error
+from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, SourceError, Span, error
 from rosorin_compile.source.files import label
 from rosorin_compile.source.tree import Instance, Map, Place, Seq, Text
 from rosorin_compile.source.wording import first_of
@@ -26,7 +26,7 @@ from ..expression.syntax import weight
 from ..schema import backend_of, sections
 from ..symbols import THINGS, SymbolTable
 from .declarations import hides_letters, place_of
-from .files import ADDRESS, INCLUDE_KINDS, IncludeError, check_include, with_nearest_file
+from .files import ADDRESS, INCLUDE_KINDS, check_include, with_nearest_file
 from .placing import Use, copy, map_items, map_table, place_fragment, with_sources
 from .scope import Failed, Scope
 
@@ -110,10 +110,9 @@ class IncludedRobots:
             note = Diagnostic("include-renamed", NOTE, message, entry.value_spans["prefix"])
             self._report(note, include.via.parent)
         made = self._attached(self._with_meshes(made, include), foreign, include)
-        owner = entry if entry.get("source") is not None else tree
         for section, node in sections().items():
             if node.sourced and isinstance(made.get(section), Map):
-                made[section] = with_sources(made[section], owner)
+                made[section] = with_sources(made[section], entry if entry.get("source") is not None else tree)
         return made
 
     def _robot(self, include: Included) -> Imported:
@@ -121,10 +120,11 @@ class IncludedRobots:
         packages, package = self.reader.packages_of(entry, by), entry.get("package")
         try:
             path = Path(label(self.reader.target(entry["file"], package, by, packages)))
-        except IncludeError as problem:
-            key = "package" if package and problem.rule == "package-missing" else "file"
+        except SourceError as problem:
+            found = problem.diagnostic
+            key = "package" if package and found.rule == "package-missing" else "file"
             place = place_of(entry, key, scope) if package or entry["file"].startswith(ADDRESS) else place
-            raise scope.fail(problem.rule, problem.message, place, problem.help) from None
+            raise scope.fail(found.rule, found.message, place, found.help) from None
         texts: dict[str, str] = {}
         for name, value in (entry.get("args") or {}).items():
             try:
@@ -135,8 +135,7 @@ class IncludedRobots:
         if "trust" in entry:
             message = '"trust" of an include has no effect: only the person who runs the command can trust a file'
             help = "remove it; --trust or ROSORIN_COMPILE_TRUST=1 silences the warning xacro-runs-code"
-            span = place_of(entry, "trust", scope).span
-            self.diagnostics.append(Diagnostic("trust-ignored", WARNING, message, span, (), help))
+            self.diagnostics.append(Diagnostic("trust-ignored", WARNING, message, entry.value_spans["trust"], (), help))
         prefix = entry.get("prefix") or ""
         call = str([entry.get(key) for key in ("macro", "with", "parent", "xyz", "rpy")]) if "macro" in entry else ""
         names = (path, prefix, call, *texts.items())
@@ -163,18 +162,17 @@ class IncludedRobots:
         for diagnostic in foreign.diagnostics:
             is_here = diagnostic.span is not None and diagnostic.span.source is entry.span.source
             self._report(with_nearest_file(diagnostic, entry["file"], path), via.parent if is_here else via)
-        takes_none = foreign.tree is not None and not foreign.takes_arguments
-        if takes_none and "macro" in entry:
+        if foreign.tree is None or foreign.takes_arguments:
+            return None if foreign.tree is None else foreign
+        if "macro" in entry:
             message = f"{path.name} defines no macros: only a xacro does"
             help = 'remove "macro" to include the file as a robot'
             scope.report("unknown-macro", message, place_of(entry, "macro", scope), help)
-        elif takes_none and texts:
+        elif texts:
             place = Place(entry["args"].key_spans[next(iter(texts))], via.parent)
             message = f"{path.name} has no arguments: only a xacro has them"
             scope.report("unknown-argument", message, place, 'remove "args"')
-        elif foreign.tree is not None:
-            return foreign
-        return None
+        return None if "macro" in entry or texts else foreign
 
     def _warn(self, rule: str, message: str, span: Span, help: str, include: Included) -> None:
         self._report(Diagnostic(rule, WARNING, message, span, (), help), include.via.parent)
@@ -210,15 +208,12 @@ class IncludedRobots:
         top = Path(os.path.commonpath([base, *places.values()]))
         above = [folder for folder in (base, *base.parents) if folder.is_relative_to(top)]
         new = {name: Path(os.path.relpath(path, top)).as_posix() for name, path in places.items()}
-        for name, found in list(new.items()):
-            if [folder for folder in above if files.is_file(folder / found)] != [top]:  # missing, or ambiguous
-                del new[name]
-        missed = [name for name in names if name not in new]
-        if missed:
+        homes = {name: [folder for folder in above if files.is_file(folder / found)] for name, found in new.items()}
+        if missed := [name for name in names if homes[name] != [top]]:  # missing, or ambiguous
             message = f"paths of meshes or textures are relative to {file}, not to the artifacts: {first_of(missed, 1)}"
             help = 'write "meshes: FOLDER", relative to the artifacts, or "meshes: package://NAME"'
             self._warn("include-mesh-path", message, entry.value_spans["file"], help, include)
-        return map_files(made, lambda name: new.get(name, name)) if new else made
+        return map_files(made, lambda name: name if name in missed else new.get(name, name)) if new else made
 
     def _attached(self, made: Map, foreign: Imported, include: Included) -> Map:
         """Return a robot with the joint that attaches its root. Raises Failed after reporting a duplicate name.
@@ -245,7 +240,7 @@ class IncludedRobots:
                         joints[name] = joint = joint.copy()
                         for key in ("parent", "xyz", "rpy", "publisher"):
                             if entry.get(key) is not None and (key == "publisher" or joint.get(key) == entry[key]):
-                                joint.put(key, entry[key], entry.key_spans[key], entry.value_spans[key])
+                                joint.put_from(entry, key)
             return made
         children = {joint["child"] for joint in have.values()}
         root = next(str(link) for link in made["links"] if link not in children)
@@ -261,14 +256,13 @@ class IncludedRobots:
         joint = Map(span, via.parent)
         joint.put("type", "fixed", span, span)
         joint.put("child", root, span, span)
-        for key in keys:
-            if key != "joint":
-                joint.put(key, entry[key], entry.key_spans[key], entry.value_spans[key])
+        for key in (key for key in keys if key != "joint"):
+            joint.put_from(entry, key)
         named = entry.value_spans["joint" if entry.get("joint") else "parent"]
         joints = Map(made.span)
         joints.put(name, joint, named, named)
-        for other, value in have.items():
-            joints.put(other, value, have.key_spans[other], have.value_spans[other])
+        for other in have:
+            joints.put_from(have, other)
         made.put("joints", joints, made.span, made.span)
         return made
 
@@ -335,7 +329,7 @@ def with_prefix(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str
     things, materials = names.among(THINGS), fragment.get("materials") or ()
     changed: Counter[str] = Counter()
 
-    def with_prefix(name: str) -> str:
+    def rename(name: str) -> str:
         changed[name] += 1
         return prefix + name
 
@@ -351,9 +345,7 @@ def with_prefix(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str
         if text in things and not _NO_NAMES.search(tag):
             yield Reference(text, "", "", "")
 
-    made = place_fragment(
-        fragment, Use(prefix), names, lambda text: Text(rename_references(text, with_prefix, references))
-    )
+    made = place_fragment(fragment, Use(prefix), names, lambda text: Text(rename_references(text, rename, references)))
     if isinstance(made.get("materials"), Map):
         made["materials"] = map_table(made["materials"], lambda name: prefix + name)
     if isinstance(made.get("accept"), Seq):
@@ -384,8 +376,7 @@ def relative_files(tree: Map) -> list[str]:
 
 def move_files(tree: Map, folder: str) -> Map:
     """Return the tree of a robot with ``folder`` before each relative mesh or texture file name."""
-    before = f"{folder.rstrip('/')}/"
-    return map_files(tree, lambda name: name if _ABSOLUTE.match(name) else before + name)
+    return map_files(tree, lambda name: name if _ABSOLUTE.match(name) else f"{folder.rstrip('/')}/{name}")
 
 
 def _mapped(node: Any, rename: Callable[[str], str], key: str) -> Any:

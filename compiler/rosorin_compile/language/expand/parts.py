@@ -70,8 +70,9 @@ class Parts:
                     name = inner.name(key, *place) if "$" in key else key
                     resolved = inner.resolve(entry, Place(entries.value_spans[key], via))
                     fragment = self.instance(name, resolved, inner, place, depth)
-                    size = sum(map(len, filter(None, fragment.values())))  # nested parts grow exponentially
-                    scope.count(size, *place)
+                    scope.count(
+                        sum(map(len, filter(None, fragment.values()))), *place
+                    )  # nested parts grow exponentially
                     good &= join(tree, fragment, scope, parts=True)
             except Failed:
                 good = False
@@ -119,13 +120,12 @@ class Parts:
         if names.mounted and entry.get("parent") is None:
             help = 'write "parent: FRAME" with the frame that the part is attached to'
             raise scope.fail("missing-key", f'the entry "{name}" of "use" needs the key "parent"', place, help)
-        ignored = [key for key in ("parent", "xyz", "rpy") if entry.get(key) is not None and not names.mounted]
-        if ignored:
+        ignored = [key for key in ("parent", "xyz", "rpy") if entry.get(key) is not None]
+        if ignored and not names.mounted:
             help = 'write "parent: mount" in a joint or sensor of the part, or remove the key'
             message = f'the entry "{name}" of "use" has "{ignored[0]}", but the part attaches nothing to "{MOUNT}"'
-            stack = tuple(scope.via.stack()) if scope.via else ()
-            warning = Diagnostic("ignored-key", WARNING, message, entry.key_spans[ignored[0]], stack, help)
-            self.expansion.diagnostics.append(warning)
+            span, stack = entry.key_spans[ignored[0]], tuple(scope.via.stack()) if scope.via else ()
+            self.expansion.diagnostics.append(Diagnostic("ignored-key", WARNING, message, span, stack, help))
         use = Use(prefix, *map(entry.get, ("parent", "xyz", "rpy", "mirror")))
         if use.mirror is not None:
             _check_elements(name, fragment, inner)
@@ -154,15 +154,13 @@ class Parts:
 
     def _look_up(self, name: str, scope: Scope, place: Place) -> Part:
         file, slash, short = name.rpartition("/")
-        parts: Any = self.own
-        home = self.scope
+        parts, home = self.own, self.scope
         if slash:
             path = self.library(file)
-            loaded = self._load(path, file, place.span) if path is not None else None
-            if loaded is None:
+            if path is None:
                 help = self._near(short) or "see docs/parts-library.md"
                 raise scope.fail("unknown-part", f'there is no parts file "{file}"', place, help)
-            parts, home = loaded[0].get("parts") or {}, loaded[1]
+            parts, home = self._load(path, file, place.span)
         if short not in parts:
             places = {f"{file}{slash}{part}": parts.key_spans[part] for part in parts}
             instead, none = self._near(short), 'define it in "parts"'
@@ -184,35 +182,36 @@ class Parts:
         close = nearest(short, names)
         return suggest(*names[close]) if close else ""
 
-    def _load(self, path: Path, file: str, use: Span) -> tuple[Map, Scope] | None:
+    def _load(self, path: Path, file: str, use: Span) -> tuple[Map, Scope]:
+        """Return the parts of a file, and its scope. Raises Failed; errors in the file are reported only once."""
         if path not in self.files:
             self.files[path] = None
+            package, _, name = file.rpartition(":")
+            shown = f"{package or 'parts'}/{name}.yaml"
             try:
-                package, _, name = file.rpartition(":")
-                shown = f"{package or 'parts'}/{name}.yaml"
                 tree = load_mapping(path, shown, use) if package else load_own(path, shown)
             except LoadError as problem:
                 self.expansion.diagnostics.append(problem.diagnostic)
                 raise Failed from None
             home = Scope(self.expansion)
             kinds = dict.fromkeys(("let", "parts", "sensor_types"), Map)
-            if not declarations.check_entry(tree.span.source.path, tree, home, declarations.FILE_KEYS, kinds):
-                raise Failed
-            home.define_all(tree.get("let"))
-            self.files[path] = (tree, home)
-        return self.files[path]
+            if declarations.check_entry(tree.span.source.path, tree, home, declarations.FILE_KEYS, kinds):
+                home.define_all(tree.get("let"))
+                self.files[path] = tree.get("parts") or Map(tree.span), home
+        loaded = self.files[path]
+        if loaded is None:
+            raise Failed
+        return loaded
 
 
 def _bind(scope: Scope, owner: str, body: Map, entry: Map, user: Place) -> None:
     """Bind the parameters and named values of a part or sensor type to the arguments of an entry. Raises Failed."""
-    before, params, given = len(scope.expansion.diagnostics), body.get("params"), entry.get("with")
-    given = Map(entry.span, entry.via) if given is None else given
+    before, params = len(scope.expansion.diagnostics), body.get("params")
+    given = Map(entry.span, entry.via) if entry.get("with") is None else entry["with"]
     if not isinstance(given, Map):
         raise Failed  # validation reports the wrong type
-    arguments = {
-        key: (value, (value_place if key in (params or ()) else key_place)(given, key)) for key, value in given.items()
-    }
-    declare(scope, params, arguments, owner, user, body.get("let"))
+    places = ((key, (value_place if key in (params or ()) else key_place)(given, key)) for key in given)
+    declare(scope, params, {key: (given[key], place) for key, place in places}, owner, user, body.get("let"))
     if len(scope.expansion.diagnostics) > before:
         raise Failed
 
@@ -270,21 +269,19 @@ def _with_type(name: str, kind: str, sensor: Map, definition: Map, scope: Scope)
     _bind(scope, f'sensor type "{kind}"', definition, sensor, Place(sensor.value_spans["type"], sensor.via))
     made = sensor.copy()
     made.pop("with", None)
-    changes = sensor["gazebo"] if isinstance(sensor.get("gazebo"), Map) else None
+    is_changed = isinstance(sensor.get("gazebo"), Map)
     for key in of_types():
-        changed = key == "gazebo" and changes is not None
-        if key not in definition or (key in sensor and not changed):
-            continue
-        value = scope.resolve(definition[key], Place(definition.value_spans[key], scope.via), key in keys_of_xml())
-        if changed:
-            made[key] = _changed(value, sensor, kind, scope)
-        elif value is not None:
-            value = copy(value)
+        if key in definition and (key not in sensor or (key == "gazebo" and is_changed)):
+            place = Place(definition.value_spans[key], scope.via)
+            value = copy(scope.resolve(definition[key], place, key in keys_of_xml()))
             if isinstance(value, (Map, Seq)):
                 value.via = scope.via  # so that error messages name the sensor
-            made.put(key, value, definition.key_spans[key], definition.value_spans[key])
-    if changes is not None and "gazebo" not in definition:
-        _changed(None, sensor, kind, scope)
+            if key in sensor:
+                made[key] = value
+            elif value is not None:
+                made.put(key, value, definition.key_spans[key], definition.value_spans[key])
+    if is_changed:
+        made["gazebo"] = _changed(made["gazebo"], sensor, kind, scope)
     return made
 
 
@@ -318,15 +315,15 @@ _SPATIAL = {"pos", "quat", "axis", "axisangle", "euler", "xyaxes", "zaxis", "fro
 
 
 def _check_elements(use: str, fragment: Map, scope: Scope) -> None:
+    before = len(scope.expansion.diagnostics)
     entries = fragment["links"].values() if isinstance(fragment.get("links"), Map) else ()
     listed = [fragment.get("mjcf"), *(entry.get("mjcf_elements") for entry in entries if isinstance(entry, Map))]
-    failed = None
     for texts in (one for one in listed if isinstance(one, Seq)):
         for text, span in zip(texts, texts.value_spans, strict=True):
             for found in found_in(text) if isinstance(text, str) else ():
                 if words := sorted(_SPATIAL.intersection(found.attributes)):
                     message = f'"mirror" of the entry "{use}" of "use" ignores the {words[0]} of <{found.tags[-1]}>'
                     help = "write it with keys of the description, such as sites, or make a part for each side"
-                    failed = scope.fail("mirrored-element", message, Place(span, scope.via), help)
-    if failed is not None:
-        raise failed
+                    scope.report("mirrored-element", message, Place(span, scope.via), help)
+    if len(scope.expansion.diagnostics) > before:
+        raise Failed

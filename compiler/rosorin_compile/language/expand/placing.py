@@ -114,11 +114,9 @@ def _with(entry: Map, changes: dict[str, Any]) -> Map:
     if changes.keys() <= entry.keys():
         return entry.like(changes) if changes else entry
     made = entry.copy()
-    for key, value in changes.items():
-        if key in entry:
-            made[key] = value
-        elif value is not None:
-            made.setdefault_at(key, value, getattr(value, "span", entry.span))
+    made.update({key: value for key, value in changes.items() if key in entry})
+    for key in (key for key, value in changes.items() if value is not None):
+        made.setdefault_at(key, changes[key], getattr(changes[key], "span", entry.span))
     return made
 
 
@@ -143,8 +141,7 @@ class _Placer:
         if isinstance(value, Map):
             return self._mapping(node, value)
         if isinstance(value, Seq) and node.items is not None:
-            items = node.items
-            return map_items(value, lambda item: self.value(items, item))
+            return map_items(value, partial(self.value, node.items))
         return value
 
     def _text(self, node: Node, name: str) -> str:
@@ -247,10 +244,7 @@ def _axis(joint: Map, axis: int) -> dict[str, Any]:
 
 
 def _grid(grid: Map, axis: int) -> dict[str, Any]:
-    """Mirror a height map: reverse the order of its cells along x or y, or negate the heights along z.
-
-    A rule reports negative heights: a height map is measured upward from z = 0.
-    """
+    """Mirror a height map: reverse its cells along x or y, or negate the heights along z, which a rule reports."""
     heights, origin, cell = grid.get("heights"), grid.get("origin"), grid.get("cell")
     if not isinstance(heights, Seq) or not heights or not all(isinstance(row, Seq) for row in heights):
         return {}
@@ -350,7 +344,7 @@ def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
     """
     good, joined = True, (*merged_sections(ENTRIES, ITEMS, WITHIN), *OF_PARTS)
     for section, value in more.items():
-        have = tree.get(section)
+        have, is_list = tree.get(section), section in merged_sections(ITEMS)
         for key in value if parts and holds_many(section) and isinstance(value, Map) else ():
             if key not in keys_of(section):
                 place, message = Place(value.key_spans[key], more.via or value.via), f'"{section}" has no key "{key}"'
@@ -361,30 +355,29 @@ def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
             if value is not None or not parts:
                 tree.put(section, copy(value), more.key_spans[section], more.value_spans[section])
         elif value is not None and section not in joined:
-            message, help = f'"{section}" is defined twice', "remove one definition"
-            good = _report("duplicate-key", message, help, section, tree, more, scope)
+            message = f'"{section}" is defined twice'
+            good = _report("duplicate-key", message, "remove one definition", section, tree, more, scope)
             for fragment in (tree, more) if scope.expansion.parts else ():
                 alone = Map(fragment.span, fragment.via)
                 alone.put("robot", "robot", fragment.span, fragment.span)
-                alone.put(section, fragment[section], fragment.key_spans[section], fragment.value_spans[section])
+                alone.put_from(fragment, section)
                 scope.expansion.diagnostics += validate(alone, {})
             continue
-        elif isinstance(have, Seq) and isinstance(value, Seq) and section in merged_sections(ITEMS):
+        elif is_list and isinstance(have, Seq) and isinstance(value, Seq):
             _extend(have, value)
         elif isinstance(have, Map) and isinstance(value, Map):
             if holds_many(section):
                 good &= _join_within(section, have, value, scope)
             else:  # two uses of a xacro macro share the materials of its file
                 good &= _join_entries(section, have, value, scope, equal=section == "materials")
-        elif value is not None and isinstance(have, Seq if section in merged_sections(ITEMS) else Map):
-            message = f'"{section}" must be {"a list" if isinstance(have, Seq) else "a mapping"} in every file'
+        elif value is not None and isinstance(have, Seq if is_list else Map):
+            message = f'"{section}" must be {"a list" if is_list else "a mapping"} in every file'
             good = _report("wrong-type", message, "use the same type in both files", section, tree, more, scope)
             continue
         result = tree.get(section)
-        holds_others = isinstance(result, (Map, Seq)) and (have is not None or not is_one_entry(section))
         # The entries come from several parts, so the section itself belongs to the tree.
-        if parts and result is not None and holds_others and not isinstance(result.via, Include):
-            result.via = tree.via
+        if parts and isinstance(result, (Map, Seq)) and (have is not None or not is_one_entry(section)):
+            result.via = result.via if isinstance(result.via, Include) else tree.via
     return good
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from types import NoneType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -48,14 +49,10 @@ class Origin(NamedTuple):
 
 
 def argument_of(scope: Scope, names: Iterable[str], of_kinds: bool = False) -> Origin | None:
-    """Return the origin of the arguments that an expression with these names in a scope depends on, or None.
-
-    Also return None if the chain of names is too long for Python's stack; the error is then reported where it occurs.
-    """
-    try:
+    """Return the origin of the arguments that an expression with these names in a scope depends on, or None."""
+    with suppress(RecursionError):  # a very long chain of names: the error is reported where it occurs
         return _first(_Search(scope.expansion.root, of_kinds).arguments(scope, names))
-    except RecursionError:
-        return None
+    return None
 
 
 def argument_at(scope: Scope, span: Span, of_kinds: bool = False) -> Origin | None:
@@ -168,10 +165,8 @@ class _Search:
             users = ((user.mount, user) for user in scope.ancestors() if user.mount is not None)
             return next((_Definition(mount.span, self.outside(user), None, True, False) for mount, user in users), None)
         owner = scope.owner(name)
-        if owner is None:
-            return None
-        local = owner.local.get(name)
-        if name in _OF_USE and name not in owner.declared and local is None:
+        local = owner.local.get(name) if owner else None
+        if owner is None or (name in _OF_USE and name not in owner.declared and local is None):
             return None
         place = local or owner.places[name]
         value: Any = owner.values.get(name)

@@ -288,10 +288,7 @@ class Scope:
     # Evaluation
 
     def resolve(self, value: Any, place: Place, xml: bool = False) -> Any:
-        """Evaluate all expressions, loops and conditions in a value. Raises Failed after reporting errors.
-
-        ``xml``: strings in it are XML elements.
-        """
+        """Evaluate all expressions, loops and conditions in a value (with ``xml``, in XML elements). Raises Failed."""
         if self.expansion.is_constant(value):
             return value
         if isinstance(value, Map):
@@ -299,10 +296,7 @@ class Scope:
         return self._sequence(value, xml) if isinstance(value, Seq) else self.text(value, place.span, place.via, xml)
 
     def _mapping(self, value: Map) -> Map:
-        """Evaluate the keys and values of a mapping.
-
-        A key whose expression evaluates to ``none`` is omitted; parts pass on optional arguments in this way.
-        """
+        """Evaluate a mapping; a value ``none``, which an optional argument may have, is omitted with its key."""
         via = self.via or value.via
         made = Map(value.span, via)
         self.count(len(value) + 1, value.span, via)
@@ -390,10 +384,9 @@ class Scope:
             if not piece.is_expression:
                 xacro = _OF_XACRO.search(piece.text)
                 if xacro and "<" not in text:  # XML elements may contain $(...) for another program
-                    name = (xacro[2].split() or ["NAME"])[0]
+                    name, where = (xacro[2].split() or ["NAME"])[0], _within(place, text, piece.offset + xacro.start())
                     help = f'declare {name} in "args" and write "${{{name}}}"'
                     help = f"write package://{name}" if xacro[1] == "find" else help
-                    where = _within(place, text, piece.offset + xacro.start())
                     raise self.fail("expression", f'"{xacro[0]}" is xacro syntax, not supported here', where, help)
                 parts.append(piece.text)
                 continue
@@ -478,21 +471,17 @@ def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
     for names, values in loops.items():
         where = Place(loops.value_spans[names], via)
         split = [name.strip() for name in names.split(",")]
-        inner_scopes: list[Scope] = []
-        counted = 0
-        for scope in scopes:
-            items, spans = scope.resolve(values, where), list[Span]()
-            if isinstance(items, Mapping):
-                spans = [getattr(items, "key_spans", {}).get(key, where.span) for key in items]
-                items = list(items)
-            elif isinstance(items, list):
-                spans = items.value_spans if isinstance(items, Seq) else [where.span] * len(items)
-            else:
+        outer_scopes, scopes, counted = scopes, [], 0
+        for scope in outer_scopes:
+            items = scope.resolve(values, where)
+            if not isinstance(items, (list, Mapping)):
                 help = 'write a list, or an expression such as "${range(4)}"'
                 raise scope.fail("wrong-type", '"for" needs a list or a table to loop over', where, help)
             if len(items) > counted:  # assume that all iterations have as many, to refuse a huge product at once
-                outer.count((len(items) - counted) * len(scopes), where.span, where.via)
+                outer.count((len(items) - counted) * len(outer_scopes), where.span, where.via)
                 counted = len(items)
+            keys = items.key_spans if isinstance(items, Map) else {}
+            spans = items.value_spans if isinstance(items, Seq) else [keys.get(key, where.span) for key in items]
             for value, span in zip(items, spans, strict=True):
                 outer_via, at = scope.via or via, span if isinstance(values, Seq) else where.span
                 if at != span:  # the values were written elsewhere
@@ -504,8 +493,7 @@ def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
                 for name, one in zip(split, row, strict=True):
                     inner.bind(name, one, Place(at, where.via))
                 inner.looped = dict.fromkeys(split, loops.key_spans[names])
-                inner_scopes.append(inner)
-        scopes = inner_scopes
+                scopes.append(inner)
     yield from scopes
 
 

@@ -6,18 +6,25 @@ Quantities that are added or compared must have the same dimension; a bare numbe
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache, partial
+from itertools import count
+from numbers import Integral
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.load import MAX_NODES
 from rosorin_compile.source.plugins import Plugin, divert_stdout, load
+from rosorin_compile.source.tree import Text
 from rosorin_compile.source.units import ANGLE, NUMBER, UNITS, Dimension, Quantity, describe, dimension_of
+from rosorin_compile.source.yaml_mistakes import MAX_DEPTH
 
 if TYPE_CHECKING:
     from rosorin_compile.source.diagnostics import Help
 
 MAX_ITEMS = 100_000
+_LARGEST = 10**18  # larger YAML integers are read as floats (see load)
 _KINDS: dict[Any, str] = {type(None): "nothing", bool: "true or false", (int, float): "a number"}
 _KINDS |= {str: "text", Mapping: "a table", object: "a list"}
 
@@ -28,13 +35,11 @@ class ExpressionError(Exception):
     ``unknown`` is an undefined name; ``unit`` is a number and the unknown unit after it.
     """
 
-    def __init__(self, message: str, column: int = -1, help: Help = "", unknown: str = "") -> None:
+    def __init__(
+        self, message: str, column: int = -1, help: Help = "", unknown: str = "", unit: tuple[str, str] | None = None
+    ) -> None:
         super().__init__(message)
-        self.message = message
-        self.column = column
-        self.help = help
-        self.unknown = unknown
-        self.unit: tuple[str, str] | None = None
+        self.message, self.column, self.help, self.unknown, self.unit = message, column, help, unknown, unit
 
 
 class KindError(ExpressionError):
@@ -291,15 +296,6 @@ def reserved_names() -> frozenset[str]:
 def _guarded(plugin: Plugin, one: Function) -> Callable[..., Any]:
     who = f"{one.name}() of {plugin.distribution} {plugin.version}"
 
-    def plain(value: Any) -> Any:
-        if isinstance(value, (list, tuple)):
-            return list(map(plain, value))
-        if isinstance(value, Mapping):
-            return {str(key): plain(item) for key, item in value.items()}
-        if value is None or isinstance(value, (bool, int, float, str)):
-            return value
-        raise ExpressionError(f"{who} gives what is not a value: {type(value).__name__}")
-
     def apply(*values: Any) -> Any:
         try:
             with divert_stdout():
@@ -308,6 +304,44 @@ def _guarded(plugin: Plugin, one: Function) -> Callable[..., Any]:
             raise  # handled by evaluate() as for built-in functions
         except (Exception, SystemExit) as problem:
             raise ExpressionError(f"{who} fails: {type(problem).__name__}: {problem}") from None
-        return plain(value)
+        try:
+            return plain_value(value)
+        except ExpressionError as problem:
+            raise ExpressionError(f"the result of {who} {problem}") from None
 
     return apply
+
+
+def plain_value(value: object, depth: int = 0, counter: Iterator[int] | None = None) -> Any:
+    """Convert a Python object to a value of expressions; an array with ``tolist`` becomes a number or a list.
+
+    ``counter`` counts all converted values. Raises ExpressionError with the reason if the object is not a value.
+    """
+    counter = counter or count()
+    if depth > MAX_DEPTH or next(counter) >= MAX_NODES:
+        raise ExpressionError("is too deep or too large a value")
+    if value is None or isinstance(value, (bool, Quantity, Text)):
+        return value
+    if isinstance(value, (str, os.PathLike)):
+        return str.__str__(value) if isinstance(value, str) else Text(os.fsdecode(value))
+    if isinstance(value, Integral) and abs(int(value)) < _LARGEST:
+        return int(value)
+    if isinstance(value, Mapping):
+        for key in (key for key in value if not isinstance(key, str)):
+            raise ExpressionError(f"is a table with a key that is {type_of(key)}, not text")
+        return {str.__str__(key): plain_value(item, depth + 1, counter) for key, item in value.items()}
+    if isinstance(value, (list, tuple, range)):
+        return [plain_value(item, depth + 1, counter) for item in value]
+    if callable(tolist := getattr(value, "tolist", None)):
+        return plain_value(tolist(), depth + 1, counter)
+    if not hasattr(value, "__float__"):
+        raise ExpressionError(f"is {type_of(value)}")
+    try:
+        return float(value)
+    except (OverflowError, ValueError):
+        raise ExpressionError("is too large a number") from None
+
+
+def type_of(value: object) -> str:
+    """Return the Python type of an object for messages."""
+    return "None" if value is None else f"of the type {type(value).__name__}"

@@ -9,6 +9,7 @@ import ast
 import operator
 import re
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Suggestion
@@ -71,16 +72,15 @@ def mask_quantities(text: str) -> tuple[str, dict[tuple[int, int], Literal]]:
         if text[stop:].lstrip().startswith("**"):
             help = f'write "{unit}^2" for a power of the unit, "({written})**2" for a power of the value'
             raise ExpressionError(f'"**" after "{written}" is ambiguous: is it a power of the unit?', start, help)
-        quotient = re.search(_OVER, text[:start])
-        if quotient:
+        if quotient := re.search(_OVER, text[:start]):
             number = quotient[1]
             help = f'write "{number}/{written.removesuffix(unit).strip()} * 1 {unit}", or "{number} / ({written})"'
             message = f'"{number}/{written}" is ambiguous: a fraction of 1 {unit}, or {number} over {written}?'
             raise ExpressionError(message, start, help)
-        value = Quantity(parsed, parsed.dimension, written)
         line = text.count("\n", 0, start) + 1
         column = len(text[text.rfind("\n", 0, start) + 1 : start].encode())  # in bytes, as Python's parser counts
-        found[line, column] = Literal(value, tuple(re.findall("[A-Za-z]+", unit)[1:]))
+        factors = tuple(re.findall("[A-Za-z]+", unit)[1:])
+        found[line, column] = Literal(Quantity(parsed, parsed.dimension, written), factors)
         parts += [text[end:start], "_" * (stop - start)]
         end = stop
     return "".join([*parts, text[end:]]), found
@@ -107,25 +107,21 @@ _WORDS = frozenset(("and", "or", "not", "if", "else", "for", "in", "is"))
 def mistake(text: str, problem: SyntaxError) -> ExpressionError:
     """Return the error for an invalid expression, given the error of Python's parser."""
     plain = re.sub(r"'[^']*'|\"[^\"]*\"", lambda match: " " * len(match[0]), text)
-    for match in re.finditer(_NO_UNIT, plain):
-        word = match[2]
+    for number, word, start in ((match[1], match[2], match.start(2)) for match in re.finditer(_NO_UNIT, plain)):
         if word not in _WORDS and word not in UNITS and word not in CONSTANTS:
             help = "a unit such as mm, kg, deg or N*m; or * for a product"
-            unknown_unit = ExpressionError(f'there is no unit "{word}"', match.start(2), help)
-            unknown_unit.unit = (match[1], word)
-            return unknown_unit
+            return ExpressionError(f'there is no unit "{word}"', start, help, unit=(number, word))
     for pattern, help in _FOREIGN:
-        found = re.search(pattern, plain)
-        if found:
+        if found := re.search(pattern, plain):
             sign = printable(found[0] if len(found[0]) < 3 else found[0][:1])
             return ExpressionError(f'"{sign}" has no meaning in an expression', found.start(), help)
-    column = max(0, (problem.offset or 1) - 1)
-    if "never closed" in str(problem.msg) or "unmatched" in str(problem.msg):
-        return ExpressionError(f"not an expression: {problem.msg}", column, "brackets must come in pairs")
+    column, help = max(0, (problem.offset or 1) - 1), ""
     if operator := re.search(r"(\*\*|//|[-+*/%<>=]|\b(?:and|or|not|if|else|in))\s*$", plain):
         return ExpressionError(f'a value is missing after "{operator[1]}"', column)
-    two = re.search(r"[\w)\]] +[\w(]", plain[max(0, column - 2) :])
-    help = 'write an operator between two values, such as "*"' if two else ""
+    if "never closed" in str(problem.msg) or "unmatched" in str(problem.msg):
+        help = "brackets must come in pairs"
+    elif re.search(r"[\w)\]] +[\w(]", plain[max(0, column - 2) :]):
+        help = 'write an operator between two values, such as "*"'
     return ExpressionError(f"not an expression: {problem.msg}", column, help)
 
 
@@ -164,19 +160,17 @@ def weight(value: Any) -> int:
 
 def check_size(value: Any) -> Any:
     """Return the value unchanged. Raises ExpressionError if it is too large, or not finite."""
+    problem = ""
     if isinstance(value, float):
-        if not abs(value) < MAX_MAGNITUDE:
-            raise ExpressionError("the result is not a finite number")
+        problem = "" if abs(value) < MAX_MAGNITUDE else "the result is not a finite number"
     elif isinstance(value, int):
-        if abs(value) > MAX_INTEGER:
-            raise ExpressionError("the number is too large")
+        problem = "the number is too large" if abs(value) > MAX_INTEGER else ""
     elif isinstance(value, complex):
-        raise ExpressionError("the result is not a real number")
-    elif isinstance(value, str):
-        if len(value) > MAX_ITEMS:
-            raise ExpressionError(f"the result has more than {MAX_ITEMS:,} letters")
-    elif value is not None and weight(value) > MAX_ITEMS:
-        raise ExpressionError(f"the result has more than {MAX_ITEMS:,} items")
+        problem = "the result is not a real number"
+    elif (len(value) if isinstance(value, str) else weight(value)) > MAX_ITEMS:
+        problem = f"the result has more than {MAX_ITEMS:,} {'letters' if isinstance(value, str) else 'items'}"
+    if problem:
+        raise ExpressionError(problem)
     return value
 
 
@@ -239,14 +233,14 @@ def _constant(node: ast.Constant, lookup: Lookup) -> Any:
     if not isinstance(value, Literal):
         return value
     for name in value.factors:
-        try:
+        with suppress(KeyError):
             lookup(name)
-        except KeyError:
-            continue
-        text = value.value.text
-        spaced = text.replace("*", " * ").replace("/", " / ").replace("^", "**")
-        help = f'rename the value, or write "{spaced}" to multiply by it'
-        raise ExpressionError(f'"{name}" in "{text}" is a unit, but also the name of a value', node.col_offset, help)
+            text = value.value.text
+            spaced = text.replace("*", " * ").replace("/", " / ").replace("^", "**")
+            help = f'rename the value, or write "{spaced}" to multiply by it'
+            raise ExpressionError(
+                f'"{name}" in "{text}" is a unit, but also the name of a value', node.col_offset, help
+            )
     return value.value
 
 
@@ -269,15 +263,14 @@ def _binary(node: ast.BinOp, lookup: Lookup) -> Any:
     if kind is ast.Pow:
         return _power(left, right)
     first, second = dimension_of(left), dimension_of(right)
-    if kind is ast.Mult or kind is ast.Div:
-        dimension = None
-        if first or second:
-            dimension = add(first or NUMBER, second or NUMBER, 1 if kind is ast.Mult else -1)
-            dimension = None if dimension == NUMBER else dimension
-    else:
-        dimension = first if first == second else common_dimension([left, right])
+    is_product = kind is ast.Mult or kind is ast.Div
+    dimension = first if first == second or is_product else common_dimension([left, right])
+    if is_product and (first or second):
+        dimension = add(first or NUMBER, second or NUMBER, 1 if kind is ast.Mult else -1)
     result = check_size(_BINARY[kind](left, right))
-    return result if dimension is None or kind is ast.FloorDiv else Quantity(result, dimension)
+    if dimension is None or kind is ast.FloorDiv or (is_product and dimension == NUMBER):
+        return result
+    return Quantity(result, dimension)
 
 
 def _join(kind: type[ast.operator], left: Any, right: Any) -> Any:
@@ -345,11 +338,10 @@ def _check_choices(name: ast.expr, other: ast.expr, lookup: Lookup) -> None:
     literals = [item for item in getattr(other, "elts", [other]) if isinstance(item, ast.Constant)]
     if not isinstance(name, ast.Name) or not literals:
         return
-    try:
-        choices: Any = lookup(name.id + CHOICES)
-    except KeyError:
-        return
-    for literal in literals:
+    choices: Any = ()
+    with suppress(KeyError):
+        choices = lookup(name.id + CHOICES)
+    for literal in literals if choices else ():
         value: Any = literal.value
         if isinstance(value, (str, int, float)) and value not in choices:
             allowed = f"possible values: {', '.join(map(str, choices))}"

@@ -46,13 +46,12 @@ def _edges(tree: Mapping[str, Any], lowering: Lowering) -> None:
 
 def _servos(tree: Mapping[str, Any], lowering: Lowering) -> tuple[ServoGroup, ...]:
     for name, entry in entries_of(tree, "servos"):
-        path: Path = ("servos", name)
-        low, high = entry["pulse_range"]
+        path, zero, (low, high) = ("servos", name), entry["zero_pulse"], entry["pulse_range"]
         if not low < high:
             message = f"the pulse range goes from {low} to {high}"
             lowering("pulse-range", message, (*path, "pulse_range"), "give the smaller pulse first")
-        elif not low <= entry["zero_pulse"] <= high:
-            message = f"the zero pulse {entry['zero_pulse']} is outside the pulse range {low} to {high}"
+        elif not low <= zero <= high:
+            message = f"the zero pulse {zero} is outside the pulse range {low} to {high}"
             lowering("pulse-range", message, (*path, "zero_pulse"), "correct one of the two")
         if float(entry["rad_per_pulse"]) == 0:
             message = "the angle of one pulse is zero, so that the servo never moves"

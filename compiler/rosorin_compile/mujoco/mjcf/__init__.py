@@ -4,7 +4,7 @@ Writing: ``write`` and ``write_elements`` print the file. ``servos`` has the act
 ``contacts`` the pairs and excludes, ``unsupported`` the checks. ``read_back`` reads a generated file for comparison.
 
 Importing: MuJoCo loads the file in a child process (``process``, ``engine``), which also compares the result with the
-source (``compare_models``). ``robot``, ``links`` and ``shapes`` create the description, with the state in ``reading``.
+source (``compare_models``). ``robot``, ``links`` and ``shapes`` create the description (state: ``import_state``).
 """
 
 from __future__ import annotations
@@ -14,17 +14,8 @@ from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.formats.format import (
-    BOXES_OF_HEIGHT_MAPS,
-    FORMS_OF_BOXES,
-    MODEL_KEYS,
-    NUMBER_FORMAT,
-    OF_PUBLISHERS,
-    Asked,
-    Format,
-    Unsupported,
-    xml_syntax,
-)
+from rosorin_compile.formats import format
+from rosorin_compile.formats.format import Asked, Format, Unsupported, xml_syntax
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Robot
@@ -94,7 +85,7 @@ _GROUP = {"type": "integer", "minimum": 0, "maximum": 5}
 _VISUAL = {**_GROUP, "description": "That of visuals; default 2."}
 _COLLISION = {**_GROUP, "description": "That of what collides; default 3, of a robot without looks 0."}
 _OPTIONS = {
-    "number_format": NUMBER_FORMAT,
+    "number_format": format.NUMBER_FORMAT,
     "base": _one_of(("fixed", "free"), "Whether the root link is held or free to move. Default: free with a drive."),
     "option": {
         "type": "object",
@@ -113,9 +104,9 @@ _OPTIONS = {
         "How MuJoCo computes the volume of meshes that do not define it; default: shell, which may be thin or open.",
     ),
     "height_maps": _one_of(
-        (*FORMS_OF_BOXES, "hfield"),
-        f"What height maps are; default: merged. Boxes: {BOXES_OF_HEIGHT_MAPS}; hfield: a height field, which does not"
-        " collide with planes.",
+        (*format.FORMS_OF_BOXES, "hfield"),
+        f"What height maps are; default: merged. Boxes: {format.BOXES_OF_HEIGHT_MAPS}; hfield: a height field, which"
+        " does not collide with planes.",
     ),
     "contacts": _one_of(
         ("implied", "described"),
@@ -141,7 +132,7 @@ _OPTIONS = {
 }
 _NO_JOINT = Unsupported("bodies that are fixed to each other need no joint", quiet=True)
 _UNSUPPORTED = {
-    **OF_PUBLISHERS,
+    **format.OF_PUBLISHERS,
     "sensors.*.joint": _NO_JOINT,
     "sensors.*.optical.joint": _NO_JOINT,
     "joints.*.calibration": Unsupported("no calibration of joints"),
@@ -155,7 +146,7 @@ FORMAT = Format(
     word="MJCF",
     about="the model for MuJoCo",
     rank=30,
-    covers=(*MODEL_KEYS, "poses", "mjcf"),
+    covers=(*format.MODEL_KEYS, "poses", "mjcf"),
     unsupported=_UNSUPPORTED,
     options=_OPTIONS,
     file="{}.xml",

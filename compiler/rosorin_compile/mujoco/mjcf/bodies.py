@@ -4,9 +4,8 @@ Two geoms can collide in MuJoCo if ``contype`` of one and ``conaffinity`` of the
 without ``contact`` bits has bit 1 in both, and so does the floor of a scene. If a robot sets no bits, the wheels of its
 drive collide only with the floor, because wheels and rollers overlap with their hubs and arches.
 
-A height map is written as boxes or as a height field (XMLreference "asset/hfield"). A height field has elevations at
-grid points, so each point gets the height of its highest adjacent cell, and the field encloses the boxes. Elevations
-are relative to the lowest point, below which there is a slab; the first row has the largest y.
+A height map is written as boxes or as a height field. A height field has elevations at grid points, relative to the
+lowest point; each point gets the height of its highest adjacent cell, so that the field encloses the boxes.
 """
 
 from __future__ import annotations
@@ -51,8 +50,7 @@ def body_name(robot: model.Robot, link: str) -> str:
     if link == robot.root and robot.root_in_world.world:
         return WORLD
     name = link if link != WORLD else f"{WORLD}_link"
-    known = {*robot.link, *(edge.child for edge in robot.edges)} if link == WORLD else ()
-    return free_name(name, known)
+    return free_name(name, {*robot.link, *(edge.child for edge in robot.edges)} if link == WORLD else ())
 
 
 def free_name(name: str, taken: Container[str]) -> str:
@@ -167,9 +165,7 @@ class Field(NamedTuple):
 
 def has_volume(geometry: model.Geometry) -> bool:
     """Return True if all sizes of a geometry are above zero, as MuJoCo requires; a mesh may have a negative scale."""
-    if isinstance(geometry, model.Mesh):
-        return all(geometry.scale)
-    return all(size > 0 for size in half_sizes(geometry))
+    return all(geometry.scale) if isinstance(geometry, model.Mesh) else all(size > 0 for size in half_sizes(geometry))
 
 
 def half_sizes(geometry: model.Geometry) -> tuple[float, ...]:
@@ -206,8 +202,7 @@ def colliding(link: model.Link, output: model.Output) -> Sequence[model.Shape] |
 def field_of(shape: model.Shape, grid: model.HeightMap) -> Field:
     """Convert a height map to a height field in the frame of its link."""
     tops: dict[tuple[int, int], float] = {}
-    count, across = len(grid.heights), len(grid.heights[0])
-    boxes = grid.boxes()
+    count, across, boxes = len(grid.heights), len(grid.heights[0]), grid.boxes()
     lowest = min((box.lower[2] for box in boxes), default=0.0)
 
     def cells(axis: int, box: model.Box) -> range:
@@ -227,7 +222,6 @@ def field_of(shape: model.Shape, grid: model.HeightMap) -> Field:
 
 
 HOME = "home"
-_DIGITS = 9  # decimals of a height (m), to remove rounding errors
 
 
 def range_of(joint: model.Joint) -> tuple[float, float] | None:
@@ -271,9 +265,7 @@ def stands_at(robot: model.Robot, pose: JointPose, clouds: Clouds = no_clouds) -
     if robot.root_in_world.placed:
         return robot.root_in_world.pose
     bounds, meshes = reach(robot, pose.positions, "collision", IDENTITY, clouds)
-    if bounds is None or meshes:
-        return IDENTITY
-    return model.Pose((0.0, 0.0, 0.0 - round(bounds.lower[2], _DIGITS)))
+    return IDENTITY if bounds is None or meshes else model.Pose((0.0, 0.0, 0.0 - round(bounds.lower[2], 9)))
 
 
 def reach(

@@ -17,9 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 # Each kind of object with the prefix of its arrays in mjModel. Kinds that others refer to come first.
-_PREFIXES = {"joint": "jnt", "camera": "cam", "equality": "eq"}
 _KINDS = "body joint mesh hfield geom site camera pair flex tendon equality actuator sensor numeric text tuple key"
-KINDS = {kind: _PREFIXES.get(kind, kind) for kind in _KINDS.split()}
+KINDS = {kind: kind for kind in _KINDS.split()} | {"joint": "jnt", "camera": "cam", "equality": "eq"}
 _KIND_OF_EXTENT = {f"n{prefix}": kind for kind, prefix in KINDS.items()}
 # Arrays with a slice for each object: the length of the array, the kind of object, and the start and size fields.
 _PIECE_TABLE = """nq joint jnt_qposadr
@@ -64,8 +63,6 @@ _BY_METHODS = re.compile(  # fields that methods of ``Comparison`` compare
 )
 _OF_CONTACTS = re.compile(r"geom_(condim|priority|solmix|solref|solimp|friction|margin|gap|surfacevel|adhesion)")
 _OF_KEYS = {"qpos": "nq", "qvel": "nv", "ctrl": "nu", "act": "na", "mpos": "nmocap", "mquat": "nmocap"}
-# Kinds of objects that change the simulation if only our model has them.
-_MATTER = ("body", "joint", "geom", "pair", "equality", "tendon", "actuator", "sensor", "key", "flex")
 
 _SLIDE, _BALL, _FREE = 2, 1, 0  # mjtJoint
 _MESH, _SDF = 7, 8  # mjtGeom
@@ -114,8 +111,7 @@ class Model:
         _, address, *sizes = _PIECES[extent]
         start = int(np.ravel(getattr(self.mj, address))[index])
         count = int(np.prod([np.ravel(getattr(self.mj, size))[index] for size in sizes]))
-        if extent in _COORDINATES:
-            count = _COORDINATES[extent].get(int(self.mj.jnt_type[index]), 1)
+        count = _COORDINATES[extent].get(int(self.mj.jnt_type[index]), 1) if extent in _COORDINATES else count
         return slice(start, start + count) if start >= 0 else slice(0, 0)
 
     def references(self, field: str, extent: str, index: int) -> list[tuple[str, float]]:
@@ -135,8 +131,7 @@ class Model:
         return list(zip(kinds, numbers, strict=True))
 
     def name_of(self, kind: str, index: int) -> str:
-        name = self.names[kind][index]
-        if name or kind not in _FRAMES or kind == "body":
+        if (name := self.names[kind][index]) or kind not in _FRAMES or kind == "body":
             return f"{kind} {name or index}"
         return f"{kind} {index} of {self.name_of('body', self.body_of(kind, index))}"
 
@@ -270,8 +265,7 @@ class Comparison:
     def _signature(self, model: Model, kind: str, index: int) -> Any:
         """Return the type and references of an object, with ids of our model, which are equal for matching objects."""
         prefix, values, named = KINDS[kind], list[Any](), list[tuple[str, float]]()
-        if kind in _FRAMES:
-            named.append(("body", model.body_of(kind, index)))
+        named += [("body", model.body_of(kind, index))] if kind in _FRAMES else []
         for field, extent in arrays() if kind != "body" else ():
             if extent == f"n{prefix}" and field in _REFERENCES:
                 named += model.references(field, extent, index)
@@ -287,11 +281,8 @@ class Comparison:
         return frozenset(values) if kind == "pair" else tuple(values)
 
     def _objects(self) -> None:
-        """Report objects that only one model has, and objects that were renamed."""
         ours = self.ours
-        for kind, index, name in (
-            (kind, *one) for kind, names in self.source.names.items() for one in enumerate(names)
-        ):
+        for kind, index, name in ((kind, *one) for kind, own in self.source.names.items() for one in enumerate(own)):
             other = self.maps[kind].get(index)
             found = ours.names[kind][other] if other is not None else ""
             if other is None:
@@ -301,7 +292,7 @@ class Comparison:
         # Added objects without effect are not reported, such as the key "home" that every generated MJCF has.
         heavy, solid = ours.mj.body_mass > _NO_MASS, ours.mj.geom_contype | ours.mj.geom_conaffinity
         matters: dict[str, Any] = {"body": heavy, "geom": solid, "key": [name != "home" for name in ours.names["key"]]}
-        for kind in _MATTER:
+        for kind in ("body", "joint", "geom", "pair", "equality", "tendon", "actuator", "sensor", "key", "flex"):
             for index in sorted(set(range(len(ours.names[kind]))) - set(self.maps[kind].values())):
                 if kind not in matters or matters[kind][index]:
                     self.report(kind, -1, "", f"{ours.name_of(kind, index)} is only in ours")
@@ -311,8 +302,7 @@ class Comparison:
         source, ours, field = self.source, self.ours, array if extent == "nq" else array.partition("_")[2]
         if array in _REFERENCES:
             named = source.references(array, extent, one), ours.references(array, extent, other)
-            mapped = [(of, self.maps[of].get(int(n), -2) if of and n >= 0 else n) for of, n in named[0]]
-            if mapped != named[1]:
+            if [(of, self.maps[of].get(int(n), -2) if of and n >= 0 else n) for of, n in named[0]] != named[1]:
                 texts = [
                     ", ".join("none" if n < 0 else model.name_of(of, int(n)) if of else f"{n:g}" for of, n in pairs)
                     for model, pairs in zip((source, ours), named, strict=True)
@@ -369,8 +359,7 @@ class Comparison:
                 self.report("geom", one, "pos", f"pos {in_words(*np.round((v[0], w[0]), 7))}")
             return len(self.differences) == before
         if kind == "joint":
-            joint = int(source.mj.jnt_type[one])
-            if joint != int(ours.mj.jnt_type[other]):
+            if (joint := int(source.mj.jnt_type[one])) != int(ours.mj.jnt_type[other]):
                 return False  # the type is reported as a field
             if joint not in (_FREE, _BALL) and not near(a, b):
                 self.report(kind, one, "axis", f"axis {in_words(a, b)}")
@@ -483,8 +472,7 @@ def close(one: Any, other: Any) -> bool:
     a, b = np.asarray(one), np.asarray(other)
     if a.shape != b.shape or "f" not in a.dtype.kind + b.dtype.kind:
         return a.shape == b.shape and bool((a == b).all())
-    is_single = np.float32 in (a.dtype, b.dtype)
-    relative, absolute = (_SINGLE, _SINGLE) if is_single else (_RELATIVE, _NUMBER)
+    relative, absolute = (_SINGLE, _SINGLE) if np.float32 in (a.dtype, b.dtype) else (_RELATIVE, _NUMBER)
     return bool(np.isclose(a, b, relative, absolute, equal_nan=True).all())
 
 
@@ -499,6 +487,5 @@ def in_words(one: Any, other: Any) -> str:
     if max(a.size, b.size) > _SHOWN:
         return f"differs: {a.size} numbers in the source, {b.size} in ours"
     texts = [" ".join(f"{n:.6g}" if abs(n) > _NUMBER else "0" for n in array.tolist()) for array in (a, b)]
-    if texts[0] == texts[1]:
-        texts = [" ".join(map(repr, array.tolist())) for array in (a, b)]
+    texts = [" ".join(map(repr, array.tolist())) for array in (a, b)] if texts[0] == texts[1] else texts
     return f"{texts[0] or 'nothing'} in the source, {texts[1] or 'nothing'} in ours"

@@ -3,18 +3,17 @@
 MuJoCo's parent filter removes all contacts between a group of welded bodies and the group of its parent, if both can
 move. That is too much: a camera fixed to the wrist can collide with the gripper. Therefore, for each joint,
 
-- the two links that it connects are excluded, and so are links that touch at zero, in each named pose and over the
-  whole range of the joint, because a simulation would push them apart;
-- links with a mesh are excluded, because mesh files are not read here;
+- the two links that it connects are excluded, and links that touch at zero, in each named pose and over the whole range
+  of the joint, because a simulation would push them apart; so are links with a mesh, because meshes are not read here;
 - of all other links, the shapes that the joint can bring into contact are written as pairs, without friction.
 
 Links that cannot collide because of their contact bits (``Masks``) need neither. Pairs and excludes do not depend on
-the base, because a robot can be attached to another one.
+the base, because a robot can be attached to another one. Distances of convex shapes are computed with GJK (E. Gilbert,
+D. Johnson, S. Keerthi, "A fast procedure for computing the distance between complex objects in three-dimensional
+space", 1988).
 
-The distance between two convex shapes is computed with GJK (E. G. Gilbert, D. W. Johnson, S. S. Keerthi, "A fast
-procedure for computing the distance between complex objects in three-dimensional space", 1988). MJX, MuJoCo on
-accelerators, does not load a model in which cylinders or ellipsoids can collide with boxes, meshes or height fields, or
-height fields with each other.
+MJX, MuJoCo on accelerators, does not load a model in which cylinders or ellipsoids can collide with boxes, meshes or
+height fields, or height fields with each other.
 """
 
 from __future__ import annotations
@@ -107,8 +106,7 @@ def _are_close(fixed: Solid, moved: Solid, way: Transform) -> bool:
     nearest = minus(fixed.origin.xyz, there.xyz)
     simplex: list[Vector] = []
     for _ in range(_STEPS):
-        length = math.hypot(*nearest)
-        if length <= limit:
+        if (length := math.hypot(*nearest)) <= limit:
             return True
         x, y, z = nearest
         point = minus(fixed.support(fixed.origin, (-x, -y, -z)), moved.support(there, nearest))
@@ -133,8 +131,7 @@ def _closest(simplex: Sequence[Vector]) -> tuple[Vector, list[Vector]]:
         is_around = is_around and not is_flat and dot(normal, a) * height < 0
     if is_around:
         return _ORIGIN, list(simplex)
-    faces = (face for size in (1, 2, 3) for face in combinations(simplex, size))
-    feet = ((_foot(face), list(face)) for face in faces)
+    feet = ((_foot(face), list(face)) for size in (1, 2, 3) for face in combinations(simplex, size))
     return min(((foot, face) for foot, face in feet if foot is not None), key=lambda pair: dot(pair[0], pair[0]))
 
 
@@ -235,8 +232,7 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
     for pair in robot.disabled_contacts:
         if masks.rolling.isdisjoint(pair):  # contact bits already keep wheels and rollers apart
             excluded.setdefault(frozenset(pair), pair)
-    apart = [(body_name(robot, one), body_name(robot, other)) for one, other in excluded.values()]
-    return Contacts(apart, pairs, left)
+    return Contacts([(body_name(robot, one), body_name(robot, other)) for one, other in excluded.values()], pairs, left)
 
 
 def _constant(joint: Joint, place: Transform, geom: Geom) -> tuple[float, float]:
@@ -321,5 +317,4 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         message = f"MJX does not load the MJCF: it has no collisions between a {kinds[0]} and a {kinds[1]}, but"
         message += f' links "{link}" and "{other}" may touch'
         help = 'make one of them a capsule, or exclude their contact with "contact" (for wheels, with "drive")'
-        path = case.link(link, "collision", number)
-        yield case.problem("not-in-mjx", message, path, help, severity=NOTE)
+        yield case.problem("not-in-mjx", message, case.link(link, "collision", number), help, severity=NOTE)

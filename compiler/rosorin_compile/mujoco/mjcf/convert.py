@@ -29,12 +29,11 @@ ROUNDING = 1e-15  # error of sums and products of numbers near 1
 ANGLE_ROUNDING = 1e-12  # rad
 NO_POSE = Transform()
 MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-_ILLEGAL = re.compile(r"[<>&\"'\s\x00-\x1f\x7f]+")
 
 
 def legal(name: str) -> str:
     """Remove characters that a description does not allow in names: markup, quotes and white space."""
-    return " ".join(_ILLEGAL.sub("_", word) for word in name.split(" ") if word)
+    return " ".join(re.sub(r"[<>&\"'\s\x00-\x1f\x7f]+", "_", word) for word in name.split(" ") if word)
 
 
 def put(entry: Map, key: str, value: Any, span: Span | None = None) -> None:
@@ -62,8 +61,7 @@ def put_number(entry: Map, key: str, value: float, element: Element, attribute: 
     """Set a number; its source position is word ``at`` of the attribute if that word has the same value."""
     words = element.attributes.get(attribute)
     word = words.words()[at : at + 1] if words else []
-    span = word[0].span if word and _equals(word[0].text, value) else element.span
-    entry.put(key, plain(value), element.span, span)
+    entry.put(key, plain(value), element.span, word[0].span if word and _equals(word[0].text, value) else element.span)
 
 
 def put_pose(entry: Map, place: Transform, element: Element) -> None:

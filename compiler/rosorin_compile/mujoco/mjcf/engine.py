@@ -1,7 +1,5 @@
 """The program of the child process, which loads a file with MuJoCo and writes the result as JSON.
 
-A file that makes MuJoCo's native code crash, hang or use all memory ends this process, not the command (``process``).
-
 MuJoCo's writer expands includes, replicas and attached models and prints angles in radians, but an element has only the
 attributes that differ from its default class. ``apply_classes`` adds the attributes of the class.
 """
@@ -24,7 +22,6 @@ from rosorin_compile.source import files
 _WRITTEN_FOR = 4  # major version of MuJoCo that the generated MJCF requires
 MAX_MEMORY = 16 * 2**30  # bytes of address space: MuJoCo reserves more than it uses
 
-_INTEGRATORS = ("Euler", "RK4", "implicit", "implicitfast")  # mjtIntegrator
 # What to return for each kind of object: its mjtObj, the prefix of its arrays in mjModel, and the arrays.
 _TABLES = {
     "bodies": ("BODY", "body", "parentid pos quat mass ipos iquat inertia"),
@@ -44,7 +41,6 @@ HELD = {"joints": ("joint", "freejoint"), "geoms": ("geom",), "sites": ("site",)
 HELD["lights"] = ("light",)
 _LISTED = {"tendons": "tendon", "equalities": "equality", "actuators": "actuator", "sensors": "sensor"}
 _WHOLE = ("extension", "size", "visual", "statistic", "custom", "deformable")  # sections that are copied unchanged
-_OF_SPATIAL = ("rgba", "width", "material")  # class attributes that do not apply to fixed tendons
 _NO_NAME = "rosorin-compile without name "  # prefix of temporary names for objects without a name
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?(inf|nan)", re.IGNORECASE)
 # Attributes of variable length, which replace the list of a class; other lists replace only its first numbers.
@@ -179,7 +175,6 @@ def _resolve_files(spec: Any) -> None:
 
 
 def _limit(cpu_seconds: int) -> None:
-    """Limit the CPU time and the memory of this process, where the system supports such limits."""
     try:
         import resource
     except ImportError:
@@ -214,7 +209,7 @@ def _facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
         made[word] = [{key: column[index] for key, column in columns.items()} for index in range(count)]
     for word in ("exclude_signature", "qpos0", "dof_damping", "dof_armature", "dof_frictionloss"):
         made[word] = getattr(model, word).ravel().tolist()
-    made["integrator"] = _INTEGRATORS[int(model.opt.integrator)]
+    made["integrator"] = ("Euler", "RK4", "implicit", "implicitfast")[int(model.opt.integrator)]  # mjtIntegrator
     for word in ("bodies", *HELD):
         for thing in getattr(spec, word):
             entry = made[word][thing.id]
@@ -306,7 +301,7 @@ def _elements(root: Any) -> dict[str, Any]:
 
 
 def _node(element: Any) -> dict[str, Any]:
-    without = ("class", "childclass", *(_OF_SPATIAL if element.tag == "fixed" else ()))
+    without = ("class", "childclass", *(("rgba", "width", "material") if element.tag == "fixed" else ()))
     attributes = {key: value for key, value in element.attrib.items() if key not in without}
     if attributes.get("name", _NO_NAME).startswith(_NO_NAME) or not attributes["name"]:
         attributes.pop("name", None)

@@ -3,17 +3,13 @@
 In MuJoCo, a body can have several joints at any position; in a description, each joint moves one link. A URDF requires
 limits that an MJCF may not have, so missing limits become stand-ins.
 
-- A body without joints is fixed. A hinge is revolute if it has a range, else continuous. A slide is prismatic.
 - If the ``pos`` of a joint is not the origin of its body, a link is added at ``pos``, and the body is fixed to it.
 - Several joints in one body become a chain of massless links, in MuJoCo's order.
 - If the position of a joint in the file (``ref``) is not zero, its origin is moved to where the joint is at zero.
-- A ball joint is imported as such; its range (a cone) is kept as a MuJoCo attribute.
-- A free joint of the only top-level body is not imported; the output option ``base: free`` replaces it. If there are
-  several top-level bodies, it becomes a floating joint.
+- A free joint of the only top-level body becomes the output option ``base: free``, other free joints are floating.
 
 The first actuator of a joint is imported into the entry of the joint, all others into ``actuators``. MuJoCo compiles
 ``<position>``, ``<velocity>`` and ``<motor>`` to ``<general>``, which is converted back if the numbers match.
-The effort of a joint is the largest force of its actuators.
 """
 
 from __future__ import annotations
@@ -32,13 +28,11 @@ from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.xml.markup import Element
 
 from . import convert
-from .reading import BALL, FREE, HINGE, SLIDE, Reading
+from .import_state import BALL, FREE, HINGE, SLIDE, ImportState
 from .unsupported import LEAST, LEAST_EIGENVALUE
 
 NO_MASS = 1e-12  # kg: a smaller mass counts as none; MuJoCo rejects moving bodies without mass
-STAND_IN_EFFORT = 1000.0  # N*m or N
-STAND_IN_VELOCITY = 10.0  # rad/s or m/s
-STAND_IN_TRAVEL = 1000.0  # m
+_EFFORT, _VELOCITY, _TRAVEL = 1000.0, 10.0, 1000.0  # stand-ins: N*m or N, rad/s or m/s, m
 _SAME = 1e-9  # relative error of an inertia after MuJoCo has diagonalized it
 _UNFELT = 1e6  # ratio to the inertia of a massless link, above which the latter has no effect
 _POSED = ("name", "pos", "quat")
@@ -52,53 +46,53 @@ _OF_DYNAMICS = {"damping": "damping", "frictionloss": "friction", "armature": "a
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 
-def name_all(reading: Reading) -> None:
+def name_all(state: ImportState) -> None:
     """Assign unique names to links and joints: the name in the file, or one derived from an adjacent body."""
-    (_, *bodies), joints = enumerate(reading.facts["bodies"]), reading.facts["joints"]
+    (_, *bodies), joints = enumerate(state.facts["bodies"]), state.facts["joints"]
     for index, body in ((index, body) for index, body in bodies if body["name"]):
-        link = reading.link_of[index] = reading.unique("link", body["name"])
-        reading.rename("body", body["name"], link)
+        link = state.link_of[index] = state.unique("link", body["name"])
+        state.rename("body", body["name"], link)
         if link != body["name"]:
             message = f'the body "{body["name"]}" becomes the link "{link}": names hold no markup or quotes'
-            reading.change(message, reading.places.body(index).span)
-    if reading.ground:
-        reading.link_of[0] = reading.unique("link", "ground")
-        reading.renamed.setdefault("body", {})["world"] = reading.link_of[0]
+            state.change(message, state.places.body(index).span)
+    if state.ground:
+        state.link_of[0] = state.unique("link", "ground")
+        state.renamed.setdefault("body", {})["world"] = state.link_of[0]
     for index, body in ((index, body) for index, body in bodies if not body["name"]):
-        names = [joints[at]["name"] for at in reading.joints_in.get(index, ())]
-        above = reading.link_of.get(body["parentid"], "")
+        names = [joints[at]["name"] for at in state.joints_in.get(index, ())]
+        above = state.link_of.get(body["parentid"], "")
         made_up = f"{names[-1]}_link" if names and names[-1] else f"{above}_body" if above else "base_link"
-        reading.link_of[index] = reading.unique("link", made_up)
-    named = {BALL: reading.ball_of, SLIDE: reading.joint_of, HINGE: reading.joint_of}
+        state.link_of[index] = state.unique("link", made_up)
+    named = {BALL: state.ball_of, SLIDE: state.joint_of, HINGE: state.joint_of}
     for index, joint in sorted(enumerate(joints), key=lambda one: not one[1]["name"]):  # existing names have priority
         if joint["type"] in named:
-            name = reading.unique("joint", joint["name"] or f"{reading.link_of[joint['bodyid']]}_joint")
+            name = state.unique("joint", joint["name"] or f"{state.link_of[joint['bodyid']]}_joint")
             named[joint["type"]][index] = name
-            reading.rename("joint", joint["name"], name)
+            state.rename("joint", joint["name"], name)
 
 
-def add_links(reading: Reading) -> None:
+def add_links(state: ImportState) -> None:
     """Add a link with its inertial for every body, and one for the world if needed (``ground``)."""
-    if reading.ground:
-        reading.add(reading.links, reading.link_of[0], reading.places.body(0))
+    if state.ground:
+        state.add(state.links, state.link_of[0], state.places.body(0))
     light = []
     words = {formats["mjcf"]: key for key, formats in limited_fields(Link).items() if "mjcf" in formats}
-    for index, body in list(enumerate(reading.facts["bodies"]))[1:]:
-        element, name = reading.places.body(index), reading.link_of[index]
-        link = reading.add(reading.links, name, element)
+    for index, body in list(enumerate(state.facts["bodies"]))[1:]:
+        element, name = state.places.body(index), state.link_of[index]
+        link = state.add(state.links, name, element)
         if 0 < body["mass"] <= NO_MASS:
             light.append(index)
         elif body["mass"] > 0 or any(body["inertia"]):
-            own = next((one for one in reading.markup.child_elements(element) if one.tag == "inertial"), element)
+            own = next((one for one in state.markup.child_elements(element) if one.tag == "inertial"), element)
             convert.put(link, "inertial", _inertial(body, own))
         more = {key: text for key, text in body["element"]["attributes"].items() if key not in _POSED}
-        reading.put_words(link, more, "link", element, f'the body "{name}"', words)
+        state.put_words(link, more, "link", element, f'the body "{name}"', words)
         for inner in body["element"]["inner"]:
-            reading.keep(inner, inner["tag"], element.span, name)
+            state.keep(inner, inner["tag"], element.span, name)
     if light:
-        names = first_of([reading.link_of[index] for index in light], 5)
+        names = first_of([state.link_of[index] for index in light], 5)
         message = f"what MuJoCo has for mass where there is none is left out ({names})"
-        reading.change(message, reading.places.body(light[0]).span)
+        state.change(message, state.places.body(light[0]).span)
 
 
 def _inertial(body: Mapping[str, Any], element: Element) -> Map:
@@ -127,150 +121,149 @@ def _inertial(body: Mapping[str, Any], element: Element) -> Map:
     return entry
 
 
-def add_marks(reading: Reading) -> None:
+def add_marks(state: ImportState) -> None:
     """Add the sites, cameras and lights of every link; those of the world belong to the scene, unless it is a link.
 
     Elements that a description cannot express are kept as XML.
     """
-    marks = [(kind, index, thing) for kind in _MARKS for index, thing in enumerate(reading.facts[kind])]
+    marks = [(kind, index, thing) for kind in _MARKS for index, thing in enumerate(state.facts[kind])]
     for kind, index, thing in marks:
-        (tag, form), node, element = _MARKS[kind], thing["element"], reading.places.place_of(kind, index)
-        if thing["bodyid"] not in reading.link_of:
-            reading.scene.append((tag, element.span))
+        (tag, form), node, element = _MARKS[kind], thing["element"], state.places.place_of(kind, index)
+        if thing["bodyid"] not in state.link_of:
+            state.scene.append((tag, element.span))
             continue
-        link, name = reading.link_of[thing["bodyid"]], thing["name"]
+        link, name = state.link_of[thing["bodyid"]], thing["name"]
         place = convert.transform(thing["pos"], thing.get("quat"))
         more = {key: text for key, text in node["attributes"].items() if key not in _POSED}
         is_at_origin = convert.tidy_vector(place.xyz) == _ORIGIN and convert.is_unturned(place)
         if kind == "sites" and name == link and is_at_origin and more.keys() <= {"group"}:
             continue  # the export adds a site with the name of every link
-        clashes = tag == "site" and name in reading.taken["link"]
-        called = reading.name(tag, f"{name}_site" if clashes else name, f"{link}_{tag}", index)
+        clashes = tag == "site" and name in state.taken["link"]
+        called = state.name(tag, f"{name}_site" if clashes else name, f"{link}_{tag}", index)
         if clashes:
-            reading.rename(tag, name, called)
-            reading.change(f'the site "{name}" is called "{called}": a link has the name', element.span)
+            state.rename(tag, name, called)
+            state.change(f'the site "{name}" is called "{called}": a link has the name', element.span)
         if kind == "lights" and "dir" in more:
             more["dir"] = " ".join(repr(convert.tidy(value)) for value in thing["dir"])
         entry, kinds = Map(element.span), {"target": "body", "material": "material"}
         convert.put_pose(entry, place, element)
-        named = {word: reading.name_of(kinds[word], text) if word in kinds else text for word, text in more.items()}
+        named = {word: state.name_of(kinds[word], text) if word in kinds else text for word, text in more.items()}
         if convert.put_words(entry, named, form, element) or node["inner"]:
             whole = {**node, "attributes": {"name": called, **more, **convert.placing(place)}}
-            reading.keep(whole, tag, element.span, link)
+            state.keep(whole, tag, element.span, link)
             continue
-        section = reading.links[link].get(kind) or Map(element.span)
+        section = state.links[link].get(kind) or Map(element.span)
         section.put(called, entry, element.span, element.span)
-        convert.put(reading.links[link], kind, section)
+        convert.put(state.links[link], kind, section)
 
 
-def add_joints(reading: Reading) -> None:
+def add_joints(state: ImportState) -> None:
     """Add the joints between every body and its parent, and report stand-ins and bodies that are too light."""
-    light, drives = [], _drives_of(reading)
-    for index, body in enumerate(reading.facts["bodies"]):
-        if index == 0 or body["parentid"] not in reading.link_of:
+    light, drives = [], _drives_of(state)
+    for index, body in enumerate(state.facts["bodies"]):
+        if index == 0 or body["parentid"] not in state.link_of:
             continue
-        held = [(at, reading.facts["joints"][at]) for at in reading.joints_in.get(index, ())]
+        held = [(at, state.facts["joints"][at]) for at in state.joints_in.get(index, ())]
         light += [index] if len(held) > 1 and 0 < min(body["inertia"]) < LEAST * _UNFELT else []
-        ends = reading.link_of[body["parentid"]], reading.link_of[index]
-        place, element = convert.transform(body["pos"], body["quat"]), reading.places.body(index)
+        ends = state.link_of[body["parentid"]], state.link_of[index]
+        place, element = convert.transform(body["pos"], body["quat"]), state.places.body(index)
         if held and held[0][1]["type"] != FREE:
-            _add_chain(reading, index, place, held, drives)
+            _add_chain(state, index, place, held, drives)
             continue
-        own = reading.places.place_of("joints", held[0][0]) if held else element
+        own = state.places.place_of("joints", held[0][0]) if held else element
         name = held[0][1]["name"] if held and held[0][1]["name"] else f"{ends[1]}_joint"
-        joint = reading.add_joint(reading.unique("joint", name), "floating" if held else "fixed", *ends, own)
+        joint = state.add_joint(state.unique("joint", name), "floating" if held else "fixed", *ends, own)
         convert.put_pose(joint, place, element)
         if held:
             rest = _put_dynamics(joint, held[0][1]["element"]["attributes"], own)
-            reading.put_words(joint, rest, "joint", own, f'the joint "{name}"')
+            state.put_words(joint, rest, "joint", own, f'the joint "{name}"')
     for word in ("range", "effort", "velocity"):
-        if entries := reading.stand_ins.get(word):
+        if entries := state.stand_ins.get(word):
             names = list(dict.fromkeys(name for name, _, _ in entries))
             numbers = phrase(list(dict.fromkeys(f"{value:g}" for _, value, _ in entries)))
             message = f"no {word} limit in the MJCF, stand-in {numbers} used for {first_of(names, 3)}"
-            reading.note("import-stand-in", message, entries[0][2], "put in what the robot really has")
+            state.note("import-stand-in", message, entries[0][2], "put in what the robot really has")
     if light:
-        message = f"{first_of([reading.link_of[index] for index in light], 3)}: next to no inertia, and several joints;"
-        message += f" the links between them need {LEAST:g} kg*m^2 in MuJoCo: such small parts move a little otherwise"
-        reading.change(message, reading.places.body(light[0]).span)
+        which = first_of([state.link_of[index] for index in light], 3)
+        message = f"{which}: the links between joints get {LEAST:g} kg*m^2, so parts this small move a little otherwise"
+        state.change(message, state.places.body(light[0]).span)
 
 
-def add_root(reading: Reading) -> None:
+def add_root(state: ImportState) -> None:
     """Set the pose of the only top-level body in the world, and the name and dynamics of its free joint."""
-    if reading.ground:
-        convert.put(reading.tree, "root", convert.mapping({"world": True}, reading.places.body(0)))
+    if state.ground:
+        convert.put(state.tree, "root", convert.mapping({"world": True}, state.places.body(0)))
         return
-    top = reading.tops[0]
-    body, element = reading.facts["bodies"][top], reading.places.body(top)
+    top = state.tops[0]
+    body, element = state.facts["bodies"][top], state.places.body(top)
     entry, place = Map(element.span), convert.transform(body["pos"], body["quat"])
-    if reading.free_base:  # by default, the export would place the robot on the floor
+    if state.free_base:  # by default, the export would place the robot on the floor
         convert.put(entry, "xyz", convert.numbers(convert.tidy_vector(place.xyz), element, "pos"))
     convert.put_pose(entry, place, element)
-    if reading.free_base:
-        index = reading.joints_in[top][0]
-        joint, own = reading.facts["joints"][index], reading.places.place_of("joints", index)
+    if state.free_base:
+        index = state.joints_in[top][0]
+        joint, own = state.facts["joints"][index], state.places.place_of("joints", index)
         if joint["name"]:
-            convert.put(entry, "joint", reading.unique("joint", joint["name"]))
+            convert.put(entry, "joint", state.unique("joint", joint["name"]))
         more = {key: text for key, text in joint["element"]["attributes"].items() if key not in (*_READ, *_OF_LIMITS)}
-        reading.put_words(entry, more, "root", own, "the free joint", {"frictionloss": "friction"})
-    convert.put_some(reading.tree, "root", entry)
+        state.put_words(entry, more, "root", own, "the free joint", {"frictionloss": "friction"})
+    convert.put_some(state.tree, "root", entry)
 
 
 def _add_chain(
-    reading: Reading, index: int, place: Transform, held: Sequence[tuple[int, Any]], drives: Mapping[int, Drive]
+    state: ImportState, index: int, place: Transform, held: Sequence[tuple[int, Any]], drives: Mapping[int, Drive]
 ) -> None:
     """Add the hinges, slides and balls of a body with pose ``place`` in its parent, and massless links between them."""
-    body, element = reading.link_of[index], reading.places.body(index)
-    above = reading.link_of[reading.facts["bodies"][index]["parentid"]]
+    body, element = state.link_of[index], state.places.body(index)
+    above = state.link_of[state.facts["bodies"][index]["parentid"]]
     at = _ORIGIN  # position of the last link of the chain, in the frame of the body
     for number, (which, joint) in enumerate(held, 1):
-        kind, span = joint["type"], reading.places.place_of("joints", which)
-        name = (reading.ball_of if kind == BALL else reading.joint_of)[which]
+        kind, span = joint["type"], state.places.place_of("joints", which)
+        name = (state.ball_of if kind == BALL else state.joint_of)[which]
         axis = convert.tidy_vector(unit(joint["axis"]))
         anchor, child = (at if kind == SLIDE else convert.tidy_vector(joint["pos"])), body
         if number < len(held) or anchor != _ORIGIN:
             is_anchor = kind != SLIDE and any(anchor)
-            child = reading.unique("link", f"{name}_{'anchor' if is_anchor else 'link'}")
-            reading.add(reading.links, child, span)
+            child = state.unique("link", f"{name}_{'anchor' if is_anchor else 'link'}")
+            state.add(state.links, child, span)
         origin = place.then(convert.transform([a - b for a, b in zip(anchor, at, strict=True)]))
-        ref = convert.tidy_position(reading.facts["qpos0"][joint["qposadr"]], kind == SLIDE) if kind != BALL else 0.0
+        ref = convert.tidy_position(state.facts["qpos0"][joint["qposadr"]], kind == SLIDE) if kind != BALL else 0.0
         if ref:  # move the origin to where the joint is at zero
             back = convert.transform([-ref * part for part in axis]) if kind == SLIDE else None
             origin = origin.then(back or Transform(rotation_about(axis, -ref)))
         types = {HINGE: "revolute" if joint["limited"] else "continuous", SLIDE: "prismatic", BALL: "ball"}
-        entry = reading.add_joint(name, types[kind], above, child, span)
+        entry = state.add_joint(name, types[kind], above, child, span)
         convert.put_pose(entry, origin, element if number == 1 and anchor == _ORIGIN else span)
         if kind != BALL:
             convert.put(entry, "axis", convert.numbers(axis, span, "axis"))
-        _put_details(reading, which, entry, span, ref, drives.get(which, Drive()))
+        _put_details(state, which, entry, span, ref, drives.get(which, Drive()))
         above, at, place = child, anchor, convert.NO_POSE
     if above != body:
-        entry = reading.add_joint(reading.unique("joint", f"{body}_joint"), "fixed", above, body, element)
+        entry = state.add_joint(state.unique("joint", f"{body}_joint"), "fixed", above, body, element)
         convert.put_pose(entry, convert.transform([-value for value in at]), element)
 
 
-def _put_details(reading: Reading, which: int, entry: Map, element: Element, ref: float, drive: Drive) -> None:
+def _put_details(state: ImportState, which: int, entry: Map, element: Element, ref: float, drive: Drive) -> None:
     """Set limit, dynamics and actuator of a joint; ``ref`` is its initial position (rad or m)."""
-    joint = reading.facts["joints"][which]
-    name, attributes, kind = (reading.ball_of | reading.joint_of)[which], joint["element"]["attributes"], joint["type"]
+    joint = state.facts["joints"][which]
+    name, attributes, kind = (state.ball_of | state.joint_of)[which], joint["element"]["attributes"], joint["type"]
     limit, missing, slides = Map(element.span), list[str](), kind == SLIDE
     if kind == BALL:
         rest = _put_dynamics(entry, attributes, element)
         rest |= {"range": f"0 {joint['range'][1]!r}"} if joint["limited"] else {}
-        reading.put_words(entry, rest, "joint", element, f'the joint "{name}"')
+        state.put_words(entry, rest, "joint", element, f'the joint "{name}"')
         return
     for at, (key, sign) in enumerate({"lower": "-", "upper": ""}.items()):
         if joint["limited"]:
             convert.put_number(limit, key, convert.tidy_position(joint["range"][at], slides), element, "range", at)
         elif slides:
             missing.append(key)
-            convert.put(limit, key, Quantity.parse(f"{sign}{STAND_IN_TRAVEL:g} m"))
+            convert.put(limit, key, Quantity.parse(f"{sign}{_TRAVEL:g} m"))
     effort = convert.tidy(max(map(abs, joint["actfrcrange"]))) if joint["actfrclimited"] else drive.effort
     if effort is not None or drive.speed is not None or limit:  # URDF requires effort and velocity in a limit
-        of_effort = ("effort", effort, STAND_IN_EFFORT, "actuatorfrcrange")
-        for key, value, stand_in, word in (of_effort, ("velocity", drive.speed, STAND_IN_VELOCITY, "")):
-            number = stand_in if value is None else convert.tidy(value)
-            convert.put_number(limit, key, number, element, word, 1)
+        of_effort = ("effort", effort, _EFFORT, "actuatorfrcrange")
+        for key, value, stand_in, word in (of_effort, ("velocity", drive.speed, _VELOCITY, "")):
+            convert.put_number(limit, key, stand_in if value is None else convert.tidy(value), element, word, 1)
             missing += [key] if value is None else []
     if missing:
         convert.put(limit, "stand_ins", convert.listing(missing, element))
@@ -278,7 +271,7 @@ def _put_details(reading: Reading, which: int, entry: Map, element: Element, ref
         convert.put_source(limit, "stand_in", f"{phrase(missing)} {verb}: the MJCF does not limit {them}")
     for key in missing:
         word = "range" if key in ("lower", "upper") else key
-        reading.stand_ins.setdefault(word, []).append((name, limit[key], element.span))
+        state.stand_ins.setdefault(word, []).append((name, limit[key], element.span))
     convert.put_some(entry, "limit", limit)
     rest = _put_dynamics(entry, attributes, element)
     at_rest = convert.tidy_position(float(attributes.get("springref", 0)), slides)
@@ -294,7 +287,7 @@ def _put_details(reading: Reading, which: int, entry: Map, element: Element, ref
     if joint["actfrclimited"] and (low != -high or is_repeated):
         rest["actuatorfrcrange"] = f"{low!r} {high!r}"
     rest |= {"ref": repr(ref)} if ref else {}
-    reading.put_words(entry, rest, "joint", element, f'the joint "{name}"')
+    state.put_words(entry, rest, "joint", element, f'the joint "{name}"')
 
 
 def _put_dynamics(entry: Map, attributes: Mapping[str, str], element: Element) -> dict[str, str]:
@@ -324,41 +317,40 @@ class Drive(NamedTuple):
     speed: float | None = None
 
 
-def _drives_of(reading: Reading) -> dict[int, Drive]:
+def _drives_of(state: ImportState) -> dict[int, Drive]:
     """Return the actuator of each hinge and slide by the index of the joint, and add all others to the description."""
-    nodes, drives = reading.facts["elements"]["actuators"], dict[int, Drive]()
-    others, in_joints, kept = Map(reading.markup.root.span), list[int](), list[Element]()
-    elements = reading.elements_of("actuator", nodes)
-    for number, (fact, node, element) in enumerate(zip(reading.facts["actuators"], nodes, elements, strict=True)):
+    nodes, drives = state.facts["elements"]["actuators"], dict[int, Drive]()
+    others, in_joints, kept = Map(state.markup.root.span), list[int](), list[Element]()
+    elements = state.elements_of("actuator", nodes)
+    for number, (fact, node, element) in enumerate(zip(state.facts["actuators"], nodes, elements, strict=True)):
         attributes, entry = node["attributes"], Map(element.span)
         if {"plugin", "instance"} & attributes.keys() or node["inner"]:
-            reading.keep_in_section("actuator", node, f"actuator <{element.tag}>", element.span)
+            state.keep_in_section("actuator", node, f"actuator <{element.tag}>", element.span)
             kept.append(element)
             continue
-        if kept and kept[0] not in reading.reported:
-            reading.reported.add(kept[0])
+        if kept and kept[0] not in state.reported:
+            state.reported.add(kept[0])
             what = f"the actuator <{kept[0].tag}> is behind those that the language has words for"
-            reading.change(f"{what}: its control is not where it was", kept[0].span)
-        index = fact["trnid"][0] if "joint" in attributes and fact["trnid"][0] in reading.joint_of else None
+            state.change(f"{what}: its control is not where it was", kept[0].span)
+        index = fact["trnid"][0] if "joint" in attributes and fact["trnid"][0] in state.joint_of else None
         if index is not None and index not in drives:
-            joint = reading.joint_of[index]
-            name = reading.name("actuator", fact["name"], joint)
-            _fill(reading, entry, "actuator", fact, attributes, element, index)
+            joint = state.joint_of[index]
+            name = state.name("actuator", fact["name"], joint)
+            _fill(state, entry, "actuator", fact, attributes, element, index)
             convert.put_some(entry, "name", name if name != joint else "")
             in_joints.append(index)
         else:
             targets = {word: attributes[word] for word in _TARGETS if word in attributes}
-            made_up = f"{next(iter(targets.values()), 'robot')}_{element.tag}"
-            name = reading.name("actuator", fact["name"], made_up)
-            targets = {word: reading.name_of(_KINDS.get(word, "site"), text) for word, text in targets.items()}
+            name = state.name("actuator", fact["name"], f"{next(iter(targets.values()), 'robot')}_{element.tag}")
+            targets = {word: state.name_of(_KINDS.get(word, "site"), text) for word, text in targets.items()}
             convert.put_words(entry, targets, "other_actuator", element, _ACTUATOR_WORDS)
-            _fill(reading, entry, "other_actuator", fact, attributes, element, index)
+            _fill(state, entry, "other_actuator", fact, attributes, element, index)
             others.put(name, entry, element.span, element.span)
-        reading.actuator_of[number] = name
+        state.actuator_of[number] = name
         if index is None:
             continue
         if entry.get("type") is None:
-            reading.servos[number] = index
+            state.servos[number] = index
         arrays = (fact["gear"][:1], fact["forcerange"], fact["ctrlrange"])
         gear, force, control = (float(max(map(abs, values))) for values in arrays)
         effort = gear * force if fact["forcelimited"] else None
@@ -378,32 +370,26 @@ def _drives_of(reading: Reading) -> dict[int, Drive]:
             entry.pop("range", None)
             limit = speed
         drives[index] = Drive(effort, entry, limit)
-    convert.put_some(reading.tree, "actuators", others)
-    names = list(reading.actuator_of.values())
+    convert.put_some(state.tree, "actuators", others)
+    names = list(state.actuator_of.values())
     ordered = [*(name for name in names if name not in others), *others]
-    reading.in_order = in_joints == sorted(in_joints) and names == ordered
+    state.in_order = in_joints == sorted(in_joints) and names == ordered
     return drives
 
 
 def _fill(
-    reading: Reading,
-    entry: Map,
-    form: str,
-    fact: Mapping[str, Any],
-    attributes: Mapping[str, str],
-    element: Element,
-    index: int | None,
+    state: ImportState, entry: Map, form: str, fact: Any, words: Mapping[str, str], element: Element, index: int | None
 ) -> None:
-    kind, gains, more = _kind(attributes)
+    kind, gains, more = _kind(words)
     if kind != "position":
         convert.put(entry, "type", kind)
     for word, value in gains.items():
         convert.put_number(entry, word, convert.tidy(value), element, word)
     rest = {key: text for key, text in more.items() if key not in _ACTUATOR_READ}
-    joint = reading.facts["joints"][index] if index is not None else None
-    inherits = float(attributes.get("inheritrange", 0)) and kind in ("position", "general")
+    joint = state.facts["joints"][index] if index is not None else None
+    inherits = float(words.get("inheritrange", 0)) and kind in ("position", "general")
     is_position, limits = kind == "position", joint["range"] if joint is not None and joint["limited"] else None
-    if not inherits and (fact["ctrllimited"] or "ctrlrange" in attributes):
+    if not inherits and (fact["ctrllimited"] or "ctrlrange" in words):
         # By default, the control range of a position servo is the range of its joint.
         is_usual = limits is not None and [fact["gear"][0] * end for end in limits] == fact["ctrlrange"]
         if not (is_usual and is_position and fact["ctrllimited"]):
@@ -413,10 +399,10 @@ def _fill(
         rest |= {} if fact["ctrllimited"] else {"ctrllimited": "false"}
     elif not inherits and is_position and limits is not None:
         convert.put(entry, "unlimited", True)
-    if fact["forcelimited"] or "forcerange" in attributes:
+    if fact["forcelimited"] or "forcerange" in words:
         convert.put(entry, "force", convert.listing([convert.tidy(value) for value in fact["forcerange"]], element))
         rest |= {} if fact["forcelimited"] else {"forcelimited": "false"}
-    reading.put_words(entry, rest, form, element, f"the actuator <{element.tag}>", _ACTUATOR_WORDS)
+    state.put_words(entry, rest, form, element, f"the actuator <{element.tag}>", _ACTUATOR_WORDS)
 
 
 def _kind(attributes: Mapping[str, str]) -> tuple[str, Mapping[str, float], Mapping[str, str]]:

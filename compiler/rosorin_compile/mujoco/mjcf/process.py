@@ -29,7 +29,6 @@ from . import FILE
 SECONDS = 60  # limit of the CPU time, which the child process enforces
 _PATIENCE = 5  # limit of the wall-clock time as a multiple, because the process may wait for files
 
-_ABSENT = re.compile(r"ModuleNotFoundError: No module named '(\w+)")
 _TOP = str(files.resolve(__file__).parents[3])  # the folder that contains the package
 # Use -c, because -m would import modules from the working directory, which may be untrusted.
 _START = (
@@ -148,19 +147,14 @@ def _in_child(job: str, request: Mapping[str, Any], seconds: int) -> Any:
     if done.returncode == -getattr(signal, "SIGXCPU", 0) < 0:
         return endless
     last = done.stderr.decode("utf-8", "replace").strip().rpartition("\n")[2]
-    absent = _ABSENT.match(last)
-    if absent:
-        is_mujoco = absent[1] == "mujoco"
-        what = "MuJoCo, which reads MJCF," if is_mujoco else f"the package {absent[1]}, which MuJoCo needs,"
+    if absent := re.match(r"ModuleNotFoundError: No module named '(\w+)", last):
+        what = "MuJoCo, which reads MJCF," if absent[1] == "mujoco" else f"the package {absent[1]}, which MuJoCo needs,"
         return Answer(None, (), f"{what} is not installed", pip_install("import"), True, True)
     message = f"MuJoCo gave up on the file: {last or f'exit code {done.returncode}'}"
-    if done.returncode < 0:
-        message = f"MuJoCo crashed on the file (signal {-done.returncode})"
+    message = f"MuJoCo crashed on the file (signal {-done.returncode})" if done.returncode < 0 else message
     return Answer(None, (), message, "a file that MuJoCo cannot take is not imported; try it in MuJoCo itself", True)
 
 
 def _run(command: list[str], folder: str, seconds: int) -> subprocess.CompletedProcess[bytes]:
-    environment = {key: value for key, value in os.environ.items() if key != "MUJOCO_GL"}
-    return subprocess.run(  # noqa: S603 - runs this Python, without a shell
-        command, cwd=folder, capture_output=True, timeout=_PATIENCE * seconds, env=environment
-    )
+    environment, most = {key: value for key, value in os.environ.items() if key != "MUJOCO_GL"}, _PATIENCE * seconds
+    return subprocess.run(command, cwd=folder, capture_output=True, timeout=most, env=environment)  # noqa: S603

@@ -26,12 +26,9 @@ if TYPE_CHECKING:
 Entries = Mapping[str, Mapping[str, Any]]  # attributes of elements, by name
 
 _FREE = 7
-_SIZES = {"ball": 4, "free": _FREE}
 TOP = "the world of MuJoCo"  # the parent of the root
 # Keys of the equality constraint of a mimic joint, in order.
 _FOLLOWS = ("name", "joint1", "joint2", "polycoef", "solref", "solimp")
-# Elements of a body that never belong to a sensor.
-_PLAIN = ("body", "joint", "freejoint", "inertial", "geom")
 # Attributes of a sensor that name the object where it measures.
 _MEASURED = ("site", "objname", "camera", "body", "body1", "subtree1")
 
@@ -86,8 +83,7 @@ def _joint_view(joint: model.Joint, robot: model.Robot) -> model.Joint:
     lower, upper = reach or (None, None)
     if effort is not None and (effort <= 0 or "actuatorfrcrange" in joint.mjcf or is_clamped(robot, joint, effort)):
         effort = None  # an MJCF attribute or the actuators define it
-    limit = model.Limit(lower, upper, effort)
-    mimic = joint.mimic
+    limit, mimic = model.Limit(lower, upper, effort), joint.mimic
     if mimic is not None and not robot.joint[mimic.joint].moves:  # the constraint holds a constant position
         mimic = Mimic("", 0.0, mimic.offset)
     return model.Joint(joint.name, kind, *place, joint.axis, limit, mimic)
@@ -167,8 +163,7 @@ class _Reader:
     def _put(self, kind: str, name: str, path: str, element: Element) -> None:
         """Add the attributes of an element, with numbers parsed, or its tag if it has no attributes."""
         entry = self.sections.setdefault(kind, {}).setdefault(name, {})
-        attributes = {key: text for key, text in element.items() if key not in ("name", "class")}
-        if not attributes:
+        if not (attributes := {key: text for key, text in element.items() if key not in ("name", "class")}):
             entry[path] = element.tag
         for key, text in attributes.items():
             found: tuple[float, ...] = ()
@@ -200,7 +195,7 @@ class _Reader:
             called = _text(free[0], "name")
             self.elements[called] = free[0]
             self.joints[name] = model.Joint(called, "floating", parent, name, pose_of(place))
-        waiting = [part for part in body if part.tag not in _PLAIN]
+        waiting = [part for part in body if part.tag not in ("body", "joint", "freejoint", "inertial", "geom")]
         while waiting:  # sites of links and elements of sensors
             part = waiting.pop(0)
             if part.tag == "site" and part.get("name") == name:
@@ -213,8 +208,7 @@ class _Reader:
         shapes: dict[str, list[model.Shape]] = {COLLISION: [], VISUAL: []}
         for geom in body.iterfind("geom"):
             self.geoms[geom.get("name", "")] = name
-            purpose = next((one for one in shapes if geom.get("class", "").endswith(f"_{one}")), "")
-            if purpose:
+            if purpose := next((one for one in shapes if geom.get("class", "").endswith(f"_{one}")), ""):
                 rgba = numbers_of(geom.attrib["rgba"], 4) if purpose == VISUAL and "rgba" in geom.attrib else None
                 shape = model.Shape(self._geometry(geom), pose_of(_transform(geom)), rgba=rgba)  # type: ignore[arg-type]
                 shapes[purpose].append(shape)
@@ -223,29 +217,26 @@ class _Reader:
         self.links.append(model.Link(name, mass, tuple(shapes[VISUAL]), tuple(shapes[COLLISION])))
 
     def _geometry(self, geom: Element) -> Any:
-        kind = geom.get("type", "sphere")
-        if kind == "mesh":
-            mesh = self.meshes.get(_text(geom, "mesh"))
-            if mesh is None:
+        if (kind := geom.get("type", "sphere")) == "mesh":
+            if (mesh := self.meshes.get(_text(geom, "mesh"))) is None:
                 raise ValueError(f"there is no mesh {geom.get('mesh')}")
             return model.Mesh(mesh.get("file", ""), numbers_of(mesh.get("scale", "1 1 1"), 3))  # type: ignore[arg-type]
         counts = {"sphere": 1, "cylinder": 2, "capsule": 2, "box": 3, "ellipsoid": 3}
         if kind not in counts:
             return model.Mesh(f"{kind} {geom.get('hfield', '')}".strip())
-        found = numbers_of(geom.attrib["size"], counts[kind]) if "size" in geom.attrib else ()
-        x, y, z = (*found, 0.0, 0.0, 0.0)[:3]
+        x, y, z = (*(numbers_of(geom.attrib["size"], counts[kind]) if "size" in geom.attrib else ()), 0.0, 0.0, 0.0)[:3]
         made = {"box": model.Box((-x, -y, -z), (x, y, z)), "ellipsoid": model.Ellipsoid((x, y, z))}
         made |= {"sphere": model.Sphere(x), "cylinder": model.Cylinder(x, 2 * y), "capsule": model.Capsule(x, 2 * y)}
         return made[kind]
 
     def _replace(self, name: str, **values: Any) -> None:
-        joint = next((joint for joint in self.joints.values() if joint.name == name), None)
-        if joint is None:
+        if (joint := next((joint for joint in self.joints.values() if joint.name == name), None)) is None:
             raise ValueError(f"there is no joint {name}")
         self.joints[joint.child] = replace(joint, **values)
 
     def _pose(self, key: Element) -> JointPose:
-        sizes = {name: _SIZES.get(joint.get("type", ""), 1) for name, joint in self.elements.items()}
+        by_type = {"ball": 4, "free": _FREE}
+        sizes = {name: by_type.get(joint.get("type", ""), 1) for name, joint in self.elements.items()}
         start, positions = _FREE if self.free else 0, dict[str, float]()
         length = start + sum(sizes.values())
         left = iter((numbers_of(key.attrib["qpos"], length) if "qpos" in key.attrib else (0.0,) * length)[start:])
@@ -279,8 +270,7 @@ def _joint(joints: Sequence[Element], parent: str, child: str, place: Any) -> mo
 
 
 def _text(element: Element, attribute: str) -> str:
-    value = element.get(attribute)
-    if value is None:
+    if (value := element.get(attribute)) is None:
         raise ValueError(f"<{element.tag}> has no {attribute}")
     return value
 
@@ -297,8 +287,7 @@ def _reference(joint: Element | None) -> float:
 
 
 def _inertial(inertial: Element) -> model.Inertial | None:
-    mass = number_of(_text(inertial, "mass"))
-    if mass <= LEAST:
+    if (mass := number_of(_text(inertial, "mass"))) <= LEAST:
         return None
     diagonal = (*numbers_of(inertial.get("diaginertia", "0 0 0"), 3), 0.0, 0.0, 0.0)
     six = numbers_of(inertial.attrib["fullinertia"], 6) if "fullinertia" in inertial.attrib else diagonal

@@ -17,8 +17,6 @@ from rosorin_compile.source.xml.elements import Found, found_in
 from .unsupported import along_link_of, position_range
 
 _STIFF = 100.0
-_LEAST_FELT = 1e-6
-_ROUNDING = 1e-12
 _SHOWN = 4  # names in a message
 # Default inputs of the actuator types that can have several controls.
 _INPUTS = {"pid": "pos vel", "dcmotor": "voltage"}
@@ -59,7 +57,7 @@ def stand_ins(robot: Robot, joints: Sequence[Joint], output: Output | None) -> l
     for joint in joints:
         if not joint.moves or joint.mimic or joint.actuator or joint.name in driven:
             continue
-        back, felt = places[joint.child].inverse(), _LEAST_FELT
+        back, felt = places[joint.child].inverse(), 1e-6
         links = [robot.link[name] for name in robot.subtree(joint.child)]
         parts = [(one.inertial, back.then(places[one.name])) for one in links if one.inertial and one.inertial.mass > 0]
         if parts:
@@ -93,8 +91,7 @@ def aims(drive: Drive) -> tuple[float, float] | None:
 def is_clamped(robot: Robot, joint: Joint, effort: float) -> bool:
     """Return True if the actuators of a joint already clamp it to its effort, so that no second clamp is needed."""
     own = [joint.actuator] if joint.actuator else []
-    others = robot.actuators if own and own[0].targets == {} else ()
-    total = 0.0
+    others, total = robot.actuators if own and own[0].targets == {} else (), 0.0
     for actuator in (*own, *(one for one in others if one.targets.get("joint") == joint.name)):
         gear, mjcf = abs(actuator.gear[0]) if actuator.gear else 1.0, actuator.mjcf
         gain = mjcf.get("gainprm", 1.0) if actuator.type == GENERAL else 1.0
@@ -108,7 +105,7 @@ def is_clamped(robot: Robot, joint: Joint, effort: float) -> bool:
             total += gear * abs(float(gain)) * max(map(abs, actuator.range or ()))
         else:  # its largest force is unknown
             return False
-    return bool(own) and math.isclose(total, effort, rel_tol=_ROUNDING)
+    return bool(own) and math.isclose(total, effort, rel_tol=1e-12)
 
 
 def _kept(robot: Robot) -> list[Found]:
@@ -140,12 +137,11 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         return ("actuators", drive.name)
 
     if assumed := stand_ins(robot, robot.joints, output):
-        message = f"{count_of(len(assumed), 'joint')} without an actuator: servos of an assumed strength move them in"
-        message += f" {output.file} alone ({first_of([one.name for one in assumed], _SHOWN)})"
+        count, which = count_of(len(assumed), "joint"), first_of([one.name for one in assumed], _SHOWN)
+        message = f"{count} without an actuator: servos of an assumed strength move them in {output.file} ({which})"
         moved = {link for one in assumed if one.joint for link in robot.subtree(one.joint.child)}
         affected = [one.name for one in robot.sensors if any(part.link in moved for part in one.simulated)]
-        if affected:
-            message += f", which changes what sensors measure in MuJoCo ({first_of(affected, _SHOWN)})"
+        message += f", which changes what sensors measure in MuJoCo ({first_of(affected, _SHOWN)})" if affected else ""
         if not robot.has_free_base(output) and any(one.joint and one.joint.type == "continuous" for one in assumed):
             message += "; the base is fixed, so wheels turn in the air: base: free lets them drive"
         place = ("outputs", output.name, "drives")

@@ -20,7 +20,7 @@ from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.markup import Element
 
 from . import convert
-from .reading import Reading
+from .import_state import ImportState
 from .unsupported import texture_path
 
 _PLANE, _HFIELD, _SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH, _SDF = range(9)
@@ -32,17 +32,16 @@ _NO_COLOUR = [0.5, 0.5, 0.5, 1.0]  # MuJoCo's default; a geom with this colour h
 _READ = {"name", "type", "pos", "quat", "size", "fromto", "mesh", "hfield", "mass", "density", "shellinertia"}
 _READ |= {"fitscale", "contype", "conaffinity", "rgba", "material", "group"}
 _OF_CONTACT = ("friction", "condim", "priority", "solmix", "solref", "solimp", "margin", "gap")
-_LOOKS = ("castshadow",)
 _PLAIN_IMAGE = {"name", "type", "file", "colorspace", "content_type"}
 
 ASSETS = ("texture", "material", "mesh", "hfield")
 Thing = Mapping[str, Any]
 
 
-def add_shapes(reading: Reading) -> None:
+def add_shapes(state: ImportState) -> None:
     """Add the shapes of all links, and the materials that they use."""
-    geoms = reading.facts["geoms"]
-    carried = {index: geom for index, geom in enumerate(geoms) if _is_carried(reading, geom)}
+    geoms = state.facts["geoms"]
+    carried = {index: geom for index, geom in enumerate(geoms) if _is_carried(state, geom)}
     only_seen = [geom for geom in carried.values() if not _collides(geom)]
     seen_groups, decorated = {geom["group"] for geom in only_seen}, {geom["bodyid"] for geom in only_seen}
     solid_groups = {geom["group"] for geom in carried.values() if _collides(geom)}
@@ -53,48 +52,47 @@ def add_shapes(reading: Reading) -> None:
         is_seen = not _collides(geom) or (is_visible and not (are_apart and geom["bodyid"] in decorated))
         purposes[index] = ["visual"] * is_seen + ["collision"] * _collides(geom)
     for purpose in ("visual", "collision"):  # the most common group is the default
-        counts = Counter(geoms[index]["group"] for index, found in purposes.items() if found[0] == purpose)
-        if counts:
-            reading.groups[purpose] = counts.most_common(1)[0][0]
+        if counts := Counter(geoms[index]["group"] for index, found in purposes.items() if found[0] == purpose):
+            state.groups[purpose] = counts.most_common(1)[0][0]
     held: dict[tuple[str, str], Seq] = {}
     for index, found in purposes.items():
-        element, geom = reading.places.place_of("geoms", index), geoms[index]
+        element, geom = state.places.place_of("geoms", index), geoms[index]
         for purpose in found:
-            shape = _shape(reading, geom, element)
+            shape = _shape(state, geom, element)
             if purpose == "visual":
-                _put_look(reading, geom, shape, element)
+                _put_look(state, geom, shape, element)
             else:
                 attributes, bits = geom["element"]["attributes"], ("contype", "conaffinity")
                 contact = convert.mapping({word: geom[word] for word in bits if geom[word] != 1}, element)
                 own = {key: attributes[key] for key in _OF_CONTACT if key in attributes}
-                reading.put_words(contact, own, "contact", element, "a geom")
+                state.put_words(contact, own, "contact", element, "a geom")
                 convert.put_some(shape, "contact", contact)
-            _put_more(reading, geom, shape, element, found, purpose)
-            held.setdefault((reading.link_of[geom["bodyid"]], purpose), Seq(element.span)).put(shape, element.span)
+            _put_more(state, geom, shape, element, found, purpose)
+            held.setdefault((state.link_of[geom["bodyid"]], purpose), Seq(element.span)).put(shape, element.span)
     for (link, purpose), shapes in held.items():
-        convert.put(reading.links[link], purpose, shapes)
+        convert.put(state.links[link], purpose, shapes)
     for index, geom in enumerate(geoms):
-        if geom["bodyid"] in reading.link_of and index not in carried and not is_scene(geom):
-            span, link = reading.places.place_of("geoms", index).span, reading.link_of[geom["bodyid"]]
-            reading.keep(whole_geom(reading, geom), f"geom: {_WORDS[geom['type']]}", span, link)
-    _add_unused(reading)
+        if geom["bodyid"] in state.link_of and index not in carried and not is_scene(geom):
+            span, link = state.places.place_of("geoms", index).span, state.link_of[geom["bodyid"]]
+            state.keep(whole_geom(state, geom), f"geom: {_WORDS[geom['type']]}", span, link)
+    _add_unused(state)
 
 
-def _put_more(reading: Reading, geom: Thing, shape: Map, element: Element, purposes: list[str], purpose: str) -> None:
+def _put_more(state: ImportState, geom: Thing, shape: Map, element: Element, purposes: list[str], purpose: str) -> None:
     """Set the MuJoCo attributes of a shape; if a geom becomes two shapes, only one of them gets each attribute."""
     attributes = geom["element"]["attributes"]
     more = {key: text for key, text in attributes.items() if key not in (*_READ, *_OF_CONTACT)}
     if len(purposes) > 1:
-        more = {key: text for key, text in more.items() if (key in _LOOKS) == (purpose == "visual")}
-    if purposes[0] == purpose and geom["group"] != reading.groups[purpose]:
+        more = {key: text for key, text in more.items() if (key == "castshadow") == (purpose == "visual")}
+    if purposes[0] == purpose and geom["group"] != state.groups[purpose]:
         more["group"] = str(geom["group"])
-    elif purposes[0] != purpose and reading.groups.get(purpose, _HIDDEN) != _HIDDEN:
+    elif purposes[0] != purpose and state.groups.get(purpose, _HIDDEN) != _HIDDEN:
         more["group"] = str(_HIDDEN)  # hidden, because the visual is shown
     if purposes == ["collision"]:
         more |= {"rgba": " ".join(map(repr, _colour(geom)))} if "rgba" in attributes else {}
-        more |= {"material": _material(reading, geom["matid"])} if geom["matid"] >= 0 else {}
+        more |= {"material": _material(state, geom["matid"])} if geom["matid"] >= 0 else {}
     inner = Map(element.span)
-    reading.put_words(inner, more, "mjcf_geom", element, f'a geom of link "{reading.link_of[geom["bodyid"]]}"')
+    state.put_words(inner, more, "mjcf_geom", element, f'a geom of link "{state.link_of[geom["bodyid"]]}"')
     for word, value in inner.items():
         convert.put_inner(shape, word, value)
 
@@ -104,29 +102,29 @@ def _colour(thing: Thing) -> list[float]:
     return [convert.tidy(round(value, 7)) for value in thing["rgba"]]
 
 
-def whole_geom(reading: Reading, geom: Thing) -> convert.Node:
+def whole_geom(state: ImportState, geom: Thing) -> convert.Node:
     """Return a geom as an element to keep as XML, without mass, and with the pose of the mesh file if it has one."""
     node, place = geom["element"], convert.transform(geom["pos"], geom["quat"])
     attributes = {key: text for key, text in node["attributes"].items() if key not in ("mass", "density")}
     if geom["type"] in (_MESH, _SDF):
-        mesh = reading.facts["meshes"][geom["dataid"]]
+        mesh = state.facts["meshes"][geom["dataid"]]
         place = place.then(convert.transform(mesh["pos"], mesh["quat"]).inverse())
     return {**node, "attributes": {**attributes, **convert.placing(place), "density": "0"}}
 
 
-def keep_asset(reading: Reading, kind: str, name: str, span: Span) -> None:
+def keep_asset(state: ImportState, kind: str, name: str, span: Span) -> None:
     """Keep an asset as XML for an element that refers to it, unless it is already kept."""
-    node = _asset(reading, kind, name)
-    if not node["attributes"] or (kind, name) in reading.of_scene:
+    node = _asset(state, kind, name)
+    if not node["attributes"] or (kind, name) in state.of_scene:
         return
-    reading.of_scene.add((kind, name))
+    state.of_scene.add((kind, name))
     named = {word: text for word, text in node["attributes"].items() if word.startswith("file")}
-    files = {word: reading.markup.place_of(posixpath.normpath(text)) for word, text in named.items()}
-    reading.keep_in_section("asset", {**node, "attributes": node["attributes"] | files}, f"asset: {kind}", span)
+    files = {word: state.markup.place_of(posixpath.normpath(text)) for word, text in named.items()}
+    state.keep_in_section("asset", {**node, "attributes": node["attributes"] | files}, f"asset: {kind}", span)
 
 
-def _asset(reading: Reading, kind: str, name: str) -> convert.Node:
-    nodes: list[convert.Node] = reading.facts["elements"][f"{kind}_assets"] if name else []
+def _asset(state: ImportState, kind: str, name: str) -> convert.Node:
+    nodes: list[convert.Node] = state.facts["elements"][f"{kind}_assets"] if name else []
     return next((one for one in nodes if _asset_name(one) == name), {"tag": kind, "attributes": {}, "inner": []})
 
 
@@ -135,11 +133,11 @@ def _asset_name(asset: convert.Node) -> str:
     return attributes.get("name") or PurePosixPath(attributes.get("file", "")).stem
 
 
-def _is_carried(reading: Reading, geom: Thing) -> bool:
-    mesh = reading.facts["meshes"][geom["dataid"]] if geom["type"] == _MESH else None
-    if mesh and (not _mesh_file(mesh) or _asset(reading, "mesh", mesh["name"])["inner"]):
+def _is_carried(state: ImportState, geom: Thing) -> bool:
+    mesh = state.facts["meshes"][geom["dataid"]] if geom["type"] == _MESH else None
+    if mesh and (not _mesh_file(mesh) or _asset(state, "mesh", mesh["name"])["inner"]):
         return False
-    return geom["type"] in _CARRIED and geom["bodyid"] in reading.link_of and not geom["element"]["inner"]  # plugins
+    return geom["type"] in _CARRIED and geom["bodyid"] in state.link_of and not geom["element"]["inner"]  # plugins
 
 
 def is_scene(geom: Thing) -> bool:
@@ -151,18 +149,17 @@ def _collides(geom: Thing) -> bool:
     return bool(geom["contype"] or geom["conaffinity"])
 
 
-def _shape(reading: Reading, geom: Thing, element: Element) -> Map:
+def _shape(state: ImportState, geom: Thing, element: Element) -> Map:
     entry, sizes, place = Map(element.span), Map(element.span), convert.transform(geom["pos"], geom["quat"])
     kind, size = geom["type"], geom["size"]
     if kind == _MESH:
-        mesh = reading.facts["meshes"][geom["dataid"]]
-        convert.put(sizes, "file", reading.markup.place_of(_mesh_file(mesh)))
-        scale = convert.tidy_vector(mesh["scale"])
-        if scale != (1, 1, 1):
-            asset = reading.markup.find("asset", mesh["name"]) or element
+        mesh = state.facts["meshes"][geom["dataid"]]
+        convert.put(sizes, "file", state.markup.place_of(_mesh_file(mesh)))
+        if (scale := convert.tidy_vector(mesh["scale"])) != (1, 1, 1):
+            asset = state.markup.find("asset", mesh["name"]) or element
             convert.put(sizes, "scale", convert.numbers(scale, asset, "scale"))
         convert.put_some(sizes, "inertia", mesh["taken"])
-        attributes, more = _asset(reading, "mesh", mesh["name"])["attributes"], Map(element.span)
+        attributes, more = _asset(state, "mesh", mesh["name"])["attributes"], Map(element.span)
         words = ("maxhullvert", "smoothnormal", *(() if PurePosixPath(mesh["file"]).suffix else ("content_type",)))
         convert.put_words(more, {key: attributes[key] for key in words if key in attributes}, "mjcf_mesh", element)
         convert.put_some(sizes, "mjcf", more)
@@ -193,80 +190,77 @@ def _mesh_file(mesh: Thing) -> str:
     return posixpath.normpath(mesh["file"]) if mesh["file"] and not is_stretched else ""
 
 
-def _put_look(reading: Reading, geom: Thing, shape: Map, element: Element) -> None:
-    """Set the colour or the material of a visual."""
+def _put_look(state: ImportState, geom: Thing, shape: Map, element: Element) -> None:
     rgba, at = _colour(geom), geom["matid"]
     if at < 0:
         if rgba != _NO_COLOUR:
             convert.put(shape, "rgba", convert.numbers(rgba, element, "rgba"))
         return
-    material = reading.facts["materials"][at]
-    is_layered, texture = bool(_asset(reading, "material", material["name"])["inner"]), material["texture"]
+    material = state.facts["materials"][at]
+    is_layered, texture = bool(_asset(state, "material", material["name"])["inner"]), material["texture"]
     if rgba == _NO_COLOUR and not is_layered:
-        convert.put(shape, "material", _material(reading, at))
+        convert.put(shape, "material", _material(state, at))
         return
     convert.put(shape, "rgba", convert.numbers(_colour(material) if rgba == _NO_COLOUR else rgba, element, "rgba"))
-    convert.put_some(shape, "texture", texture and reading.markup.place_of(texture))
-    if texture or is_layered or _more_of_material(reading, material):
-        convert.put_inner(shape, "material", _material(reading, at))
+    convert.put_some(shape, "texture", texture and state.markup.place_of(texture))
+    if texture or is_layered or _more_of_material(state, material):
+        convert.put_inner(shape, "material", _material(state, at))
 
 
-def _more_of_material(reading: Reading, material: Thing) -> dict[str, str]:
+def _more_of_material(state: ImportState, material: Thing) -> dict[str, str]:
     """Return the attributes of a material except its colour, and except an image that a description can express."""
-    attributes = _asset(reading, "material", material["name"])["attributes"]
+    attributes = _asset(state, "material", material["name"])["attributes"]
     texture = attributes.get("texture", "")
-    image, written = _asset(reading, "texture", texture)["attributes"], reading.markup.find("asset", texture)
+    image, written = _asset(state, "texture", texture)["attributes"], state.markup.find("asset", texture)
     is_plain = image.keys() <= _PLAIN_IMAGE and image.get("type") == "2d" and material["texture"]
     is_plain = is_plain and not (written and written.get("colorspace")) and texture_path(image.get("file", ""))
     known = ("name", "rgba", "texture") if is_plain else ("name", "rgba")
     return {key: text for key, text in attributes.items() if key not in known}
 
 
-def _material(reading: Reading, index: int) -> str:
+def _material(state: ImportState, index: int) -> str:
     """Add a material to the description, or keep it as XML if it has layers, and return its name."""
-    material = reading.facts["materials"][index]
+    material = state.facts["materials"][index]
     name = str(material["name"])
-    if index in reading.material_of:
-        return reading.material_of[index]
-    element = reading.markup.find("asset", name) or reading.markup.root
-    if _asset(reading, "material", name)["inner"]:
-        keep_asset(reading, "material", name, element.span)
+    if index in state.material_of:
+        return state.material_of[index]
+    element = state.markup.find("asset", name) or state.markup.root
+    if _asset(state, "material", name)["inner"]:
+        keep_asset(state, "material", name, element.span)
         return name
-    given = reading.material_of[index] = reading.name("material", name)
-    reading.renamed.setdefault("material", {})[name] = given
-    more, file = _more_of_material(reading, material), material["texture"]
+    given = state.material_of[index] = state.name("material", name)
+    state.renamed.setdefault("material", {})[name] = given
+    more, file = _more_of_material(state, material), material["texture"]
     entry = convert.mapping({"rgba": convert.numbers(_colour(material), element, "rgba")}, element)
-    convert.put_some(entry, "texture", file and reading.markup.place_of(file))
+    convert.put_some(entry, "texture", file and state.markup.place_of(file))
     texture = more.pop("texture", "")
-    reading.put_words(entry, more, "material", element, f'the material "{given}"')
+    state.put_words(entry, more, "material", element, f'the material "{given}"')
     if texture:
         convert.put_inner(entry, "texture", texture)
-        keep_asset(reading, "texture", texture, element.span)
-    convert.put(reading.materials, given, entry)
+        keep_asset(state, "texture", texture, element.span)
+    convert.put(state.materials, given, entry)
     return given
 
 
-def _add_unused(reading: Reading) -> None:
+def _add_unused(state: ImportState) -> None:
     """Add materials and meshes that no shape uses; those that only geoms of the world use belong to the scene."""
-    geoms, markup, assets = reading.facts["geoms"], reading.markup, reading.facts["elements"]
-    used = {geom["matid"] for geom in geoms if _is_carried(reading, geom)}
-    left = {geom["matid"] for geom in geoms} - used - {-1}
-    for index in range(len(reading.facts["materials"])):
+    geoms, markup, assets = state.facts["geoms"], state.markup, state.facts["elements"]
+    left = {geom["matid"] for geom in geoms} - {geom["matid"] for geom in geoms if _is_carried(state, geom)} - {-1}
+    for index in range(len(state.facts["materials"])):
         if index in left:
-            reading.scene.append(("material", markup.first("asset").span))
+            state.scene.append(("material", markup.first("asset").span))
         else:
-            _material(reading, index)
-    convert.put_some(reading.tree, "materials", reading.materials)
-    textures = {name for kind, name in reading.of_scene if kind == "texture"}
+            _material(state, index)
+    convert.put_some(state.tree, "materials", state.materials)
+    textures = {name for kind, name in state.of_scene if kind == "texture"}
     for material in assets["material_assets"]:
         textures |= {one["attributes"].get("texture", "") for one in (material, *material["inner"])}
     for name in map(_asset_name, assets["texture_assets"]):
         if not name or name not in textures:
-            reading.scene.append(("texture", (markup.find("asset", name) or markup.first("asset")).span))
+            state.scene.append(("texture", (markup.find("asset", name) or markup.first("asset")).span))
     shaped = {geom["dataid"] for geom in geoms if geom["type"] in (_MESH, _SDF)}
-    for mesh in (mesh for index, mesh in enumerate(reading.facts["meshes"]) if index not in shaped):
-        element = markup.find("asset", mesh["name"]) or markup.first("asset")
-        keep_asset(reading, "mesh", mesh["name"], element.span)
+    for mesh in (mesh for index, mesh in enumerate(state.facts["meshes"]) if index not in shaped):
+        keep_asset(state, "mesh", mesh["name"], (markup.find("asset", mesh["name"]) or markup.first("asset")).span)
     for index, geom in enumerate(geoms):
-        if geom["bodyid"] not in reading.link_of or is_scene(geom):
-            reading.scene.append(("geom", reading.places.place_of("geoms", index).span))
+        if geom["bodyid"] not in state.link_of or is_scene(geom):
+            state.scene.append(("geom", state.places.place_of("geoms", index).span))

@@ -19,9 +19,7 @@ from .bodies import WORLD, body_name, has_volume, is_free, weld_groups
 _GEOM = re.compile(r"""\b(?:geom[12]?|(?:obj|ref)type="geom" (?:obj|ref)name)="([^"]*)\"""")
 
 _MESH_FORMATS = (".stl", ".obj", ".msh")
-# Mesh formats that are converted, and the format that they are converted to.
-_CONVERTED = (".dae", ".gltf", ".glb")
-CONVERTED_ENDING = ".obj"
+_CONVERTED = (".dae", ".gltf", ".glb")  # to .obj
 MESHES = "meshes"  # folder next to the MJCF for meshes from ROS packages
 
 
@@ -32,7 +30,7 @@ def mesh_path(file: str) -> str:
     ('meshes/arm/visual/base.DAE.obj', 'base.stl', '')
     """
     ending = posixpath.splitext(file)[1].lower()
-    return _path(file, CONVERTED_ENDING * (ending in _CONVERTED)) if ending in (*_CONVERTED, *_MESH_FORMATS) else ""
+    return _path(file, ".obj" * (ending in _CONVERTED)) if ending in (*_CONVERTED, *_MESH_FORMATS) else ""
 
 
 def texture_path(file: str) -> str:
@@ -76,8 +74,7 @@ def check_names(text: str, left_out: Mapping[str, str]) -> Iterator[Diagnostic]:
     from html import unescape  # xml.sax.saxutils would import http
 
     for name in dict.fromkeys(_GEOM.findall(text)) if left_out else ():
-        link = left_out.get(unescape(name))
-        if link is not None:
+        if (link := left_out.get(unescape(name))) is not None:
             message = f'a shape of link "{link}" is left out of the MJCF, and something names it ({unescape(name)})'
             help = "put the file of its mesh there, or take out what names it"
             yield Diagnostic("mjcf-left-out", ERROR, message, help=help)
@@ -105,9 +102,7 @@ def report_omissions(robot: Robot, joints: list[Joint], unpaired: Sequence[tuple
             message = f"{what} is limited to {ends[0]:g} to {ends[1]:g}: {empty}"
             yield _omitted(message, "make the joint fixed, or its range wider")
         if joint.moves and effort is not None and effort <= 0:
-            yield _omitted(
-                f"{what} has an effort of {effort:g}: {empty} of forces", "give the effort that it really has"
-            )
+            yield _omitted(f"{what} has an effort of {effort:g}: {empty} of forces", "give its real effort")
         words = ["limit"] if joint.limit is not None and joint.type == "planar" else []
         words += ["dynamics"] if joint.dynamics is not None and joint.type != "ball" else []
         if words and not joint.moves and not is_free(robot, joint):
@@ -135,8 +130,7 @@ def report_omissions(robot: Robot, joints: list[Joint], unpaired: Sequence[tuple
         yield _omitted(message, severity=NOTE)
     if unpaired:
         which = first_of([f'"{one}" and "{other}"' for one, other in unpaired], 3)
-        message = f"links with hundreds of shapes that a joint brings together: {which}"
-        message += "; MuJoCo lets them collide only where one is fixed to the world"
+        message = f"links with too many shapes collide only if one is fixed to the world: {which}"
         yield _omitted(message, "fewer shapes: a height map of larger cells or steps", NOTE)
 
 

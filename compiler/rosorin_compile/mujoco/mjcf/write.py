@@ -3,9 +3,8 @@
 Every link becomes a body, with a site of the same name in the frame of the link. Static transforms that other nodes
 publish become bodies too, if their numbers are known. About the format (MuJoCo 4.0.0, XMLreference):
 
-- Sizes of geoms are half sizes. Rotations are quaternions (w x y z), because the meaning of ``euler`` is configurable.
-- A geom without a mass would get the density of water, so every geom has density 0.
-- The torque of a joint is clamped once, at the joint (actuatorfrcrange). There is no velocity limit.
+- Rotations are quaternions (w x y z), because the meaning of ``euler`` is configurable. A geom without a mass would get
+  the density of water, so every geom has density 0. The torque of a joint is clamped once, at the joint.
 - A free joint is only allowed at the top of the tree. Elsewhere, a floating joint becomes three slides and a ball. A
   planar joint becomes two slides and a hinge. ``mimic`` becomes an equality constraint, which is soft.
 - Visual geoms are in group 2. Collision geoms are in group 3, which viewers hide; in group 0 if there are no visuals,
@@ -42,7 +41,7 @@ from .contacts import contacts
 from .servos import Drive, control_count, is_clamped, kept_controls
 from .servos import drives as drives_of
 from .unsupported import LEAST
-from .write_elements import Classes, ElementPrinter, Named, Part, place_of, sensor_elements
+from .write_elements import ClassElement, Classes, ElementPrinter, Part, place_of, sensor_parts
 
 _TYPES = {"revolute": "hinge", "continuous": "hinge", "prismatic": "slide"}
 _AXES: tuple[model.Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -71,7 +70,6 @@ def base_name(joint: model.Joint, robot: model.Robot) -> str:
 
 
 def _single(joint: model.Joint, printer: ElementPrinter) -> dict[str, str]:
-    """Return the attributes of a joint with one coordinate, except its name."""
     values, ends = _motion(_TYPES[joint.type], joint.axis, printer.number), unsupported.position_range(joint)
     return {**values, **({"range": numbers(ends, printer.number)} if ends else {}), **_inner(joint, printer)}
 
@@ -110,18 +108,14 @@ def _followers(robot: model.Robot, joints: Sequence[model.Joint], number: Number
 
 
 def _keys(
-    robot: model.Robot,
-    joints: Sequence[model.Joint],
-    drives: Sequence[Drive],
-    base_pose: Callable[[JointPose], model.Pose] | None,
+    robot: model.Robot, joints: list[model.Joint], drives: list[Drive], base: Callable[[JointPose], model.Pose] | None
 ) -> list[tuple[str, list[float], list[float], dict[str, Attribute]]]:
-    """Return name, qpos, ctrl and other attributes of each keyframe; ``base_pose`` is None if the base is fixed.
+    """Return name, qpos, ctrl and other attributes of each keyframe; ``base`` is None if the base is fixed.
 
     The first key is home, which is added if the robot can move. The keys of an imported robot have the order of its
     source, with added keys at the end, because simulators start with the first one.
     """
-    made = []
-    home, others = home_of(robot), [pose for pose in robot.poses if pose.name != HOME]
+    made, home, others = [], home_of(robot), [pose for pose in robot.poses if pose.name != HOME]
     poses = (home, *others)
     if robot.source.status == "imported":
         poses = robot.poses if len(others) < len(robot.poses) else (*others, home)
@@ -138,7 +132,7 @@ def _keys(
                 control = at[moved.name][0] * (gear[0] if gear else 1.0)
             count = control_count(drive.actuator.type, drive.actuator.mjcf)
             ctrl += [pose.controls.get(drive.name, control), *[0.0] * count][:count]
-        place = base_pose(pose) if base_pose else None
+        place = base(pose) if base else None
         qpos = [*place.xyz, *place.transform().quaternion()] if place else []
         qpos += [number for joint in joints for number in at[joint.name]]
         if qpos or ctrl or pose in robot.poses:
@@ -157,9 +151,6 @@ STANDING = {"cone": "elliptic", "impratio": 100}
 # Without this, the friction of plain wheels slows down turning by 24 % (TurtleBot3); with it, by 3 %.
 PLAIN_WHEELS = {"cone": "elliptic"}
 
-# Inertial of a massless moving body, because MuJoCo requires one (see ``unsupported.weightless``).
-_NO_SIZE = 1e-9  # m
-_LEAST_INERTIAL = model.Inertial(LEAST, model.Pose(), LEAST, LEAST, LEAST)
 # A geom without fluid forces; for such a body, MuJoCo would compute them for a box of several metres.
 _NO_DRAG = {"mass": "0", "contype": "0", "conaffinity": "0", "group": "5", "rgba": "0 0 0 0"}
 _NO_DRAG |= {"fluidshape": "ellipsoid", "fluidcoef": "0 0 0 0 0"}
@@ -184,9 +175,9 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
     usual = "own" if any(link.visual for link in robot.links) else "from_collision"
     shown = colours_of(robot) if output.options.get("visuals", usual) == "from_collision" else {}
     printer = ElementPrinter(robot, number, shown.values())
-    measuring = sensor_elements(robot, templates, printer, output.options.get("sensors", ()))
+    measuring = sensor_parts(robot, templates, printer, output.options.get("sensors", ()))
     moving = [joint for joint in joints if joint.moves]
-    shared = [Named("joint", joint.name, _single(joint, printer), joint.name) for joint in moving]
+    shared = [ClassElement("joint", joint.name, _single(joint, printer), joint.name) for joint in moving]
     shared += [printer.actuator(drive) for drive in drives]
     classes = Classes(robot.name, shared, [*robot.mjcf, *(text for _, text in measuring.sections)])
     geoms = _Geoms(output, printer, classes, shown)
@@ -205,13 +196,13 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
         link, joint, indent = frame.link or model.Link(frame.name), frame.joint, _indent(frame.depth - top)
         made = [*geoms.geoms_of(link, bodies.COLLISION), *geoms.geoms_of(link, bodies.VISUAL)]
         if in_fluid and link.name in none:
-            made.append(attributes(name=f"{link.name}_no_drag", size=number(_NO_SIZE), **_NO_DRAG))
+            made.append(attributes(name=f"{link.name}_no_drag", size=number(1e-9), **_NO_DRAG))  # m
         pose, names = root if frame.depth == 0 else frame.pose, ""
         if frame.depth >= top:
             place = place_of(pose.xyz, pose.rpy, number)
             names = attributes(name=bodies.body_name(robot, frame.name)) + attributes(**place)
             names += printer.print_values({**link.limited_values("mjcf"), **link.mjcf})
-        inertial = _LEAST_INERTIAL if link.name in none else link.inertial
+        inertial = model.Inertial(LEAST, model.Pose(), LEAST, LEAST, LEAST) if link.name in none else link.inertial
         body = (
             [free_joint] if free and not elements else [],
             indent,
@@ -306,7 +297,6 @@ class _Geoms:
         self.used: set[str] = set()
 
     def geoms_of(self, link: model.Link, purpose: str) -> Iterator[Markup]:
-        """Yield the attributes of the geoms of a link for a purpose."""
         is_shown, rolls = purpose == bodies.COLLISION and link.name in self.shown, link.name in self.rolls
         kinds = {(False, True): bodies.SHOWN, (True, False): bodies.WHEEL, (True, True): bodies.SHOWN_WHEEL}
         kind = kinds.get((rolls, is_shown), purpose) if purpose == bodies.COLLISION else purpose

@@ -3,9 +3,8 @@
 A sensor element measures at the site of its frame, or at a separate site NAME_site if it has a pose.
 
 All default classes are children of a class with the name of the robot, which is also their prefix, because robots in a
-scene share a namespace. Elements refer to their class directly instead of by ``childclass``, so that verbatim elements
-in a body keep MuJoCo's defaults. Joints, or actuators, with equal attributes share a class if that makes the file
-shorter. Its name consists of the common words of its joints: "wrist" for wrist_1_joint and wrist_2_joint.
+scene share a namespace. There is no ``childclass``, so that verbatim elements keep MuJoCo's defaults. Joints, or
+actuators, with equal attributes share a class if that makes the file shorter, named by the common words of its joints.
 """
 
 from __future__ import annotations
@@ -33,11 +32,7 @@ from .unsupported import is_textured
 
 # Attributes that are never in a class, and attributes that can differ between the left and right side of a robot.
 _OWN = {"name", "class", "type", "lengthrange", *TARGETS.values()}
-_SIDE = ("axis", "range", "ctrlrange", "forcerange")
 _KINDS = ("joint", "position", "velocity", "motor", "general")  # elements that can share a class
-
-_WORD = re.compile(r"[^\W\d_]+")
-_CLASS = re.compile(r'<default\b[^<>]*\bclass="([^"]*)"')
 
 Texts = Mapping[str, str]
 
@@ -51,7 +46,7 @@ class Part(NamedTuple):
     text: str = ""
 
 
-class Named(NamedTuple):
+class ClassElement(NamedTuple):
     """An element that can have a class: tag, name, other attributes, and the joint from which the class is named."""
 
     tag: str
@@ -80,19 +75,18 @@ class _Shared(NamedTuple):
 class Classes:
     """The default classes of a robot for its ``elements``; class names in the verbatim texts ``kept`` are reserved."""
 
-    def __init__(self, robot: str, elements: Sequence[Named], kept: Iterable[str]) -> None:
-        self._taken = {name for text in kept for name in _CLASS.findall(text)} | {"main"}
+    def __init__(self, robot: str, elements: Sequence[ClassElement], kept: Iterable[str]) -> None:
+        self._taken = {*re.findall(r'<default\b[^<>]*\bclass="([^"]*)"', "".join(kept)), "main"}
         self.outer = bodies.free_name(robot, self._taken)
         self._elements = elements
         self._names: dict[int, str] = {}
         self._taken |= {self.outer, *map(self.class_name, bodies.CLASSES)}
         self.shared: dict[str, list[_Shared]] = {}
-        for shared in self._groups():
-            if self._saved(shared) > 0:
-                name = self._with_joints(shared) or self._called(shared)
-                self._taken.add(name)
-                self.shared.setdefault(name, []).append(shared)
-                self._names |= dict.fromkeys(shared.members, name)
+        for shared in (shared for shared in self._groups() if self._saved(shared) > 0):
+            name = self._with_joints(shared) or self._called(shared)
+            self._taken.add(name)
+            self.shared.setdefault(name, []).append(shared)
+            self._names |= dict.fromkeys(shared.members, name)
 
     def class_name(self, purpose: str) -> str:
         """Return the name of the class for geoms (``visual``, ``collision``, ``wheel_collision``) or for frames."""
@@ -121,8 +115,7 @@ class Classes:
         made = []
         if bodies.VISUAL in used:
             made.append(named(bodies.VISUAL, "geom", seen | {"contype": "0", "conaffinity": "0", "density": "0"}))
-        if solids or bodies.COLLISION in used:
-            made.append(named(bodies.COLLISION, "geom", solid, solids))
+        made += [named(bodies.COLLISION, "geom", solid, solids)] if solids or bodies.COLLISION in used else []
         made.append(named(bodies.FRAME, "site", {"group": str(bodies.FRAME_GROUP)}))
         for name, shared in self.shared.items():
             made.append(Class(name, [Part(one.tag, attributes(**one.values)) for one in shared]))
@@ -130,7 +123,7 @@ class Classes:
 
     def _groups(self) -> Iterator[_Shared]:
         """Yield groups of elements with shared attributes; axis and range only count if the joint names match, too."""
-        for members in self._alike(range(len(self._elements)), _SIDE):
+        for members in self._alike(range(len(self._elements)), ("axis", "range", "ctrlrange", "forcerange")):
             whole, cut = self._shared(members), self._alike(members, ())
             parts = [self._shared(inner) for inner in cut] if len(cut) > 1 else [whole]
             saved = [self._saved(one) for one in parts]
@@ -147,7 +140,6 @@ class Classes:
         return list(groups.values())
 
     def _shared(self, members: Sequence[int]) -> _Shared:
-        """Return the attributes common to all members, in the order of the first one."""
         elements = [self._elements[place] for place in members]
         shared = set.intersection(*(set(one.values.items()) for one in elements))
         common = [pair for pair in elements[0].values.items() if pair in shared and pair[0] not in _OWN]
@@ -157,8 +149,7 @@ class Classes:
         """Return the class with all joints of these actuators to which they can be added, or ""."""
         joints = {self._elements[place].joint for place in shared.members}
         for name, (first, *more) in self.shared.items() if shared.tag != "joint" else ():
-            known = {self._elements[place].joint for place in first.members}
-            if first.tag == "joint" and not more and joints <= known:
+            if first.tag == "joint" and not more and joints <= {self._elements[place].joint for place in first.members}:
                 return name
         return ""
 
@@ -186,7 +177,7 @@ def _words_of(names: Sequence[str]) -> str:
     >>> _words_of(["joint1", "joint2"]), _words_of(["pan", "tilt"])
     ('joint', '')
     """
-    split = list(map(_WORD.findall, names))
+    split = [re.findall(r"[^\W\d_]+", name) for name in names]
     begin = len(posixpath.commonprefix(split))
     end = len(posixpath.commonprefix([words[begin:][::-1] for words in split]))
     words = split[0][:begin] + split[0][len(split[0]) - end :]
@@ -196,9 +187,7 @@ def _words_of(names: Sequence[str]) -> str:
 # Attributes that refer to a body; names of links are replaced by the names of their bodies.
 _BODIES = ("body", "body1", "body2", "target", "subtree1", "subtree2")
 _NAMED = ("objname", "refname")
-_NAME = re.compile(r' name="([^"]*)"')
 _GEOMS = ("geom", "geom1", "geom2", *_NAMED)
-_NAMING = frozenset({*_BODIES, *_GEOMS, "material"})
 
 
 @lru_cache(maxsize=20_000)
@@ -222,16 +211,15 @@ class ElementPrinter:
         self.textures: dict[str, str] = {}
         self.plain: dict[str, str] = {}
 
-    def actuator(self, drive: Drive) -> Named:
+    def actuator(self, drive: Drive) -> ClassElement:
         """Return the element of an actuator, with its target, gains, ranges and other attributes."""
         actuator = drive.actuator
         values: dict[str, Attribute] = dict(actuator.targets)
-        if drive.joint is not None and drive.in_joint:
-            values = {"joint": drive.joint.name}
+        values = {"joint": drive.joint.name} if drive.joint is not None and drive.in_joint else values
         values |= {"kp": actuator.kp, "kv": actuator.kv or None, "dampratio": actuator.damping_ratio or None}
         values |= {"gear": actuator.gear or None, "ctrlrange": aims(drive), "forcerange": actuator.force}
         texts = self.texts({"name": drive.name, **values, **actuator.mjcf})
-        return Named(actuator.type, texts.pop("name"), texts, drive.joint.name if drive.joint else "")
+        return ClassElement(actuator.type, texts.pop("name"), texts, drive.joint.name if drive.joint else "")
 
     def material(self, name: str) -> str:
         """Return the name of a material in the MJCF, prefixed with the robot name, or "" if it is not written."""
@@ -241,12 +229,10 @@ class ElementPrinter:
 
     def materials(self) -> Iterator[Values]:
         for name, material in self.looks.items():
-            called = self.material(name)
-            if called:
+            if called := self.material(name):
                 texture = None if "texture" in material.mjcf else self.texture(material.texture) or None
                 yield {"name": called, "texture": texture, "rgba": material.rgba, **material.mjcf}
-        for texture, name in self.plain.items():
-            yield {"name": name, "texture": texture}
+        yield from ({"name": name, "texture": texture} for texture, name in self.plain.items())
 
     def texture(self, file: str) -> str:
         """Return the name of a texture in the MJCF, derived from its file name, or "" if it is not written."""
@@ -309,7 +295,7 @@ class ElementPrinter:
 
     def texts(self, values: Values) -> dict[str, str]:
         texts = {name: self.text(value) for name, value in values.items() if value is not None}
-        for name in _NAMING.intersection(texts):
+        for name in frozenset({*_BODIES, *_GEOMS, "material"}).intersection(texts):
             text = texts[name]
             named = name in _BODIES or (name in _NAMED and values.get(f"{name[:3]}type") == "xbody")
             if named and values[name] in self.robot.link:
@@ -338,9 +324,7 @@ class SensorElements(NamedTuple):
     diagnostics: list[Diagnostic]
 
 
-def sensor_elements(
-    robot: Robot, templates: Templates, printer: ElementPrinter, order: Sequence[str]
-) -> SensorElements:
+def sensor_parts(robot: Robot, templates: Templates, printer: ElementPrinter, order: Sequence[str]) -> SensorElements:
     """Return the MJCF elements of the sensors of a robot, those in ``order`` first. Raises TemplateProblem."""
     made, number = SensorElements({}, [], [], list(robot.mjcf), []), printer.number
     for sensor, part in [(one, part) for one in robot.sensors for part in one.simulated]:
@@ -366,8 +350,7 @@ def sensor_elements(
             without = [name for name, value in part.attributes.items() if value is None]  # such as the site of a clock
             values = {name: value for name, value in {"name": part.name, **at}.items() if name not in without}
             made.sensors.append(Part(part.element, attributes(**{**values, **more})))
-            if part.pose is not None:
-                of_body.append(Part("site", attributes(name=part.site, **place), around))
+            of_body += [Part("site", attributes(name=part.site, **place), around)] if part.pose is not None else []
     if not order:
         return made
     made.kept.clear()
@@ -378,7 +361,7 @@ def sensor_elements(
         else:
             made.kept.append(text)
     rank = {name: place for place, name in enumerate(order)}
-    made.sensors.sort(key=lambda part: rank.get((_NAME.findall(part.attributes) or [""])[0], len(rank)))
+    made.sensors.sort(key=lambda one: rank.get("".join(re.findall(r' name="([^"]*)"', one.attributes)), len(rank)))
     return made
 
 

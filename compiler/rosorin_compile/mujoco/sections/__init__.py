@@ -160,8 +160,7 @@ def words(case: Case) -> Iterator[Diagnostic]:
         if joint is not None and "joint" not in WORDS[kind]:
             message, help = f"{of_type}, which cannot drive a joint", 'write it in "actuators", with its target'
             yield case.problem("actuator-target", message, (*path, "type"), help)
-        gain = _LACKING.get(kind, "")
-        if gain and not values[gain]:
+        if (gain := _LACKING.get(kind, "")) and not values[gain]:
             message = f"{of_type} but has no {gain}, for which MuJoCo would use 1"
             yield case.problem("actuator-word", message, path, f'write "{gain}: ..."', key=True)
         if actuator.damping_ratio and actuator.kv:
@@ -169,7 +168,6 @@ def words(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("actuator-word", message, (*path, "damping_ratio"), "remove one of the two", key=True)
 
 
-_CONDIMS = (1, 3, 4, 6)
 # Keys and attributes with a lower and an upper value.
 _RANGES = ("range", "force", "actrange", "lengthrange", "velrange", "ffrange", "posrange", "actuatorfrcrange")
 _SIZES = ("damping", "friction", "armature", "stiffness", "kp", "kv", "damping_ratio")
@@ -192,8 +190,7 @@ def ranges(case: Case) -> Iterator[Diagnostic]:
 
 
 def _entries(case: Case) -> Iterator[tuple[Mapping[str, Any], Path, str]]:
-    for driver in drivers(case):
-        yield value_at(case.tree, driver.path), driver.path, driver.called
+    yield from ((value_at(case.tree, driver.path), driver.path, driver.called) for driver in drivers(case))
     for name, entry in (case.tree.get("joints") or {}).items():
         if entry.get("mjcf"):
             yield {"mjcf": entry["mjcf"]}, ("joints", name), f'joint "{name}"'
@@ -219,13 +216,11 @@ def negative(case: Case) -> Iterator[Diagnostic]:
 )
 def contacts(case: Case) -> Iterator[Diagnostic]:
     """Report contact values that MuJoCo would reject or misinterpret."""
-    shapes = (
-        (link.name, index) for link in case.robot.links for index, one in enumerate(link.collision) if one.contact
-    )
+    shapes = ((link.name, index) for link in case.robot.links for index, it in enumerate(link.collision) if it.contact)
     for link, index in shapes:
         path, called = case.link(link, "collision", index, "contact"), f'a shape of link "{link}"'
         entry = value_at(case.tree, path)
-        if entry.get("condim", 3) not in _CONDIMS:
+        if entry.get("condim", 3) not in (1, 3, 4, 6):
             message = f"the condim of {called} is {number(entry['condim'])}"
             help = "write 1 (without friction), 3 (sliding), 4 (and spinning) or 6 (and rolling)"
             yield case.problem("contact-value", message, (*path, "condim"), help)
@@ -237,9 +232,8 @@ def contacts(case: Case) -> Iterator[Diagnostic]:
                 yield case.problem("contact-value", message, (*path, *key), "remove the minus sign")
 
 
-# Lengths of qvel and qpos for joints with several coordinates.
-_SPEEDS = {"planar": 3, "floating": 6, "ball": 3}
-_POSITIONS = {"planar": 3, "floating": 7, "ball": 4}
+# Lengths of qvel and qpos for joints with several coordinates, and for a free base.
+_LENGTHS = {"qvel": {"planar": 3, "floating": 6, "ball": 3}, "qpos": {"planar": 3, "floating": 7, "ball": 4}}
 _STATELESS = ("position", "velocity", "motor", "damper", "adhesion")
 
 
@@ -256,17 +250,16 @@ def keys(case: Case) -> Iterator[Diagnostic]:
     joints, captured = case.robot.joints, sum(link.mjcf.get("mocap") is True for link in case.robot.links)
     bases = {one.options.get("base", "fixed") == "free" for one in case.robot.outputs if one.backend == "mjcf"}
     lengths = {"mpos": {3 * captured}, "mquat": {4 * captured}}
-    for word, sizes, of_base in (("qvel", _SPEEDS, 6), ("qpos", _POSITIONS, 7)):
+    for word, sizes in _LENGTHS.items():
         moving = sum(sizes.get(joint.type, 1 if joint.moves else 0) for joint in joints)
-        lengths[word] = {moving + of_base * is_free for is_free in bases or (False, True)}
+        lengths[word] = {moving + sizes["floating"] * is_free for is_free in bases or (False, True)}
     if all(driver.actuator.type in _STATELESS for driver in drivers(case)) and not case.robot.mjcf:
         lengths["act"] = {sum("timeconst" in driver.actuator.mjcf for driver in drivers(case))}
     for pose in case.robot.poses:
         for word, allowed in lengths.items():
             values = pose.mjcf.get(word)
             if isinstance(values, tuple) and ((bases and len(allowed) > 1) or len(values) not in allowed):
-                expected = " or ".join(map(str, sorted(allowed)))
-                count = count_of(len(values), "number")
+                expected, count = " or ".join(map(str, sorted(allowed))), count_of(len(values), "number")
                 message = f'pose "{pose.name}" has {count} in "{word}", but the robot needs {expected}'
                 path: Path = ("poses", pose.name, "mjcf", word)
                 yield case.problem("key-length", message, path, "write all values in the order of MuJoCo", key=True)
@@ -275,7 +268,6 @@ def keys(case: Case) -> Iterator[Diagnostic]:
 # What each type of constraint connects, and its other keys.
 _ENDS = {"connect": ("links", "sites"), "weld": ("links", "sites"), "joint": ("joints",)}
 _KEYS = {"connect": ("at",), "weld": ("at", "xyz", "rpy", "torque_scale"), "joint": ("polynomial",)}
-_KEYS_OF_ALL = ("type", "active", "solref", "solimp", "source")
 
 
 @rule(
@@ -303,7 +295,8 @@ def constraints(case: Case) -> Iterator[Diagnostic]:
 def _wrong_constraint(entry: Mapping[str, object]) -> tuple[str, ...] | None:
     """Validate a constraint and return the message, the help and the key of an error, or None."""
     kind = str(entry["type"])
-    known, ends = (*_ENDS[kind], *_KEYS[kind], *_KEYS_OF_ALL), [key for key in _ENDS[kind] if key in entry]
+    ends = [key for key in _ENDS[kind] if key in entry]
+    known = (*_ENDS[kind], *_KEYS[kind], "type", "active", "solref", "solimp", "source")
     if extra := next((key for key in entry if key not in known), ""):
         return f"is of type {kind}, which has no {extra}", "remove the key, or correct the type", extra
     if not ends:

@@ -14,16 +14,7 @@ from rosorin_compile.model import Controller, Robot
 from rosorin_compile.model.joint import NODE
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import Case, report
-from rosorin_compile.source.diagnostics import (
-    NOTE,
-    WARNING,
-    Diagnostic,
-    Related,
-    RequestError,
-    Source,
-    Span,
-    has_errors,
-)
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, RequestError, Source, Span
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.load import LoadError, read_utf8
 from rosorin_compile.source.messages import arrange
@@ -37,8 +28,7 @@ from ..launch_files import LaunchError, Remap, nodes_of
 from ..node_kinds import MANAGER
 from ..parameter_files import PARAMETERS, NoParameters, Section, read_sections
 from ..ports import Role, controller_ports, full_topic, full_type, ports, short_type
-from .nodes import Node, check_node, nodes_in_files
-from .transforms import check_edges, check_frames, claims, remapped_topics
+from .nodes import Node, check_edges, check_frames, check_node, claims, nodes_in_files, remapped_topics
 
 # Keys of MoveIt configuration files, which are not ROS parameter files.
 _MOVEIT = re.compile(
@@ -47,8 +37,6 @@ _MOVEIT = re.compile(
 )
 _ODOM = "odom"  # the usual odometry topic
 _OF_CONTROLLER = re.compile(r"_controller/odom(etry)?\Z")  # odometry topic of a drive controller
-# Nodes that run other nodes in their process, to which their remaps apply, too.
-_HOSTS = ("controller_manager", "ros2_control_node")
 
 
 @dataclass(frozen=True)
@@ -93,9 +81,8 @@ def check_parameters(
         raise RequestError(no_file(unread[0]))
     moved = [_parse_remap(word) for word in remaps]
     understood = Request.of(robot, arguments, packages, trust=trust).understand()
-    case = understood.case
-    if case is None:
-        return CheckedParameters(diagnostics=tuple(one for one in understood.diagnostics if has_errors([one])))
+    if (case := understood.case) is None:
+        return CheckedParameters(diagnostics=tuple(one for one in understood.diagnostics if one.severity == ERROR))
     if not distribution:
         every = {str(one.options["distribution"]) for one in case.robot.outputs if "distribution" in one.options}
         distribution = every.pop() if len(every) == 1 else ""
@@ -105,7 +92,7 @@ def check_parameters(
         moved += _launch_remaps(path, found)
     known, wrong = nodes_in_files(sections, namespace, distribution, case.robot.controllers)
     found += wrong
-    if managers and not any(node.type for node in known) and not has_errors(found):
+    if managers and not any(node.type for node in known) and all(one.severity != ERROR for one in found):
         help = f"{MANAGER}: {{ros__parameters: {{NAME: {{type: TYPE}}}}}}"
         spans = [section.span for of_file in sections for section in of_file]
         span = [*spans, Span(Source(str(managers[0]), ""), 1, 1)][0]
@@ -173,9 +160,6 @@ def _check_node(case: Case, node: Node, distribution: str, names: Sequence[str])
         yield one.place(node.setting(one.key).span, drive if one.rule == "controller-differs" else [])
 
 
-# Remaps
-
-
 def _parse_remap(word: str) -> Remap:
     left, _, to = word.partition(":=")
     node, colon, name = left.rpartition(":")
@@ -196,7 +180,7 @@ def _launch_remaps(path: Path, diagnostics: list[Diagnostic]) -> list[Remap]:
         return []
     remaps: list[Remap] = []
     for node in nodes:
-        name = "" if node.name in _HOSTS else node.name
+        name = "" if node.name in ("controller_manager", "ros2_control_node") else node.name
         unknown = [one for one in node.remaps or () if "$(" in one.name + one.to]
         spans = [(node.span, "which remaps this node has")] if node.remaps is None else []
         for span, what in [*spans, *((one.span, "which topic is remapped") for one in unknown)]:
@@ -214,11 +198,7 @@ def _of_arguments(words: Sequence[str], node: str) -> Iterator[Remap]:
                 remap = _parse_remap(word)
                 yield remap._replace(node=remap.node or node)
         elif flag == "--controller-ros-args":
-            spawned = next((one for one in words if not one.startswith("-")), "")
-            yield from _of_arguments(word.split(), spawned)
-
-
-# Topics
+            yield from _of_arguments(word.split(), next((one for one in words if not one.startswith("-")), ""))
 
 
 def _check_topics(robot: Robot, nodes: Sequence[Node], remaps: Sequence[Remap], distro: str) -> Iterator[Diagnostic]:
@@ -252,8 +232,8 @@ def _unheard(node: Node, end: End, graph: Graph, by_name: Mapping[str, Node], is
     if mismatch := mismatched_qos(end, fitting):
         yield report("parameters-topic", mismatch, node.span, f"qos_overrides.{heard}.publisher.reliability: reliable")
     if not fitting and there and is_decided and role == Role.VELOCITY:
-        message = f"{node.shown} takes {short_type(end.type)} on {heard}, and {there[0].node.strip('/')} sends "
-        message += f"{short_type(there[0].type)}: {end.port.missing}"
+        sent = f"{there[0].node.strip('/')} sends {short_type(there[0].type)}"
+        message = f"{node.shown} takes {short_type(end.type)} on {heard}, and {sent}: {end.port.missing}"
         yield report("parameters-topic", message, node.span, "give both the same value of enable_stamped_cmd_vel")
         return
     of_control = [one for one in graph.published if one.port.role == role and one.port.group == "control"]
@@ -266,8 +246,8 @@ def _unheard(node: Node, end: End, graph: Graph, by_name: Mapping[str, Node], is
         return  # the topic belongs to another node, such as a camera driver
     source, setting = meant or next(iter(sources)), node.setting(end.key)
     what = "IMU" if role == Role.IMU else "odometry"
-    message = f'{node.shown} listens to the {what} {heard} ("{end.key}"{setting.how}), and '
-    message += f"no node in the files publishes that: {source.shown} publishes {sources[source]}"
+    known = f"no node in the files publishes that: {source.shown} publishes {sources[source]}"
+    message = f'{node.shown} listens to the {what} {heard} ("{end.key}"{setting.how}), and {known}'
     help = f"{end.key}: {sources[source].strip('/')}" + ("" if meant else "; or say the remap: --remap NODE:FROM:=TO")
     related = (Related(f"{source.shown} is here", source.span),)
     rule = "parameters-topic" if role == Role.IMU else "parameters-odometry"
@@ -276,8 +256,7 @@ def _unheard(node: Node, end: End, graph: Graph, by_name: Mapping[str, Node], is
 
 def _source(node: Node, layer: str, name: str, place: Span, sensors: Mapping[str, str]) -> Iterator[Diagnostic]:
     before, rule = f"{layer}.{name}." if layer else f"{name}.", "parameters-source"
-    given = {key.removeprefix(before): one for key, one in node.parameters.items() if key.startswith(before)}
-    if not given:
+    if not (given := {key.removeprefix(before): one for key, one in node.parameters.items() if key.startswith(before)}):
         message = f'{node.shown} lists the source "{name}", which has no parameters'
         help = f"{name}: {{topic: TOPIC, data_type: LaserScan, marking: true, clearing: true}}"
         yield report(rule, message, place, help if layer else "")
@@ -306,8 +285,7 @@ def _source(node: Node, layer: str, name: str, place: Span, sensors: Mapping[str
 
 def _unseen(node: Node, topic: str, message: str, sensors: Mapping[str, str], place: Span) -> Iterator[Diagnostic]:
     """Report a sensor topic without a publisher if the description has sensor topics with the same message type."""
-    known = sorted(other for other, kind in sensors.items() if kind == message)
-    if known and topic not in known:
+    if (known := sorted(other for other, kind in sensors.items() if kind == message)) and topic not in known:
         text = f"{node.shown} reads {short_type(message)} on {topic}, and the sensors of the robot publish "
         yield report("parameters-source", text + phrase(known), place, f"topic: {known[0]}", severity=NOTE)
 

@@ -15,7 +15,7 @@ from rosorin_compile.source.tree import Path, Seq, value_at
 from ..node_kinds import DISTRIBUTIONS, MANAGER, Finding, Kind, against_kind, kinds, plugins
 from ..parameter_files import distro_of, parameter_file
 from ..ports import facts, full_type, interfaces_of
-from ..sections.control.hardware import JOINT_WORDS, POSITION, VELOCITY
+from ..sections.control import JOINT_WORDS, POSITION, VELOCITY
 from .write import ControllerParameters, RobotParameters, edges_of, fill, is_whole, manager_parameters, view, write
 
 _ENDS = (("odom_frame_id", "odom"), ("base_frame_id", "base_link"))
@@ -23,7 +23,6 @@ _TOLERANCE = 0.005  # relative: sizes are rounded, and tyres are compressed
 _LEAST = 0.0005  # m, minimum tolerance
 _JOINTS = re.compile(r"(?!extra_joints)(?:\w+_)?(?:joints?|joint_name|(?:wheels?|joints|dof|state)_names)")
 _FRAMES = ("base_frame_id", "frame_id", "odom_frame_id")
-_WORLD = ("map", "odom", "world", "earth")
 _SIZES = ("radius", "separation", "wheelbase", "track", "width", "axis")
 
 
@@ -57,8 +56,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
             findings += _odometry(robot, one)
         if is_first and not one.controller.inactive:
             findings += _claims(robot, one, owners)
-        for found in findings:
-            yield _placed(case, found, ("controllers", one.controller.name), "params")
+        yield from (_placed(case, found, ("controllers", one.controller.name), "params") for found in findings)
 
 
 def _claims(robot: Robot, one: ControllerParameters, owners: dict[tuple[str, str], str]) -> list[Finding]:
@@ -66,8 +64,7 @@ def _claims(robot: Robot, one: ControllerParameters, owners: dict[tuple[str, str
     name, taken = one.controller.name, dict[tuple[str, str, str], list[str]]()
     for key, joints, words in _commands(one.type, one.values):
         for joint, word in ((joint, word) for joint in joints for word in words if "/" not in joint):
-            owner = owners.setdefault((joint, word), name)
-            if owner != name and joint in robot.joint:
+            if (owner := owners.setdefault((joint, word), name)) != name and joint in robot.joint:
                 taken.setdefault((owner, word, key), []).append(joint)
     found = []
     for (owner, word, key), joints in list(taken.items())[:1]:
@@ -120,7 +117,7 @@ def _findings(case: Case, one: ControllerParameters, distribution: str) -> Itera
     frames = {*robot.link, *(end for edge in robot.edges for end in (edge.parent, edge.child))}
     for key, value in given.items():
         last = key.rpartition(".")[2]
-        known = {*frames, *_WORLD} if last == "odom_frame_id" else frames
+        known = {*frames, "map", "odom", "world", "earth"} if last == "odom_frame_id" else frames
         if last in _FRAMES and isinstance(value, str) and value and value.lstrip("/") not in known:
             message = f'"{key}" of {name} is "{value}", which is not a frame of the robot'
             yield Finding("controller-name", message, key, Suggestion(value, known), unknown=value, known=known)
@@ -133,8 +130,7 @@ def _odometry(robot: Robot, one: ControllerParameters) -> Iterator[Finding]:
     key = next((key for key in ("enable_odom_tf", "odom_frame_id", "base_frame_id") if key in params), "")
     mine = [f"{edge.parent} -> {edge.child}" for edge in edges_of(robot, one.controller)]
     parent, child = (one.values.get(key, default) for key, default in _ENDS)
-    into = next((edge for edge in robot.edges if edge.child == child), None)
-    edge = f"{parent} -> {child}"
+    into, edge = next((edge for edge in robot.edges if edge.child == child), None), f"{parent} -> {child}"
     if not one.values.get("enable_odom_tf"):
         if mine and "enable_odom_tf" in params:
             message = f'{name} has to publish {mine[0]}, but "enable_odom_tf" is false'
@@ -161,8 +157,7 @@ def _placed(case: Case, found: Finding, entry: Path, within: str) -> Diagnostic:
     while isinstance(here, Mapping) and (names := [one for one in here if f"{rest}.".startswith(f"{one}.")]):
         name = max(names, key=len)
         path, rest, here = (*path, name), rest[len(name) + 1 :], here[name]
-    if found.key in (value_at(case.tree, entry) or {}):
-        path = (*entry, found.key)
+    path = (*entry, found.key) if found.key in (value_at(case.tree, entry) or {}) else path
     key = found.at_key or not found.key or path == (*entry, within)
     path = path if found.key else entry
     value = value_at(case.tree, path)
@@ -255,8 +250,7 @@ def _differing(name: str, key: str, value: Any, expected: Any, severity: str) ->
 def _commands(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, list[str], list[str]]]:
     about = interfaces_of(kind)
     joints_key = about.get("joints", "joints")
-    if values.get(about.get("instead", "")):
-        joints_key = about["instead"]
+    joints_key = about["instead"] if values.get(about.get("instead", "")) else joints_key
     for key, value in values.items():
         if "drive" in about and _JOINTS.fullmatch(key) and "state" not in key:
             front = key.startswith("front_wheels") == values.get("front_steering", True)
@@ -271,14 +265,12 @@ def _commands(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, list[
 
 
 def _interfaces(name: str, kind: str, values: Mapping[str, Any], robot: Robot) -> Iterator[Finding]:
-    """Report command interfaces, state interfaces and sensors of a controller that no hardware block has."""
     joints = [one for block in robot.control for one in block.joints]
     there = {(one.name, word) for one in joints for word in one.commands}
     about, reads = interfaces_of(kind), list[tuple[str, str, str]]()
     for key, names, every in _commands(kind, values):
         words = [word for word in every if word in JOINT_WORDS]
-        lacking = [one for one in names if one in robot.joint and any((one, word) not in there for word in words)]
-        if lacking:
+        if lacking := [one for one in names if one in robot.joint and any((one, word) not in there for word in words)]:
             message = f"{name} commands the {phrase(words)} of {quote(lacking, most=4)}, which no hardware block has"
             help = f'add "joints: {{{lacking[0]}: {{command: {words[0]}}}}}" to a block of "control"'
             yield Finding("controller-interface", message, key, help, WARNING)

@@ -19,17 +19,15 @@ from .. import node_kinds
 from ..node_kinds import MANAGER, Kind, convert, is_of, kinds
 from ..parameter_files import Node, Parameters, distro_of, parameters_of, text
 from ..ports import Role, facts, full_topic, full_type, interfaces_of, port_of
-from ..sections.control.hardware import EFFORT, JOINT_WORDS, POSITION, VELOCITY
+from ..sections.control import EFFORT, JOINT_WORDS, POSITION, VELOCITY
 from ..sections.controllers import flat
 
 UPDATE_RATE = 100  # Hz
-CONTROLLERS = "controllers"  # name of the format
 TF = "/tf"
 COMMAND = "/cmd_vel"  # the topic on which Nav2 and most other nodes publish velocities
 # Steering controllers of Jazzy have keys by function (traction), and the deprecated keys of Humble by position (rear).
 _LATER, _EARLIER = "traction_joints_names", ("front_wheel", "rear_wheel", "wheel_track")
 _EVEN = 1e-6  # m and rad, tolerance for equal and evenly spaced wheels
-_ZERO = 1e-9
 # Seconds, the default of cmd_vel_timeout in diff_drive_controller. The default of the mecanum controller is one control
 # cycle, which is too short for Nav2 with 20 messages per second.
 _TIMEOUT = 0.5
@@ -121,7 +119,7 @@ def _quantities(robot: Robot, driving: Driving, joints: Mapping[str, Sequence[st
         found |= {role: names[0] for role, names in joints.items()} | {"half_sum": around}
         found |= {"timeout": _TIMEOUT} if _navigates(robot) else {}
         # The position of the base relative to the centre of the wheels (vx + y * wz in mecanum_drive_controller.cpp).
-        found |= {f"offset_{axis}": -at for axis, at in zip("xy", driving.centre, strict=True) if abs(at) > _ZERO}
+        found |= {f"offset_{axis}": -at for axis, at in zip("xy", driving.centre, strict=True) if abs(at) > 1e-9}
         return found | _speeds(robot, driving, around)
     if driving.kind == DIFFERENTIAL:
         found |= {"left": list(joints["left"]), "right": list(joints["right"]), "per_side": len(joints["left"])}
@@ -153,8 +151,7 @@ def _spread(numbers: list[float]) -> float:
 def _speeds(robot: Robot, driving: Driving, around: float) -> dict[str, Any]:
     """Derive base velocity limits (m/s, rad/s) from wheel limits; a turn by 1 rad rolls wheels by ``around`` (m)."""
     rims = [(robot.joint[one.joint].limits_of(VELOCITY)[1] or 0.0) * one.radius for one in driving.wheels]
-    least = min(rims, default=0.0)
-    if not least or not around:
+    if not (least := min(rims, default=0.0)) or not around:
         return {}
     turn = least / around
     return {"speed": least, "back": -least, "turn": turn, "turn_back": -turn, "limited": True}
@@ -219,8 +216,7 @@ def manager_parameters(output: Output, distribution: str) -> dict[str, Any]:
 
 
 def _typed(kind: Kind | None, key: str, value: Any) -> Any:
-    entry = kind.key(key) if kind is not None else None
-    if entry is not None:
+    if kind is not None and (entry := kind.key(key)) is not None:
         return convert(value, entry.type)
     return list(value) if isinstance(value, tuple) else value
 
@@ -282,7 +278,7 @@ class Driver(NamedTuple):
 
 def drivers(robot: Robot) -> list[Driver]:
     """Return the drive controllers, active ones first, or [] if the robot has no ``controllers`` output."""
-    output = next((one for one in robot.outputs if one.backend == CONTROLLERS), None)
+    output = next((one for one in robot.outputs if one.backend == "controllers"), None)  # name of the format
     if output is None or not is_whole(robot):
         return []
     found = []
@@ -296,8 +292,7 @@ def drivers(robot: Robot) -> list[Driver]:
 
 def is_whole(robot: Robot) -> bool:
     """Return True if all joints and the frame of the drive exist."""
-    drive = robot.drive
-    if drive is None:
+    if (drive := robot.drive) is None:
         return True
     names = [name for names in drive.joints.values() for name in names]
     return all(name in robot.joint for name in names) and (not drive.frame or drive.frame in robot.link)

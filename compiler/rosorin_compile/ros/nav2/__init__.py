@@ -26,8 +26,6 @@ from ..ports import IN, Role, distribution_of_ports, facts, message_of_sensor, p
 from .footprint import CORNERS, footprint, holds, pad, solids_of
 
 _LAYERS = {"local_costmap": "voxel_layer", "global_costmap": "obstacle_layer"}  # as in nav2_params.yaml
-_HEADROOM = 0.1  # m
-_PADDING = 0.01  # m, the default of Nav2
 _CORNERS_OF_CIRCLE = 16  # corners of the polygon that Nav2 inscribes in a circle
 _PLANAR = "lidar_2d"
 _SEEING = (_PLANAR, "lidar_3d", "depth_camera")  # sensor types that detect obstacles
@@ -64,7 +62,6 @@ class _Size(NamedTuple):
     remark: str = ""
 
     def band(self, place: str, clearance: float = 0.0) -> dict[str, float]:
-        """Return the obstacle height parameters of a layer or source."""
         low, high = self.heights
         return {f"{place}.min_obstacle_height": _round(low + clearance), f"{place}.max_obstacle_height": high}
 
@@ -95,8 +92,7 @@ def _basics(robot: Robot, output: Output) -> tuple[_Basics | None, list[Problem]
         add("nav2-source", f'sensor "{one.sensor.name}" has no topic', path, 'add "topic: NAME"')
     if frames is None:
         return None, wrong
-    base = str(output.options.get("base_frame", frames.moved))
-    if base not in robot.link:
+    if (base := str(output.options.get("base_frame", frames.moved))) not in robot.link:
         add("nav2-base", f'there is no frame "{base}" on the robot', ("base_frame",), Suggestion(base, robot.frames))
     elif robot.moves_between(base, frames.moved):
         message = f'"{base}" moves relative to "{frames.moved}", the frame that odometry moves'
@@ -163,7 +159,7 @@ def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None,
     # Obstacles are between the floor and the highest point of the robot or the plane of a 2D lidar.
     up, planes = above(made.base), [above(sensor.frame) for sensor in robot.sensors if sensor.type == _PLANAR]
     low = min(0.0, outline.lowest + up) + float(options.get("clearance", 0.0))
-    high = max([outline.highest + up, *planes]) + float(options.get("headroom", _HEADROOM))
+    high = max([outline.highest + up, *planes]) + float(options.get("headroom", 0.1))  # m
     heights = (math.floor(low * 1000 + 0.5) / 1000 + 0.0, math.ceil(high * 1000) / 1000)
     for source in made.sources:
         at = above(source.sensor.frame)
@@ -172,7 +168,7 @@ def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None,
             message += f"{heights[0]:g} m are not obstacles"
             found.append(error("nav2-source", message, None, 'lower "clearance"'))
     padding, remark = options.get("padding"), ""
-    free = float(_PADDING if padding is None else padding)
+    free = float(0.01 if padding is None else padding)  # m, the default of Nav2
     if not circle and not holds(solids, pad(outline.corners, free)):
         outline, padding = footprint(solids, corners, free), 0.0
         remark = f"It has {free:g} m of padding: Nav2's own would move a corner inwards."
@@ -258,7 +254,6 @@ def _nodes(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> I
 
 
 def _costmap(output: Output, name: str, sources: list[_Source], size: _Size | None) -> dict[str, Any]:
-    """Return footprint, obstacle heights and observation sources of a costmap."""
     layer = (output.options.get("layers") or {}).get(name, _LAYERS[name])
     values = {**size.parameters, **size.band(layer)} if size is not None else {}
     if sources:
@@ -290,16 +285,14 @@ def _monitored(robot: Robot, output: Output, made: _Basics, size: _Size | None) 
 def _scan(robot: Robot, output: Output, node: str) -> dict[str, Any]:
     """Return the scan topic parameter of a node if the robot has a single 2D lidar with a known topic, else {}."""
     topics = {source.topic for source in _sources(robot, output) if source.sensor.type == _PLANAR}
-    if not topics:
-        topics = {stated_topic(robot, one.name) for one in robot.sensors if one.type == _PLANAR}
+    topics = topics or {stated_topic(robot, one.name) for one in robot.sensors if one.type == _PLANAR}
     topic = topics.pop() if len(topics) == 1 else ""
     return {port.parameter: topic for port in ports(distro_of(output), node=node, role=Role.SCAN)} if topic else {}
 
 
 def slam_parameters(robot: Robot, output: Output, frames: Frames) -> dict[str, Any]:
     """Return the frame and scan topic parameters of slam_toolbox."""
-    values = {"map_frame": frames.map, "odom_frame": frames.odom, "base_frame": frames.moved}
-    return values | _scan(robot, output, SLAM)
+    return {"map_frame": frames.map, "odom_frame": frames.odom, "base_frame": frames.moved} | _scan(robot, output, SLAM)
 
 
 FORMAT = parameter_file(

@@ -95,8 +95,7 @@ def footprint(solids: Sequence[Solid], most: int = CORNERS, margin: float = 0.0)
     most = max(most, LEAST_CORNERS)
     sides = _fewer([(one, _reach(solids, (*one, 0.0)) + margin) for one in _normals(solids, most)], most)
     for tried in count():
-        more = 10.0**-DIGITS / 2 * tried
-        moved = _polygon([(normal, at + more) for normal, at in sides])
+        moved = _polygon([(normal, at + 10.0**-DIGITS / 2 * tried) for normal, at in sides])
         points = _hull([(round(x, DIGITS) + 0.0, round(y, DIGITS) + 0.0) for x, y in moved])
         if holds(solids, points, margin):
             break
@@ -142,8 +141,7 @@ def _normals(solids: Sequence[Solid], most: int) -> list[Point]:
         steps = _ROUND if cornered else most
         angles += [math.tau * step / steps for step in range(steps)]
     angles = sorted({round(angle, 9) % round(math.tau, 9) for angle in angles})
-    pairs = ((math.cos(angle), math.sin(angle)) for angle in angles)
-    return [(_straight(x), _straight(y)) for x, y in pairs]
+    return [(_straight(math.cos(angle)), _straight(math.sin(angle))) for angle in angles]
 
 
 def _straight(value: float) -> float:

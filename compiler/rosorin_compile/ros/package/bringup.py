@@ -30,7 +30,6 @@ _URDF, _CONTROLLERS, _SRDF, _EKF = "urdf", "controllers", "srdf", "robot_localiz
 _ONE_AXIS = ("revolute", "continuous", "prismatic")  # MoveIt has separate limits for each axis of other joints
 _STAND_IN = 1.0  # rad/s^2 or m/s^2: the default of MoveIt's time parameterization until Iron (moveit2#1794)
 _FIRST = "joint_state_broadcaster/JointStateBroadcaster"
-_OF_GAZEBO = ("gz_ros2_control", "ign_ros2_control", "gazebo_ros2_control")
 _MOVEIT_PACKAGES = ("configs_utils", "kinematics", "planners_ompl", "ros_move_group", "simple_controller_manager")
 
 
@@ -99,11 +98,9 @@ class Bringup:
 
     def values(self, main: str) -> dict[str, Any]:
         """Return the template variables; ``main`` is the path of the URDF for robot_state_publisher."""
-        graph = graph_of(self.robot, self.starts)
-        outside = {}
-        for end in graph.published:
-            if graph.nodes[end.node] == DRIVER and graph.readers(end):
-                outside[end.topic] = (end.node, short_type(end.type), end.topic)
+        graph, outside = graph_of(self.robot, self.starts), {}
+        for end in (end for end in graph.published if graph.nodes[end.node] == DRIVER and graph.readers(end)):
+            outside[end.topic] = (end.node, short_type(end.type), end.topic)
         for end in graph.read:
             if end.port.role in (Role.IMU, Role.ODOMETRY) and not graph.publishers(end):
                 outside.setdefault(end.topic, ("another driver", short_type(end.type), end.topic))
@@ -119,8 +116,7 @@ class Bringup:
             "outside": list(outside.values()) if self.starts else [],
             "teleop": None,
         }
-        if NAV2 in self.starts and NAV2 in self.places:
-            values |= self._localisation()
+        values |= self._localisation() if NAV2 in self.starts and NAV2 in self.places else {}
         if NAV2 in self.starts and _EKF in self.places:
             moved = robot_localization.remaps(self.robot, self.outputs[_EKF]) if CONTROL in self.starts else []
             values |= {"ekf_name": self.ekf, "ekf_remaps": moved}
@@ -133,27 +129,22 @@ class Bringup:
         if self.starts:
             yield from open_ends(self.robot, graph_of(self.robot, self.starts))
         for block in self.robot.control if CONTROL in self.starts else ():
-            if block.plugin.partition("/")[0] in _OF_GAZEBO:
-                message = f'hardware block "{block.name}" has the plugin {block.plugin}, which Gazebo loads and '
-                message += "ros2_control_node does not know: control.launch.py would end with an error"
-                help = "write the package without --control and load the URDF into Gazebo, or name another plugin,"
-                help += " such as mock_components/GenericSystem, by an argument of the description"
+            if block.plugin.partition("/")[0] in ("gz_ros2_control", "ign_ros2_control", "gazebo_ros2_control"):
+                message = f'only Gazebo loads the plugin {block.plugin} of hardware block "{block.name}"'
+                help = "write the package without --control, or use a plugin such as mock_components/GenericSystem"
                 yield error("package-start", message, None, help)
         plain = [one for one in self.robot.outputs if one.backend == "sdf" and not one.options.get("gazebo")]
         if NAV2 in self.starts and self.robot.sensors and plain:
-            message = f"in {plain[0].file} no sensor has a frame: Gazebo stamps its messages with names of its own"
-            message += ", and slam_toolbox and AMCL drop scans in a frame that tf does not have"
+            message = f"no sensor in {plain[0].file} has a frame: slam_toolbox and AMCL drop the scans of Gazebo"
             yield report("package-gazebo", message, None, "gazebo: harmonic in this output")
         if names := [one["name"] for one in self._limits() if one["acceleration"] is not None]:
-            message = f"joints have no limit of acceleration ({phrase(names, 4)}), and MoveIt plans nothing "
-            message += "without: config/joint_limits.yaml has a stand-in, 1 rad/s^2 or 1 m/s^2"
+            message = f"config/joint_limits.yaml has assumed accelerations, 1 rad/s^2 or 1 m/s^2 ({phrase(names, 4)})"
             yield report("package-acceleration", message, None, "if the maker gives others, load them after that file")
 
     def _control(self, main: str) -> dict[str, Any]:
         driving, navigates = drivers(self.robot), NAV2 in self.starts and NAV2 in self.places
         commands = {driver.name: [(driver.command, COMMAND)] for driver in driving} if navigates else {}
-        topics = [COMMAND if navigates else driver.topic(driver.command) for driver in driving]
-        spawned = []
+        topics, spawned = [COMMAND if navigates else driver.topic(driver.command) for driver in driving], []
         for one in sorted(self._controllers, key=lambda one: one.type != _FIRST):
             name, remaps = one.controller.name, one.remaps + commands.get(one.controller.name, [])
             spawned.append({"name": name, "remaps": remaps, "inactive": one.controller.inactive})
@@ -184,8 +175,7 @@ class Bringup:
             return {"solved": [], "limited": [], "moved": []}
         for one in self._controllers if _CONTROLLERS in self.outputs else ():
             joints = one.values.get("joints") or [one.values.get("joint", "")]
-            action = interfaces_of(one.type).get("action")
-            if action and all(name in planning.joints for name in joints):
+            if (action := interfaces_of(one.type).get("action")) and all(name in planning.joints for name in joints):
                 moved.append((one.controller.name, *action, list(joints)))
         for group in planning.groups.values():
             names = planning.active(group)
@@ -194,8 +184,7 @@ class Bringup:
         return {"solved": solved, "limited": list(self._limits()), "moved": moved}
 
     def _limits(self) -> Iterator[dict[str, Any]]:
-        planning = planning_of(self.robot)
-        if planning is None or MOVEIT not in self.starts:
+        if (planning := planning_of(self.robot)) is None or MOVEIT not in self.starts:
             return
         acceleration = None if self._distribution == HUMBLE else _STAND_IN
         names = {name for group in planning.groups.values() for name in planning.active(group)}

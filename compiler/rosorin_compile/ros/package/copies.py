@@ -32,7 +32,6 @@ from .options import NOWHERE, is_legal
 
 _FILE = re.compile(r"""(<(?:mesh|texture)\b[^<>]*?\bfilename=["'])([^"'<>]*)(?=["'])""")
 _OF_SDF = re.compile(r"(<(?:mesh>\s*<uri|albedo_map|normal_map|metalness_map|roughness_map)>\s*)([^<>]*?)(?=\s*</)")
-_PACKAGE = re.compile(r"package://([^/]+)/(.+)")
 _ENTITIES = {"&quot;": '"', "&apos;": "'", "&#34;": '"', "&#39;": "'"}
 MESHES = "meshes"
 
@@ -48,8 +47,7 @@ class Meshes(NamedTuple):
 
 def file_names(text: str, is_sdf: bool = False) -> list[str]:
     """Return the unique mesh and texture file names in a URDF or SDF, in document order."""
-    found = (_OF_SDF if is_sdf else _FILE).finditer(text)
-    return list(dict.fromkeys(unescape(match[2], _ENTITIES) for match in found))
+    return list(dict.fromkeys(unescape(match[2], _ENTITIES) for match in (_OF_SDF if is_sdf else _FILE).finditer(text)))
 
 
 def place_meshes(
@@ -72,7 +70,7 @@ def place_meshes(
     is_sdf = place.endswith(".sdf")
     for name in file_names(text, is_sdf):
         is_copied = is_sdf and name in known
-        match = None if is_copied else _PACKAGE.fullmatch(name)
+        match = None if is_copied else re.fullmatch(r"package://([^/]+)/(.+)", name)
         if match and match[1] != package:
             packages |= {match[1]} if is_legal(match[1]) else set()
             continue
@@ -184,7 +182,7 @@ def difference(robot: Robot, artifact: Artifact, old: bytes) -> Comparison | Non
     return comparison._replace(texts=tuple(texts))
 
 
-def difference_lines(place: str, found: Comparison, full: bool) -> list[str]:
+def diff_lines(place: str, found: Comparison, full: bool) -> list[str]:
     """Format a comparison as lines of text, with the path of the file before each sentence."""
     meaning = [*(change.text for change in found.changes), *(text.remark for text in found.texts if text.remark)]
     lines = [f"{printable(place)}: {line}" for line in meaning or ["same meaning, different text"]]

@@ -7,8 +7,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated
 
-from rosorin_compile.compare.artifacts import Change
-from rosorin_compile.compare.golden_check import Comparison
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compilation import Compiled
 from rosorin_compile.formats.format import Artifact
@@ -23,25 +21,13 @@ from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.packages import package_of
 
 from ..launch_files import check_launch_files
-from .copies import (
-    copies,
-    difference,
-    difference_lines,
-    forms,
-    missing_files,
-    other_robot,
-    place_meshes,
-    protect,
-    relocate,
-)
+from .copies import copies, diff_lines, difference, forms, missing_files, other_robot, place_meshes, protect, relocate
 from .launch import LAUNCH, PUBLISHER, STATICS, carry
 from .options import NOWHERE, STAMP, Options, stored_options
 from .package import folder_of, make
 from .package_files import files_below, missing, undeclared_packages
 
 _NOT_AS_WRITTEN = "not as rosorin-compile package writes it"
-# Package files and records of the tool, which artifacts must not replace.
-_OF_PACKAGES = ("package.xml", "CMakeLists.txt", "setup.py", "setup.cfg", MANIFEST)
 
 
 @dataclass(frozen=True)
@@ -54,7 +40,7 @@ class DeployedCopy:
 
 
 @dataclass(frozen=True)
-class Deployed:
+class Deployment:
     """The artifacts of a robot in a folder; ``robot`` is "" if an error prevented the deployment."""
 
     robot: str
@@ -76,7 +62,7 @@ def deploy(
     dry_run: bool = False,
     full: bool = False,
     trust: bool = False,
-) -> Deployed:
+) -> Deployment:
     """Write the artifacts of a robot into an existing ROS 2 package or another existing folder.
 
     The result has the copies with their paths, and the changes as text; after an error its ``robot`` is "".
@@ -93,7 +79,7 @@ def deploy(
         raise RequestError(f"{stored} is not read any more: pass its places with --map, and remove it")
     compiled = request.compile()
     made, diagnostics = compiled.robot, [*compiled.diagnostics]
-    result = Deployed("", str(folder), inputs=tuple(map(str, request.inputs(compiled))))
+    result = Deployment("", str(folder), inputs=tuple(map(str, request.inputs(compiled))))
     if made is None or has_errors(diagnostics):
         return replace(result, diagnostics=tuple(diagnostics))
     names = {artifact.output: _last(artifact) for artifact in compiled.artifacts}
@@ -110,7 +96,7 @@ def deploy(
             old = {name: read_bytes(folder / name) for name in texts if is_file(folder / name)}
             for one in planned:
                 target.check_name(one.file)
-                if one.file.rpartition("/")[2] in _OF_PACKAGES:
+                if one.file.rpartition("/")[2] in ("package.xml", "CMakeLists.txt", "setup.py", "setup.cfg", MANIFEST):
                     message = f"{one.file} is a file of the package itself: no artifact goes there"
                     diagnostics.append(report("deploy-not-ours", message, None, f"say --map {one.output}=PLACE"))
             kept, found = ({}, []) if has_errors(diagnostics) else protect(folder, texts, target.digests())
@@ -125,7 +111,7 @@ def deploy(
                 for one in planned:
                     differs = difference(made, one, old[one.file]) if one.file in old else None
                     listed.append(DeployedCopy(one.file, one.output, one.file in old and differs is None))
-                    changes += difference_lines(one.file, differs, full) if differs else []
+                    changes += diff_lines(one.file, differs, full) if differs else []
                     changes += [] if one.file in old else [f"{one.file}: new"]
                 result = replace(result, robot=made.name, written=not dry_run, copies=tuple(listed))
                 result = replace(result, changes=tuple(changes))
@@ -159,8 +145,7 @@ def _plan(
         chosen[artifact.output] = place
         if first is not None:
             problem = f"the outputs {first} and {artifact.output} would both go to {place}"
-        if problem:
-            diagnostics.append(report("deploy-ambiguous", problem, None, help))
+        diagnostics += [report("deploy-ambiguous", problem, None, help)] if problem else []
     if has_errors(diagnostics):
         return [], diagnostics
     going = [one for one in artifacts if one.output in chosen]
@@ -175,8 +160,7 @@ def _plan(
         planned.append(moved)
     for artifact in planned:
         if beside := FORMATS[artifact.backend].beside:
-            files_of_all = {one.file for one in planned}
-            diagnostics += missing_files(artifact.file, beside(artifact.text), files_of_all, folder)
+            diagnostics += missing_files(artifact.file, beside(artifact.text), {one.file for one in planned}, folder)
     if left := [one.output for one in artifacts if one.output not in chosen and places.get(one.output) != NOWHERE]:
         message = f"no copy of {', '.join(left)} is in {folder}, and none is put there"
         diagnostics.append(report("deploy-nowhere", message))
@@ -216,21 +200,8 @@ class CheckedCopies:
     same: tuple[str, ...] = ()
     differing: tuple[str, ...] = ()
     lines: Annotated[tuple[str, ...], "what differs, in the lines that people read"] = ()
-    unlike: tuple[tuple[str, Comparison | None], ...] = field(default=(), repr=False)
     inputs: tuple[str, ...] = ()
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
-
-    def describe(self) -> tuple[Comparison, list[tuple[str, str]]]:
-        """Return the differences with equal changes merged, and the copies that cannot be compared in detail."""
-        changes: dict[tuple[str, ...], Change] = {}
-        found = [(place, one) for place, one in self.unlike if one is not None]
-        for place, one in found:
-            for change in one.changes:
-                known = changes.get(change[:4], change._replace(artifacts=()))
-                changes[change[:4]] = known._replace(artifacts=(*known.artifacts, place))
-        texts = tuple(text._replace(file=place) for place, one in found for text in one.texts)
-        others = [(place, _NOT_AS_WRITTEN) for place, one in self.unlike if one is None]
-        return Comparison(tuple(changes.values()), texts), others
 
 
 def check_deployed(
@@ -257,8 +228,7 @@ def check_deployed(
             diagnostics.append(problem.diagnostic)
         except OSError as problem:
             diagnostics.append(report("deploy-unreadable", f"cannot read {folder}: {problem.strerror or problem}"))
-    inputs = tuple(map(str, request.inputs(compiled)))
-    return replace(result, inputs=inputs, diagnostics=tuple(diagnostics))
+    return replace(result, inputs=tuple(map(str, request.inputs(compiled))), diagnostics=tuple(diagnostics))
 
 
 def _compare(
@@ -273,7 +243,7 @@ def _compare(
             by_place.setdefault(place, []).append(artifact)
         absent += [] if found else [artifact]
     urdfs = [place for place, those in by_place.items() if any(FORMATS.names_meshes(one) for one in those)]
-    same, lines, unlike = list[str](), list[str](), list[tuple[str, Comparison | None]]()
+    same, lines, differing = list[str](), list[str](), list[str]()
     for place, those in sorted(by_place.items()):
         package = (package_of((folder / place).parent) or (folder, ""))[1]
         right = [form for one in those for form in forms(robot, one, place, urdfs, package)]
@@ -281,13 +251,13 @@ def _compare(
         if any(old == form.text.encode() for form in right):
             same.append(place)
         elif differs := difference(robot, right[0], old):
-            unlike.append((place, differs))
+            differing.append(place)
             lines += difference_lines(place, differs, full)
     for place, data in _written_by_package(compiled, robot, request, folder, files).items():
         if place in files and read_bytes(folder / place) == data:
             same.append(place)
         else:
-            unlike.append((place, None))
+            differing.append(place)
             lines.append(f"{place}: {_NOT_AS_WRITTEN if place in files else 'it is not there'}")
     diagnostics += unfinished_runs(folder, files)
     needed = [one for one in absent if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)]
@@ -295,8 +265,7 @@ def _compare(
     if others := ", ".join(_last(one) for one in absent if one not in needed):
         diagnostics.append(report("deployed-missing", f"there is no copy of {others} in {folder}", severity=NOTE))
     diagnostics += check_launch_files(robot, folder, files, [place for place in by_place if place.endswith(".py")])
-    differing = (place for place, _ in unlike)
-    return CheckedCopies(robot.name, tuple(same), tuple(differing), tuple(lines), tuple(unlike))
+    return CheckedCopies(robot.name, tuple(same), tuple(differing), tuple(lines))
 
 
 def _written_by_package(

@@ -76,7 +76,7 @@ def mode_arguments(robot: Robot) -> dict[str, str]:
     return static_tf.free_names(modes, [argument.name for argument in ARGUMENTS], "mode_")
 
 
-def launch_values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
+def launch_values(robot: Robot, carried: CarriedDescription | None) -> dict[str, Any]:
     """Return the template variables of launch files; ``carried`` is compiled at launch."""
     always, in_modes, _ = static_tf.static_transforms(robot, FORMATS.feeding(robot, STATIC_TRANSFORM_PUBLISHER))
     modes = mode_arguments(robot)
@@ -85,8 +85,7 @@ def launch_values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
     more = [LaunchArgument(name, "false", f"{about} {mode}", static_tf.STATES) for mode, name in modes.items()]
     more += carried.passed if carried else ()
     common = (*static_tf.ARGUMENTS, *(() if carried else ("use_sim_time",)))
-    passed_on = [one for one in ARGUMENTS if one.name in common]
-    commands = ("Command",) if carried else ()
+    passed_on, commands = [one for one in ARGUMENTS if one.name in common], ("Command",) if carried else ()
     joints = robot.published_by(ROBOT_STATE_PUBLISHER)
 
     def plain(text: str) -> str:
@@ -124,11 +123,10 @@ def launch_values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
     }
 
 
-def launch_files(carried: Carried | None) -> Iterator[PackageFile]:
+def launch_files(carried: CarriedDescription | None) -> Iterator[PackageFile]:
     """Yield the launch files that publish the frames."""
     kind, about = "compiled_launch" if carried else "launch", "publishers of the frames; the three forms do the same"
-    for form in ("py", "xml", "yaml"):
-        yield PackageFile(f"launch/{LAUNCH}.{form}", f"{kind}.{form}", about)
+    yield from (PackageFile(f"launch/{LAUNCH}.{form}", f"{kind}.{form}", about) for form in ("py", "xml", "yaml"))
     if carried:
         about = "publishers of the static frames; the three forms include it"
         yield PackageFile(f"launch/{STATICS}", "compiled_statics.launch.py", about)
@@ -137,7 +135,7 @@ def launch_files(carried: Carried | None) -> Iterator[PackageFile]:
         yield PackageFile(f"launch/{PUBLISHER}", "publisher.launch.py", about)
 
 
-class Carried(NamedTuple):
+class CarriedDescription(NamedTuple):
     """A description in a package: its main file, all its files by path, and its arguments.
 
     ``urdf`` and ``statics`` are the outputs that are compiled at launch; ``packages`` are the ROS packages it reads.
@@ -156,7 +154,7 @@ class Carried(NamedTuple):
         return any(one.default is None for one in self.passed)
 
 
-def carry(compiled: Compiled, request: Request, options: Options) -> tuple[Carried | None, list[Diagnostic]]:
+def carry(compiled: Compiled, request: Request, options: Options) -> tuple[CarriedDescription | None, list[Diagnostic]]:
     """Return the description that a package with these options carries, or None, and errors about its files.
 
     The arguments of the request become the defaults at launch. Raises LoadError.
@@ -172,8 +170,7 @@ def carry(compiled: Compiled, request: Request, options: Options) -> tuple[Carri
     own = [one for one in inputs if not any(map(one.is_relative_to, elsewhere))]
     # Copy the folder descriptions if it contains all files, else the project, or without a project the file's folder.
     top, prefix = _absolute(path).parent, f"{Description.FOLDER}/"
-    folder = next((one for one in (top, *top.parents) if one.name == Description.FOLDER), None)
-    if folder is None:
+    if (folder := next((one for one in (top, *top.parents) if one.name == Description.FOLDER), None)) is None:
         prefix += f"{top.name if top.name.isprintable() and top.name.strip('.') else 'robot'}/"
     else:
         top = folder if all(one.is_relative_to(folder) for one in own) else folder.parent
@@ -185,7 +182,7 @@ def carry(compiled: Compiled, request: Request, options: Options) -> tuple[Carri
     names = static_tf.free_names([one.name for one in arguments], taken, "arg_")
     read = {name for name, at in packages.items() if any(one.is_relative_to(at) for one in inputs)}
     read |= {name for name, at in packages.items() if str(at) in main.text}
-    return Carried(
+    return CarriedDescription(
         description=places[_absolute(path)],
         files={place: read_bytes(file) for file, place in places.items()},
         passed=tuple(_passed(one, names[one.name], values) for one in arguments),

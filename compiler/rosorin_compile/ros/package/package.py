@@ -27,7 +27,7 @@ from ..graph import topics_of_sensors
 from ..ports import IN, message_of_sensor, ports
 from .bringup import Bringup, bringup
 from .copies import companions, missing_files, place_meshes, protect
-from .launch import Carried, PackageFile, carry, launch_files, launch_values
+from .launch import CarriedDescription, PackageFile, carry, launch_files, launch_values
 from .options import NO_LICENSE, NO_MAIL, NOBODY, STAMP, Options, file_name, options_of
 
 if TYPE_CHECKING:
@@ -44,7 +44,6 @@ _BY_ENDING |= dict.fromkeys((".dot", ".html", ".md", ".mmd", ".svg"), "doc")
 # Files that are not replaced after a user has edited them.
 LICENSE, CHANGELOG, TEST = "LICENSE", "CHANGELOG.rst", "test/test_urdf.py"
 LICENSES = ("Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "MIT")  # SPDX identifiers; the license texts are templates
-_SMALLEST = 0.2  # m, minimum size of the RViz view
 
 
 @dataclass(frozen=True)
@@ -138,7 +137,7 @@ def make(
     sources: Sequence[Path],
     target: Path,
     compiled: Compiled | None = None,
-    carried: Carried | None = None,
+    carried: CarriedDescription | None = None,
 ) -> tuple[dict[str, bytes], list[Diagnostic]]:
     """Return the files of the package of a robot by path, and diagnostics.
 
@@ -157,8 +156,7 @@ def make(
         last = artifact.file.rpartition("/")[2]
         last = file_name(last, published.file.format("robot")) if artifact is main else last
         place = f"{folder_of(artifact)}/{last}"
-        first = placed.setdefault(place, artifact)
-        if first is not artifact:
+        if (first := placed.setdefault(place, artifact)) is not artifact:
             message = f"the outputs {first.output} and {artifact.output} would both be {place} in the package"
             help = "let their file names differ, not only their folders"
             return {}, [error("package-same-place", message, None, help)]
@@ -224,10 +222,9 @@ def _rendered(
     placed: Mapping[str, Artifact],
     needs: set[str],
     target: Path,
-    carried: Carried | None,
+    carried: CarriedDescription | None,
     started: Bringup,
 ) -> dict[str, bytes]:
-    """Render the files that have templates."""
     rviz = file_name(f"{robot.name}.rviz", "robot.rviz")
     listed = [
         PackageFile(f"rviz/{rviz}", "rviz", "a view for RViz"),
@@ -242,7 +239,6 @@ def _rendered(
     folders |= {one.folder for one in FORMATS.values() if one.folder and FORMATS.is_own(one.name)}
     edges = [edge for edge in robot.edges if edge.publisher.kind != STATIC_TRANSFORM_PUBLISHER]
     others = [f"{one.parent} -> {one.child}: {one.publisher.name}{one.when and f', when {one.when}'}" for one in edges]
-    has_license = options.license in LICENSES or is_file(target / LICENSE)
     values: dict[str, Any] = {
         "robot": robot,
         "package": {**asdict(options), "description": f"The robot {robot.name}."},
@@ -256,7 +252,7 @@ def _rendered(
         "contents": sorted(contents),
         "others": others,
         "holder": f"the authors of {options.name}" if options.maintainer == NOBODY else options.maintainer,
-        "license_file": LICENSE if has_license else "",
+        "license_file": LICENSE if options.license in LICENSES or is_file(target / LICENSE) else "",
         **launch_values(robot, carried),
         **started.values(urdf),
         **_view(robot),
@@ -279,11 +275,10 @@ def _view(robot: Robot) -> dict[str, Any]:
     children = dict.fromkeys(joint.child for joint in joints)
     links = dict.fromkeys(joint.parent for joint in joints) | children
     root = next((link for link in links if link not in children), robot.root)
-    reach = max([_SMALLEST, *(math.hypot(*robot.transform(robot.root, link, {}).xyz) for link in links)])
+    reach = max([0.2, *(math.hypot(*robot.transform(robot.root, link, {}).xyz) for link in links)])
     size = float(f"{reach:.1g}")
     kinds = {port.type: port.display for port in ports("", node="rviz", direction=IN)}
-    topics = {sensor.name: topic for sensor, topic, _ in topics_of_sensors(robot)}
-    displays = []
+    topics, displays = {sensor.name: topic for sensor, topic, _ in topics_of_sensors(robot)}, []
     for name, kind in ((one.name, kinds.get(message_of_sensor(one.type))) for one in robot.sensors):
         shown = {"name": name} if name in topics else {"name": f"{name} (choose its topic)"}
         displays += [{"kind": kind, "topic": topics.get(name, ""), **shown}] if kind else []

@@ -20,7 +20,7 @@ from rosorin_compile.source.diagnostics import Diagnostic, count_of, first_of
 from rosorin_compile.source.numbers import number_format, vector
 from rosorin_compile.source.xml.elements import number_of, numbers_of, tree_of
 
-from . import checks, reading
+from . import checks, importer
 from .planning import Planning, planning_of, sort_pair, stale_text
 
 if TYPE_CHECKING:
@@ -50,8 +50,7 @@ class Srdf:
 
 def view(robot: Robot, output: Output) -> Srdf:  # noqa: ARG001
     """Return the contents of the SRDF of a robot, for comparison with an existing file."""
-    planning = planning_of(robot)
-    if planning is None:
+    if (planning := planning_of(robot)) is None:
         return Srdf()
     said, virtual = planning.said, planning.virtual
     entries: dict[str, dict[str, dict[str, Any]]] = defaultdict(dict)
@@ -188,8 +187,7 @@ def read(text: str) -> Srdf:
 
 
 def _text(element: Element, attribute: str) -> str:
-    value = element.get(attribute)
-    if value is None:
+    if (value := element.get(attribute)) is None:
         raise ValueError(f"<{element.tag}> has no {attribute}")
     return value
 
@@ -223,7 +221,7 @@ FORMAT = Format(
     write=write,
     view=view,
     read=read,
-    join=reading.join,
+    join=importer.join,
     is_other=_is_other,
     asked=lambda tree, _, name: Asked({"file": f"{name}.srdf"}) if "moveit" in tree else None,
     measures=True,

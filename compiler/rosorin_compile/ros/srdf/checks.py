@@ -47,8 +47,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
             yield from _end_effector(case, planning, one)
     yield from _virtual_joint(case, planning)
     for index, name in enumerate(planning.said.passive_joints):
-        joint = planning.joints.get(name)
-        if joint is not None and (joint.is_fixed or joint.mimic is not None):
+        if (joint := planning.joints.get(name)) is not None and (joint.is_fixed or joint.mimic is not None):
             why = "is fixed" if joint.mimic is None else f'follows "{joint.mimic.joint}": it is not commanded anyway'
             message, path = f'joint "{name}" is listed as passive, but {why}', (_TOP, "passive_joints", index)
             yield case.problem("moveit-passive-joint", message, path)
@@ -162,16 +161,15 @@ def _virtual_joint(case: Case, planning: Planning) -> Iterator[Diagnostic]:
 
 
 def _matrix(case: Case, planning: Planning, output: Output) -> Iterator[Diagnostic]:
-    matrix = planning.said.matrix
-    if matrix is None:
+    if (matrix := planning.said.matrix) is None:
         if len(planning.solids) > 1:
             links, path = count_of(len(planning.solids), "link"), ("outputs", output.name)
             message = f"without a collision matrix, MoveIt checks all pairs of {links}, including adjacent ones"
             yield case.problem("collisions-missing", message, path, key=True)
     elif matrix.of != planning.digest:
         pairs, _ = planning.stale_pairs()
-        message = "shapes, joints, limits or numbers changed since the collision matrix was computed: "
-        message += stale_text(pairs) if pairs else "links were added or removed"
+        what = stale_text(pairs) if pairs else "links were added or removed"
+        message = f"shapes, joints, limits or numbers changed since the collision matrix was computed: {what}"
         yield case.problem("collisions-stale", message, (_TOP, "collision_matrix", "of"))
     else:  # edited by hand, because a removed link makes the matrix stale
         within: Path = (_TOP, "collision_matrix", "pairs")

@@ -1,10 +1,8 @@
 """A robot as MoveIt reads it from URDF and SRDF: joints of groups, the virtual joint, and collision pairs.
 
-As in ``moveit/moveit2@{humble,jazzy}:moveit_core/robot_model``, a chain goes from its tip up to its base, or through
-their closest common ancestor; a link in a group stands for its parent joint.
-
-Digests show if the collision matrix was computed for the current robot. Numbers are rounded to nine decimals, so that
-rounding errors that differ between machines do not make a matrix stale. Joints that move no shapes are ignored.
+As in ``moveit/moveit2:moveit_core/robot_model``, a chain goes from its tip up to its base, or through their closest
+common ancestor; a link in a group stands for its parent joint. Digests show if the collision matrix was computed for
+the current robot; their numbers have nine decimals, so that rounding errors of other machines do not matter.
 """
 
 from __future__ import annotations
@@ -28,7 +26,6 @@ from rosorin_compile.source.diagnostics import count_of, first_of
 from rosorin_compile.source.files import read_bytes
 
 URDF = "urdf"
-_DECIMALS = 9
 _FORM = 1  # version of the search; a new version makes every matrix stale
 
 
@@ -94,8 +91,7 @@ class Planning:
 
     def same_pairs(self, now: Parts) -> dict[Pair, DisabledCollision | None]:
         """Return the pairs that are unchanged since the matrix was computed, with their entry, or None if checked."""
-        matrix = self.said.matrix
-        if matrix is None or matrix.how != now.how:
+        if (matrix := self.said.matrix) is None or matrix.how != now.how:
             return {}
         then = {sort_pair(pair.links): pair for pair in matrix.pairs}
         shapes = [name for name, digest in now.shapes.items() if matrix.shapes.get(name) == digest]
@@ -112,8 +108,7 @@ class Planning:
 
         Pairs that are still adjacent are not stale. Mesh files that cannot be found count as unchanged.
         """
-        computed = self.said.matrix
-        if computed is None:
+        if (computed := self.said.matrix) is None:
             return [], []
         then, now = dict(computed.meshes), self.digests(self.robot.mesh_files)
         changed = [name for name, digest in now.items() if then.get(name) != digest]
@@ -130,8 +125,7 @@ class Planning:
         found: set[str] = set()
         waiting = list(names)
         while waiting:
-            joint = self.joints.get(waiting.pop())
-            if joint is not None and joint.name not in found:
+            if (joint := self.joints.get(waiting.pop())) is not None and joint.name not in found:
                 found.add(joint.name)
                 waiting += [joint.mimic.joint] if joint.mimic is not None else []
         return found
@@ -201,8 +195,7 @@ class Planning:
     @cached_property
     def virtual(self) -> VirtualJoint | None:
         """The joint between the world and the root; unset fields follow from the base."""
-        said = self.said.virtual_joint
-        if said is None:
+        if (said := self.said.virtual_joint) is None:
             return None
         edge = next((edge for edge in self.robot.edges if edge.child == self.root and edge.moving), None)
         is_free = any(output.options.get("base") == "free" for output in self.robot.outputs)
@@ -245,10 +238,8 @@ class Planning:
         checked = {sort_pair(pair) for pair in self.said.checked}
         found: dict[Pair, DisabledCollision] = {}
         matrix = self.said.matrix.pairs if self.said.matrix is not None else ()
-        own = (DisabledCollision(pair) for pair in self.robot.disabled_contacts)
-        for one in (*matrix, *self.said.disabled, *own):
-            pair = sort_pair(one.links)
-            if pair not in checked and self.links.issuperset(pair):
+        for one in (*matrix, *self.said.disabled, *(DisabledCollision(pair) for pair in self.robot.disabled_contacts)):
+            if (pair := sort_pair(one.links)) not in checked and self.links.issuperset(pair):
                 found.setdefault(pair, DisabledCollision(pair, one.reason, one.nearest, one.beyond))
         return [found[pair] for pair in sorted(found)]
 
@@ -281,4 +272,4 @@ def _place(transform: Transform) -> Any:
 def _rounded(value: Any) -> Any:
     if isinstance(value, (tuple, list)):
         return [_rounded(one) for one in value]
-    return round(float(value), _DECIMALS) + 0.0 if isinstance(value, (int, float)) else value
+    return round(float(value), 9) + 0.0 if isinstance(value, (int, float)) else value

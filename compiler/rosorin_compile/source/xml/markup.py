@@ -8,6 +8,7 @@ import json
 import re
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 from xml.parsers import expat
@@ -41,15 +42,13 @@ def read_source(path: Path, asked: Span | None = None) -> Source:
     if not data.strip():
         raise MarkupError(error("file-empty", f"{name} is empty", asked, "is this the right file?"))
     encoding: str = json.detect_encoding(data) if b"<" in data[:8] else "utf-8"  # from a byte order mark or zero bytes
-    if encoding == "utf-8":
-        beginning = Source(name, data[:10_000].decode("ascii", "replace"))
-        declaration = _DECLARATION.match(beginning.text)
-        declared = _DECLARED.search(beginning.text, declaration.start(1), declaration.end()) if declaration else None
-        try:
-            encoding = codecs.lookup(declared[1] if declared else "utf-8").name
-        except LookupError:
-            encoding = ""
-        if declared and not _ENCODING.match(encoding):
+    beginning = Source(name, data[:10_000].decode("ascii", "replace"))
+    declaration = _DECLARATION.match(beginning.text) if encoding == "utf-8" else None
+    if declaration and (declared := _DECLARED.search(beginning.text, declaration.start(1), declaration.end())):
+        encoding = ""
+        with suppress(LookupError):
+            encoding = codecs.lookup(declared[1]).name
+        if not _ENCODING.match(encoding):
             message = f'{name} declares the encoding "{declared[1]}", which is unknown or not its own'
             span = beginning.span(declared.start(1), len(declared[1]))
             raise MarkupError(error("not-utf8", message, span, "save the file as UTF-8"))
@@ -117,23 +116,17 @@ class Attribute(NamedTuple):
 
     @property
     def span(self) -> Span:
-        document = self.element.document
-        if document.whole is not None:
-            return document.whole
-        start, end = self._match().span(3)
-        return document.span(start, end - start)
+        return self.element.document.whole or self.element.document.span(self.start, len(self.raw))
 
     @property
     def name_span(self) -> Span:
-        document = self.element.document
-        return document.whole or document.span(self.name_start, len(self.name))
+        return self.element.document.whole or self.element.document.span(self.name_start, len(self.name))
 
     def words(self) -> list[Word]:
         document = self.element.document
         if document.whole is not None:
             return [Word(word, document.whole) for word in self.value.split()]
-        match = self._match()
-        return document.words(match[3], self.value, match.start(3), self.span)
+        return document.words(self.raw, self.value, self.start, self.span)
 
 
 class Remark(NamedTuple):
@@ -296,12 +289,12 @@ class _Reader:
         self.last = (0, 0)  # offset of the last event, in bytes and in characters
         self.open: Element | None = None
         self.depth = self.count = 0
-        self.parser = new_parser()
-        self.parser.ordered_attributes = True
-        self.parser.StartElementHandler, self.parser.EndElementHandler = self.start, self.finish
-        self.parser.CommentHandler = lambda text: self.remark(COMMENT, text, "-->")
-        self.parser.ProcessingInstructionHandler = lambda *text: self.remark(INSTRUCTION, " ".join(text).strip(), "?>")
-        self.parser.CharacterDataHandler, self.parser.StartDoctypeDeclHandler = self.characters, self.doctype
+        self.parser = parser = new_parser()
+        parser.ordered_attributes = True
+        parser.StartElementHandler, parser.EndElementHandler = self.start, self.finish
+        parser.CommentHandler = lambda text: self.remark(COMMENT, text, "-->")
+        parser.ProcessingInstructionHandler = lambda *text: self.remark(INSTRUCTION, " ".join(text).strip(), "?>")
+        parser.CharacterDataHandler, parser.StartDoctypeDeclHandler = self.characters, self.doctype
 
     def here(self) -> int:
         """Return the offset of the current event in characters; expat counts bytes."""

@@ -17,7 +17,7 @@ from rosorin_compile.model.shape import Box, Capsule, Cylinder, Ellipsoid, Geome
 from rosorin_compile.model.simulation import Marked
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.packages import Packages
-from rosorin_compile.source.tree import Map, Path
+from rosorin_compile.source.tree import Path
 from rosorin_compile.source.wording import count_of, phrase
 
 from ...lower import Lowering, LoweringError, entries_of, record_of, vector_of
@@ -107,13 +107,12 @@ def _check_heights(heights: Sequence[Sequence[float]], bottom: Any, path: Path) 
     tables = {"height": heights, **({"bottom": bottom} if isinstance(bottom, list) else {})}
     for word, rows in tables.items():
         here: Path = (*path, "heights" if word == "height" else word)
-        for i, row in enumerate(rows):
-            if len(row) != len(rows[0]):
-                message = f"row {i + 1} has {count_of(len(row), word)}, but the first row has {len(rows[0])}"
-                raise LoweringError("height-map-rows", message, (*here, i), "write rows of the same length")
-        for i, j in [(i, j) for i, row in enumerate(rows) for j, number in enumerate(row) if number < 0]:
+        for i, row in ((i, row) for i, row in enumerate(rows) if len(row) != len(rows[0])):
+            message = f"row {i + 1} has {count_of(len(row), word)}, but the first row has {len(rows[0])}"
+            raise LoweringError("height-map-rows", message, (*here, i), "write rows of the same length")
+        for at in ((i, j) for i, row in enumerate(rows) for j, number in enumerate(row) if number < 0):
             help = f"{word}s are measured upwards from z = 0"
-            raise LoweringError("height-map-rows", f"a {word} is below zero", (*here, i, j), help)
+            raise LoweringError("height-map-rows", f"a {word} is below zero", (*here, *at), help)
     lowest = min((height for row in heights for height in row if height > 0), default=math.inf)
     message, help = "", 'write a lower "bottom", or one bottom per cell, in rows like "heights"'
     if not isinstance(bottom, list):
@@ -179,21 +178,20 @@ def _solid(lowering: Lowering, shape: Shape, path: Path) -> Inertial:
         return inertial_of([shape], density=1.0)
     # Search relative to the file of the link, the main file, and the folder of the source.
     here, first = (FilePath(span.source.path) for span in (lowering.tree.locate(path[:2]).span, lowering.tree.span))
-    folders, source = [here.parent, first.parent], lowering.tree.get("source")
-    if isinstance(source, Map) and isinstance(source.get("folder"), str):
-        folders.append(first.parent / source["folder"])
-    packages = Packages({}, os.environ, here)
+    folders, packages = [here.parent, first.parent], Packages({}, os.environ, here)
+    folders.append(first.parent / (lowering.tree.get("source") or {}).get("folder", ""))
     found = (packages.resolve(mesh.file, folder) for folder in folders)
     file = next((file for file in found if file is not None and is_file(file)), None)
+    message = f"the volume of the mesh {mesh.file} is unknown: "
     help = "list primitive shapes of the same body: of: [box: {size: [...]}], or give the inertia"
     if file is None:
-        raise LoweringError("shape-kind", f"the volume of the mesh {mesh.file} is unknown: no such file", path, help)
+        raise LoweringError("shape-kind", f"{message}no such file", path, help)
     try:
         if (file, mesh.scale) not in lowering.solids:
             lowering.solids[file, mesh.scale] = mesh_inertial(file, mesh.scale)
     except ExtractProblem as problem:
-        message = f"the volume of the mesh {mesh.file} is unknown: {problem.diagnostic.message}"
-        raise LoweringError("shape-kind", message, path, problem.diagnostic.help or help) from None
+        found_help = problem.diagnostic.help or help
+        raise LoweringError("shape-kind", message + problem.diagnostic.message, path, found_help) from None
     return together([(lowering.solids[file, mesh.scale], shape.pose.transform())])
 
 

@@ -29,7 +29,6 @@ from ...suggestions import suggest_name
 from ..joints import OF_THE_URDF, Publishing, add_joint, publishing
 
 _OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)  # REP 103, "Suffix Frames": rotation from body frame to optical frame
-_OF_THE_JOINT = ("joint", "xyz", "rpy", "publisher")
 MAX_DEPTH = 12
 MAX_COPIES = 100_000  # of an element; MuJoCo can still simulate so many
 _KINDS = (simulation.SENSOR_ELEMENT, simulation.BODY_ELEMENT, TEMPLATE_ELEMENT)
@@ -40,7 +39,10 @@ _NAME = re.compile(r"[A-Za-z_][\w.-]*")
 
 
 def _sensors(tree: Mapping[str, Any], lowering: Lowering) -> tuple[Sensor, ...]:
-    sensors = tuple(_sensor(lowering, name, entry) for name, entry in entries_of(tree, "sensors"))
+    entries = entries_of(tree, "sensors")
+    mounts = [_mount(entry) for _, entry in entries if "parent" in entry]
+    above = {joint.child: joint for joint in reversed([*lowering.joints, *mounts])}
+    sensors = tuple(_sensor(lowering, name, entry, above) for name, entry in entries)
     for sensor in sensors:
         for frame, keys in ((sensor.frame, ("frame",)), (sensor.optical_frame, ("optical", "frame"))):
             if frame and ("link", frame) not in lowering.places:
@@ -54,17 +56,14 @@ def _sensors(tree: Mapping[str, Any], lowering: Lowering) -> tuple[Sensor, ...]:
     return sensors
 
 
-class _Above(NamedTuple):
-    """The edge from the parent to a link: the joint, the parent, the pose (None if it moves), the path in the tree."""
-
-    joint: str
-    parent: str
-    pose: Pose | None
-    path: Path
+def _mount(entry: Mapping[str, Any]) -> Joint:
+    frame, source = entry["frame"], record_of(Source, entry.get("source"))
+    name = entry.get("joint", f"{frame}_joint")
+    return Joint(name, "fixed", entry["parent"], frame, pose_of_entry(entry), source=source)
 
 
-def _sensor(lowering: Lowering, name: str, entry: Mapping[str, Any]) -> Sensor:
-    """Convert a sensor, and add its frames and the fixed joints to them unless they exist."""
+def _sensor(lowering: Lowering, name: str, entry: Mapping[str, Any], above: Mapping[str, Joint]) -> Sensor:
+    """Convert a sensor; add its frames and joints unless they exist. ``above`` has the joint above each link."""
     path: Path = ("sensors", name)
     frame, source = entry["frame"], record_of(Source, entry.get("source"))
     optical = entry.get("optical") or {}
@@ -72,14 +71,14 @@ def _sensor(lowering: Lowering, name: str, entry: Mapping[str, Any]) -> Sensor:
     optical_pose = Pose(vector_of(optical.get("xyz")), vector_of(optical.get("rpy"), _OPTICAL_RPY))
     joint, parent, mount, by, existing = "", frame, IDENTITY, Publishing(OF_THE_URDF), None
     if "parent" in entry:
-        joint, parent, mount = entry.get("joint", f"{frame}_joint"), entry["parent"], pose_of_entry(entry)
+        made = _mount(entry)
+        joint, parent, mount = made.name, made.parent, made.origin
         lowering.place_joint(joint, path, frame, (*path, "frame"))
         by = publishing(lowering, entry, path)
-        add_joint(lowering, Joint(joint, "fixed", parent, frame, mount, publisher=by.always, source=source), by)
+        add_joint(lowering, replace(made, publisher=by.always), by)
     else:
-        above = _above(lowering.tree, name)
         _check(lowering, name, entry, above)
-        joint = above[frame].joint if frame in above else ""
+        joint = above[frame].name if frame in above else ""
         existing = _pose_in(frame, optical_frame, above) if optical else None
     is_turned, stamps = entry.get("optical") is False, (frame, optical_frame) if optical else (frame,)
     frames = Frames(frame, mount, parent, optical_frame, joint, existing or optical_pose, is_turned)
@@ -95,7 +94,7 @@ def _sensor(lowering: Lowering, name: str, entry: Mapping[str, Any]) -> Sensor:
     return sensor
 
 
-def _check(lowering: Lowering, name: str, entry: Mapping[str, Any], above: Mapping[str, _Above]) -> None:
+def _check(lowering: Lowering, name: str, entry: Mapping[str, Any], above: Mapping[str, Joint]) -> None:
     path: Path = ("sensors", name)
     frame, links = entry["frame"], lowering.tree.get("links") or {}
     if frame not in links and frame not in above:
@@ -103,35 +102,23 @@ def _check(lowering: Lowering, name: str, entry: Mapping[str, Any], above: Mappi
         help = suggest_name(lowering.tree, (*path, "frame"), frame, list(dict.fromkeys((*links, *above))))
         lowering("sensor-frame", message, (*path, "frame"), help)
         return
-    for key in _OF_THE_JOINT:
-        if key in entry:
-            message = f'sensor "{name}" is on link "{frame}", whose pose is defined elsewhere: "{key}" has no effect'
-            at = lowering.tree.locate(above[frame].path, key=True).span if frame in above else None
-            related = (Related(f'the pose of "{frame}" is defined here', at),) if at else ()
-            lowering("ignored-key", message, (*path, key), 'remove the key, or add "parent"', related)
+    for key in (key for key in ("joint", "xyz", "rpy", "publisher") if key in entry):
+        message = f'sensor "{name}" is on link "{frame}", whose pose is defined elsewhere: "{key}" has no effect'
+        at = lowering.places.get(("joint", above[frame].name)) if frame in above else None
+        related = (
+            (Related(f'the pose of "{frame}" is defined here', lowering.tree.locate(at, key=True).span),) if at else ()
+        )
+        lowering("ignored-key", message, (*path, key), 'remove the key, or add "parent"', related)
 
 
-def _above(tree: Mapping[str, Any], name: str) -> dict[str, _Above]:
-    """Return the edge to each link that a joint or another sensor defines."""
-    found: dict[str, _Above] = {}
-    for joint, entry in (tree.get("joints") or {}).items():
-        pose = pose_of_entry(entry) if entry["type"] == "fixed" else None
-        found.setdefault(entry["child"], _Above(joint, entry["parent"], pose, ("joints", joint)))
-    for other, entry in (tree.get("sensors") or {}).items():
-        if other != name and "parent" in entry:
-            joint, path = entry.get("joint", f"{entry['frame']}_joint"), ("sensors", other, "frame")
-            found.setdefault(entry["frame"], _Above(joint, entry["parent"], pose_of_entry(entry), path))
-    return found
-
-
-def _pose_in(frame: str, link: str, above: Mapping[str, _Above]) -> Pose | None:
+def _pose_in(frame: str, link: str, above: Mapping[str, Joint]) -> Pose | None:
     transform, visited = Transform(), set[str]()
     while link != frame:
-        step = above.get(link)
-        if step is None or step.pose is None or link in visited:
+        joint = above.get(link)
+        if joint is None or joint.type != "fixed" or link in visited:
             return None
         visited.add(link)
-        transform, link = step.pose.transform().then(transform), step.parent
+        transform, link = joint.origin.transform().then(transform), joint.parent
     return pose_of(transform)
 
 
@@ -248,8 +235,7 @@ def _sdf_elements(entries: Mapping[str, Any], path: Path, depth: int) -> Iterato
                     raise LoweringError("wrong-type", '"attributes" must be a mapping', place, 'write "{type: ...}"')
                 for key in attributes:
                     _check_name("attribute", key, (*place, key))
-                given = {key: text for key, text in attributes.items() if text is not None}
-                texts = {key: _sdf_value(text, (*place, key)) for key, text in given.items()}
+                texts = {k: _sdf_value(text, (*place, k)) for k, text in attributes.items() if text is not None}
                 inner = {key: inside for key, inside in item.items() if key != "attributes"}
                 yield SdfElement(name, None, texts, tuple(_sdf_elements(inner, at, depth + 1)))
             elif item is not None:

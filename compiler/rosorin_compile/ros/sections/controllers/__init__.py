@@ -46,8 +46,7 @@ def controller_names(case: Case) -> Iterator[Diagnostic]:
     sensors = [sensor.name for sensor in case.robot.sensors]
     for one in case.robot.controllers:
         for key, word, known in (("hardware", "hardware block", blocks), ("sensor", "sensor", sensors)):
-            name = getattr(one, key)
-            if name and name not in known:
+            if (name := getattr(one, key)) and name not in known:
                 path: Path = ("controllers", one.name, key)
                 message = f'controller "{one.name}" refers to {word} "{name}", which does not exist'
                 help = case.suggest(path, name, known, none=f"the robot has no {word}")

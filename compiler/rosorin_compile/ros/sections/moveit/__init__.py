@@ -123,8 +123,7 @@ class Moveit:
 
 def moveit_of(tree: Mapping[str, Any], _: Problem) -> Moveit | None:
     """Parse the section ``moveit``, or return None if it is empty; rules report its problems."""
-    entry = tree["moveit"]
-    if not entry:
+    if not (entry := tree["moveit"]):
         return None
     groups = []
     for name, one in (entry.get("groups") or {}).items():
@@ -157,8 +156,7 @@ def moveit_of(tree: Mapping[str, Any], _: Problem) -> Moveit | None:
 @rule("moveit-unknown-pose", "A state of a group is a pose that there is not.", "Correct the name.", Heading.OUTPUTS)
 def planning(case: Case) -> Iterator[Diagnostic]:
     """Report unknown planning groups and poses."""
-    said = case.robot.moveit
-    if said is None:
+    if (said := case.robot.moveit) is None:
         return
     groups, poses = [group.name for group in said.groups], [pose.name for pose in case.robot.poses]
     for id, kind, known, otherwise in (

@@ -74,13 +74,13 @@ def join(opened: Opened, tree: Map) -> tuple[dict[str, Any], list[Diagnostic]]:
     if macro := next((child for child in root.iter() if child.tag.startswith("xacro:")), None):
         what = f"this is a xacro, which is to be expanded first: it has <{macro.tag}>"
         raise opened.problem(what, macro.span, help=f"xacro {opened.path.name} > expanded.srdf")
-    made = _Joining(opened, robot)
+    made = _Importer(opened, robot)
     made.read(root)
     poses = made.poses(tree.get("poses") or {})
     return {"moveit": made.moveit(), **({"poses": poses} if poses else {})}, made.reading.all_diagnostics()
 
 
-class _Joining:
+class _Importer:
     """Converts one SRDF to entries of a description, with the position of each value."""
 
     def __init__(self, opened: Opened, robot: Robot) -> None:
@@ -95,10 +95,8 @@ class _Joining:
         self.pairs: dict[str, dict[Pair, Placed]] = {"disable_collisions": {}, "enable_collisions": {}}
 
     def read(self, root: Element) -> None:
-        """Convert all elements of the file."""
         self.reading.check(root, tuple(_KNOWN), ("name", "version"), None)
-        name = root.attributes.get("name")
-        if name is not None and name.value.strip() != self.robot.name:
+        if (name := root.attributes.get("name")) is not None and name.value.strip() != self.robot.name:
             help = f'the robot is "{self.robot.name}": is it another one? MoveIt wants the same name in both files'
             self.reading.cannot_carry(f'the name "{name.value}" of the SRDF', name.span, help)
         for tag, attributes in _KNOWN.items():
@@ -131,8 +129,7 @@ class _Joining:
 
     def _exists(self, name: Placed, kind: str, element: Element) -> bool:
         """Return True if a link, joint or group of this name exists; report an unknown name."""
-        virtual = [self.virtual.name] if self.virtual is not None else []
-        joints = [*self.planning.joints, *virtual]
+        joints = [*self.planning.joints, *([self.virtual.name] if self.virtual is not None else [])]
         known: Collection[str] = {"group": [*self.groups], "link": [*self.planning.links], "joint": joints}[kind]
         if name.value in known:
             return True
@@ -148,8 +145,7 @@ class _Joining:
             help = f'MoveIt takes one whose child is the root, "{self.planning.root}"'
             self.reading.cannot_carry(name_of(element), element.span, help)
             return
-        taken = kind.value.lower()
-        if taken not in (FIXED, PLANAR, FLOATING):
+        if (taken := kind.value.lower()) not in (FIXED, PLANAR, FLOATING):
             self.reading.cannot_carry(f'the type "{kind.value}" of {name_of(element)}', kind.span, "MoveIt takes fixed")
             taken = FIXED
         self.virtual = VirtualJoint(taken, parent.value, name.value)
@@ -229,8 +225,7 @@ class _Joining:
             self.reading.cannot_carry(name_of(element), value.span, help)
         else:
             unit = LENGTHS if joint.type == "prismatic" else ANGLES
-            number = self.reading.number(words[0], element, "value", unit, "size")
-            if number is not None:
+            if (number := self.reading.number(words[0], element, "value", unit, "size")) is not None:
                 state.positions[name.value] = Placed(number, words[0].span)
 
     def _end_effector(self, element: Element, name: Placed, parent: Placed, group: Placed) -> None:
@@ -248,8 +243,7 @@ class _Joining:
         effectors.setdefault(name.value, Placed(entry, element.span))
 
     def _passive_joint(self, element: Element, name: Placed) -> None:
-        key = "passive_joints" if element.tag == "passive_joint" else "unchecked_links"
-        names = self.sections.setdefault(key, [])
+        names = self.sections.setdefault("passive_joints" if element.tag == "passive_joint" else "unchecked_links", [])
         names += [] if name.value in [one.value for one in names] else [name]
 
     _disable_default_collisions = _passive_joint
@@ -321,7 +315,6 @@ class _Joining:
         return merged
 
     def moveit(self) -> Entry:
-        """Return the section ``moveit``."""
         off, on = self.pairs["disable_collisions"], self.pairs["enable_collisions"]
         for pair in [pair for pair in on if pair in off]:
             what = "<enable_collisions> of links that are disabled as well has no effect"

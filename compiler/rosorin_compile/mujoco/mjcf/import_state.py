@@ -28,13 +28,7 @@ from .process import Answer
 
 FREE, BALL, SLIDE, HINGE = range(4)
 MAX_DEPTH = 20  # of nested includes
-_GROUPING = ("frame", "replicate")
 _MAKERS = ("attach", "replicate", "flexcomp", "composite")
-_TAGS = {"bodies": ("body",), **HELD}
-_LINE = re.compile(r"\bline (\d+)")
-_TAG = re.compile(r"Element '([^']+)'")
-_QUOTED = re.compile(r"'([^']+)'")
-_NOT_FINITE = re.compile(r"(?i)[-+]?(nan|inf|infinity)")
 _FILE_HELP = "put the file where the MJCF looks for it: MuJoCo wants to see every mesh and texture"
 _WORDS = ("name", "class", "childclass", "file", "model", "prefix", "material", "mesh", "texture", "group")
 
@@ -52,12 +46,12 @@ class Markup:
         self.documents: list[Document] = []
         self.included: dict[Element, Element] = {}
         self.models: list[Path] = []
-        self.root = self._model(path, None, 0)
+        self.root = self._model(path, None)
 
-    def _model(self, path: Path, requested: Span | None, depth: int) -> Element:
+    def _model(self, path: Path, requested: Span | None, above: tuple[str, ...] = ()) -> Element:
         self.models.append(path.parent)
-        root = self._read(path, requested)
-        self._follow(root, path.parent, path.parent, {os.path.abspath(path)}, (os.path.abspath(path),), depth)
+        root, absolute = self._read(path, requested), os.path.abspath(path)
+        self._follow(root, path.parent, path.parent, {absolute}, (*above, absolute))
         return root
 
     def _read(self, path: Path, requested: Span | None) -> Element:
@@ -74,9 +68,7 @@ class Markup:
         self.documents.append(document)
         return document.root
 
-    def _follow(
-        self, root: Element, main: Path, folder: Path, known: set[str], above: tuple[str, ...], depth: int
-    ) -> None:
+    def _follow(self, root: Element, main: Path, folder: Path, known: set[str], above: tuple[str, ...]) -> None:
         """Read the files included by a file in ``folder``; ``known`` are all of the model, ``above`` the including."""
         for element in root.iter():
             file = element.attributes.get("file")
@@ -90,12 +82,9 @@ class Markup:
             if not any(files.resolve(path).is_relative_to(allowed) for allowed in self.allowed):
                 rule, message = "include-outside", f"{file.value} is outside the folder of the robot, and is not read"
                 help = "move it there, or allow its folder: --package NAME=FOLDER"
-            elif depth == MAX_DEPTH:
-                rule, message, help = (
-                    "include-too-many",
-                    f"files include each other {MAX_DEPTH} levels deep",
-                    "join some",
-                )
+            elif len(above) > MAX_DEPTH:
+                message = f"files include each other {MAX_DEPTH} levels deep"
+                rule, help = "include-too-many", "join some"
             elif absolute in above and not is_model:
                 rule, message, help = "include-cycle", f"{file.value} includes itself", "remove one include"
             elif absolute in known and not is_model:
@@ -106,9 +95,9 @@ class Markup:
             if not is_model:
                 known.add(absolute)
                 self.included[element] = self._read(path, file.span)
-                self._follow(self.included[element], main, path.parent, known, (*above, absolute), depth + 1)
+                self._follow(self.included[element], main, path.parent, known, (*above, absolute))
             elif absolute not in {os.path.abspath(one) for one in self.files}:
-                self._model(path, file.span, depth + 1)
+                self._model(path, file.span, above)
 
     def place_of(self, name: str) -> str:
         """Return the path of a mesh or texture of an included file or attached model, relative to the main file."""
@@ -158,7 +147,7 @@ class Places:
         self.parts: dict[tuple[str, int], Element] = {("bodies", 0): markup.first("worldbody")}
         inside: dict[Element, list[Element]] = {}
         passed = Counter[tuple[Element, str]]()
-        for kind, tags in _TAGS.items():
+        for kind, tags in {"bodies": ("body",), **HELD}.items():
             for index, thing in list(enumerate(facts[kind]))[kind == "bodies" :]:
                 holder, name = self.body(thing["parentid" if kind == "bodies" else "bodyid"]), thing["name"]
                 if holder not in inside:
@@ -173,7 +162,7 @@ class Places:
     def _direct(self, container: Element) -> Iterator[Element]:
         for child in self.markup.child_elements(container):
             yield child
-            if child.tag in _GROUPING:
+            if child.tag in ("frame", "replicate"):
                 yield from self._direct(child)
 
     def body(self, index: int) -> Element:
@@ -196,7 +185,7 @@ def check_source(markup: Markup) -> Iterator[Diagnostic]:
                 message = f"{attribute.value} is not a regular file"
                 yield error("file-unreadable", message, attribute.span, "name a file")
             for word in attribute.words() if name not in _WORDS else ():
-                if _NOT_FINITE.fullmatch(word.text):
+                if re.fullmatch(r"(?i)[-+]?(nan|inf|infinity)", word.text):
                     message = f"{name} of <{element.tag}> is {word.text}, which is not a number"
                     yield error("not-finite", message, word.span, "give a number")
 
@@ -215,8 +204,8 @@ def refusal(markup: Markup, answer: Answer) -> Diagnostic:
 
 def place(markup: Markup, message: str) -> Span:
     """Return the source position of a MuJoCo message: the element that best matches its line number and names."""
-    line, tag = _LINE.search(message), _TAG.search(message)
-    quoted = set(_QUOTED.findall(message)) - {tag[1] if tag else ""}
+    line, tag = re.search(r"\bline (\d+)", message), re.search(r"Element '([^']+)'", message)
+    quoted = set(re.findall(r"'([^']+)'", message)) - {tag[1] if tag else ""}
     found: list[tuple[int, Span]] = [(0, markup.root.span)]
 
     def is_quoted(own: Attribute) -> bool:
@@ -232,7 +221,7 @@ def place(markup: Markup, message: str) -> Span:
     return max(found, key=lambda one: one[0])[1]
 
 
-class Reading:
+class ImportState:
     """The state of converting an MJCF to a description.
 
     ``links`` and ``joints`` are sections of ``tree``. ``link_of`` has the link of each body by body id; body 0 is the

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -35,7 +35,7 @@ class Options:
 
 
 @dataclass(frozen=True)
-class Expected:
+class ExpectedEdge:
     """An edge that should be published.
 
     ``transform`` is its value (at position zero for a moving joint), or None if only the publisher knows it. The
@@ -82,14 +82,13 @@ class Description:
         self.edges = list(_edges(robot))
 
     @cached_property
-    def by_child(self) -> Mapping[str, tuple[Expected, ...]]:
+    def by_child(self) -> Mapping[str, Sequence[ExpectedEdge]]:
         """The expected edges by child frame, over all possible modes."""
-        by_child: dict[str, list[Expected]] = {}
+        by_child: dict[str, list[ExpectedEdge]] = {}
         possible = list(self._combinations())
-        for edge in self.edges:
-            if any(holds(edge.when, modes) for modes in possible):
-                by_child.setdefault(edge.child, []).append(edge)
-        return {child: tuple(edges) for child, edges in by_child.items()}
+        for edge in (edge for edge in self.edges if any(holds(edge.when, modes) for modes in possible)):
+            by_child.setdefault(edge.child, []).append(edge)
+        return by_child
 
     @cached_property
     def frames(self) -> frozenset[str]:
@@ -98,10 +97,10 @@ class Description:
 
     def edge_like(
         self, parent: str, child: str, static: bool | None = None, first: Transform | None = None
-    ) -> Expected | None:
+    ) -> ExpectedEdge | None:
         """Return the described edge that best matches a recorded one; a frame can have several because of modes."""
 
-        def unlikeness(edge: Expected) -> tuple[bool, bool, float]:
+        def unlikeness(edge: ExpectedEdge) -> tuple[bool, bool, float]:
             far = 1.0
             if first is not None and edge.transform is not None and not edge.moving:
                 metres, radians = math.dist(first.xyz, edge.transform.xyz), edge.transform.angle_to(first)
@@ -125,8 +124,7 @@ class Description:
     @cached_property
     def joint_names(self) -> frozenset[str]:
         """The joints that /joint_states should contain: all that robot_state_publisher moves, except mimic joints."""
-        published = self.robot.published_by(ROBOT_STATE_PUBLISHER)
-        return frozenset(self.leader(joint) for joint in published if joint.moves)
+        return frozenset(self.leader(joint) for joint in self.robot.published_by(ROBOT_STATE_PUBLISHER) if joint.moves)
 
     def leader(self, joint: Joint) -> str:
         """Return the joint whose position determines that of a joint: its leader, or itself."""
@@ -134,23 +132,20 @@ class Description:
             joint = self.robot.joint[joint.mimic.joint]
         return joint.name
 
-    def ways(self) -> Iterator[tuple[Mapping[str, bool], list[Expected]]]:
+    def ways(self) -> Iterator[tuple[Mapping[str, bool], list[ExpectedEdge]]]:
         """Yield each possible combination of modes with the edges that should be published in it."""
         without = self.options.without
         running = [edge for edge in self.edges if without.isdisjoint((edge.publisher.name, edge.publisher.kind))]
-        for modes in self._combinations():
-            yield modes, [edge for edge in running if holds(edge.when, modes)]
+        yield from ((modes, [edge for edge in running if holds(edge.when, modes)]) for modes in self._combinations())
 
     def _combinations(self) -> Iterator[Mapping[str, bool]]:
         modes = modes_in(self.robot, [edge.when for edge in self.edges])
-        free = [mode for mode in modes if mode not in self.options.modes][:MAX_MODES]
-        for states in combinations(free):
+        for states in combinations([mode for mode in modes if mode not in self.options.modes][:MAX_MODES]):
             yield {**dict.fromkeys(modes, False), **self.options.modes, **states}
 
 
-def _edges(robot: Robot) -> Iterator[Expected]:
-    outputs = FORMATS.feeding(robot, ROBOT_STATE_PUBLISHER)
-    six = any(output.options.get("number_format") == "six" for output in outputs)
+def _edges(robot: Robot) -> Iterator[ExpectedEdge]:
+    six = any(output.options.get("number_format") == "six" for output in FORMATS.feeding(robot, ROBOT_STATE_PUBLISHER))
     for joint in robot.joints_down():
         by_urdf = joint.publisher.kind == ROBOT_STATE_PUBLISHER
         if joint.publisher.publishes and not (by_urdf and joint.is_axleless):
@@ -160,12 +155,12 @@ def _edges(robot: Robot) -> Iterator[Expected]:
             yield _joint_edge(robot.joint[edge.joint], edge, edge.when, False, EXACT)
         elif edge.publisher.publishes:
             ends, value = (edge.parent, edge.child), edge.pose.transform() if edge.pose is not None else None
-            yield Expected(*ends, edge.publisher, edge.moving, value, None, edge.when, place=("edges", index))
+            yield ExpectedEdge(*ends, edge.publisher, edge.moving, value, None, edge.when, place=("edges", index))
 
 
-def _joint_edge(joint: Joint, edge: Any, when: str, by_urdf: bool, radians: float) -> Expected:
+def _joint_edge(joint: Joint, edge: Any, when: str, by_urdf: bool, radians: float) -> ExpectedEdge:
     """Return the expected edge of a joint; it has no value if the joint has several degrees of freedom."""
     free = joint.type in SEVERAL_COORDINATES and not by_urdf
-    value = None if free else joint.transform(0.0)
+    ends, value = (edge.parent, edge.child), None if free else joint.transform(0.0)
     place = ("joint", joint.name)
-    return Expected(edge.parent, edge.child, edge.publisher, joint.moves or free, value, joint, when, radians, place)
+    return ExpectedEdge(*ends, edge.publisher, joint.moves or free, value, joint, when, radians, place)

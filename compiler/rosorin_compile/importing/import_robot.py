@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 import shlex
-import stat
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
@@ -23,10 +22,10 @@ from rosorin_compile.output.atomic_files import OutputError
 from rosorin_compile.output.package_folder import open_package_folder
 from rosorin_compile.request import FilePath, Packages, Values, Warn, read_options
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, count_of, error, has_errors
-from rosorin_compile.source.files import is_file, is_folder, read_bytes, read_text, resolve
+from rosorin_compile.source.files import exists, is_file, is_folder, read_bytes, read_text, resolve
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.packages import package_of
-from rosorin_compile.source.project import Description
+from rosorin_compile.source.project import Description, no_file
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.wording import suggest
 
@@ -212,8 +211,12 @@ def _check_options(
 ) -> _Package | None:
     """Validate files and options; return the ROS package at ``into``, or None if unset. Raises RequestError."""
     for path in (source, *companions.values()):
-        if path is not Description.ON_STDIN:
-            _check_file(path)
+        try:
+            if path is not Description.ON_STDIN and (is_folder(path) or not exists(path)):
+                close = Description.nearest_file(path)
+                raise RequestError(no_file(path) + (f"; {suggest(str(close))}" if close else ""))
+        except OSError as problem:
+            raise RequestError(f"cannot read {path}: {problem.strerror}") from None
     if into is not None and (output is not None or force):
         word = "-o" if output is not None else "--force"
         raise RequestError(f"--into names the place, and what is there stays: leave {word} out")
@@ -272,19 +275,6 @@ def _write(
         return None, [problem.diagnostic]
     step = f"next: rosorin-compile all {shlex.quote(str(folder))}"
     return (made.written, (), (step,)), arrange(made.diagnostics(folder))
-
-
-def _check_file(path: Path) -> None:
-    """Raise RequestError unless the path is a file."""
-    try:
-        is_folder = stat.S_ISDIR(path.stat().st_mode)
-    except PermissionError as problem:
-        raise RequestError(f"cannot read {path}: {problem.strerror}") from None
-    except (OSError, ValueError):
-        close = Description.nearest_file(path)
-        raise RequestError(f"{path} is not there" + (f"; {suggest(str(close))}" if close else "")) from None
-    if is_folder:
-        raise RequestError(f"{path} is a folder; name the file of the robot in it")
 
 
 def _check_folder(folder: Path, help: str) -> None:

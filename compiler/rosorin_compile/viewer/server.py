@@ -33,13 +33,11 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.system import pip_install
 
 from .page import html
-from .page.images import Serving, tables
+from .page.images import Data, Serving, tables
 from .robot_view import RobotView, load
 
 if TYPE_CHECKING:
     from rosorin_compile.cli.console import Console
-
-Data = dict[str, Any]
 
 LOOPBACK = "127.0.0.1"
 PORT = 8642  # default port; if it is in use, the system chooses another port

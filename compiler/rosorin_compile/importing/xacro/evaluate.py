@@ -417,8 +417,6 @@ class NamedFiles:
                 pattern, form = f"{pattern}*", f"{form}([^/]+)"
             else:
                 return []
-        if not re.search(r"\w", pattern):
-            return []
         folder = Path(os.path.abspath(self.program.xacro.filestack[-1])).parent
         found = sorted(glob.glob(pattern, root_dir=folder))[:MAX_FILES]  # noqa: PTH207 - the pattern may be absolute
         for match in filter(None, (re.fullmatch(form, path) for path in found)):

@@ -190,7 +190,7 @@ def layout(document: Mapping[str, Any], remarks: Mapping[Path, Sequence[str]] = 
     ``Verbatim``.
     """
     made = _Layout(remarks)
-    return "".join(f"{line}\n" for line in [*made.comment((), ""), *made.mapping(document, 0, ())])
+    return "".join(f"{line}\n" for line in [*made.comment((), ""), *made.block(document, 0, ())])
 
 
 def flow(value: Any) -> str | None:
@@ -251,25 +251,20 @@ class _Layout:
     def comment(self, path: Path, pad: str) -> list[str]:
         return [f"{pad}# {line}".rstrip() for line in self.remarks.get(path, ())]
 
-    def mapping(self, value: Mapping[str, Any], indent: int, path: Path) -> list[str]:
+    def block(self, value: Mapping[str, Any] | list[Any], indent: int, path: Path) -> list[str]:
+        """Format the entries of a mapping or list below each other."""
         lines: list[str] = []
-        previous, pad = 0, " " * indent
-        for key, item in value.items():
+        previous, pad, is_list = 0, " " * indent, isinstance(value, list)
+        items: Iterable[tuple[Any, Any]] = enumerate(value) if isinstance(value, list) else value.items()
+        for key, item in items:
             here = (*path, key)
-            entry = self.value(f"{pad}{_key(key, False)}:", item, indent, here)
-            if lines and len(path) < _SPACED and (previous > 1 or len(entry) > 1):
+            entry = self.value(f"{pad}-" if is_list else f"{pad}{_key(key, False)}:", item, indent, here)
+            if entry[0] == f"{pad}-" and not entry[1].lstrip().startswith("#"):
+                entry[:2] = [f"{pad}- {entry[1].lstrip()}"]
+            if lines and not is_list and len(path) < _SPACED and (previous > 1 or len(entry) > 1):
                 lines.append("")
             previous = len(entry)
             lines += [*self.comment(here, pad), *entry]
-        return lines
-
-    def sequence(self, value: list[Any], indent: int, path: Path) -> list[str]:
-        pad, lines = " " * indent, []
-        for index, item in enumerate(value):
-            entry = self.value(f"{pad}-", item, indent, (*path, index))
-            if entry[0] == f"{pad}-" and not entry[1].lstrip().startswith("#"):
-                entry[:2] = [f"{pad}- {entry[1].lstrip()}"]
-            lines += [*self.comment((*path, index), pad), *entry]
         return lines
 
     def value(self, head: str, item: Any, indent: int, path: Path) -> list[str]:
@@ -288,9 +283,7 @@ class _Layout:
             text, margin = f"{short[0]}{text}{short[-1]}", " " * (indent + 2)
             wrap = textwrap.TextWrapper(WIDTH, f"{head} ", margin, break_long_words=False, break_on_hyphens=False)
             return [line.replace("\0", " ") for line in wrap.wrap(text)]
-        if isinstance(item, Mapping):
-            return [head, *self.mapping(item, indent + 2, path)]
-        return [head, *self.sequence(item, indent + 2, path)]
+        return [head, *self.block(item, indent + 2, path)]
 
     def may_be_short(self, item: Mapping[str, Any] | list[Any], path: Path) -> bool:
         """Return True if the value at ``path`` is simple enough to be written on one line."""

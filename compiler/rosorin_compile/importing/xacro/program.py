@@ -111,9 +111,7 @@ class Program(Expansion):
         if not isinstance(value, ir.Symbol):
             return self.own_literal(value)
         made = self.own_literal(value.value) if isinstance(value.value, str) else value.value
-        if made is value.value or (isinstance(made, str) and made == value.value):
-            return value
-        if isinstance(made, str):
+        if made is value.value or isinstance(made, str):
             return value
         if isinstance(made, bool):
             return ir.Symbol(value.as_flag(), made, "boolean", value.known)

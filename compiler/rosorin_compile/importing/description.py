@@ -133,15 +133,14 @@ def _sorted(values: Mapping[str, V], order: Iterable[str]) -> dict[str, V]:
 
 
 def _order(fragment: Mapping[str, Any]) -> Sequence[str]:
-    order: Sequence[str] = fragment.get("x-first", tuple(fragment.get("properties", ())))
-    return order
+    return tuple(fragment.get("x-first", fragment.get("properties", ())))
 
 
 @cache
 def _orders() -> list[Sequence[str]]:
     """Return the different key orders of links, joints and the elements in them."""
     fragments = (*_fragments(("links", "*")), *_fragments(("joints", "*")))
-    return list(dict.fromkeys(tuple(_order(fragment)) for fragment in fragments))
+    return list(dict.fromkeys(map(_order, fragments)))
 
 
 def _fragments(path: Path) -> Iterator[Mapping[str, Any]]:

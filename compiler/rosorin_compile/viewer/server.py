@@ -18,6 +18,7 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from ipaddress import ip_address
@@ -316,10 +317,10 @@ class LiveRobot:
         else:
             if page.problem:
                 self.console.warn(f"{self.request.description.name}: that is corrected")
-            serving, explained = Serving(self.numbers), shown.explain
+            serving = Serving(self.numbers)
             data = {**shown.data, **tables(shown.robot, shown.meshes, serving)}
             page.files, page.touching, page.problem = serving.files, self._contacts_of(shown), ""
-            page.explain = lambda frame: self._alone(explained, frame)
+            page.explain = partial(self._explain, shown)
             self._publish({"robot": data})
         page.notify()
 
@@ -328,10 +329,9 @@ class LiveRobot:
         self.page.version = version = secrets.token_hex(8)
         self.page.text, self.page.data = html(data, live=version), {**data, "version": version}
 
-    def _alone(self, function: Callable[[Any], Any], argument: Any) -> Any:
-        """Call a function while holding the lock for code that is not thread-safe."""
+    def _explain(self, shown: RobotView, frame: str) -> list[str]:
         with self.lock:
-            return function(argument)
+            return shown.explain(frame)
 
     def _contacts_of(self, shown: RobotView) -> Callable[[Mapping[str, Any]], list[list[str]]]:
         """Return a function that finds the pairs of links that overlap at joint positions (rad or m)."""
@@ -344,8 +344,8 @@ class LiveRobot:
                 )
             try:
                 positions = {name: at for name, at in state.items() if name in shown.robot.joint}
-                found: list[list[str]] = self._alone(engine.pairs, positions)
-                return found
+                with self.lock:
+                    return [*engine.pairs(positions)]
             except Exception as problem:  # show any error of the collision engine on the page
                 reason = " ".join(str(problem).split())[:200] or type(problem).__name__
                 raise Refused(HTTPStatus.NOT_IMPLEMENTED, reason) from None

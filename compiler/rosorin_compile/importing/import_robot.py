@@ -30,9 +30,9 @@ from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.wording import suggest
 
 from .description import write
-from .elements.convert import Converted, put_values, report_elements, with_sections
+from .elements.convert import ConvertedRobot, put_values, report_elements, with_sections
 from .mesh_names import rename_files
-from .reimport import ENDING, Merged, import_again, is_record, read_record, record_of, remove
+from .reimport import ENDING, MergeResult, import_again, is_record, read_record, record_of, remove
 from .round_trip import RoundTrip, check_round_trip, schema_path
 from .xacro.translate import Target, translate
 
@@ -153,7 +153,7 @@ def import_robot(
     keeps = imported.takes_arguments and not flat
     tree, renaming, prefix = rename_files(tree, source, folder, meshes, reading.packages, keeps)
     read = imported._replace(tree=tree)
-    converted = Converted(read) if verbatim else with_sections(read)
+    converted = ConvertedRobot(read) if verbatim else with_sections(read)
     try:
         trip = check_round_trip(converted.imported, folder, parts and not flat, converted.plain, reading.packages)
     except OSError as problem:
@@ -178,7 +178,7 @@ def import_robot(
             imported, files, lines = read, translation.files, []
     report = [*_report(folder, imported, trip, files), *lines, *translated]
     if record is None:
-        merged = Merged({**files, **record_of(files, words)})
+        merged = MergeResult({**files, **record_of(files, words)})
     else:
         merged = import_again(folder, record, files, words, keep_edits)
     diagnostics += arrange(merged.diagnostics)
@@ -260,7 +260,7 @@ def _with_drives(tree: Map, drives: str | None, source: Path) -> Map:
 
 
 def _write(
-    folder: Path, merged: Merged, package: _Package | None, arguments: Mapping[str, str], is_new: bool
+    folder: Path, merged: MergeResult, package: _Package | None, arguments: Mapping[str, str], is_new: bool
 ) -> tuple[_Written | None, list[Diagnostic]]:
     """Write the files of a description, and back up each edited file that is replaced; return None after an error."""
 

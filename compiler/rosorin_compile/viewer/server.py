@@ -34,7 +34,7 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.system import pip_install
 
 from .page import html
-from .page.images import Data, Serving, tables
+from .page.images import Data, ServedFiles, tables
 from .robot_view import RobotView, load
 
 if TYPE_CHECKING:
@@ -136,7 +136,7 @@ class Server(ThreadingHTTPServer):
         """Ignore errors that occur after a browser has closed the connection."""
 
 
-def bound(page: Page, host: str, port: int | None) -> Server:
+def create_server(page: Page, host: str, port: int | None) -> Server:
     """Create a server that is bound to ``port``, by default to ``PORT`` or else any free port. Raises OSError."""
     if port is None:
         with suppress(OSError):
@@ -317,7 +317,7 @@ class LiveRobot:
         else:
             if page.problem:
                 self.console.warn(f"{self.request.description.name}: that is corrected")
-            serving = Serving(self.numbers)
+            serving = ServedFiles(self.numbers)
             data = {**shown.data, **tables(shown.robot, shown.meshes, serving)}
             page.files, page.touching, page.problem = serving.files, self._contacts_of(shown), ""
             page.explain = partial(self._explain, shown)

@@ -66,7 +66,7 @@ class Target(NamedTuple):
 class Translation(NamedTuple):
     """The text of each file of a description ({} if the translation failed), and the lines of the import report."""
 
-    files: Mapping[str, str]
+    files: dict[str, str]
     report: Sequence[str]
 
 

@@ -301,7 +301,7 @@ class Conditions:
 
     def _branch(self, node: Any, test: ir.Symbol, holds: bool, macros: Any, symbols: Any) -> None:
         """Evaluate the content of an undecided condition; properties set in the content become conditional."""
-        program, xacro = self.program, self.program.xacro
+        program, calls, xacro = self.program, self.program.macro_calls, self.program.xacro
         value = test.value is not ir.UNKNOWN and bool(xacro.get_boolean_value(test, ""))
         test = ir.Symbol(test.as_flag(), value, "boolean", False)
         before = [(table, dict(dict.items(table)), set(table.unevaluated)) for table in self._tables(symbols)]
@@ -311,6 +311,7 @@ class Conditions:
         self.assumed[key] = is_same == holds
         node.removeAttribute("value")
         node.tagName = node.nodeName = "xacro-if"
+        stacks = [(one, len(one)) for one in (xacro.filestack, xacro.macrostack, calls.paths, calls.building)]
         try:
             program.eval_all(node, macros, symbols)
         except Exception as problem:
@@ -319,7 +320,17 @@ class Conditions:
             if any(isinstance(one, ir.Restart) for one in chain) or (value == holds and not is_endless):
                 raise
             reason = f"with another value of it, {' '.join(str(problem).split())[:120] or type(problem).__name__}"
-            raise (ir.Restart if program.blame([test.node], reason) else ir.Failed(reason)) from None
+            if is_endless or any(isinstance(one, ir.Failed) for one in chain):
+                raise (ir.Restart if program.blame([test.node], reason) else ir.Failed(reason)) from None
+            program.refused |= dict.fromkeys(ir.variables_in([test.node]), reason)
+            for table, values, unevaluated in before:  # undo the branch, because xacro rejects this argument value
+                dict.clear(table)
+                dict.update(table, values)
+                table.unevaluated = unevaluated
+            for stack, length in stacks:
+                del stack[length:]
+            xacro.replace_node(node, by=None)
+            return
         finally:
             self.assumed.pop(key, None)
         if any(macro.body is not body for macro, body in defined):
@@ -417,6 +428,8 @@ class NamedFiles:
                 pattern, form = f"{pattern}*", f"{form}([^/]+)"
             else:
                 return []
+        if not re.search(r"\w", pattern):
+            return []
         folder = Path(os.path.abspath(self.program.xacro.filestack[-1])).parent
         found = sorted(glob.glob(pattern, root_dir=folder))[:MAX_FILES]  # noqa: PTH207 - the pattern may be absolute
         for match in filter(None, (re.fullmatch(form, path) for path in found)):

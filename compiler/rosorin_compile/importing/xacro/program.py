@@ -69,6 +69,7 @@ class Program(Expansion):
         self.variables: list[ir.Variable] = []
         self.arguments: dict[str, ir.Variable] = {}
         self.constants: dict[str, Any] = {}  # values of replaced arguments by name
+        self.refused: dict[ir.Variable, str] = {}  # error message by variable that has a value rejected by xacro
         self.names: set[str] = set()
         self.defined: dict[str, tuple[str, Any]] = {}
         self.macro_calls, self.conditions, self.named = Calls(self), Conditions(self), NamedFiles(self)
@@ -111,8 +112,11 @@ class Program(Expansion):
         if not isinstance(value, ir.Symbol):
             return self.own_literal(value)
         made = self.own_literal(value.value) if isinstance(value.value, str) else value.value
-        if made is value.value or isinstance(made, str):
+        if made is value.value or (isinstance(made, str) and made == value.value):
             return value
+        if isinstance(made, str):  # the string was quoted: remove the quotes
+            first, *inner, last = value.pieces or ["", "", ""]
+            return ir.join_pieces([first[1:], *inner, last[:-1]]) if value.pieces else value
         if isinstance(made, bool):
             return ir.Symbol(value.as_flag(), made, "boolean", value.known)
         return ir.Symbol(value.as_number(), made, "number", value.known)

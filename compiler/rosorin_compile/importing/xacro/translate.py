@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 import os
+import posixpath
 import re
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -125,6 +126,15 @@ class _Search:
             every = sorted([*rows, *invented], key=lambda row: row != failing)  # begin with the last failure
             variables = {one["name"]: one["value"] for one in answer["arguments"] if one["environment"]}
             refused = self.expand(every, variables)
+            rejected = {
+                name: [value, f"with another value of the environment variable {name} xacro makes no robot"]
+                for name, value in variables.items()
+                if (rows_of := [row for row in every if len(row) == 1 and row[0][0] == name])
+                and all(row in refused for row in rows_of)
+            }
+            if rejected.keys() - self.fixed.keys():
+                self.fixed |= rejected
+                continue
             files = self.files(answer)
             packages = {**self.options.packages, **{name: Path(one) for name, one in answer["packages"].items()}}
             compared = self.compare(files, [row for row in every if row not in refused], packages)
@@ -322,6 +332,9 @@ def _settled(value: Any) -> Any:
         inner = getattr(value, field.name)
         if field.name == "urdf_elements":
             changes[field.name] = tuple(sorted(canonical(tree_of(one)) for one in inner))
+        elif field.name == "geometry" and "://" in (file := str(getattr(inner, "file", ""))) and "/../" in file:
+            scheme, sign, rest = file.partition("://")
+            changes[field.name] = replace(inner, file=f"{scheme}{sign}{posixpath.normpath(rest)}")
         elif field.name in ("links", "joints", "visual", "collision") and isinstance(inner, tuple):
             changes[field.name] = tuple(map(_settled, inner))
     return replace(value, **changes) if changes else value

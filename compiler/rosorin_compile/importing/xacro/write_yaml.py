@@ -63,6 +63,7 @@ class Writer:
         for file in self.file_names.values():
             self.documents.setdefault(file, {})
         called, defined = program.macro_calls.called, program.defined
+        refused = {one: why for one, why in program.refused.items() if one.kind == "argument" and not one.used}
         lost = []
         for key in [one for one in program.inlined if called.get(one) and one in defined]:
             name_in_source, (file, offset, _) = defined[key]
@@ -86,7 +87,7 @@ class Writer:
             "silent": [defined[key][0] for key, has_made in called.items() if not has_made and key in defined],
             "uncalled": [name for key, (name, _) in defined.items() if key not in called],
             "inlined": program.inlined,
-            "fixed": program.fixed,
+            "fixed": program.fixed | {one.name: [str(one.value), why] for one, why in refused.items()},
         }
 
     def _name_macros(self) -> None:

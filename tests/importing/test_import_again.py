@@ -123,7 +123,7 @@ def test_a_conflict_is_marked_and_has_to_be_resolved(capsys: pytest.CaptureFixtu
         assert main(words) == 1
         assert there() == before
         told = capsys.readouterr().err
-        assert f"descriptions/cart/robot.yaml:{start}:1: error[yaml-syntax]: a merge conflict is not " in told
+        assert f"descriptions/cart/robot.yaml:{start}:1: error[yaml-syntax]: unresolved merge conflict" in told
         assert told.count("error[") == 1
     marked = text.splitlines(keepends=True)
     first, middle, last = (

@@ -24,7 +24,7 @@ from rosorin_compile.compare.walk import renamed_robot
 from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.viewer.changed import change_data
+from rosorin_compile.viewer.changes_page import change_data
 from rosorin_compile.viewer.page import data_of
 from support.commands import Shown, edit, write_files
 from support.machines import exact_urdf, machine, robot_of

@@ -21,7 +21,7 @@ from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.wording import count_of
-from rosorin_compile.viewer.changed import Pictures
+from rosorin_compile.viewer.changes_page import Pictures
 
 from . import command as cli
 from .console import FINE, PROBLEMS

@@ -28,7 +28,7 @@ from .console import FINE, PROBLEMS, Console
 if TYPE_CHECKING:
     from rosorin_compile.formats.compilation import Compiled
     from rosorin_compile.rules.case import Case
-    from rosorin_compile.viewer.changed import Pictures
+    from rosorin_compile.viewer.changes_page import Pictures
 
 
 _MARK = ":="  # between name and value of an argument, as in xacro

@@ -7,7 +7,7 @@ import click
 
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.viewer.robot_view import RobotView, view
-from rosorin_compile.viewer.server import LOOPBACK, LiveRobot, bound
+from rosorin_compile.viewer.server import LOOPBACK, LiveRobot, create_server
 
 from . import command as cli
 from .console import FINE, PROBLEMS
@@ -38,7 +38,7 @@ def run_view(run: Run) -> int:
         raise RequestError("JSON goes with --html FILE: without a file there is a page to look at, and no answer")
     robot = LiveRobot(request, console, find_overlaps)
     try:
-        server = bound(robot.page, run.host, run.port)
+        server = create_server(robot.page, run.host, run.port)
     except (OSError, UnicodeError) as problem:
         raise RequestError(f"the page cannot be served at {run.host}, port {run.port or 'any'}: {problem}") from None
     robot.serve(server, open_browser=not run.no_open)

@@ -13,8 +13,6 @@ import re
 import textwrap
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import cache
-from graphlib import TopologicalSorter
-from itertools import pairwise
 from pathlib import Path as FilePath
 from types import MappingProxyType
 from typing import Any, TypeVar
@@ -119,8 +117,8 @@ def sorted_sections(document: Mapping[str, V]) -> dict[str, V]:
 
 
 def in_order(entry: Mapping[str, V]) -> dict[str, V]:
-    """Sort the keys of a link, joint or nested element such as ``visual`` by the order in the schema."""
-    return _sorted(entry, _words())
+    """Sort the keys of a link, joint or nested element by the order of the schema that has most of these keys."""
+    return _sorted(entry, max(_orders(), key=lambda order: len(entry.keys() & set(order))))
 
 
 def is_default(path: Path, value: Any) -> bool:
@@ -135,18 +133,14 @@ def _sorted(values: Mapping[str, V], order: Iterable[str]) -> dict[str, V]:
 
 
 def _order(fragment: Mapping[str, Any]) -> Sequence[str]:
-    order: Sequence[str] = fragment.get("x-first", tuple(fragment.get("properties", ())))
-    return order
+    return tuple(fragment.get("x-first", fragment.get("properties", ())))
 
 
 @cache
-def _words() -> tuple[str, ...]:
-    """Merge the key orders of links, joints and the elements in them into a single sequence of keys."""
-    before: dict[str, list[str]] = {}
-    for fragment in (*_fragments(("links", "*")), *_fragments(("joints", "*"))):
-        for first, second in pairwise(_order(fragment)):
-            before.setdefault(second, []).append(first)
-    return tuple(TopologicalSorter(before).static_order())
+def _orders() -> list[Sequence[str]]:
+    """Return the different key orders of links, joints and the elements in them."""
+    fragments = (*_fragments(("links", "*")), *_fragments(("joints", "*")))
+    return list(dict.fromkeys(map(_order, fragments)))
 
 
 def _fragments(path: Path) -> Iterator[Mapping[str, Any]]:
@@ -195,7 +189,7 @@ def layout(document: Mapping[str, Any], remarks: Mapping[Path, Sequence[str]] = 
     ``Verbatim``.
     """
     made = _Layout(remarks)
-    return "".join(f"{line}\n" for line in [*made.comment((), ""), *made.mapping(document, 0, ())])
+    return "".join(f"{line}\n" for line in [*made.comment((), ""), *made.block(document, 0, ())])
 
 
 def flow(value: Any) -> str | None:
@@ -256,25 +250,20 @@ class _Layout:
     def comment(self, path: Path, pad: str) -> list[str]:
         return [f"{pad}# {line}".rstrip() for line in self.remarks.get(path, ())]
 
-    def mapping(self, value: Mapping[str, Any], indent: int, path: Path) -> list[str]:
+    def block(self, value: Mapping[str, Any] | list[Any], indent: int, path: Path) -> list[str]:
+        """Format the entries of a mapping or list below each other."""
         lines: list[str] = []
-        previous, pad = 0, " " * indent
-        for key, item in value.items():
+        previous, pad, is_list = 0, " " * indent, isinstance(value, list)
+        items: Iterable[tuple[Any, Any]] = enumerate(value) if isinstance(value, list) else value.items()
+        for key, item in items:
             here = (*path, key)
-            entry = self.value(f"{pad}{_key(key, False)}:", item, indent, here)
-            if lines and len(path) < _SPACED and (previous > 1 or len(entry) > 1):
+            entry = self.value(f"{pad}-" if is_list else f"{pad}{_key(key, False)}:", item, indent, here)
+            if entry[0] == f"{pad}-" and not entry[1].lstrip().startswith("#"):
+                entry[:2] = [f"{pad}- {entry[1].lstrip()}"]
+            if lines and not is_list and len(path) < _SPACED and (previous > 1 or len(entry) > 1):
                 lines.append("")
             previous = len(entry)
             lines += [*self.comment(here, pad), *entry]
-        return lines
-
-    def sequence(self, value: list[Any], indent: int, path: Path) -> list[str]:
-        pad, lines = " " * indent, []
-        for index, item in enumerate(value):
-            entry = self.value(f"{pad}-", item, indent, (*path, index))
-            if entry[0] == f"{pad}-" and not entry[1].lstrip().startswith("#"):
-                entry[:2] = [f"{pad}- {entry[1].lstrip()}"]
-            lines += [*self.comment((*path, index), pad), *entry]
         return lines
 
     def value(self, head: str, item: Any, indent: int, path: Path) -> list[str]:
@@ -293,9 +282,7 @@ class _Layout:
             text, margin = f"{short[0]}{text}{short[-1]}", " " * (indent + 2)
             wrap = textwrap.TextWrapper(WIDTH, f"{head} ", margin, break_long_words=False, break_on_hyphens=False)
             return [line.replace("\0", " ") for line in wrap.wrap(text)]
-        if isinstance(item, Mapping):
-            return [head, *self.mapping(item, indent + 2, path)]
-        return [head, *self.sequence(item, indent + 2, path)]
+        return [head, *self.block(item, indent + 2, path)]
 
     def may_be_short(self, item: Mapping[str, Any] | list[Any], path: Path) -> bool:
         """Return True if the value at ``path`` is simple enough to be written on one line."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 import shlex
-import stat
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
@@ -23,17 +22,17 @@ from rosorin_compile.output.atomic_files import OutputError
 from rosorin_compile.output.package_folder import open_package_folder
 from rosorin_compile.request import FilePath, Packages, Values, Warn, read_options
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, count_of, error, has_errors
-from rosorin_compile.source.files import is_file, is_folder, read_bytes, read_text, resolve
+from rosorin_compile.source.files import exists, is_file, is_folder, read_bytes, read_text, resolve
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.packages import package_of
-from rosorin_compile.source.project import Description
+from rosorin_compile.source.project import Description, no_file
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.wording import suggest
 
 from .description import write
-from .elements.convert import Converted, put_values, report_elements, with_sections
+from .elements.convert import ConvertedRobot, put_values, report_elements, with_sections
 from .mesh_names import rename_files
-from .reimport import ENDING, Merged, import_again, is_record, read_record, record_of, remove
+from .reimport import ENDING, MergeResult, import_again, is_record, read_record, record_of, remove
 from .round_trip import RoundTrip, check_round_trip, schema_path
 from .xacro.translate import Target, translate
 
@@ -154,10 +153,18 @@ def import_robot(
     keeps = imported.takes_arguments and not flat
     tree, renaming, prefix = rename_files(tree, source, folder, meshes, reading.packages, keeps)
     read = imported._replace(tree=tree)
-    converted = Converted(read) if verbatim else with_sections(read)
-    trip, found = _prove(converted, folder, parts and not flat, reading, strict)
-    diagnostics += [*arrange(renaming), *found]
-    if trip is None or has_errors(diagnostics):
+    converted = ConvertedRobot(read) if verbatim else with_sections(read)
+    try:
+        trip = check_round_trip(converted.imported, folder, parts and not flat, converted.plain, reading.packages)
+    except OSError as problem:
+        reason = problem.strerror or type(problem).__name__
+        message = f"cannot work in the temporary folder: {reason}; TMPDIR can name another one"
+        return replace(result, diagnostics=(*diagnostics, error("output-failed", message, None)))
+    untold = list(trip.untold)
+    if reading.lenient and not strict:
+        untold = [replace(one, severity=WARNING, help="please report it with the file") for one in untold]
+    diagnostics += [*arrange(renaming), *arrange([*trip.diagnostics, *untold])]
+    if has_errors(diagnostics):
         return replace(result, diagnostics=tuple(diagnostics))
     imported, files = converted.imported, trip.files
     lines, translated = [*_report_parts(trip), *report_elements(converted)], list[str]()
@@ -171,7 +178,7 @@ def import_robot(
             imported, files, lines = read, translation.files, []
     report = [*_report(folder, imported, trip, files), *lines, *translated]
     if record is None:
-        merged = Merged({**files, **record_of(files, words)})
+        merged = MergeResult({**files, **record_of(files, words)})
     else:
         merged = import_again(folder, record, files, words, keep_edits)
     diagnostics += arrange(merged.diagnostics)
@@ -204,8 +211,12 @@ def _check_options(
 ) -> _Package | None:
     """Validate files and options; return the ROS package at ``into``, or None if unset. Raises RequestError."""
     for path in (source, *companions.values()):
-        if path is not Description.ON_STDIN:
-            _check_file(path)
+        try:
+            if path is not Description.ON_STDIN and (is_folder(path) or not exists(path)):
+                close = Description.nearest_file(path)
+                raise RequestError(no_file(path) + (f"; {suggest(str(close))}" if close else ""))
+        except OSError as problem:
+            raise RequestError(f"cannot read {path}: {problem.strerror}") from None
     if into is not None and (output is not None or force):
         word = "-o" if output is not None else "--force"
         raise RequestError(f"--into names the place, and what is there stays: leave {word} out")
@@ -248,24 +259,8 @@ def _with_drives(tree: Map, drives: str | None, source: Path) -> Map:
     return put_values(tree, {"outputs": put_values(outputs, {_MJCF: {"file": "robot.xml", "drives": drives}})})
 
 
-def _prove(
-    converted: Converted, folder: Path, parts: bool, reading: ReadOptions, strict: bool
-) -> tuple[RoundTrip | None, list[Diagnostic]]:
-    """Compile the description and compare it with the source; return None if the temporary folder is unusable."""
-    try:
-        trip = check_round_trip(converted.imported, folder, parts, converted.plain, reading.packages)
-    except OSError as problem:
-        reason = problem.strerror or type(problem).__name__
-        message = f"cannot work in the temporary folder: {reason}; TMPDIR can name another one"
-        return None, [error("output-failed", message, None)]
-    untold = list(trip.untold)
-    if reading.lenient and not strict:
-        untold = [replace(one, severity=WARNING, help="please report it with the file") for one in untold]
-    return trip, arrange([*trip.diagnostics, *untold])
-
-
 def _write(
-    folder: Path, merged: Merged, package: _Package | None, arguments: Mapping[str, str], is_new: bool
+    folder: Path, merged: MergeResult, package: _Package | None, arguments: Mapping[str, str], is_new: bool
 ) -> tuple[_Written | None, list[Diagnostic]]:
     """Write the files of a description, and back up each edited file that is replaced; return None after an error."""
 
@@ -280,19 +275,6 @@ def _write(
         return None, [problem.diagnostic]
     step = f"next: rosorin-compile all {shlex.quote(str(folder))}"
     return (made.written, (), (step,)), arrange(made.diagnostics(folder))
-
-
-def _check_file(path: Path) -> None:
-    """Raise RequestError unless the path is a file."""
-    try:
-        is_folder = stat.S_ISDIR(path.stat().st_mode)
-    except PermissionError as problem:
-        raise RequestError(f"cannot read {path}: {problem.strerror}") from None
-    except (OSError, ValueError):
-        close = Description.nearest_file(path)
-        raise RequestError(f"{path} is not there" + (f"; {suggest(str(close))}" if close else "")) from None
-    if is_folder:
-        raise RequestError(f"{path} is a folder; name the file of the robot in it")
 
 
 def _check_folder(folder: Path, help: str) -> None:

@@ -17,7 +17,7 @@ from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.language.expand.included_robots import map_files, move_files, relative_files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, first_of
 from rosorin_compile.source.files import is_file, resolve
-from rosorin_compile.source.packages import Packages
+from rosorin_compile.source.packages import Packages, package_of
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map
 
@@ -79,20 +79,16 @@ def _names(base: Path, relative: Sequence[str], files: Mapping[str, Path]) -> tu
 
     ``base`` is the folder of the source. An absolute path into another ROS package becomes a ``package://`` URI.
     """
-
-    def package_above(path: Path) -> Path | None:
-        return next((folder for folder in path.parents if Packages.name_of(folder)), None)
-
+    own = package_of(base)
     places = {name: Path(os.path.normpath(base / name)) for name in relative}
     names: dict[str, str] = {}
     for name, file in files.items():
         if name.startswith(("/", "file://")):
-            path = Path(os.path.abspath(file))
-            package = package_above(path)
-            if package is None or package == package_above(base / "any"):
-                places[name] = path
+            package = package_of(file.parent)
+            if package is None or package == own:
+                places[name] = Path(os.path.abspath(file))
             else:
-                names[name] = f"package://{Packages.name_of(package)}/{path.relative_to(package).as_posix()}"
+                names[name] = f"package://{package[1]}/{resolve(file).relative_to(package[0]).as_posix()}"
     top = Path(os.path.commonpath([base, *places.values()]))
     return top, {**names, **{name: _seen(path, top) for name, path in places.items()}}
 

@@ -30,7 +30,7 @@ _MARK = re.compile(r"^<{7}(?= |$)", re.MULTILINE)
 _MOST_CONFLICTS = 127  # exit codes of git merge-file up to this value count conflicts, higher values are errors
 
 
-class Merged(NamedTuple):
+class MergeResult(NamedTuple):
     """The result of merging an edited description with a new import of its source."""
 
     files: Mapping[str, str] = {}  # text of the files to write and of their records, by name
@@ -94,7 +94,7 @@ def _source(words: Sequence[str]) -> str:
 
 def import_again(
     folder: Path, record: Mapping[str, str], theirs: Mapping[str, str], words: Sequence[str], keep_ours: bool = False
-) -> Merged:
+) -> MergeResult:
     """Merge newly imported files (``theirs``) with the files of a description, without writing anything.
 
     ``record`` has the files of the last import, ``words`` is the command line of the new import. With ``keep_ours``,
@@ -117,7 +117,7 @@ def import_again(
         except ValueError:
             raise RequestError(f"{path} is not UTF-8 text: nothing is merged into it") from None
     if found:
-        return Merged(diagnostics=found, refused=True)
+        return MergeResult(diagnostics=found, refused=True)
     removed = [f"{name}{ENDING}" for name in record if name not in theirs]
     for name in {**record, **theirs}:
         base, own, new = record.get(name), ours.get(name), theirs.get(name)
@@ -140,7 +140,7 @@ def import_again(
             except _NoGit as problem:
                 message = f"{folder} was edited, and the changes of the newer {source} cannot be merged: {problem}"
                 help = "install git, and import again; or import into a new folder with -o"
-                return Merged(diagnostics=[error("import-no-git", message, None, help)], refused=True)
+                return MergeResult(diagnostics=[error("import-no-git", message, None, help)], refused=True)
             if mark := _MARK.search(files[name]):
                 message = f"the newer {source} changes lines of {name} that were edited here: "
                 message += f"{count_of(len(_MARK.findall(files[name])), 'conflict')}; both versions are in the file"
@@ -155,7 +155,7 @@ def import_again(
         lines = [f"{source} is as it was when it was imported before"]
     edited = [name for name, base in record.items() if name in theirs and ours.get(name) not in (None, base)]
     lines += [f"edited here, and kept: {', '.join(edited)}"] if edited else []
-    return Merged({**written, **record_of(theirs, words)}, ours, removed, found, lines)
+    return MergeResult({**written, **record_of(theirs, words)}, ours, removed, found, lines)
 
 
 class _NoGit(Exception):
@@ -187,7 +187,7 @@ def _merge_texts(base: str, ours: str, theirs: str, source: str, keep_ours: bool
     return merged.replace("\n", "\r\n") if windows else merged
 
 
-def remove(folder: Path, merged: Merged) -> None:
+def remove(folder: Path, merged: MergeResult) -> None:
     """Delete the files ``merged.removed``, unless they changed since they were read. Raises OSError."""
     for name in merged.removed:
         path = folder / name

@@ -12,29 +12,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from rosorin_compile.formats.compilation import Compiled, Variant
-from rosorin_compile.language.arguments import declared_arguments, from_python
+from rosorin_compile.language.arguments import declared_arguments
 from rosorin_compile.output.atomic_files import OutputError
 from rosorin_compile.request import FilePath, Packages, Request, Values, Warn
 from rosorin_compile.source import system
-from rosorin_compile.source.diagnostics import (
-    ERROR,
-    NOTE,
-    WARNING,
-    Diagnostic,
-    RequestError,
-    Source,
-    UnknownName,
-    error,
-)
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, RequestError, UnknownName, error
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.tree import Map
 from rosorin_compile.source.version import __version__
 from rosorin_compile.source.wording import and_more, count_of
 
-from .compiling import Job, Result, compile_in_order, compile_only, compile_variant, connect, entry_of, from_json, plain
 from .folder import VariantsFolder
-from .variants import NAME, Variants, wrong_name
+from .variants import Variants, python_variant
+from .workers import Job, Result, compile_in_order, compile_only, compile_variant, connect, entry_of, from_json, plain
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -86,7 +76,7 @@ def sweep(
         listed = file = Variants(Path(os.fsdecode(variants)), [argument.name for argument in declared])
         wrong = wrong or file.check()
     elif isinstance(variants, Iterable):
-        listed = map(_variant, variants.items() if isinstance(variants, Mapping) else variants)
+        listed = map(python_variant, variants.items() if isinstance(variants, Mapping) else variants)
     else:
         wrong = [error("variants-list", f"variants are a file, a mapping or a list, not {variants!r}", None)]
     if wrong:
@@ -95,19 +85,6 @@ def sweep(
     work = partial(compile_only, Job(replace(request, warn=None), values))
     for variant, made in compile_in_order(listed, work, client=client):
         yield Compiled(None, (), [made], (), variant=variant) if isinstance(made, Diagnostic) else made
-
-
-def _variant(entry: Any) -> Variant:
-    """Create a variant from (name, arguments), or from a mapping of arguments that includes ``name``."""
-    if isinstance(entry, Mapping):
-        name, arguments = entry.get(NAME, ""), {key: value for key, value in entry.items() if key != NAME}
-    else:
-        name, arguments = entry if isinstance(entry, (tuple, list)) and len(entry) == 2 else ("", entry)
-    values, wrong = from_python({} if arguments is None else arguments)
-    tree = Map(Source("variants", "").span())
-    tree.update(values)
-    variant = Variant(name if isinstance(name, str) else "", tree)
-    return replace(variant, diagnostics=(*wrong, *wrong_name(variant)))
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,14 @@ import io
 import os
 import re
 import unicodedata
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from rosorin_compile.formats.compilation import Variant
+from rosorin_compile.language.arguments import from_python
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, Suggestion, error, nearest
 from rosorin_compile.source.load import LoadError, parse_yaml, read_utf8
@@ -203,6 +205,19 @@ def _expressions(values: Map) -> tuple[Diagnostic, ...]:
     message, help = 'the argument "{}" is an expression; a list of variants contains values', "write its result"
     names = values.expression_keys()
     return tuple(error("bad-argument", message.format(name), values.value_spans[name], help) for name in names)
+
+
+def python_variant(entry: Any) -> Variant:
+    """Create a variant from (name, arguments), or from a mapping of arguments that includes ``name``."""
+    if isinstance(entry, Mapping):
+        name, arguments = entry.get(NAME, ""), {key: value for key, value in entry.items() if key != NAME}
+    else:
+        name, arguments = entry if isinstance(entry, (tuple, list)) and len(entry) == 2 else ("", entry)
+    values, wrong = from_python({} if arguments is None else arguments)
+    tree = Map(Source("variants", "").span())
+    tree.update(values)
+    variant = Variant(name if isinstance(name, str) else "", tree)
+    return replace(variant, diagnostics=(*wrong, *wrong_name(variant)))
 
 
 def wrong_name(variant: Variant) -> Iterator[Diagnostic]:

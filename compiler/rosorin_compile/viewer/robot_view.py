@@ -18,7 +18,7 @@ from rosorin_compile.source.progress import Progress
 
 from .page import html, left_out
 from .page.data import robot_data
-from .page.images import Data, Embedding, companions, tables
+from .page.images import Data, EmbeddedFiles, companions, tables
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.compilation import Understood
@@ -81,7 +81,7 @@ def _place(span: Span) -> Data:
     return {"file": file, "line": span.line, "column": span.column, "path": os.path.abspath(file)}
 
 
-def on_disk(shown: RobotView, embedding: Embedding | None) -> Data:
+def on_disk(shown: RobotView, embedding: EmbeddedFiles | None) -> Data:
     """Return JSON data for an HTML page to share: without absolute paths, with embedded meshes unless None."""
     data = dict(shown.data)
     if embedding is not None:
@@ -165,7 +165,7 @@ def view(
     name, (shown, diagnostics, inputs) = request.description.name, load(request)
     if shown is None:
         return Page(name, file, diagnostics=tuple(one for one in diagnostics if one.severity == ERROR))
-    embedding = Embedding(max_megabytes)
+    embedding = EmbeddedFiles(max_megabytes)
     text = html({"robot": on_disk(shown, embedding if meshes else None)}).encode()
     try:
         write_file(file, text, inputs)

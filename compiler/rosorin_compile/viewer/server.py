@@ -18,6 +18,7 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from ipaddress import ip_address
@@ -33,13 +34,11 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.system import pip_install
 
 from .page import html
-from .page.images import Serving, tables
+from .page.images import Data, ServedFiles, tables
 from .robot_view import RobotView, load
 
 if TYPE_CHECKING:
     from rosorin_compile.cli.console import Console
-
-Data = dict[str, Any]
 
 LOOPBACK = "127.0.0.1"
 PORT = 8642  # default port; if it is in use, the system chooses another port
@@ -137,7 +136,7 @@ class Server(ThreadingHTTPServer):
         """Ignore errors that occur after a browser has closed the connection."""
 
 
-def bound(page: Page, host: str, port: int | None) -> Server:
+def create_server(page: Page, host: str, port: int | None) -> Server:
     """Create a server that is bound to ``port``, by default to ``PORT`` or else any free port. Raises OSError."""
     if port is None:
         with suppress(OSError):
@@ -318,10 +317,10 @@ class LiveRobot:
         else:
             if page.problem:
                 self.console.warn(f"{self.request.description.name}: that is corrected")
-            serving, explained = Serving(self.numbers), shown.explain
+            serving = ServedFiles(self.numbers)
             data = {**shown.data, **tables(shown.robot, shown.meshes, serving)}
             page.files, page.touching, page.problem = serving.files, self._contacts_of(shown), ""
-            page.explain = lambda frame: self._alone(explained, frame)
+            page.explain = partial(self._explain, shown)
             self._publish({"robot": data})
         page.notify()
 
@@ -330,10 +329,9 @@ class LiveRobot:
         self.page.version = version = secrets.token_hex(8)
         self.page.text, self.page.data = html(data, live=version), {**data, "version": version}
 
-    def _alone(self, function: Callable[[Any], Any], argument: Any) -> Any:
-        """Call a function while holding the lock for code that is not thread-safe."""
+    def _explain(self, shown: RobotView, frame: str) -> list[str]:
         with self.lock:
-            return function(argument)
+            return shown.explain(frame)
 
     def _contacts_of(self, shown: RobotView) -> Callable[[Mapping[str, Any]], list[list[str]]]:
         """Return a function that finds the pairs of links that overlap at joint positions (rad or m)."""
@@ -346,8 +344,8 @@ class LiveRobot:
                 )
             try:
                 positions = {name: at for name, at in state.items() if name in shown.robot.joint}
-                found: list[list[str]] = self._alone(engine.pairs, positions)
-                return found
+                with self.lock:
+                    return [*engine.pairs(positions)]
             except Exception as problem:  # show any error of the collision engine on the page
                 reason = " ".join(str(problem).split())[:200] or type(problem).__name__
                 raise Refused(HTTPStatus.NOT_IMPLEMENTED, reason) from None

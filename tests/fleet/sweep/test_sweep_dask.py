@@ -12,7 +12,7 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.source.system import pip_install
-from rosorin_compile.variants import compiling as pool
+from rosorin_compile.variants import workers as pool
 from support.commands import Shown
 from support.paths import data_text
 
@@ -59,8 +59,8 @@ if __name__ == "__main__":
 """,
     "version.py": """\
 def set_version():
-    from rosorin_compile.variants import compiling
-    compiling.__version__ = "0.0.1"
+    from rosorin_compile.variants import workers
+    workers.__version__ = "0.0.1"
 
 def main():
     import sys

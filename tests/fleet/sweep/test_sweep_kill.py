@@ -33,14 +33,14 @@ PROJECT = {
 import os, signal, sys
 from pathlib import Path
 from rosorin_compile.cli.main import main
-from rosorin_compile.variants import compiling, sweep
+from rosorin_compile.variants import sweep, workers
 
 def dying(job, variant):
     if variant.name == "r5" or (variant.name == "r9" and not Path("died").exists()):
         if variant.name == "r9":
             Path("died").touch()
         os.kill(os.getpid(), signal.SIGKILL)
-    return compiling.compile_variant(job, variant)
+    return workers.compile_variant(job, variant)
 
 if __name__ == "__main__":
     sweep.compile_variant = dying

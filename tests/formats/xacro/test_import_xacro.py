@@ -294,7 +294,10 @@ FAILED = "xacro-error: xacro cannot expand the file:"
         ('<link name="$(arg prefix)"/>', f"3:13: {FAILED} Undefined substitution argument prefix"),
         ('<link name="$(env CELL)"/>', f"3:13: {FAILED} environment variable 'CELL' is not set"),
         ('<xacro:include filename="nowhere.xacro"/>', "3:26: file-unreadable: "),
-        ('<xacro:include filename="$(find absent)/a.xacro"/>', '3:27: package-missing: the package "absent" is not'),
+        (
+            '<xacro:include filename="$(find absent)/a.xacro"/>',
+            '3:27: package-missing: the ROS package "absent" is not',
+        ),
     ],
 )
 def test_an_error_in_an_included_file_is_shown_there(inner: str, message: str) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.viewer.server import LOOPBACK, Page, Refused, Server, bound
+from rosorin_compile.viewer.server import LOOPBACK, Page, Refused, Server, create_server
 from support.commands import Shown
 from support.viewing import Events, asked
 
@@ -28,7 +28,7 @@ def server(tmp_path: Path) -> Iterator[Server]:
     )
     page.touching = lambda state: [["a", "b"]] if state else []
     page.explain = lambda frame: [f"about {frame}"]
-    made = bound(page, LOOPBACK, 0)
+    made = create_server(page, LOOPBACK, 0)
     threading.Thread(target=made.serve_forever, args=(0.02,), daemon=True).start()
     yield made
     made.shutdown()

@@ -54,7 +54,7 @@ class Candidate(NamedTuple):
         return f'{"sensor" if self.section == SENSORS else "<ros2_control>"} "{self.name}"'
 
 
-class Converted(NamedTuple):
+class ConvertedRobot(NamedTuple):
     """A robot whose Gazebo and ros2_control elements were converted to sections where possible."""
 
     imported: Imported
@@ -63,15 +63,15 @@ class Converted(NamedTuple):
     kept: Mapping[str, str] = {}  # why an element is kept as XML, by element
 
 
-def with_sections(imported: Imported) -> Converted:
+def with_sections(imported: Imported) -> ConvertedRobot:
     """Convert the Gazebo and ros2_control elements of a robot to sections of the description where possible."""
     tree = imported.tree
     texts = tree.get(ELEMENTS) if tree is not None else None
     if tree is None or imported.format not in _FORMATS or not isinstance(texts, Seq):
-        return Converted(imported)
+        return ConvertedRobot(imported)
     found, robot = _candidates(texts), imported.robot
     if robot is None or not found:
-        return Converted(imported)
+        return ConvertedRobot(imported)
     return _Conversion(imported, tree, texts, robot).convert(found)
 
 
@@ -82,7 +82,7 @@ class _Conversion:
         self.imported, self.tree, self.texts, self.robot = imported, tree, texts, robot
         self.kept: dict[str, str] = {}
 
-    def convert(self, found: list[Candidate]) -> Converted:
+    def convert(self, found: list[Candidate]) -> ConvertedRobot:
         count = Counter((one.section, one.name) for one in found)
         unique: dict[str, dict[str, Candidate]] = {CONTROL: {}, SENSORS: {}}
         for one in found:
@@ -94,7 +94,7 @@ class _Conversion:
         sensors, gazebo = self.sensors(unique[SENSORS])
         taken = [unique[section][name] for section, some in ((CONTROL, control), (SENSORS, sensors)) for name in some]
         if not taken:
-            return Converted(self.imported, None, {}, self.kept)
+            return ConvertedRobot(self.imported, None, {}, self.kept)
         elements, comments = self.without(taken)
         options = ({"control": distribution} if control else {}) | ({"gazebo": gazebo} if sensors else {})
         outputs: dict[str, Any] = {**(self.tree.get("outputs") or {}), "urdf": options}
@@ -103,7 +103,7 @@ class _Conversion:
         sections = {CONTROL: control, SENSORS: sensors, ELEMENTS: elements, "outputs": outputs}
         imported = self.imported._replace(tree=put_values(self.tree, sections), comments=comments)
         names = {"hardware block": list(control), "sensor": list(sensors)}
-        return Converted(imported, self.tree, {key: value for key, value in names.items() if value}, self.kept)
+        return ConvertedRobot(imported, self.tree, {key: value for key, value in names.items() if value}, self.kept)
 
     def control(self, found: Mapping[str, Candidate]) -> tuple[dict[str, Any], str]:
         """Convert <ros2_control> blocks; return (entries by name, ROS distribution that supports most of them)."""
@@ -274,7 +274,7 @@ def put_values(tree: Map, values: Mapping[str, Any]) -> Map:
     return made
 
 
-def report_elements(converted: Converted) -> list[str]:
+def report_elements(converted: ConvertedRobot) -> list[str]:
     """Return the lines of the import report about converted and unchanged elements."""
     lines = []
     if converted.names:

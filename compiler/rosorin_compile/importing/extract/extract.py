@@ -118,8 +118,8 @@ def extract_boxes(
             entries[part.name] = {"collision": collision, "source": {"status": "calculated", "note": note}}
             shapes = {}
             for kind, fit in fits.items():
-                poses = [{"xyz": list(piece.pose.xyz), "rpy": list(piece.pose.rpy)} for piece in fit.pieces]
-                pieces = [{**_sizes(piece), **pose} for piece, pose in zip(fit.pieces, poses, strict=True)]
+                poses = [{"xyz": [*piece.pose.xyz], "rpy": [*piece.pose.rpy]} for piece in fit.pieces]
+                pieces = [_sizes(piece) | pose for piece, pose in zip(fit.pieces, poses, strict=True)]
                 measures = {"volume": fit.volume, "overhang_volume": fit.overhang, "overlap": fit.overlap}
                 shapes[kind] = {"shapes": pieces, **measures}
                 name = f"stack of {len(pieces)}" if kind == "stack" else kind.replace("_", " ")

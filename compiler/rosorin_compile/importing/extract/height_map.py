@@ -287,11 +287,11 @@ def find_map(path: Path, link: str | None) -> MapEntry:
 def replace_map(entry: MapEntry, new: HeightMap, status: str, note: str) -> str:
     """Return the text of a description file with a new height map. Raises ExtractProblem if that is impossible."""
     old, spans = entry.collision["height_map"], entry.collision.key_spans
-    values: dict[str, Any] = {"origin": list(new.origin), "cell": new.cell, "method": new.method}
-    texts = {"origin": _row(new.origin), "cell": _length(new.cell), "method": Scalar(new.method).in_quotes()}
-    if "step" in old or new.step != new.cell:
-        values["step"], texts["step"] = new.step, _length(new.step)
-    texts = {key: text for key, text in texts.items() if old.get(key) != values[key]}
+    values: dict[str, Any] = {"origin": list(new.origin), "cell": new.cell, "method": new.method, "step": new.step}
+    if "step" not in old and new.step == new.cell:
+        del values["step"]
+    texts = {"origin": _row(new.origin), "method": Scalar(new.method).in_quotes()}
+    texts = {key: texts.get(key) or _length(value) for key, value in values.items() if old.get(key) != value}
     lines = [line.rstrip("\r") for line in entry.source.text.split("\n")]
     indent = " " * (min(span.column for span in old.key_spans.values()) - 1)
     heights = [f"{indent}  - {_row(heights)}" for heights in new.heights]

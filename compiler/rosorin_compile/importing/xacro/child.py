@@ -52,18 +52,6 @@ class MissingPackage(Exception):
         return f'the package "{self.args[0]}" is not found'
 
 
-class Context(dict[str, Any]):
-    """The context of $(...) substitutions; adds the current file for $(dirname), which xacro 2.1.1 does not set."""
-
-    stack: Callable[[], list[str]]
-
-    def __getitem__(self, key: str) -> Any:
-        return self.stack()[-1] if key == "filename" and self.stack() else super().__getitem__(key)
-
-    def get(self, key: str, default: Any = None) -> Any:
-        return self[key] if key == "filename" and self.stack() else super().get(key, default)
-
-
 def main(run: Callable[[dict[str, Any]], dict[str, Any]] = lambda request: Expansion(request).answer()) -> None:
     """Read a request from stdin, run it (by default: expand the file), and write the answer to stdout."""
     request = json.loads(sys.stdin.buffer.read())
@@ -208,8 +196,13 @@ class Expansion:
         xacro.abs_filename_spec, xacro.parse = absolute, read
         # Also replace ``open`` and ``glob``, which xacro calls in load_yaml and for includes with wildcards.
         xacro.open, xacro.glob = _opened, SimpleNamespace(glob=glob.glob)
-        xacro.substitution_args_context = Context()
-        xacro.substitution_args_context.stack = lambda: xacro.filestack
+        own_extension = xacro.eval_extension
+
+        def extension(text: str) -> Any:
+            xacro.substitution_args_context["filename"] = xacro.filestack[-1]  # for $(dirname); xacro 2.1.1 lacks it
+            return own_extension(text)
+
+        xacro.eval_extension = extension
         # Copied elements keep the source position of the original, with the number of the current macro call.
         module: Any = minidom
         own_clone, own_call = module._clone_node, xacro.handle_macro_call

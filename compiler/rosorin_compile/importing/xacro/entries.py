@@ -59,10 +59,6 @@ class Entries:
         made = self.finish([("type", kind, None), *self.fragment(node.body, "joint")])
         for key in _WITHOUT_EFFECT.get(str(kind), ()):
             made.pop(key, None)
-        limit = made.get("limit")
-        if isinstance(kind, Expression) and isinstance(limit, dict) and kind.startswith("${") and kind.count("${") == 1:
-            zero = Expression(f"${{0 if {kind[2:-1]} in ['revolute', 'prismatic'] else none}}")
-            made["limit"] = {**{key: zero for key in ("lower", "upper") if key not in limit}, **limit}
         if made.get("dynamics") == {}:
             del made["dynamics"]
         return made

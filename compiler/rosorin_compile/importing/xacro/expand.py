@@ -144,17 +144,12 @@ def _only_left_over(document: Document, path: Path) -> bool:
         return False
     if "xmlns:xacro" not in document.source.text:
         return True
-    elements = list(document.root.iter())
-    can_define = any(one.tag in ("xacro:include", "xacro:macro") for one in elements)
-    for element in elements:
-        word = element.tag.removeprefix("xacro:")
-        if any(above.tag.startswith("xacro:") for above in element.ancestors()):
-            continue
-        if element.tag == word and any("${" in one.raw or "$(" in one.raw for one in element.attributes.values()):
-            return False
-        if element.tag != word and word not in _DEFINING and (word in _MAKING or can_define):
-            return False
-    return True
+    inner = {id(one) for above in document.root.iter() if above.tag.startswith("xacro:") for one in [*above.iter()][1:]}
+    elements = [one for one in document.root.iter() if id(one) not in inner]
+    words = {one.tag.removeprefix("xacro:") for one in elements if one.tag.startswith("xacro:")}
+    values = [value.raw for one in elements if not one.tag.startswith("xacro:") for value in one.attributes.values()]
+    calls_macros = bool(words & {"include", "macro"} and words.difference(_DEFINING))
+    return not calls_macros and not words.intersection(_MAKING) and not any("${" in v or "$(" in v for v in values)
 
 
 def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported:

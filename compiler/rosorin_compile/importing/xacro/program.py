@@ -183,11 +183,10 @@ class Program(Expansion):
                 results.append(self.extension(self.eval_text(found[2:-1], symbols, inner=True), symbols))
             else:
                 results.append(found[1:] if kind == lexer.DOLLAR_DOLLAR_BRACE else found)
-        if inner:
-            return "".join(map(str, results))
-        if len(results) == 1:
-            return ir.with_tokens(results[0]) if isinstance(results[0], str) else results[0]
-        return ir.with_tokens("".join(map(str, results)))
+        if len(results) == 1 and not inner and not isinstance(results[0], str):
+            return results[0]
+        joined = "".join(map(str, results))
+        return joined if inner else ir.with_tokens(joined)
 
     def read(self, table: Any, name: str, own: bool = False) -> Any:
         """Look up a name in a scope: a global name of xacro, a property or a parameter."""

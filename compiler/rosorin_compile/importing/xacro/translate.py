@@ -14,7 +14,7 @@ import posixpath
 import re
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from itertools import groupby
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -64,26 +64,11 @@ class Target(NamedTuple):
         return name
 
 
-class InlinedMacro(NamedTuple):
-    """A macro whose calls are expanded, with the reason and the file and line of its definition (``at``)."""
-
-    name: str
-    reason: str
-    at: str = ""
-
-
-@dataclass(frozen=True)
-class Translation:
-    """The text of each file of a description, and the macros and arguments that were kept or replaced."""
+class Translation(NamedTuple):
+    """The text of each file of a description ({} if the translation failed), and the lines of the import report."""
 
     files: dict[str, str]
-    kept: tuple[str, ...] = ()
-    inlined: tuple[InlinedMacro, ...] = ()
-    arguments: tuple[str, ...] = ()
-    fixed: tuple[tuple[str, str], ...] = ()  # names and values of replaced arguments
-    proven: tuple[Combination, ...] = ()  # argument combinations that were compared with xacro
-    report: tuple[str, ...] = ()  # lines of the import report
-    reason: str = ""  # why the translation failed, or ""
+    report: Sequence[str]
 
 
 class _Flat(Exception):
@@ -99,7 +84,7 @@ class _Fault(NamedTuple):
 
 
 def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outputs, target: Target) -> Translation:
-    """Translate a xacro to a description; if that fails, return a ``Translation`` with a reason and no files.
+    """Translate a xacro to a description; if that fails, the ``Translation`` has no files and reports the reason.
 
     ``imported`` is the robot that the xacro expands to with the arguments in ``options``. ``wanted`` is the section
     ``outputs`` of the description.
@@ -108,7 +93,7 @@ def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outp
         return _Search(path, options, imported, wanted, target).run()
     except (MarkupError, _Flat, OSError) as problem:
         reason = problem.diagnostic.message if isinstance(problem, MarkupError) else str(problem)
-    return Translation({}, report=(f"flat, without macros and arguments: {reason}",), reason=reason)
+    return Translation({}, [f"flat, without macros and arguments: {reason}"])
 
 
 class _Search:
@@ -141,13 +126,14 @@ class _Search:
             every = sorted([*rows, *invented], key=lambda row: row != failing)  # begin with the last failure
             variables = {one["name"]: one["value"] for one in answer["arguments"] if one["environment"]}
             refused = self.expand(every, variables)
-            before = len(self.fixed)
-            for name, value in variables.items():
-                others = [row for row in every if len(row) == 1 and row[0][0] == name]
-                if others and all(row in refused for row in others):
-                    reason = f"with another value of the environment variable {name} xacro makes no robot"
-                    self.fixed[name] = [value, reason]
-            if len(self.fixed) > before:
+            rejected = {
+                name: [value, f"with another value of the environment variable {name} xacro makes no robot"]
+                for name, value in variables.items()
+                if (rows_of := [row for row in every if len(row) == 1 and row[0][0] == name])
+                and all(row in refused for row in rows_of)
+            }
+            if rejected.keys() - self.fixed.keys():
+                self.fixed |= rejected
                 continue
             files = self.files(answer)
             packages = {**self.options.packages, **{name: Path(one) for name, one in answer["packages"].items()}}
@@ -156,15 +142,8 @@ class _Search:
                 failing = compared.combination
                 self.give_up(answer, compared)
                 continue
-            made = Translation(
-                {name: text for name, text in files.items() if not name.startswith("../")},
-                tuple({key: name for name, _, key in answer["macros"]}.values()),
-                tuple(InlinedMacro(*one) for one in answer["lost"]),
-                tuple(one["name"] for one in answer["arguments"] if one["used"]),
-                tuple((name, value) for name, (value, _) in self.fixed.items()),
-                tuple(compared),
-            )
-            return replace(made, report=tuple(self.report(answer, made, rows, refused, total)))
+            written = {name: text for name, text in files.items() if not name.startswith("../")}
+            return Translation(written, [*self.report(answer, rows, refused, compared, total)])
         raise _Flat("nothing that was given up makes it the same robot")
 
     def is_late(self) -> bool:
@@ -266,28 +245,31 @@ class _Search:
         return [{name: value for name, value in entry.items() if value} for entry in made.values()]
 
     def report(
-        self, answer: Mapping[str, Any], made: Translation, rows: _Rows, refused: _Rows, total: int
+        self, answer: Mapping[str, Any], rows: _Rows, refused: _Rows, compared: _Rows, total: int
     ) -> Iterator[str]:
         """Yield the lines of the import report about macros, arguments, packages and compared combinations."""
-        lost, used, compared = made.inlined, made.arguments, made.proven
-        if made.kept or lost:
-            line = f"{len(made.kept)} of {count_of(len(made.kept) + len(lost), 'macro')} kept"
+        kept, lost = {key for _, _, key in answer["macros"]}, answer["lost"]
+        if kept or lost:
+            line = f"{len(kept)} of {count_of(len(kept) + len(lost), 'macro')} kept"
             how = f", {len(lost)} written out where {'it is' if len(lost) == 1 else 'they are'} called"
             yield f"{line}{how}" if lost else line
-        yield from (f"  {one.name}: {one.reason}{f' ({one.at})' if one.at else ''}" for one in lost)
-        if answer["silent"]:
-            yield f"named values where they are called, because they only set properties: {phrase(answer['silent'])}"
-        if idle := list(dict.fromkeys(answer["uncalled"])):
-            yield f"left out, because nothing calls {_them(idle)}: {phrase(idle)}"
-        if used:
-            yield f"arguments kept: {phrase(used)}"
-        if unused := [one["name"] for one in answer["arguments"] if one["name"] not in (*used, *self.fixed)]:
-            yield f"arguments left out, because nothing uses {_them(unused)}: {phrase(unused)}"
-        if variables := [one["name"] for one in answer["arguments"] if one["environment"] and one["used"]]:
-            yield f"variables of the environment that are arguments now: {phrase(variables)}"
-        if self.fixed:
-            values = [f"{name} ({' '.join(text.split())})" if text else name for name, (text, _) in self.fixed.items()]
-            yield f"arguments replaced by their value: {phrase(values)}"
+        yield from (f"  {name}: {reason} ({place})" for name, reason, place in lost)
+        arguments = answer["arguments"]
+        unused = [one["name"] for one in arguments if not one["used"] and one["name"] not in self.fixed]
+        idle = list(dict.fromkeys(answer["uncalled"]))
+        lists = {
+            "named values where they are called, because they only set properties": answer["silent"],
+            f"left out, because nothing calls {_them(idle)}": idle,
+            "arguments kept": [one["name"] for one in arguments if one["used"]],
+            f"arguments left out, because nothing uses {_them(unused)}": unused,
+            "variables of the environment that are arguments now": [
+                one["name"] for one in arguments if one["environment"] and one["used"]
+            ],
+            "arguments replaced by their value": [
+                f"{name} ({' '.join(text.split())})" if text else name for name, (text, _) in self.fixed.items()
+            ],
+        }
+        yield from (f"{head}: {phrase(names)}" for head, names in lists.items() if names)
         for reason, names in groupby(self.fixed, lambda name: self.fixed[name][1]):
             yield f"  {phrase(list(names))}: {reason}"
         for package in answer["unfound"]:
@@ -350,10 +332,9 @@ def _settled(value: Any) -> Any:
         inner = getattr(value, field.name)
         if field.name == "urdf_elements":
             changes[field.name] = tuple(sorted(canonical(tree_of(one)) for one in inner))
-        elif field.name == "geometry" and "/../" in str(getattr(inner, "file", "")):
-            scheme, sign, rest = inner.file.partition("://")
-            file = f"{scheme}{sign}{posixpath.normpath(rest)}" if sign else inner.file
-            changes[field.name] = replace(inner, file=file)
+        elif field.name == "geometry" and "://" in (file := str(getattr(inner, "file", ""))) and "/../" in file:
+            scheme, sign, rest = file.partition("://")
+            changes[field.name] = replace(inner, file=f"{scheme}{sign}{posixpath.normpath(rest)}")
         elif field.name in ("links", "joints", "visual", "collision") and isinstance(inner, tuple):
             changes[field.name] = tuple(map(_settled, inner))
     return replace(value, **changes) if changes else value

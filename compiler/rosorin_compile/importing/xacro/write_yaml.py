@@ -299,8 +299,6 @@ class Writer:
         for file in self.documents.values():
             file.pop("args", None)
         for variable in sorted(used, key=lambda one: isinstance(values[one], Expression)):
-            if variable.printed and variable.names_file:
-                raise ir.Failed("it is the name of a file that is loaded, and a text", variable.node)
             place = None if isinstance(values[variable], Expression) else variable.place
             entry = {"type": variable.type, "default": values[variable], "one_of": self._allowed(variable)}
             self._section(place, "args")[variable.ours] = {key: one for key, one in entry.items() if one != []}

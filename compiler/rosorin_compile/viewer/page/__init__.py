@@ -23,7 +23,7 @@ from rosorin_compile.source.load import json_of
 from rosorin_compile.source.project import data_folder
 
 from .data import robot_data
-from .images import MAX_MEGABYTES, MESHES, Data, Embedding, tables
+from .images import MAX_MEGABYTES, MESHES, Data, EmbeddedFiles, tables
 
 _SHAPES = (*MESHES, ".ply", ".msh", ".gltf")  # file extensions of meshes; other files are images
 _SHOWN = 3
@@ -40,7 +40,7 @@ _DATA = re.compile(r'<script type="application/json" id="robot">(.*?)</script>',
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
     """Format the HTML page of a robot. Options: ``meshes`` (False: none), ``max_megabytes`` (total size of meshes)."""
     data = robot_data(robot)
-    embedding = Embedding(output.options.get("max_megabytes"))
+    embedding = EmbeddedFiles(output.options.get("max_megabytes"))
     if output.options.get("meshes", True):
         data.update(tables(robot, robot.mesh_files, embedding))
     if not embedding.left:

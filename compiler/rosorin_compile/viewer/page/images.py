@@ -50,7 +50,7 @@ class Side(NamedTuple):
     type: str
 
 
-class Embedding:
+class EmbeddedFiles:
     """Embeds meshes and images in an HTML page, up to a total size; ``left`` has the reason for each file left out.
 
     A file that several robots on a page use is embedded and counted once for each robot.
@@ -78,7 +78,7 @@ class Embedding:
         return {"missing": why}
 
 
-class Serving:
+class ServedFiles:
     """Serves meshes and images at numbered URLs.
 
     ``numbers`` is updated and keeps the numbers of earlier files, so that an older page can still load them. The query
@@ -100,7 +100,7 @@ class Serving:
         return {"missing": why}
 
 
-def tables(robot: Robot, found: Mapping[str, Path], store: Embedding | Serving) -> Data:
+def tables(robot: Robot, found: Mapping[str, Path], store: EmbeddedFiles | ServedFiles) -> Data:
     """Return JSON data of the meshes and textures of a robot by name; ``found`` has their paths by name."""
     meshes, textures = mesh_table([*mesh_names(robot)], found, store), Data()
     for name in texture_names(robot):
@@ -113,7 +113,7 @@ def tables(robot: Robot, found: Mapping[str, Path], store: Embedding | Serving) 
     return {"meshes": meshes, **({"textures": textures} if textures else {})}
 
 
-def mesh_table(names: Sequence[str], found: Mapping[str, Path], store: Embedding | Serving) -> Data:
+def mesh_table(names: Sequence[str], found: Mapping[str, Path], store: EmbeddedFiles | ServedFiles) -> Data:
     """Return JSON data of meshes by name; ``found`` has their paths by name."""
     meshes = Data()
     for number, name in enumerate(names):

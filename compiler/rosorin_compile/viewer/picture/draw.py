@@ -122,9 +122,6 @@ def picture(
         pixels = pixels if transparent else pixels[..., :3]
         content = png(pixels, f" picture: the robot {shown.name}")
         write_file(target, content, inputs, None if force else may_replace)
-    except MemoryError:
-        message = f"{shown.name} cannot be drawn: out of memory; --collision draws simpler shapes"
-        return replace(failed, diagnostics=(*diagnostics, error("picture-file", message, None)))
     except OutputError as problem:
         return replace(failed, diagnostics=(*diagnostics, problem.diagnostic))
     return replace(failed, drawn=True, diagnostics=tuple(diagnostics))

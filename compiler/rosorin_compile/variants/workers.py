@@ -18,6 +18,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
+from importlib import import_module
 from importlib.metadata import distributions
 from pathlib import Path
 from typing import Any
@@ -199,10 +200,7 @@ Work = Callable[[Variant], Any]
 def connect(address: str) -> Any:
     """Connect to the Dask scheduler at an address, and return the Dask client. Raises OutputError."""
     try:
-        from distributed import Client
-
-        make: Any = Client
-        client = make(address, timeout=_TIMEOUT, set_as_default=False)
+        client = import_module("distributed").Client(address, timeout=_TIMEOUT, set_as_default=False)
         client.wait_for_workers(1, timeout=_TIMEOUT)
         return client
     except ImportError:

@@ -17,7 +17,7 @@ from rosorin_compile.source.diagnostics import count_of
 from .overlay import Overlay, moves, of_two, robot_before
 from .page import html, left_out
 from .page.data import before_data
-from .page.images import Data, Embedding, mesh_table
+from .page.images import Data, EmbeddedFiles, mesh_table
 from .robot_view import RobotView, load, nameless, on_disk
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ class Pictures:
 
     def __init__(self, file: Path, meshes: bool = True, max_megabytes: float | None = None) -> None:
         self.file = file
-        self.embedding = Embedding(max_megabytes) if meshes else None
+        self.embedding = EmbeddedFiles(max_megabytes) if meshes else None
         self.taken: list[Picture] = []
 
     def take(self, request: Request, compiled: Compiled, found: Committed) -> None:

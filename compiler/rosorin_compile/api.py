@@ -405,7 +405,7 @@ def explain_rules(ids: Sequence[str] = ()) -> Rules:
     Example:
         >>> import rosorin_compile
         >>> rosorin_compile.explain_rules(["axis-zero"]).rules[0].help
-        'Name one, such as `[0, 0, 1]`.'
+        'Write a direction, such as `[0, 0, 1]`.'
     """
     diagnostics = (*plugin_checks()[1], *plugged_diagnostics())
     known = {**OF_PLUGINS, **find(ids or None)}

@@ -33,7 +33,7 @@ def test_nothing_is_missed(tmp_path: Path, how: str) -> None:
 def test_what_is_left_out_is_told_once(tmp_path: Path, how: str, where: str) -> None:
     found = told(tmp_path, LEFT_OUT[how]["use"], NAMED[where])
     assert len(found) == 1, [str(one) for one in found]
-    assert f": {LEFT_OUT[how]['cause']} (" in found[0].message.replace(f"{tmp_path}/", "")
+    assert f"; {LEFT_OUT[how]['cause']} because its " in found[0].message.replace(f"{tmp_path}/", "")
     assert found[0].related[0].message == "left out here"
 
 

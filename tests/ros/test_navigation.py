@@ -170,7 +170,7 @@ def test_a_mesh_of_another_format_is_not_measured_whatever_else_is_made(
     for more in ([], ["--only", "nav2"]):
         assert main(["all", "fetcher/robot.yaml", *more]) == 0
         said = capsys.readouterr().err
-        assert "warning[nav2-footprint]: the size of link2.dae is unknown (base_link): footprint" in said
+        assert "warning[nav2-footprint]: the size of link2.dae (link base_link) is unknown: footprint" in said
         made.append(next((tmp_path / "outputs").glob("*/nav2.yaml")).read_text("utf-8"))
     assert made[0] == made[1]
     assert "footprint:" not in made[0]

@@ -146,7 +146,7 @@ def test_what_is_wrong_is_told(answers: Any, name: str) -> None:
 
 def test_what_is_wrong_may_be_accepted_of_the_link_that_is_named(answers: Any) -> None:
     accepted = answers["robots"]["accepted"]
-    message = "accepted: it weighs 300 kg (the lid holds it)"
+    message = "accepted: it weighs 300 kg (reason: the lid holds it)"
     assert [one[1] for one in accepted["told"] if one[0] in ("payload-too-heavy", "accept-unused")] == [message]
     assert accepted["texts"]
 

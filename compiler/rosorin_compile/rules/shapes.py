@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import product
 from typing import Any
 
-from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, HeightMap, Joint, Mesh, Robot, Shape, Sphere
+from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, HeightMap, Joint, Link, Mesh, Robot, Shape, Sphere
 from rosorin_compile.model.bounds import ball_of, bounds_of
 from rosorin_compile.model.geometry import Transform, Vector, norm
 from rosorin_compile.model.shape import Geometry, Material
@@ -32,6 +32,8 @@ LARGE = 2.0  # m; a shorter length is no mistake, such as a plate on a small joi
 TINY = 0.005  # m; the smallest robots measure centimetres
 ELSEWHERE = 0.25  # of the larger diagonal: even rough collision shapes are this close to the visual shapes
 ENVELOPE = 4  # links inside one shape: it is a keep-out box, such as around a hand
+_SIDES = [side for side in product((-1, 0, 1), repeat=3) if any(side)]
+_TURNS = [math.pi / 4 * step for step in range(8)]
 _CLEARANCE = 1e-9  # m; equal shapes in the same place are not inside each other
 BRIGHTEST = 1.01  # a hundredth more than 1 is rounding
 MAX_RELATED = 3
@@ -133,7 +135,8 @@ def diagonal(robot: Robot, without: tuple[str, ...] = ()) -> float:
     for name, place in places.items():  # link names are unique in a tree
         for shape in (*robot.link[name].visual, *robot.link[name].collision):
             ball = ball_of(shape)
-            points += _corners([shape], place) if ball and max(2 * ball.radius, norm(ball.middle)) <= LARGE else []
+            bounds = bounds_of([shape]) if ball and max(2 * ball.radius, norm(ball.middle)) <= LARGE else None
+            points += [place.apply((x, y, z)) for x, y, z in product(*zip(*bounds, strict=True))] if bounds else []
     size = math.hypot(*(max(values) - min(values) for values in zip(*points, strict=True)))
     return size if math.isfinite(size) else 0.0
 
@@ -189,8 +192,7 @@ def contained_links(case: Case) -> Iterator[Diagnostic]:
     if not (robot.is_tree and robot.mimics_resolve and has_axes):  # needed to compute positions
         return
     places = robot.poses_in_root({})
-    boxes = {link.name: _corners(link.collision or link.visual, places[link.name]) for link in robot.links}
-    ends = {name: corners for name, corners in boxes.items() if corners}
+    ends = {link.name: points for link in robot.links if (points := _points(link, places[link.name]))}
     firsts = [*zip(*(points[0] for points in ends.values()), strict=True)] or [(0.0,)]
     axis = max(range(len(firsts)), key=lambda axis: max(firsts[axis]) - min(firsts[axis]))  # the longest dimension
     order = sorted((points[0][axis], name) for name, points in ends.items())
@@ -224,10 +226,24 @@ def contained_links(case: Case) -> Iterator[Diagnostic]:
                 yield case.problem("link-inside-link", message, place, related=related, key=place == path)
 
 
-def _corners(shapes: Iterable[Shape], place: Transform) -> list[Vector]:
-    """Return the corners of the box around the shapes of a link at ``place``; none with a mesh."""
-    bounds = bounds_of(shapes)
-    return [place.apply((x, y, z)) for x, y, z in product(*zip(*bounds, strict=True))] if bounds else []
+def _points(link: Link, place: Transform) -> list[Vector]:
+    """Return points on the surfaces of all shapes of a link in the root frame; none if a shape is a mesh."""
+    points: list[Vector] = []
+    for shape in link.collision or link.visual:
+        geometry, to_root = shape.geometry, place.then(shape.pose.transform())
+        if isinstance(geometry, Box):
+            own = [(x, y, z) for x, y, z in product(*zip(geometry.lower, geometry.upper, strict=True))]
+        elif isinstance(geometry, Sphere):
+            sizes = [(x, y, z, geometry.radius / math.hypot(x, y, z)) for x, y, z in _SIDES]
+            own = [(x * size, y * size, z * size) for x, y, z, size in sizes]
+        elif isinstance(geometry, (Cylinder, Capsule)):
+            radius, half = geometry.radius, geometry.length / 2
+            half += radius if isinstance(geometry, Capsule) else 0.0
+            own = [(radius * math.cos(a), radius * math.sin(a), z) for a in _TURNS for z in (-half, half)]
+        else:
+            return []
+        points += map(to_root.apply, own)
+    return points
 
 
 def holds(geometry: Geometry, to_shape: Transform, points: Sequence[Vector]) -> bool:

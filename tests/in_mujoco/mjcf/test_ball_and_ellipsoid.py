@@ -44,7 +44,7 @@ def test_a_urdf_has_what_stands_for_them(tmp_path: Path) -> None:
     assert '<box size="0.2 0.4 0.6"/>' in urdf
     said = [one.message for one in made.diagnostics if one.rule == "urdf-cannot-say"]
     assert said == [
-        "URDF has no ellipsoid: 1 on link egg is written as a box of the same extents",
+        'URDF has no ellipsoids: 1 of link "egg" is written as a box of the same extents',
         'URDF has no ball joint: "ball" becomes a floating joint',
     ]
 

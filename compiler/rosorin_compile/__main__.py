@@ -1,7 +1,5 @@
 """Run the command line, as a program and as ``python -m rosorin_compile``."""
 
-from __future__ import annotations
-
 import gc
 
 

@@ -13,8 +13,6 @@ arguments:
 - ``output``: the file or folder to write. ``force`` replaces a file that this tool did not write.
 """
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Sequence
@@ -93,7 +91,7 @@ class Written:
 class Explained:
     """The poses of frames, links, joints, etc., and the YAML line of each number; empty if there are errors."""
 
-    answers: tuple[Explanation | Answer | NamedValue, ...] = ()
+    answers: "tuple[Explanation | Answer | NamedValue, ...]" = ()
     diagnostics: tuple[Diagnostic, ...] = ()
 
     def __str__(self) -> str:
@@ -446,7 +444,7 @@ def collisions(
     output: FilePath | None = None,
     force: bool = False,
     trust: bool = False,
-) -> CollisionMatrix:
+) -> "CollisionMatrix":
     """Compute the pairs of links that MoveIt does not need to check, with distances in m, and write them to a file.
 
     Args:

@@ -1,7 +1,5 @@
 """The API for plug-ins (docs/extend.md), in addition to ``rosorin_compile`` and ``rosorin_compile.model``."""
 
-from __future__ import annotations
-
 # fmt: off
 # isort: off
 from rosorin_compile.cli.command import (

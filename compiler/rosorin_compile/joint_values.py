@@ -1,7 +1,5 @@
 """Convert requested joint positions: numbers with units, servo pulses, named poses and sweeps."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence

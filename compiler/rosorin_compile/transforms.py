@@ -1,7 +1,5 @@
 """Compute the pose of one frame relative to another."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace

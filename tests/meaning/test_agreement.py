@@ -95,7 +95,7 @@ def test_shapes_that_are_left_out_are_missed() -> None:
 
 def test_a_json_artifact_that_does_not_fit_its_schema_is_found() -> None:
     (found,) = spoiled("robot_model.json", '"zero": 500', '"zero": 500, "spare": 1')
-    assert found.startswith("robot_model.json does not fit schemas/robot_model.schema.json: \"pulse_to_rad\"")
+    assert found.startswith('robot_model.json does not fit schemas/robot_model.schema.json: "pulse_to_rad"')
 
 
 def test_blanks_within_names_are_kept_by_every_format(tmp_path: Path) -> None:

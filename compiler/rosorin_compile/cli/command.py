@@ -1,7 +1,5 @@
 """Define and run commands, and complete their words in a shell, without running code of a robot."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -169,7 +167,7 @@ class Command(click.Command):
             parent.obj.command, parent.obj.plugin = self.called, self.plugin
         return super().make_context(info_name, args, parent, **extra)
 
-    def start(self, ctx: click.Context) -> Run:
+    def start(self, ctx: click.Context) -> "Run":
         """Create the run from the parsed options of a context. Raises RequestError for invalid options."""
         from .run import Run  # slow to import: it imports the readers of robots
 
@@ -307,7 +305,7 @@ def _names(kind: str, ctx: click.Context) -> dict[str, str]:
     return schema_names() if kind == "schema" else names(kind) if kind in BUILT_IN else {}
 
 
-def _names_of_robot(kind: str, description: Description, ctx: click.Context) -> Iterable[str]:
+def _names_of_robot(kind: str, description: "Description", ctx: click.Context) -> Iterable[str]:
     """Return the names of a kind in a robot, which is read without running its code."""
     from rosorin_compile.language.arguments import declared_arguments
     from rosorin_compile.language.symbols import SymbolTable

@@ -1,7 +1,5 @@
 """Print the diagnostics and the result of a run: immediately as text, or at the end as one document, such as JSON."""
 
-from __future__ import annotations
-
 import dataclasses
 import errno
 import math
@@ -125,7 +123,7 @@ class Console:
         return self.form == "text"
 
     @property
-    def section(self) -> Section:
+    def section(self) -> "Section":
         if not self.sections:
             self.begin("")
         return self.sections[-1]

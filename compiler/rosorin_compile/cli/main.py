@@ -1,7 +1,5 @@
 """The command line: a click group that imports the module of a command, or a plug-in, when it is called."""
 
-from __future__ import annotations
-
 import errno
 import io
 import os

@@ -8,8 +8,6 @@ shapes or masses may follow from another change: an artifact that leaves out a f
 another link. Such a difference is part of the change of the frame.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple

@@ -6,8 +6,6 @@ body whose relative poses are equal in both robots. A cluster is in place if it 
 some cluster of a body above, even if the joints in between are elsewhere.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace

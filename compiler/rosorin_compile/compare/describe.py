@@ -1,7 +1,5 @@
 """Describe differences between leaves: one sentence for each kind of value, with its unit."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple

@@ -5,8 +5,6 @@ link that both have. Shapes are sets of solids; links that are fixed to each oth
 does not support are reported as not compared, not as differences.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import suppress

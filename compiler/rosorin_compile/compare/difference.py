@@ -3,8 +3,6 @@
 It is printed as lines for people, and as JSON for programs (``schemas/robot_diff.schema.json``).
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field

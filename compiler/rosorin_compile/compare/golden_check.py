@@ -3,8 +3,6 @@
 Each committed artifact is read by its format, and its values are compared with the compiled ones.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """The precision of numbers: in descriptions (exact), in files (by printed digits), and after calculations."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable
@@ -80,12 +78,12 @@ class RoundedTransform(NamedTuple):
     length: float = 0.0
     angle: float = 0.0
 
-    def then(self, child: RoundedTransform) -> RoundedTransform:
+    def then(self, child: "RoundedTransform") -> "RoundedTransform":
         """Return this transform followed by ``child``."""
         length = self.length + child.length + self.angle * norm(child.transform.xyz)
         return RoundedTransform(self.transform.then(child.transform), length, self.angle + child.angle)
 
-    def inverse(self) -> RoundedTransform:
+    def inverse(self) -> "RoundedTransform":
         """Return the inverse transform with its uncertainty."""
         length = self.length + self.angle * norm(self.transform.xyz)
         return RoundedTransform(self.transform.inverse(), length, self.angle)

@@ -1,7 +1,5 @@
 """Compare joints and all sections of two robots, except values that a format cannot express."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace

@@ -1,7 +1,5 @@
 """Describe differences in sentences: what changed, then the old and new values with enough digits to differ."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from typing import Any

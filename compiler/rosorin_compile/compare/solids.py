@@ -1,7 +1,5 @@
 """Compare shapes as sets of solids in any order: equal if they fill the same space within their precision."""
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Sequence
@@ -51,14 +49,14 @@ class Solid(NamedTuple):
         return Box(minus(self.centre, half), plus(self.centre, half))  # type: ignore[arg-type]
 
     @property
-    def as_cylinder(self) -> Solid:
+    def as_cylinder(self) -> "Solid":
         """A capsule as a cylinder of the same full length, as in formats without capsules; other solids unchanged."""
         if self.kind != "capsule":
             return self
         radius, length = self.sizes
         return self._replace(kind="cylinder", sizes=(radius, length + 2 * radius))
 
-    def seen_from(self, place: RoundedTransform) -> Solid:
+    def seen_from(self, place: RoundedTransform) -> "Solid":
         """Return the solid in a frame in which its link has the pose ``place``."""
         transform = place.transform.then(Transform(self.rows, self.centre))
         length, turn = place.length + place.angle * norm(self.centre), self.turn_tolerance + place.angle

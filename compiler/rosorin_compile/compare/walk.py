@@ -9,8 +9,6 @@ that only one side has are the same link if the joint above them has the same na
 them, or if their pose is equal. Two joints are the same joint if the link below them is the same.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from functools import cache

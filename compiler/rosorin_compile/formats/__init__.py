@@ -1,7 +1,5 @@
 """The formats for export and import: ``FORMATS`` has each ``Format`` by name, with formats of plug-ins at the end."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping
 from functools import cache

@@ -1,7 +1,5 @@
 """Compile a robot: load and check it, find its meshes, and generate its artifacts, without writing them to disk."""
 
-from __future__ import annotations
-
 import os
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """frames: a table of all transforms of the robot, in Markdown that is also readable as plain text."""
 
-from __future__ import annotations
-
 import math
 import re
 import textwrap

@@ -6,8 +6,6 @@ combines all ``<gazebo>`` blocks of a link or joint (``gazebosim/sdformat@sdf14:
 A comparison ignores white space, comments, order and SDF defaults, except in a plug-in.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import replace
@@ -157,7 +155,7 @@ def drive_blocks(
 _KEEPING = ("preserveFixedJoint", "disableFixedJointLumping")
 
 
-def gazebo_blocks(content: Content) -> tuple[list[str], list[Diagnostic]]:
+def gazebo_blocks(content: "Content") -> tuple[list[str], list[Diagnostic]]:
     """Return the <gazebo> blocks of an output, and warnings for values that this Gazebo release ignores."""
     robot, number = content.robot, number_format(content.output.options)
     name, mounting = distribution(content.output.options["gazebo"]), _Mounting(content)
@@ -192,7 +190,7 @@ def _blocks_in(elements: Iterable[str]) -> Iterator[Element]:
             yield from tree_of(f"<all>{text}</all>").iter("gazebo")
 
 
-def _physics(content: Content) -> tuple[list[str], list[Diagnostic]]:
+def _physics(content: "Content") -> tuple[list[str], list[Diagnostic]]:
     """Return the blocks for joint springs and for link friction, where Gazebo reads one coefficient per link."""
     robot, number = content.robot, number_format(content.output.options)
     own = {(block.get("reference", ""), inner.tag) for block in _blocks_in(robot.urdf_elements) for inner in block}
@@ -227,7 +225,7 @@ def _physics(content: Content) -> tuple[list[str], list[Diagnostic]]:
 class _Mounting:
     """Finds the link of each sensor after Gazebo has merged the links that are connected by fixed joints."""
 
-    def __init__(self, content: Content) -> None:
+    def __init__(self, content: "Content") -> None:
         self.content, self.above = content, {joint.child: joint for joint in content.joints}
         robot = content.robot
         elements = robot.urdf_elements if "urdf_elements" in content.elements else ()

@@ -1,7 +1,5 @@
 """``Imported``, a robot that was read from a file in another format, and ``ReadOptions``."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field

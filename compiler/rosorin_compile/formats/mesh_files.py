@@ -4,8 +4,6 @@ File names in an artifact depend only on the description: relative names are unc
 ``meshes/NAME/...``, where they are copied. An artifact omits missing files.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import posixpath

@@ -1,7 +1,5 @@
 """Load formats from plug-ins: validate each ``Format``, and report exceptions of its functions as diagnostics."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import fields, is_dataclass, replace

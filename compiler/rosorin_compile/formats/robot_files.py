@@ -4,8 +4,6 @@ The tree of an imported robot is validated. Existing robots violate some rules t
 example with an axis of length 2, so an entry of ``accept`` is added for each such violation. All others are errors.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path

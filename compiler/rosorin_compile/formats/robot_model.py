@@ -4,8 +4,6 @@
 can also be imported: it has joints, one box per link, a height map and the calibration of servos, but no masses.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping

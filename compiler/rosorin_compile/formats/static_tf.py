@@ -6,8 +6,6 @@ frames are published by robot_state_publisher from the URDF. In launch files, ``
 ``not`` one: ``ros2/launch@{humble,jazzy}: launch/launch/substitutions/boolean_substitution.py``.
 """
 
-from __future__ import annotations
-
 import ast
 import json
 import posixpath

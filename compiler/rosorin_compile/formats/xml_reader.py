@@ -1,7 +1,5 @@
 """Read XML elements of URDF, SDF and SRDF, and report invalid numbers and misspelled, missing or duplicate names."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Collection, Iterable, Iterator, Sequence

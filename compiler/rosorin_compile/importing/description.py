@@ -5,8 +5,6 @@ If a description is split, the schema key ``x-file`` names the file of each sect
 style on one line, larger values in block style. Numbers have the fewest digits that are parsed to the same double.
 """
 
-from __future__ import annotations
-
 import math
 import os
 import re

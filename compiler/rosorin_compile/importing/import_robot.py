@@ -1,7 +1,5 @@
 """Import a robot: convert a URDF, xacro, SDF or MJCF to a description, compare both, and write the description."""
 
-from __future__ import annotations
-
 import os
 import re
 import shlex

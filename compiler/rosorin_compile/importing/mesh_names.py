@@ -5,8 +5,6 @@ folders of ROS packages that cannot be found from the description. If a relative
 source, all names become relative to a common parent folder, so that artifacts can be moved together with the meshes.
 """
 
-from __future__ import annotations
-
 import os
 import posixpath
 from collections.abc import Mapping, Sequence

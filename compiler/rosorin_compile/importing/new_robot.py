@@ -1,7 +1,5 @@
 """Create a new description from a template."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

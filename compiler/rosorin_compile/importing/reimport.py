@@ -5,8 +5,6 @@ The first line of ``robot.yaml.imported`` has the command line of the import. Re
 description. They are the common base when ``git merge-file`` merges edited files with newly imported files.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import shlex

@@ -1,7 +1,5 @@
 """Compile the description of an imported robot in a temporary folder, and compare it with the source."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Arguments of a run: values for declared arguments, from files or Python, and requested outputs."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -191,7 +189,7 @@ def as_texts(values: Mapping[str, Any]) -> tuple[dict[str, str], list[Diagnostic
     return texts, diagnostics
 
 
-def with_wanted(tree: Map, wanted: Sequence[str], formats: Mapping[str, Format]) -> tuple[Map, list[Diagnostic]]:
+def with_wanted(tree: Map, wanted: Sequence[str], formats: "Mapping[str, Format]") -> tuple[Map, list[Diagnostic]]:
     """Return a tree with an entry for each requested output, and an error for each unknown name."""
     listed = Map(tree.span, tree.via) if tree.get("outputs") is None else tree["outputs"]
     new = [name for name in dict.fromkeys(wanted) if name not in listed] if isinstance(listed, Map) else []

@@ -3,8 +3,6 @@
 Functions for MJCF have the parameter ``top``: True for sections such as ``<tendon>``, False for elements of a body.
 """
 
-from __future__ import annotations
-
 import posixpath
 import re
 from collections.abc import Callable, Iterator, Mapping

@@ -1,7 +1,5 @@
 """Explain frames and named values: where each is defined, and for every number the line of YAML that sets it."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -47,7 +45,7 @@ class Transform(NamedTuple):
     quaternion_xyzw: tuple[float, ...]
 
     @classmethod
-    def from_rigid(cls, rigid: Rigid) -> Transform:
+    def from_rigid(cls, rigid: Rigid) -> "Transform":
         """Convert a rigid transform, without negative zeros."""
         w, x, y, z = rigid.quaternion()
         values = (rigid.xyz, rigid.rpy(), tuple(map(math.degrees, rigid.rpy())), (x, y, z, w))

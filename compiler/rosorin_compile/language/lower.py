@@ -6,8 +6,6 @@ field in the model. Errors are reported only if a value cannot be converted; rul
 sense.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Collection, Hashable, Iterator, Mapping
 from contextlib import contextmanager, suppress

@@ -1,7 +1,5 @@
 """Find where a value of the expanded tree was written, and the values of the names in its expression."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
@@ -117,7 +115,7 @@ class Meaning(NamedTuple):
     value: str
     given_by: str
     where: Where | None
-    names: tuple[Meaning, ...] = ()
+    names: "tuple[Meaning, ...]" = ()
 
 
 class Step(NamedTuple):
@@ -139,7 +137,7 @@ class Origin(NamedTuple):
     names: tuple[Meaning, ...] = ()
     expressions: tuple[Where, ...] = ()
     stack: tuple[Step, ...] = ()
-    parts: tuple[Origin, ...] = ()
+    parts: "tuple[Origin, ...]" = ()
 
 
 class Origins:

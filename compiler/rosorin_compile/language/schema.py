@@ -4,8 +4,6 @@ Plug-ins define sections with entry points ``rosorin_compile.sections``. Their s
 descriptions, so all code that uses the schema also handles them.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Collection, Mapping, Sequence
@@ -181,7 +179,7 @@ def holds_many(section: str) -> bool:
     return section in merged_sections(WITHIN)
 
 
-def with_outputs(outputs: Any, formats: Mapping[str, Format]) -> dict[str, Any]:
+def with_outputs(outputs: Any, formats: "Mapping[str, Format]") -> dict[str, Any]:
     """Return the schema of descriptions, extended by the options of the formats that ``outputs`` uses."""
     root = schema()
     output, section = root["$defs"]["output"], root["properties"]["outputs"]

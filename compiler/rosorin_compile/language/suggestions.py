@@ -9,8 +9,6 @@ definition in ``$defs``, or ``top``), of ``values`` by kind of value, and of ``u
 A replacement without spaces is the word to write, one with spaces is the help.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Apply the key ``accept`` of a description: accepted errors become notes, accepted warnings and notes are removed."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Mapping, Set
 from contextlib import suppress
 from dataclasses import replace

@@ -6,8 +6,6 @@ the arguments of the run: names in a branch that is not taken count as used. The
 about unknown, unused and similar names, ``explain``, suggestions and completion.
 """
 
-from __future__ import annotations
-
 import re
 from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence

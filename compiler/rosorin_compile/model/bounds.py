@@ -1,7 +1,5 @@
 """Bounds of shapes: boxes, balls, how far shapes reach, and lines through them (C. Ericson, 2005, 5.3)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
@@ -29,12 +27,12 @@ class Bounds(NamedTuple):
         """The distance between two opposite corners (m)."""
         return math.dist(self.lower, self.upper)
 
-    def join(self, other: Bounds) -> Bounds:
+    def join(self, other: "Bounds") -> "Bounds":
         (a, b, c), (d, e, f) = self
         (g, h, i), (j, k, m) = other
         return Bounds((min(a, g), min(b, h), min(c, i)), (max(d, j), max(e, k), max(f, m)))
 
-    def gap(self, other: Bounds) -> float:
+    def gap(self, other: "Bounds") -> float:
         """Return the distance between two boxes (m), or zero if they touch."""
         pairs = zip(self.lower, self.upper, other.lower, other.upper, strict=True)
         return math.hypot(*(max(c - b, a - d, 0.0) for a, b, c, d in pairs))

@@ -1,7 +1,5 @@
 """Assign colours to links, and visuals to links with collision shapes only: the same in pages, pictures and files."""
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Mapping, Sequence
 from colorsys import hls_to_rgb, rgb_to_hls

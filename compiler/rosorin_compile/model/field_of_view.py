@@ -1,7 +1,5 @@
 """The field of view of a sensor, from its elements for MuJoCo, or else for Gazebo: a pyramid, rays, a box, or axes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress

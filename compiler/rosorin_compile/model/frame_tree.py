@@ -1,7 +1,5 @@
 """The tree of frames: a row for each edge with its publisher, and its layout as lines of text."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
@@ -43,7 +41,7 @@ class Row(NamedTuple):
         return {TF: "moving", TF_STATIC: "static"}.get(self.topic, NOBODY)
 
 
-def rows(robot: Robot) -> tuple[Row, ...]:
+def rows(robot: "Robot") -> tuple[Row, ...]:
     """Return all edges except those of simulation frames: joints from the root down, then transforms of other nodes."""
     joints = {(joint.parent, joint.child): joint for joint in robot.joints_down()}
     first = {child: parent for parent, child in joints if child not in robot.simulated_frames}
@@ -126,7 +124,7 @@ def way(tree: Sequence[Line], frame: str) -> list[Line]:
     return upwards[::-1]
 
 
-def html(robot: Robot) -> str:
+def html(robot: "Robot") -> str:
     """Return the tree of frames in all modes as an HTML table for notebooks; every name is escaped."""
     from html import escape  # slow to import
 

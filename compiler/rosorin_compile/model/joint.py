@@ -1,7 +1,5 @@
 """Joints: how a link is attached to another, its limits and dynamics, and the publisher of its transform."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 

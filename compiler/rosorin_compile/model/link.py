@@ -4,8 +4,6 @@ Inertias of shapes with uniform density and of bodies that are fixed to each oth
 the moments of a solid, and the parallel axis theorem (C. Huygens, J. Steiner) combines several.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """Read vertices of STL, OBJ and MSH files without other packages, so that artifacts do not depend on extras."""
 
-from __future__ import annotations
-
 import math
 import re
 import struct
@@ -76,7 +74,7 @@ def _cloud(robot: Robot, name: str, as_opened: bool) -> tuple[tuple[Vector, ...]
     return tuple(dict.fromkeys(zip(coordinates[::3], coordinates[1::3], coordinates[2::3], strict=True))), ""
 
 
-def read_vertices(data: bytes, ending: str) -> array[float]:
+def read_vertices(data: bytes, ending: str) -> "array[float]":
     """Return x, y and z of every vertex in a mesh file, in the order and unit of the file.
 
     ``ending`` is the file extension, such as ".stl". An STL has three vertices per triangle. OBJ vertices without a

@@ -5,8 +5,6 @@ its model (``pulse_to_rad`` of robot_model.json). Positions are radians, or metr
 between two pulses is rounded to the nearer one, or half-way to the pulse nearer to the zero pulse.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Values that only simulations use, in SI units; attributes without a key in the language have MuJoCo's names."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
@@ -117,7 +115,7 @@ class SdfElement:
     name: str
     value: float | str | bool | None = None
     attributes: Mapping[str, float | str | bool] = field(default_factory=dict)
-    elements: tuple[SdfElement, ...] = ()
+    elements: "tuple[SdfElement, ...]" = ()
 
     def words(self) -> Any:
         """Return the element as in a description: a value, or a mapping of attributes and child elements."""
@@ -146,6 +144,6 @@ class GazeboSensor:
     # The types with a different name in Gazebo classic (gazebo11:gazebo/sensors).
     CLASSIC_NAMES: ClassVar = {"gpu_lidar": "ray", "rgbd_camera": "depth", "depth_camera": "depth", "navsat": "gps"}
 
-    def in_classic(self) -> GazeboSensor:
+    def in_classic(self) -> "GazeboSensor":
         elements = (replace(item, name="ray" if item.name == "lidar" else item.name) for item in self.elements)
         return replace(self, type=self.CLASSIC_NAMES.get(self.type, self.type), elements=tuple(elements))

@@ -1,7 +1,5 @@
 """Compute the collision matrix of a robot for MoveIt, and write it to a file that the description can include."""
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence

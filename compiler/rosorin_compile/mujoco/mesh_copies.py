@@ -5,8 +5,6 @@ glTF and GLB are converted to OBJ with trimesh. A converted file has the SHA-256
 Without trimesh, an existing copy of the same source is used, and it is an error if there is none.
 """
 
-from __future__ import annotations
-
 import hashlib
 import re
 import struct

@@ -5,8 +5,6 @@ from zero and from each named pose. If it moves a link deep into an adjacent lin
 origin is probably wrong, which is a warning. A smaller collision is a note, because limits are often slightly too wide.
 """
 
-from __future__ import annotations
-
 import math
 import os
 import warnings

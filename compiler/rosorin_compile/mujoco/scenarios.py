@@ -4,8 +4,6 @@ Each scenario resets the simulation and returns measurements, which ``simulation
 simulation diverges, the result has only ``broken``, the time and the reason.
 """
 
-from __future__ import annotations
-
 import copy
 import math
 import time

@@ -1,7 +1,5 @@
 """Run all scenarios for a robot in MuJoCo, compare the results with limits, and format them as tables."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace

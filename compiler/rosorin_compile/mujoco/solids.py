@@ -4,8 +4,6 @@ The poses of the bodies come from the kinematics of the robot, so that MuJoCo's 
 adjacent bodies have no effect. Meshes are replaced by their convex hulls, as in simulators.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

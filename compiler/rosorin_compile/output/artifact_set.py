@@ -3,8 +3,6 @@
 A new folder is prepared and swapped with the old folder. Files that are not artifacts are hard-linked into it.
 """
 
-from __future__ import annotations
-
 import errno
 import os
 import stat

@@ -3,8 +3,6 @@
 A process locks the parent of its hidden folder. A hidden folder without a lock is from a killed process and is removed.
 """
 
-from __future__ import annotations
-
 import errno
 import hashlib
 import os
@@ -34,7 +32,7 @@ class OutputError(DiagnosticError):
         super().__init__(error(rule, printable(message), None, printable(help)))
 
     @classmethod
-    def from_os_error(cls, problem: OSError, path: Path, verb: str, what: str = "output folder") -> OutputError:
+    def from_os_error(cls, problem: OSError, path: Path, verb: str, what: str = "output folder") -> "OutputError":
         """Convert an OSError to an OutputError; ``verb`` is "read" or "write", ``what`` is the kind of ``path``."""
         place = Path(problem.filename) if isinstance(problem.filename, str) else path
         if any(map(STAGING_NAME.fullmatch, place.parts)):  # do not show the path of a hidden folder

@@ -5,8 +5,6 @@ are replaced, it has the old (if any) and the new digest of each file: if the pr
 which files may be from either run.
 """
 
-from __future__ import annotations
-
 import errno
 import json
 import os

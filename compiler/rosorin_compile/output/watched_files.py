@@ -1,7 +1,5 @@
 """Detect changes of the files from which a robot was compiled."""
 
-from __future__ import annotations
-
 import os
 import time
 from collections.abc import Callable

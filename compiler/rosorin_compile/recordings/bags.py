@@ -1,7 +1,5 @@
 """Read rosbag2 recordings with rosbags."""
 
-from __future__ import annotations
-
 import re
 from array import array
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,5 @@
 """The edges that a running robot should publish according to its description, and their tolerances."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field

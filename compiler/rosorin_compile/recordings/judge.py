@@ -1,7 +1,5 @@
 """Compare a recording with its description, and return findings by severity (``judge_edges`` compares edges)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 

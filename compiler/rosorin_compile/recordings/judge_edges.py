@@ -1,7 +1,5 @@
 """Check recorded edges: values, parents, topics and modes, and edges that are missing, late or stale."""
 
-from __future__ import annotations
-
 import shlex
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence

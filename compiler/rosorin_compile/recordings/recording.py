@@ -1,7 +1,5 @@
 """``Recording``, which collects messages and sorts them by edge, joint and topic."""
 
-from __future__ import annotations
-
 from array import array
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

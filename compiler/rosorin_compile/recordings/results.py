@@ -3,8 +3,6 @@
 The schema of the JSON is ``schemas/recording.schema.json``.
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence

@@ -3,8 +3,6 @@
 Quaternions are (x, y, z, w) as in ROS.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from functools import cached_property

@@ -4,8 +4,6 @@ The forms are those of ROS 2 Humble and Jazzy: tf2_ros/src/tf2_echo.cpp, tf2_too
 BufferCore::allFramesAsYAML in tf2/src/buffer_core.cpp; ``ros2 topic echo`` prints YAML documents.
 """
 
-from __future__ import annotations
-
 import ast
 import math
 import re

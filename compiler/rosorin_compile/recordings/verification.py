@@ -1,7 +1,5 @@
 """Compare a recording of a running robot with its description, and draw the rates and gaps of its messages."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import sys

@@ -1,7 +1,5 @@
 """The ROS graph of a robot: the nodes that its package starts, their topics, and unconnected topics."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Parse users' launch files without running them, and check their static transforms against the description."""
 
-from __future__ import annotations
-
 import ast
 import math
 import operator

@@ -4,8 +4,6 @@ The frames follow from ``edges``: an edge from a frame outside the robot to a li
 parent starts at the map. The kind of a node follows from its name or package.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 

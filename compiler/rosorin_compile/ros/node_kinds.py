@@ -5,8 +5,6 @@ The key ``about`` of each file explains its fields and sources. Validators are n
 joint_trajectory_controller (``validate_jtc_parameters.hpp`` of ros2_controllers).
 """
 
-from __future__ import annotations
-
 import difflib
 import math
 import operator

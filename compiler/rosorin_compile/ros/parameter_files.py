@@ -5,8 +5,6 @@ list has values of one type, there are no aliases, and a key without a value is 
 type of the parameter (1.0 for a double). Parameters that a distribution does not have are not written.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import sys

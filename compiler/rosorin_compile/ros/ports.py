@@ -1,7 +1,5 @@
 """The topics that stock ROS 2 nodes subscribe to and publish (ports), from ``schemas/ros2_ports.json``."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping
 from functools import cache

@@ -1,7 +1,5 @@
 """Derive parameters of a robot_localization filter; ``edges`` decide if it publishes odom -> base or map -> odom."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """Rules about masses, inertias and centres of mass: impossible, implausible or missing values."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Run the rules on a robot, and merge diagnostics that have the same cause."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -82,7 +80,7 @@ def check(
     robot: Robot,
     tree: Map,
     places: Mapping[tuple[str, str], TreePath],
-    formats: Mapping[str, Format],
+    formats: "Mapping[str, Format]",
     scope: Scope | None = None,
     wanted: Collection[str] = (),
 ) -> list[Diagnostic]:

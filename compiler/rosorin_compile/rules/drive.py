@@ -1,7 +1,5 @@
 """Rules about the drive: joints, axes, positions and radii of its wheels."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Rules about frames: the conventions of REP 103 and REP 105, and sensors whose view the robot itself blocks."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Rules about joints: the tree that they form, axes, limits, and keys without effect or in contradiction."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Mapping
 

@@ -1,7 +1,5 @@
 """Rules about single values: numbers in the wrong unit, and characters that XML does not allow."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator, Mapping

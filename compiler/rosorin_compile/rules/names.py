@@ -1,7 +1,5 @@
 """Rules about names: invisible or similar letters, swapped letters, and leading slashes."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """Rules about outputs: formats, options, and names of files in the outputs folder."""
 
-from __future__ import annotations
-
 import posixpath
 import re
 import unicodedata
@@ -72,7 +70,7 @@ def _unknown(case: Case, output: Output) -> Diagnostic:
     return case.problem("unknown-backend", f'there is no format "{output.backend}"', place, format_help, key=is_name)
 
 
-def _endings(format: Format) -> list[str]:
+def _endings(format: "Format") -> list[str]:
     """Return the file name suffixes of a format, the usual one first."""
     return [ending for ending in (posixpath.splitext(format.file)[1], *format.endings) if ending]
 

@@ -1,7 +1,5 @@
 """Rules about joint positions: limits, servo ranges, and mimic joints."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator

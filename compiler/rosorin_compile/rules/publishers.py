@@ -1,7 +1,5 @@
 """Rules about publishers: in every mode, one node publishes each frame, and joints and edges form one tree."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Rules about shapes: sizes, scales of meshes, shapes far apart or inside each other, and materials."""
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence

@@ -4,8 +4,6 @@ Readers ignore elements with unknown names: Gazebo keeps its default friction, a
 forever.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Iterator, Mapping

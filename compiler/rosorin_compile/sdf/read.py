@@ -5,8 +5,6 @@ duplicate elements. Nested and included models are merged, with the name of the 
 description has no key for are kept as XML (``urdf_elements``).
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from pathlib import Path

@@ -5,8 +5,6 @@ others are relative to. The parent of each other member is the member that its p
 If the child of a joint does not have its origin on the joint axis, an intermediate link is added.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import Placed

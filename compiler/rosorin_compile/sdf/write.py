@@ -5,8 +5,6 @@ Poses have the numbers of the description: a joint is relative to its parent, th
 link. Tested with libsdformat 12 and Drake 1.51.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple, replace
 

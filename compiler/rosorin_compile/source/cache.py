@@ -1,7 +1,5 @@
 """Cache results with a robot, and locate the user's cache folder (XDG, or ``ROSORIN_COMPILE_CACHE``; off: no cache)."""
 
-from __future__ import annotations
-
 import os
 import stat
 from collections.abc import Callable

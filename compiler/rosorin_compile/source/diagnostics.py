@@ -1,7 +1,5 @@
 """Diagnostics: the errors, warnings and notes that stages return, with positions in files, and their text form."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
@@ -31,7 +29,7 @@ class Source(NamedTuple):
         lines = split_lines(self.text)
         return lines[number - 1] if 0 < number <= len(lines) else ""
 
-    def span(self, offset: int = 0, length: int = 1) -> Span:
+    def span(self, offset: int = 0, length: int = 1) -> "Span":
         """Return the span of ``length`` characters at an offset."""
         lines = split_lines(self.text[:offset])
         return Span(self, len(lines), len(lines[-1]) + 1, max(1, length))
@@ -121,7 +119,7 @@ class Diagnostic:
     numbers: tuple[tuple[str, Any], ...] = ()
     suggest: Callable[[], str] | None = field(default=None, compare=False, repr=False)
 
-    def with_help(self) -> Diagnostic:
+    def with_help(self) -> "Diagnostic":
         """Return the diagnostic with its suggestion as help."""
         if self.suggest is None:
             return self

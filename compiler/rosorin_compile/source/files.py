@@ -1,7 +1,5 @@
 """Read files, and record the paths that were read or were missing: the dependencies of a compiled robot."""
 
-from __future__ import annotations
-
 import errno
 import os
 import stat

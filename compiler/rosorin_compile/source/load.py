@@ -5,8 +5,6 @@ Scalars follow the YAML 1.2 core schema (https://yaml.org/spec/1.2.2/#103-core-s
 unit, such as ``12.5 mm``, is a quantity. A quoted scalar is always a string.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import re
@@ -262,7 +260,7 @@ def json_of(text: str | bytes, parse_constant: Callable[[str], Any] | None = Non
     return json.loads(text, parse_constant=parse_constant)
 
 
-def python_of(text: str, expression: bool = False) -> ast.Module | ast.Expression:
+def python_of(text: str, expression: bool = False) -> "ast.Module | ast.Expression":
     """Parse a program or an expression. Raises SyntaxError; ValueError if it is nested too deep."""
     import ast
 

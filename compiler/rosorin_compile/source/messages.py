@@ -1,7 +1,5 @@
 """Merge and sort the diagnostics of all stages, so that each mistake is reported once, and compute suggestions."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace

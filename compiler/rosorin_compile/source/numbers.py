@@ -1,7 +1,5 @@
 """Format floats for artifacts without locale or negative zero, as ``short`` (the default), ``exact`` or ``six``."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Mapping
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """Find the folder of a ROS package by its name, in the paths of ROS 1, ROS 2 and Gazebo, and near the source file."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import suppress

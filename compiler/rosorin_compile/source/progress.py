@@ -1,7 +1,5 @@
 """Print progress on the last line of a terminal, starting two seconds after ``Progress.show`` or ``begin``."""
 
-from __future__ import annotations
-
 import os
 import time
 from collections.abc import Iterator

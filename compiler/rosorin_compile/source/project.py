@@ -1,7 +1,5 @@
 """Locate descriptions, their output folders, and the data files of the tool."""
 
-from __future__ import annotations
-
 import os
 import re
 import stat
@@ -42,7 +40,7 @@ class Description:
     SCHEMA: ClassVar[Path] = Path(".schema", "rosorin-compile.schema.json")  # in FOLDER
 
     @classmethod
-    def find(cls, names: list[str], outputs: str | None = None) -> list[Description]:
+    def find(cls, names: list[str], outputs: str | None = None) -> "list[Description]":
         """Return descriptions by name, folder or file, or all of the current project. Raises NoDescription."""
         if paths := [first_file(name) for name in names] or all_here():
             return [cls.from_path(path, outputs) for path in paths]
@@ -54,7 +52,7 @@ class Description:
         raise NoDescription(f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here or above{next(problems, why)}")
 
     @classmethod
-    def from_path(cls, path: Path, outputs: str | None = None) -> Description:
+    def from_path(cls, path: Path, outputs: str | None = None) -> "Description":
         """Return the description with this main file; its artifacts are in a subfolder of ``outputs``."""
         folder = Path(os.path.abspath(path)).parent
         name = folder.name if path.name == ROOT_FILE else path.stem

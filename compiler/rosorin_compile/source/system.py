@@ -1,7 +1,5 @@
 """Functions that Windows lacks (owners, locks, limits), and queries about installed Python packages."""
 
-from __future__ import annotations
-
 import errno
 import os
 import re

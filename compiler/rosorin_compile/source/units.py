@@ -4,8 +4,6 @@ Dimensions are exponents of (metre, kilogram, second, radian). A bare number has
 Unit values: SI brochure (BIPM, 9th edition); inch and pound: international yard and pound agreement, 1959.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from functools import lru_cache
@@ -58,14 +56,14 @@ class Quantity(float):
     dimension: Dimension
     text: str
 
-    def __new__(cls, value: float, dimension: Dimension, text: str = "") -> Quantity:
+    def __new__(cls, value: float, dimension: Dimension, text: str = "") -> "Quantity":
         made = super().__new__(cls, value)
         made.dimension, made.text = dimension, text
         return made
 
     @staticmethod
     @lru_cache(maxsize=1_000)
-    def parse(text: str) -> Quantity | None:
+    def parse(text: str) -> "Quantity | None":
         """Return the quantity of a text such as "12.5 mm", or None if it is not a number with a valid unit."""
         match = _QUANTITY.match(text) if len(text) <= MAX_LENGTH else None
         unit = parse_unit(match[2]) if match else None

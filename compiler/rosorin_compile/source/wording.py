@@ -1,7 +1,5 @@
 """Helpers for messages: lists of names, look-alike letters, and "did you mean" suggestions."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from difflib import get_close_matches

@@ -1,7 +1,5 @@
 """Explain why a text is not valid YAML: the mistake and its position, often a line above where the parser stops."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,5 @@
 """Write strings as YAML, quoted only if necessary, also for YAML 1.1 readers (``on``, ``12:30``, dates)."""
 
-from __future__ import annotations
-
 import re
 from functools import lru_cache
 from typing import Any

@@ -4,8 +4,6 @@ The folder of a variant is replaced in one step, so that it is complete even if 
 variant, with the digests of inputs and artifacts, is written last.
 """
 
-from __future__ import annotations
-
 import filecmp
 import json
 import os

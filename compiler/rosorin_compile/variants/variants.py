@@ -1,7 +1,5 @@
 """Read a list of variants: the name and the arguments for each robot of a sweep."""
 
-from __future__ import annotations
-
 import csv
 import io
 import os

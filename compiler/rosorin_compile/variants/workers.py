@@ -1,7 +1,5 @@
 """Compile the variants of a sweep in this process, in child processes or on a Dask cluster, without writing them."""
 
-from __future__ import annotations
-
 import gc
 import json
 import math

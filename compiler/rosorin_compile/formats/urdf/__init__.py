@@ -1,7 +1,5 @@
 """URDF: the format that robot_state_publisher, MoveIt and most other tools read."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from importlib import import_module
 from typing import Any

@@ -4,8 +4,6 @@ Input that urdfdom rejects is an error, and so are mistakes that it silently acc
 elements, links with two parents. Valid elements without a key in descriptions are kept as XML.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Collection, Mapping

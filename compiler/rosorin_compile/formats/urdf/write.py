@@ -6,8 +6,6 @@ masses as an empty model. For a link without an inertial, PyBullet uses 1 kg, an
 but not if the inertial is zero (tested with libsdformat 12, PyBullet 3.2.7, MuJoCo 4).
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import replace

@@ -6,8 +6,6 @@ size. ``overlay`` compares it with the ``<sensor>`` that this type generates, an
 detected later, when the entry is compiled and compared with the element.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence

@@ -3,8 +3,6 @@
 Only numbers and names are extracted; no mesh and no text of the package is copied.
 """
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass, field, replace
 from pathlib import Path

@@ -8,8 +8,6 @@ is lost.
 A height map in a description file is edited in place; the new text is parsed to check that nothing else changed.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterable, Sequence

@@ -4,8 +4,6 @@ Each shape encloses the mesh, even after its dimensions are rounded. A rotated s
 shape if its volume is more than one percent smaller.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence

@@ -6,8 +6,6 @@ the name of the instance (entry of ``use``) becomes an expression with ``${name}
 differ becomes one parameter, and equal values in several places share one parameter.
 """
 
-from __future__ import annotations
-
 import re
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence

@@ -4,8 +4,6 @@ Links in a part have short names, and each instance (entry of ``use``) adds a pr
 ``left_wheel``. If the differing word is not at the beginning (``hip_FL_joint``), names contain ``${name}`` instead.
 """
 
-from __future__ import annotations
-
 import re
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence

@@ -5,8 +5,6 @@ through the expansion: the number of its file, its offset in the text and the nu
 (-1 for none). The list ``calls`` has the source position of each macro call.
 """
 
-from __future__ import annotations
-
 import glob
 import json
 import math

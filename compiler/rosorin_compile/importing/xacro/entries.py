@@ -4,8 +4,6 @@ Elements in ``<xacro:if>`` and ``<xacro:unless>`` are alternatives. They are mer
 once, and different values become ``${A if CONDITION else B}``. This module runs in the child process.
 """
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Callable, Iterator, Sequence

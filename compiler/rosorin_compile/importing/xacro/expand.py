@@ -4,8 +4,6 @@ Expansion can run arbitrary Python code from the file, because the sandbox of xa
 warning is reported first, and a file without xacro syntax is not expanded.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

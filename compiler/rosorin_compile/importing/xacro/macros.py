@@ -4,8 +4,6 @@ Parameters are parsed from the files without running xacro, to validate calls be
 editors.
 """
 
-from __future__ import annotations
-
 import glob
 import os
 import re

@@ -7,8 +7,6 @@ part also stays in the document, and the macro body is evaluated once, with symb
 arguments that cannot be translated are expanded as in xacro. This module runs in the child process.
 """
 
-from __future__ import annotations
-
 import ast
 import math
 import os

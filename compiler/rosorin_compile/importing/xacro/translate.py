@@ -5,8 +5,6 @@ that cannot be translated is replaced with its value. The result is compiled for
 compared with the output of xacro. If they differ, the next attempt does not keep the macro or argument at fault.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 import os

@@ -3,8 +3,6 @@
 These are checked here, because the schema is only applied to the expanded tree, which has none of them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple

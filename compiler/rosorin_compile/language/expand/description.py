@@ -5,8 +5,6 @@ iteration of a loop. Sections of the same name are joined in this order: those o
 files; those of the including file; those from parts, in the order of ``use``.
 """
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping
@@ -74,8 +72,8 @@ class Expanded(NamedTuple):
 def expand(
     path: Path,
     arguments: Mapping[str, Any],
-    robots: RobotReader | None,
-    tell: Tell | None = None,
+    robots: "RobotReader | None",
+    tell: "Tell | None" = None,
     packages: Mapping[str, Path] | None = None,
     cache: dict[Any, Any] | None = None,
 ) -> Expanded:
@@ -205,7 +203,7 @@ def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, 
     declare(scope, declared, given, "the description")
 
 
-def _given(value: Any, kind: Any, span: Span) -> Any:
+def _given(value: Any, kind: Any, span: "Span") -> Any:
     """Convert the value of an argument to tree nodes; all items of a list or dict get the span ``span``."""
     if type(value) is str:
         if kind == "boolean" and value in ("0", "1"):

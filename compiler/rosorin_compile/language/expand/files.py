@@ -1,7 +1,5 @@
 """Read a description with all files that it includes, and join their sections, without evaluating expressions."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -51,7 +49,7 @@ class Reader:
     """Read a file and its includes; collect named values, included robots, file names and diagnostics."""
 
     def __init__(
-        self, root: Path, robots: RobotReader | None, packages: Mapping[str, Path] | None = None, cache: Cache = None
+        self, root: Path, robots: "RobotReader | None", packages: Mapping[str, Path] | None = None, cache: Cache = None
     ) -> None:
         # Without a reader of robots, treat all files that are not YAML as robots.
         self.robot_endings = robots.endings if robots else lambda: ("",)

@@ -7,8 +7,6 @@ A sensor type has ``params``, which a sensor sets under ``with``, named values u
 get unless they set them. Expressions in it may use the ``name``, ``frame`` and ``parent`` of the sensor.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from contextlib import suppress

@@ -4,8 +4,6 @@ Names get a prefix, poses are mirrored, and entries on the frame ``mount`` are a
 which values these are. Under a reflection S, a rotation R becomes S R S, and a position p becomes S p.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial

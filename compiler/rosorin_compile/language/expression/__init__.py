@@ -6,8 +6,6 @@ in ``functions``. There are no attributes of Python objects (``table.key`` is an
 assignments. The sizes of values and the number of steps are limited, so every expression terminates soon.
 """
 
-from __future__ import annotations
-
 import ast
 import warnings
 from collections.abc import Mapping

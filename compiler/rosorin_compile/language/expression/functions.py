@@ -3,8 +3,6 @@
 Quantities that are added or compared must have the same dimension; a bare number is compatible with any dimension.
 """
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -36,7 +34,7 @@ class ExpressionError(Exception):
     """
 
     def __init__(
-        self, message: str, column: int = -1, help: Help = "", unknown: str = "", unit: tuple[str, str] | None = None
+        self, message: str, column: int = -1, help: "Help" = "", unknown: str = "", unit: tuple[str, str] | None = None
     ) -> None:
         super().__init__(message)
         self.message, self.column, self.help, self.unknown, self.unit = message, column, help, unknown, unit

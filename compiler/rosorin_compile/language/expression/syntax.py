@@ -3,8 +3,6 @@
 In ``30 mm`` or ``2.5 kg*m^2``, the number and the unit are a single value; this binds tighter than every operator.
 """
 
-from __future__ import annotations
-
 import ast
 import operator
 import re

@@ -4,8 +4,6 @@ The folder of a section has its JSON Schema, ``schema.json``, and its conversion
 ``schema.json`` here has shared definitions. The dataclasses are in ``model``, the rules in ``rules``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -5,8 +5,6 @@ the import gave them, objects without a name by references and position. Appeara
 without contacts, quaternion signs, principal axes and the origins of meshes are not compared.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from functools import cache

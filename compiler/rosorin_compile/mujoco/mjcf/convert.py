@@ -4,8 +4,6 @@ The schema determines the type of each key that an attribute becomes (``put_word
 ``engine`` returns: a tag, attributes as strings, and child elements. ``text_of`` prints it as XML.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence

@@ -4,8 +4,6 @@ MuJoCo's writer expands includes, replicas and attached models and prints angles
 attributes that differ from its default class. ``apply_classes`` adds the attributes of the class.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re

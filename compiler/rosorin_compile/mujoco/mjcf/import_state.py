@@ -3,8 +3,6 @@
 ``check_source`` finds input that must not be passed to MuJoCo, ``refusal`` reports MuJoCo's errors.
 """
 
-from __future__ import annotations
-
 import os
 import posixpath
 import re

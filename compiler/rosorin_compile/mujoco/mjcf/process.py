@@ -4,8 +4,6 @@ MuJoCo is native code, and some files make it crash, hang or use all memory. In 
 error message. The child process costs 20 ms, and loading MuJoCo 300 ms.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re

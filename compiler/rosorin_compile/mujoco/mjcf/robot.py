@@ -7,8 +7,6 @@ This module has the sections other than links and joints: poses, sensors, constr
 XML. If an element refers to a site or geom of the world, and the world is not a link, that is kept too.
 """
 
-from __future__ import annotations
-
 import posixpath
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence

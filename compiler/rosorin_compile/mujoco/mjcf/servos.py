@@ -1,7 +1,5 @@
 """The actuators of a generated MJCF: names, order and control ranges."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple

@@ -6,8 +6,6 @@ or its body has separate visuals and the model uses different groups for the two
 that a description cannot express are kept as XML.
 """
 
-from __future__ import annotations
-
 import posixpath
 from collections import Counter
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """Report what MJCF cannot express and what MuJoCo would not load, before the artifact is written."""
 
-from __future__ import annotations
-
 import posixpath
 import re
 from collections.abc import Iterator, Mapping, Sequence

@@ -11,8 +11,6 @@ publish become bodies too, if their numbers are known. About the format (MuJoCo 
   or in group 2 if they are shown instead of visuals. The sites of frames are in group 4, which is hidden.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace

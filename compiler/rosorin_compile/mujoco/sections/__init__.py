@@ -5,8 +5,6 @@ is in its folder. An actuator has one target and the attributes that MuJoCo allo
 whether the numbers are consistent when it loads the MJCF.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from itertools import product
 from typing import Any, NamedTuple

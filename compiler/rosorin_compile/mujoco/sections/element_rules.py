@@ -4,8 +4,6 @@ Names are unique by kind in MuJoCo: sites of links and frames are both sites, ac
 ``actuators`` are both actuators. Names in raw MJCF elements count as well.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 

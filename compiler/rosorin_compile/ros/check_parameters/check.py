@@ -1,7 +1,5 @@
 """Check parameter files, with remaps from the command line and launch files, against a robot."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress

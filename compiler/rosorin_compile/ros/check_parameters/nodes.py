@@ -1,7 +1,5 @@
 """The nodes in parameter files: their kinds, keys and values, and the transforms that they publish."""
 
-from __future__ import annotations
-
 import re
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence

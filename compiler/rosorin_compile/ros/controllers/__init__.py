@@ -1,7 +1,5 @@
 """controllers.yaml: check ros2_control parameters in a description or a parameter file against the robot."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any

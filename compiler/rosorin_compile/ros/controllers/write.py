@@ -1,7 +1,5 @@
 """Derive parameters of ros2_control controllers from the robot, and write controllers.yaml."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from itertools import takewhile

@@ -4,8 +4,6 @@ Obstacle heights are in the global frame of the costmap, in which the frame move
 parameters of each node are in ``schemas/ros2_nodes.json`` (navigation), the topic parameters in ``ros2_ports.json``.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from functools import partial

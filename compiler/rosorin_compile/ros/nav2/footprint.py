@@ -5,8 +5,6 @@ more for round shapes. Sides whose removal adds the least area are removed until
 left. At the end the corners are rounded, and the sides are moved outwards until the polygon contains every shape.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import count

@@ -4,8 +4,6 @@
 work in a URDF that is a parameter of robot_state_publisher, so these meshes are copied and get ``package://`` URIs.
 """
 
-from __future__ import annotations
-
 import posixpath
 import re
 from collections import defaultdict

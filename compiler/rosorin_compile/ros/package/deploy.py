@@ -1,7 +1,5 @@
 """Deploy the artifacts of a robot into an existing ROS 2 package, and check deployed copies."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Options of a package: name, package.xml entries, launch files, and the options stored by earlier runs."""
 
-from __future__ import annotations
-
 import re
 import unicodedata
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """Inspect ROS packages on disk: their files, and which files they install."""
 
-from __future__ import annotations
-
 import fnmatch
 import os
 import re

@@ -1,7 +1,5 @@
 """Validate the section ``moveit`` against the URDF of its SRDF; MoveIt only logs these mistakes."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator
 
 from rosorin_compile.model import Output

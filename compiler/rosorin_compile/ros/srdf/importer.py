@@ -4,8 +4,6 @@ Elements that MoveIt ignores (``moveit/srdfdom@ros2:src/model.cpp``, ``moveit_co
 reported. A second chain of a group is converted to a list of joints.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """Handle XML elements that are stored as text: parse, compare, indent and rename them, and insert values."""
 
-from __future__ import annotations
-
 import math
 import re
 import textwrap
@@ -18,7 +16,7 @@ if TYPE_CHECKING:
     from xml.etree import ElementTree
 
 
-def tree_of(text: str) -> ElementTree.Element:
+def tree_of(text: str) -> "ElementTree.Element":
     """Parse a generated XML artifact. Raises ValueError if it is not well-formed, or has a DOCTYPE or entities."""
     from xml.etree import ElementTree  # slow import
 
@@ -35,7 +33,7 @@ def tree_of(text: str) -> ElementTree.Element:
     return builder.close()
 
 
-def canonical(element: ElementTree.Element) -> str:
+def canonical(element: "ElementTree.Element") -> str:
     """Return an element as text with normalized white space, attribute order and digits, without comments."""
     attributes = "".join(f' {name}="{_words(value)}"' for name, value in sorted(element.items()))
     content = _words(element.text or "") + "".join(canonical(child) + _words(child.tail or "") for child in element)

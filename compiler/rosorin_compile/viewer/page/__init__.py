@@ -4,8 +4,6 @@
 from ``viewer/``). The command ``view`` serves the same page.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Mapping

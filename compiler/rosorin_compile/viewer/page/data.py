@@ -3,8 +3,6 @@
 A URDF is not sufficient, because it lacks the frames of other ROS nodes and the fields of view of sensors.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any

@@ -5,8 +5,6 @@ machine to the page. A file that a mesh refers to must be an image that browsers
 or the materials of an OBJ, and it must be in the project or the package of the mesh.
 """
 
-from __future__ import annotations
-
 import re
 from base64 import b64encode
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """The section ``joints``, and the publishers of a joint: a single node, or several in different modes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -37,7 +35,7 @@ class Publishing(NamedTuple):
     always: Publisher
     turns: tuple[Turn, ...] = ()
 
-    def of_optical(self) -> Publishing:
+    def of_optical(self) -> "Publishing":
         """Return the default publishers of an optical frame: the same nodes, but a new one for a static transform."""
 
         def second(node: Publisher) -> Publisher:

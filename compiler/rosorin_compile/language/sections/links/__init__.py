@@ -1,7 +1,5 @@
 """The section ``links``: shapes, and inertials, given as numbers or calculated from shapes of uniform density."""
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -4,8 +4,6 @@ A sensor with a ``parent`` defines its frame and a fixed joint to it. A sensor w
 frame of another sensor. Its optical frame is created unless it exists already, attached by fixed joints.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator, Mapping

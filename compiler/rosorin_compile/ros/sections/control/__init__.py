@@ -4,8 +4,6 @@ Sources: ``ros-controls/ros2_control@{humble,jazzy}:hardware_interface/src/compo
 ``resource_manager.cpp`` and ``mock_components/generic_system.cpp``.
 """
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """The section ``controllers``: ros2_control controllers."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The section ``moveit``: the data that MoveIt needs in addition to the URDF."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any

@@ -28,7 +28,7 @@ from ..joints import OF_THE_URDF, Publishing, add_joint, publishing
 
 _OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)  # REP 103, "Suffix Frames": rotation from body frame to optical frame
 MAX_DEPTH = 12
-MAX_COPIES = 100_000  # of an element; MuJoCo can still simulate so many
+MAX_COPIES = 100_000  # maximum number of copies of an element, which MuJoCo can still simulate
 _KINDS = (simulation.SENSOR_ELEMENT, simulation.BODY_ELEMENT, TEMPLATE_ELEMENT)
 _ZERO = 1e-12  # m or rad: rounding errors of a rotation and its inverse
 _MARGIN = 1e-3  # m: contact points are on the surface or slightly below
@@ -123,7 +123,7 @@ def _pose_in(frame: str, link: str, above: Mapping[str, Joint]) -> Pose | None:
 class Frames(NamedTuple):
     """The frames of a sensor's elements: the sensor frame, its optical frame, and the parent link.
 
-    ``turned``: there is no optical frame; elements for it are rotated instead.
+    ``turned`` is True if there is no optical frame: elements on it are put on the sensor frame and rotated.
     """
 
     sensor: str
@@ -255,7 +255,7 @@ def _sdf_value(value: Any, path: Path) -> float | str | bool:
 
 
 def _moved(element: Simulated, sensor: Mapping[str, Any], frames: Frames) -> Simulated:
-    """Move a MuJoCo element of a sensor type by as much as the sensor moved the type's Gazebo sensor."""
+    """If a sensor moves the Gazebo sensor of its sensor type, move a MuJoCo element of that type with it."""
     changed, is_on_parent = sensor.get("gazebo"), element.link == frames.parent != frames.sensor
     if not isinstance(changed, ChangedSensor) or changed.brought is None or is_on_parent:
         return element

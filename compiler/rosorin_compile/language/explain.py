@@ -85,7 +85,7 @@ class Shape(NamedTuple):
 
 
 class Explanation(NamedTuple):
-    """A frame: the transforms from the root (``chain``), further transforms to it (``others``), its poses and numbers."""
+    """A frame: the transforms from the root (``chain``), further transforms to it (``others``), poses and numbers."""
 
     name: str
     roles: tuple[str, ...]

@@ -151,7 +151,7 @@ def named_as(kind: str) -> tuple[str, ...]:
 
 
 def of_topic(topic: str) -> list[str]:
-    """Return the sections with a given ``x-topic``, a heading of the reference."""
+    """Return the sections whose ``x-topic`` is the topic; a format lists topics that it cannot express."""
     return [key for key, node in sections().items() if node.topic == topic]
 
 

@@ -45,7 +45,7 @@ def _write(run: Run, description: Description) -> int:
     compiled = result.compiled
     inputs = request.inputs(compiled)
     console.print_read(inputs)
-    for is_kept in (False, True):  # list files that are not artifacts even if notes are hidden: ``check`` fails for them
+    for is_kept in (False, True):  # always print notes about files that are not artifacts: ``check`` fails for them
         console.show([d for d in result.diagnostics if (d.rule == "not-an-artifact") == is_kept], listed=is_kept)
     if not compiled.artifacts:
         unknown = any(one.rule == UNKNOWN for one in compiled.diagnostics)
@@ -115,7 +115,7 @@ def run_print(run: Run) -> int:
     (artifact,) = compiled.artifacts
     data = encode(artifact.file, artifact.text)
     if run.output is not None:
-        # Replace an existing file only if this tool has written it or it is the same robot in the same format.
+        # Replace an existing file only if this tool has written it, including files that cannot contain its mark.
         path, robot_of = Path(run.output), FORMATS[artifact.backend].robot_of
         known = is_remembered(path)
         write_file(path, data, inputs, lambda old: known or may_replace(old) or bool(robot_of and robot_of(old)))

@@ -396,7 +396,7 @@ fail_on_option = option("--fail-on error|warning|never", default="error", help=_
 
 
 def robots_argument(metavar: str = "[ROBOT ...]", help: str = ROBOTS_HELP, **settings: Any) -> Decorator:
-    """Return the arguments of a command that handles several robots, with the options for each of them."""
+    """Return the parameters of a command for several robots: their names, and the options that apply to each robot."""
     return combine(words_argument(metavar, help, **settings), robot_options)
 
 
@@ -407,7 +407,7 @@ def check_options(metavar: str = "[ROBOT ...]", help: str = ROBOTS_HELP, **setti
 
 
 def page_options(what: str) -> Decorator:
-    """Return the options of an HTML page; ``what`` describes it."""
+    """Return the options of commands that write an HTML page; ``what`` describes the page in the help."""
     limit = "with --html: size limit for all meshes together, in MB; default: 40"
     return combine(
         option("--html FILE", help=what, excludes="every_argument"),
@@ -417,7 +417,7 @@ def page_options(what: str) -> Decorator:
 
 
 def depfile_options(target: str) -> Decorator:
-    """Return the options for depfiles; ``target`` describes the default target."""
+    """Return the options for depfiles; ``target`` describes the default target in the help."""
     help = "write the files that were read as a Make and Ninja depfile"
     return combine(
         option("--depfile FILE", help=help, excludes="hook dry_run every_argument"),

@@ -57,7 +57,7 @@ def guard() -> Iterator[None]:
     """Make control characters visible in all output of the block, except that of ``paint`` and ``give``."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # Python sets a stream to None if it is closed when the process starts
-            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - as long as we run
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - open until exit
     guards: tuple[Any, Any] = _Guard(sys.stdout), _Guard(sys.stderr)
     with redirect_stdout(guards[0]), redirect_stderr(guards[1]):
         yield

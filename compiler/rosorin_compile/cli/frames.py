@@ -51,7 +51,7 @@ def run_frames(run: Run) -> int:
 
 def _text(robot: Robot, found: Frames, run: Run) -> str:
     on_terminal, is_ascii = sys.stdout.isatty(), True
-    with suppress(UnicodeEncodeError, LookupError):  # use ASCII if the stream cannot encode the lines, or has no encoding
+    with suppress(UnicodeEncodeError, LookupError):  # use ASCII if the stream cannot encode the lines of the tree
         is_ascii = run.ascii or not "└├│─╌".encode(sys.stdout.encoding or "utf-8")
     colours = publishers(rows(robot)) if on_terminal and not os.environ.get("NO_COLOR") else ()
     style = Look(is_ascii, colours, shutil.get_terminal_size().columns if on_terminal else 0)

@@ -143,8 +143,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             sys.stderr.write(top.get_help(click.Context(top, info_name=PROGRAM)) + "\n")
             return USAGE
         try:
-            # Search for --format without click, so that an error in the command line is also printed as JSON.
-            formats = re.findall(r"(?<=^--format[=\n])\w+$", "\n".join(words), re.MULTILINE)
+            formats = re.findall(r"(?<=^--format[=\n])\w+$", "\n".join(words), re.MULTILINE)  # for errors of click
             console = Console("json" if formats[-1:] == ["json"] else "text")
             code = _run(words, console)
             console.print_end()
@@ -157,7 +156,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             is_closed = isinstance(problem, BrokenPipeError)
             if not is_closed and (problem.filename is not None or problem.errno not in _STREAM_ERRORS):
                 raise
-            # Redirect standard output to the null device, because Python flushes its buffer at exit and would fail again.
+            # Redirect standard output to the null device: Python flushes the buffer at exit, which would fail again.
             with Path(os.devnull).open("wb") as nowhere:
                 os.dup2(nowhere.fileno(), sys.stdout.fileno())
             if not is_closed:

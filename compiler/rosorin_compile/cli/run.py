@@ -168,8 +168,7 @@ def for_each(
 ) -> int:
     """Call ``work`` with each robot of the command line, or of ``robots``; return the highest exit code.
 
-    Without names, call it with all robots or, if ``usage`` (syntax to name one) is set, the only robot here. Raises
-    RequestError.
+    Without names, call it with all robots or, if ``usage`` names a required ROBOT, the only one. Raises RequestError.
     """
     if (summary := getattr(run, "summary", None)) is not None:
         from .report_formats import HEAD, markdown
@@ -219,7 +218,7 @@ def for_each(
 def find_robots(run: Run, names: list[str]) -> list[Description]:
     """Find robots by name, or all robots of the project without names. Raises RequestError, NoDescription.
 
-    With -o FOLDER, artifacts of a single robot go to FOLDER; several robots, or --hook, have a subfolder for each robot.
+    With -o FOLDER, artifacts of a single robot go to FOLDER; with several robots or --hook, each has a subfolder.
     """
     take_stdin(names)
     output = getattr(run, "output", None)

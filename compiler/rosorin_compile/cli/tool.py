@@ -93,7 +93,7 @@ def run_completion(run: Run) -> int:
     from .main import COMPLETE, PROGRAM, program
 
     shell = get_completion_class(run.shell)
-    assert shell is not None  # noqa: S101 - click supports all shells that the option allows
+    assert shell is not None  # noqa: S101 - click supports all shells that the argument allows
     try:
         script = shell(program(), {}, PROGRAM, COMPLETE).source()
     except RuntimeError as problem:

@@ -79,7 +79,7 @@ class WatchedRobot:
         errors = sum(diagnostic.severity == ERROR for diagnostic in compiled.diagnostics)
         keys = {(one.severity, one.rule, one.message): one for one in compiled.diagnostics}
         console.show([diagnostic for key, diagnostic in keys.items() if key not in self.reported])
-        # With errors, some rules are not checked: remember their earlier warnings, to not repeat them after a correction.
+        # With errors, some rules are not checked: remember their earlier warnings, so that they are not printed again.
         self.reported = {*keys, *(key for key in self.reported if errors and key[0] != ERROR)}
         name, folder = self.description.name, self.description.outputs
         if errors or compiled.robot is None:

@@ -59,7 +59,7 @@ ENTRIES, ITEMS, WITHIN = "entries", "items", "within"
 
 
 class Node(NamedTuple):
-    """The annotations of a schema location, and those of the locations below it."""
+    """The annotations (``x-...``) of a schema fragment, and of the schema fragments in it."""
 
     names: str = ""
     gives: str = ""

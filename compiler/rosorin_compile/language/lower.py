@@ -34,7 +34,7 @@ T = TypeVar("T")
 Convert = Callable[[Any], Any]
 Report = Callable[[Diagnostic, str], None]
 Place = Callable[[str, str, Path], None]
-Problem = Callable[..., None]  # reports a problem as ``Lowering`` does: its rule, message, path and help
+Problem = Callable[..., None]  # a function that reports a problem; parameters: rule, message, path, help
 _ACCEPTABLE = {"shape-size": find_declared("shape-size")}
 
 

@@ -21,7 +21,7 @@ from .symbols import MOUNT
 MAX_LEVELS = 6
 MAX_NAMES = 40
 _POSE = ("xyz", "rpy")
-_OF_USE = ("name", "frame")  # names that every use of a part or sensor type defines
+_OF_USE = ("name", "frame")  # names that are defined in every part or sensor type
 MAX_TEXT = 80
 # A name with keys, such as rows[0].mass; quoted text is skipped.
 _NAME = re.compile(r"""'[^']*'|"[^"]*"|(?<![\w.])([^\W\d]\w*)((?:\.[^\W\d]\w*|\[[^][]*\])*)""")

@@ -18,9 +18,9 @@ from .validate import not_allowed
 # Rules that ``accept`` cannot suppress, with the reason.
 STAYS = {"stand-in": "a stand-in is reported until its value is measured", "accept-unused": "it is about accept itself"}
 
-Entry = tuple[int, str]  # the index of an entry of ``accept``, and a name in its ``of``, or EVERYTHING
+Entry = tuple[int, str]  # index of an entry in the list ``accept``, and a name in its key ``of``, or EVERYTHING
 Rules = Mapping[str, Rule]  # the rules that descriptions may accept, by id
-_Entries = dict[tuple[str, str], list[Entry]]  # by rule and name
+_Entries = dict[tuple[str, str], list[Entry]]  # entries by rule id and name
 EVERYTHING = ""  # the name in an entry without ``of``: it applies to the entire robot
 
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from .expand.scope import Scope
 
 
-_validators: dict[tuple[Any, ...], tuple[dict[str, Any], Any]] = {}  # cache by the options of the outputs
+_validators: dict[tuple[Any, ...], tuple[dict[str, Any], Any]] = {}  # schema and validator by options of the outputs
 _MOST_VALIDATORS = 100
 MOST = 1e150  # the volume or moment of inertia of a body with larger sizes may overflow
 

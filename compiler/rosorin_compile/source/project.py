@@ -35,7 +35,7 @@ class Description:
     outputs: Path
 
     STDIN: ClassVar[str] = "-"  # the name of a description on standard input
-    ON_STDIN: ClassVar[Path] = Path("<stdin>")  # its path in messages; includes are relative to the current folder
+    ON_STDIN: ClassVar[Path] = Path("<stdin>")  # path of "-" in messages; includes are relative to the current folder
     ENDINGS, ROOT_FILE, FOLDER, OUTPUTS = ENDINGS, ROOT_FILE, DESCRIPTIONS, "outputs"
     SCHEMA: ClassVar[Path] = Path(".schema", "rosorin-compile.schema.json")  # relative to the folder descriptions/
 
@@ -187,7 +187,7 @@ def first_file(name: str) -> Path:
     """Return the main file of a description, requested by file, folder or name. Raises NoDescription."""
     if name == Description.STDIN and _on_stdin:
         return Description.ON_STDIN
-    if Path(name).suffix in ENDINGS and _may_be_file(Path(name)):  # do not search the parent folders
+    if Path(name).suffix in ENDINGS and _may_be_file(Path(name)):  # a file: do not search parent folders
         return Path(name)
     places = (Path(name), Path(DESCRIPTIONS, name), Path(Description.project_folder(), DESCRIPTIONS, name))
     for path in (*(place / ROOT_FILE for place in places), Path(name)):

@@ -94,7 +94,7 @@ class Parts:
         if depth > MAX_NESTED:
             message = f'parts are nested more than {MAX_NESTED} levels deep, at part "{part.name}"'
             scope.report("part-cycle", message, place, 'a part that uses itself needs an "if" to end')
-            self.expansion.nodes, self.expansion.is_full = sys.maxsize, True  # report this once, not for each branch
+            self.expansion.nodes, self.expansion.is_full = sys.maxsize, True  # stop here, to report this only once
             raise Failed
         prefix = str(entry.get("prefix", f"{name}_") or "")
         message = f'part "{part.name}" used here as "{name}"'

@@ -33,7 +33,7 @@ _SIDES: tuple[dict[str, str], ...] = ({"front": "rear", "rear": "front"}, {"left
 
 
 class Use(NamedTuple):
-    """How to place a fragment in a robot: its prefix, the parent of ``mount`` and the pose in it, and a mirror axis.
+    """How to place a part in a robot: a prefix, the frame that replaces ``mount``, the pose in it, and a mirror axis.
 
     ``xyz`` is in metres, ``rpy`` in radians; ``mirror`` is "x", "y" or "z", the coordinate of the mount to negate.
     """
@@ -173,7 +173,7 @@ class _Placer:
         return self.use.prefix + name if self.names.gives(kind, name) else name
 
     def _mounted(self, entry: Map, changes: dict[str, Any], keys: Sequence[str]) -> dict[str, Any]:
-        """Transform a pose on the mount, and directions in it, to the frame that the part is attached to."""
+        """Transform a pose and directions relative to ``mount`` to the frame that the part is attached to."""
         own = {key: changes.get(key, entry.get(key)) for key in ("xyz", "rpy", *keys)}
         xyz, rpy = self.use.xyz, self.use.rpy
         directions = [key for key in keys if key not in ("xyz", "rpy") and own[key] is not None]
@@ -287,7 +287,7 @@ def _gear(actuator: Map, axis: int) -> dict[str, Any]:
     return {"gear": sequence_like([*_reflected(gear[:-3], axis, False), *_reflected(gear[-3:], axis, True)], gear)}
 
 
-# The functions by the value of ``x-mirror`` (see ``annotations.MIRRORED_KEYS``).
+# The function that mirrors a mapping for each value of ``x-mirror`` (see ``annotations.MIRRORED_KEYS``).
 MIRRORED: dict[str, Callable[[Map, int], dict[str, Any]]] = {"pose": _vectors(("xyz",), ("rpy",)), "axis": _axis}
 MIRRORED |= {"grid": _grid, "inertia": _inertia, "bounds": _bounds, "scale": _scale, "gear": _gear}
 MIRRORED |= {key: _vectors((key,)) for key in ("direction", "dir", "at")}

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 _LONE_NAME = re.compile(r"([^\W\d]\w*)((?:\.[^\W\d]\w*|\[\d+\])*)\Z")
 _STEP = re.compile(r"\.([^\W\d]\w*)|\[(\d+)\]")
 _MOUNT = f"={MOUNT}"  # pseudo name of the frame that a part is attached to
-_OF_USE = ("name", "mirrored", "prefix")  # names that each use of a part defines, without an argument
+_OF_USE = ("name", "mirrored", "prefix")  # names that are defined in every part, but not by an argument
 MAX_STEPS = 20  # limit of chains such as a: ${b}, b: ${c}
 MAX_DEPTH = 100  # limit of nested expressions
 

@@ -26,7 +26,7 @@ from ..suggestions import flag_meant, number_meant, unit_meant
 from .provenance import OF_KINDS, Origin, argument_at, argument_of, is_like_a_number
 
 MAX_NODES = 1_500_000
-MAX_CALLED = 30  # nested calls of a function that is defined under let
+MAX_CALLED = 30  # limit of nested calls of functions that are defined under "let"
 # Limit of the steps of all expressions (about ten seconds); a single expression may take a seventh of it.
 MAX_WORK = 20_000_000
 _OF_XACRO = re.compile(r"\$\((find|arg|env|optenv|eval|dirname|anon)\b([^)]*)\)")

@@ -56,8 +56,7 @@ _NAMES = ("name", "class", "link", "joint", "body", "site")
 
 
 def values_of(text: str) -> list[tuple[str, str | float]]:
-    """Return (label, value) for each attribute and text of an XML document, as a label the names of up to three
-    enclosing elements. Raises MarkupError."""
+    """Return (label, value) for each attribute and text of an XML document; labels are names. Raises MarkupError."""
     times: Counter[str] = Counter()
     values: list[tuple[str, str | float]] = []
     for element in [*parse(Source("", text)).root.iter()][1:]:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 _MARK = ":="  # separates name and value of an argument, as in xacro
-_MAX_STDIN = 100_000_001  # bytes; more than the limit of every reader, so that readers report files that are too large
+_MAX_STDIN = 100_000_001  # bytes; more than the limit of every reader, so that readers report input that is too large
 _DEPFILE = re.compile(rb"\S[^\n]*:(?: \\\n  \S[^\n]*)*\n")
 _stdin_read: list[Any] = []  # the contents of standard input, after it was read
 

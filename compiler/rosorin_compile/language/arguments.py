@@ -92,7 +92,7 @@ def choices(arguments: Sequence[Argument], values: Mapping[str, Any]) -> list[Ch
 
 
 def combinations(varied: Sequence[Choice]) -> Iterator[Combination]:
-    """Yield all combinations of values: the defaults, then those that differ in one argument, then all others."""
+    """Yield all combinations of values: the defaults, then combinations that differ in one argument, then the rest."""
     defaults = tuple(values[0] for _, values in varied)
     near = [defaults]
     for index, (_, values) in enumerate(varied):

@@ -294,7 +294,7 @@ class _Frames:
 
         def below(here: Path, value: object) -> Iterator[Number]:
             if isinstance(value, list) and any(isinstance(item, list) for item in value):
-                return  # a height map has too many cells to list
+                return  # a height map has too many numbers to list
             if isinstance(value, (dict, list)):
                 for key, item in value.items() if isinstance(value, dict) else enumerate(value):
                     yield from below((*here, key), item)

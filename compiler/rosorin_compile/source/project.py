@@ -23,7 +23,7 @@ _on_stdin: list[bytes] = []
 
 
 class NoDescription(Exception):
-    """No description has the requested name; the message lists those that exist."""
+    """No description has the requested name; the message lists the descriptions that exist."""
 
 
 @dataclass(frozen=True)
@@ -250,5 +250,5 @@ def data_folder(name: str) -> Path:
 
 @cache
 def tool_folders() -> dict[str, Path]:
-    """Return the folders of the tool by name: the folder of its code, then those of its data."""
+    """Return the folders of the tool by name: the folder of the code, then the folders of data packages."""
     return {"rosorin_compile": Path(__file__).parents[1], **{name: data_folder(name) for name in _DATA}}

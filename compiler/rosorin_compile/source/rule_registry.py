@@ -1,4 +1,4 @@
-"""The registry of rules: ``@rule`` declares those that check a robot; ``schemas/rules.json`` has all others."""
+"""The registry of rules: ``@rule`` declares rules that check a robot; ``schemas/rules.json`` has all other rules."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ def find_declared(id: str) -> Rule:
 
 
 def find(ids: Collection[str] | None = None) -> dict[str, Rule]:
-    """Return the built-in rules by id, all or those of ``ids``; import only the modules that declare them."""
+    """Return all built-in rules, or the rules ``ids``, by id; import only the modules that declare these rules."""
     package = Path(__file__).parents[1]
     found = dict(of_stages())
     quoted = [f'"{id}"'.encode() for id in ids or () if id not in found]

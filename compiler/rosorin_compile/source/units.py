@@ -126,7 +126,7 @@ def parse_unit(text: str) -> tuple[float, Dimension] | None:
 
 @lru_cache(maxsize=1_000)
 def add(first: Dimension, second: Dimension, times: int = 1) -> Dimension:
-    """Return the dimension of a product: the exponents of ``first`` plus ``times`` those of ``second``."""
+    """Return the dimension of ``first * second ** times``, by adding exponents."""
     a, b, c, d = (x + times * y for x, y in zip(first, second, strict=True))
     return (a, b, c, d)
 

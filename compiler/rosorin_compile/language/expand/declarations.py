@@ -203,7 +203,7 @@ def check_use(name: str, entry: Map, scope: Scope) -> None:
 
 
 def hides_letters(key: str, entry: Map, scope: Scope) -> bool:
-    """Report an invisible letter in the ``prefix`` of a part or robot; return True if there is one."""
+    """Report an invisible letter in the ``prefix`` of a part or robot; return True if an error was reported."""
     value = entry.get(key)
     if letter := hidden_letter(value) if isinstance(value, str) else "":
         message = f'{key} "{value}" contains an invisible character: {in_words(letter)}'

@@ -1,8 +1,8 @@
 """Expand a description to a plain tree; warn of names that are unused or look alike; explain missing names.
 
 Scopes are lexical: there is one for the description (all its files), one for each use of a part, and one for each
-iteration of a loop. Sections of the same name are joined in this order: those of included robots; those of included
-files; those of the including file; those from parts, in the order of ``use``.
+iteration of a loop. Sections of the same name are joined in this order: sections of included robots, of included files,
+of the including file, and of parts in the order of ``use``.
 """
 
 import re

@@ -515,7 +515,7 @@ def _as_tree(value: list[Any], span: Span, via: Instance | None) -> Seq:
 
 
 def _within(place: Place, text: str, offset: int) -> Place:
-    """Return the place of the character at an offset in a scalar; if the scalar has several lines, its own place."""
+    """Return the place of the character at an offset in a scalar, or the scalar's place if it spans several lines."""
     span = place.span
     if span.length < len(text):
         return place

@@ -213,7 +213,7 @@ class Document:
 
     def words(self, raw: str, text: str, start: int, whole: Span) -> list[Word]:
         """Split a text, ``raw`` at the offset ``start``, into words; with references, each has the span ``whole``."""
-        if self.whole is not None or "&" in raw or "<" in raw:  # entity references, CDATA
+        if self.whole is not None or "&" in raw or "<" in raw:  # offsets differ with entity references and CDATA
             return [Word(word, whole) for word in text.split()]
         return [Word(found[0], self.span(start + found.start(), len(found[0]))) for found in _WORD.finditer(raw)]
 

@@ -1,7 +1,7 @@
 """The section ``sensors``: sensors with their frames, and their elements in MuJoCo and Gazebo.
 
-A sensor with a ``parent`` defines its frame and a fixed joint to it. A sensor without is on an existing link, or on the
-frame of another sensor. Its optical frame is created unless it exists already, attached by fixed joints.
+A sensor with a ``parent`` defines a frame and a fixed joint from the parent to that frame. A sensor without ``parent``
+is on an existing link, or on the frame of another sensor. An optical frame is created, with a fixed joint, if needed.
 """
 
 import math
@@ -30,8 +30,8 @@ _OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)  # REP 103, "Suffix Frames": ro
 MAX_DEPTH = 12
 MAX_COPIES = 100_000  # maximum number of copies of an element, which MuJoCo can still simulate
 _KINDS = (simulation.SENSOR_ELEMENT, simulation.BODY_ELEMENT, TEMPLATE_ELEMENT)
-_ZERO = 1e-12  # m or rad: rounding errors of a rotation and its inverse
-_MARGIN = 1e-3  # m: contact points are on the surface or slightly below
+_ZERO = 1e-12  # m or rad: limit of rounding errors of a rotation followed by its inverse
+_MARGIN = 1e-3  # m: margin around shapes, because contact points are on the surface or slightly below
 _MESH_ZONE = 2.0  # m: half size of the zone around a link with a mesh, whose bounds are unknown
 _NAME = re.compile(r"[A-Za-z_][\w.-]*")
 
@@ -61,7 +61,7 @@ def _mount(entry: Mapping[str, Any]) -> Joint:
 
 
 def _sensor(lowering: Lowering, name: str, entry: Mapping[str, Any], above: Mapping[str, Joint]) -> Sensor:
-    """Convert a sensor; add its frames and joints unless they exist. ``above`` has the joint above each link."""
+    """Convert a sensor; add missing frames and joints to the robot. ``above`` maps each link to its parent joint."""
     path: Path = ("sensors", name)
     frame, source = entry["frame"], record_of(Source, entry.get("source"))
     optical = entry.get("optical") or {}

@@ -37,7 +37,7 @@ _OF_ARGUMENTS = ("unknown-argument", "bad-argument")
 class Argument(NamedTuple):
     """A declared argument; text fields are as written in the file, or "" if absent.
 
-    ``value`` is the value in this run, or "" for the default; ``set_at`` is where it is set (None: command line).
+    ``value`` is the value in this run, or "" for the default; ``set_at`` is where a file sets it (else None).
     """
 
     name: str

@@ -87,7 +87,7 @@ class Lowering:
             self(problem.rule, problem.message + where, problem.path, problem.help)
 
     def accepts(self, problem: LoweringError) -> bool:
-        """If the description suppresses a problem (key ``accept``), report it as accepted and return True."""
+        """If ``accept`` of the description suppresses a problem, report it and return True, else return False."""
         diagnostic = replace(error(problem.rule, "", None), of=names_at(self.tree, problem.path))
         if not is_accepted(self.tree, diagnostic, _ACCEPTABLE):
             return False

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from .wording import and_more, count_of, did_you_mean, first_of, nearest, phrase, printable, quote, split_lines
 
-__all__ = ["and_more", "count_of", "did_you_mean", "first_of", "nearest", "phrase", "printable", "quote"]  # from wording
+__all__ = ["and_more", "count_of", "did_you_mean", "first_of", "nearest", "phrase", "printable", "quote"]
 
 ERROR, WARNING, NOTE = "error", "warning", "note"
 TRUSTED = (("trusted", True),)  # ``numbers`` of a warning that trusted code will run, which is not printed

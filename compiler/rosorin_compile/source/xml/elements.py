@@ -171,7 +171,7 @@ def number_of(text: str) -> float:
 
 
 def numbers_of(text: str, count: int | None = None) -> tuple[float, ...]:
-    """Parse numbers separated by spaces. Raises ValueError for other words, or if the number of them is not ``count``."""
+    """Parse numbers separated by spaces. Raises ValueError for other words, or for more or fewer than ``count``."""
     found = tuple(map(number_of, text.split()))
     if count not in (None, len(found)):
         raise ValueError(f'"{text}": {count} numbers are needed')

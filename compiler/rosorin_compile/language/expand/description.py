@@ -79,8 +79,8 @@ def expand(
 ) -> Expanded:
     """Expand the description with the main file ``path``.
 
-    ``arguments`` maps names to values; strings are parsed like YAML scalars, as on the command line. In a ``Map``,
-    errors are reported at its positions. ``tell`` is called with a warning before a xacro file executes code; without
+    ``arguments`` maps names to values; strings are parsed like YAML scalars, as on the command line. Errors in a
+    ``Map`` are reported at positions in its file. ``tell`` is called with a warning before a xacro file executes code; without
     it, warnings are returned with the diagnostics. ``robots`` reads included robots in other formats; without it, they
     are skipped. ``packages`` maps names of ROS packages to folders. ``cache`` keeps parsed files between calls.
     """
@@ -102,7 +102,7 @@ def expand(
     offered = [*reader.offered, *(robot.item for robot in reader.robots)]
     symbols = SymbolTable(root, reader.lets, offered, expansion.is_constant)
     check_letters(symbols, scope)
-    for file in reader.sourced:  # validate "source" here, because a file without entries applies it to nothing
+    for file in reader.sourced:  # validate "source" here, because in a file without entries no entry gets it
         if isinstance(file["source"], Map) and expansion.is_constant(file["source"]):
             top = Map(root.span)
             top.put("robot", "robot", root.span, root.span)
@@ -280,7 +280,7 @@ def _is_shared(file: Path, read: Iterable[Path]) -> bool:
 
 
 def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
-    """Report each entry that ``if`` or an empty ``for`` has removed once, instead of all names that it would define."""
+    """Replace errors about names that an entry removed by ``if`` or ``for`` would define by one about that entry."""
     symbols = SymbolTable(tree)
     existing = {name for kind, some in symbols.of.items() if kind != "robot" for name in some}
     existing.update(one.name for one in symbols.definitions(implied=True) if one.kind != "robot")

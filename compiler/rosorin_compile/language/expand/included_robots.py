@@ -55,7 +55,7 @@ _DEFAULT = ("integrator", "Euler")  # MuJoCo's default integrator
 # URDF elements, as (parent, element), whose names must be unique: they always get the prefix.
 _UNIQUE = {("robot", "ros2_control"), ("robot", "transmission"), ("transmission", "actuator")}
 _UNIQUE |= {("ros2_control", "gpio"), ("ros2_control", "sensor")}
-# Elements that other programs define the names of, and attributes that never name a link or joint.
+# Elements whose name has a meaning in another program, and attributes that never name a link or joint.
 _WORDS_OF_OTHERS = {"command_interface", "state_interface", "param", "plugin", "property"}
 _NO_NAMES = re.compile("topic|service|namespace|remapping|uri|filename|material", re.IGNORECASE)
 

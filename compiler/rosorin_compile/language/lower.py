@@ -124,7 +124,7 @@ def owner_of_frame(path: Path) -> str:
 
 
 class Lowered(NamedTuple):
-    """The result of ``lower``: the robot (None after an error), where its joints, links and poses are defined.
+    """The robot (None after an error), the places where its joints, links and poses are defined, and the diagnostics.
 
     ``places`` maps kind and name to a path in the YAML: ("joint", "lidar_joint") -> ("sensors", "lidar"). If several
     nodes publish a joint, the entry of each is at ("edge", "0"), where 0 is the index in ``Robot.edges``.

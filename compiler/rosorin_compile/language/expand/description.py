@@ -80,9 +80,9 @@ def expand(
     """Expand the description with the main file ``path``.
 
     ``arguments`` maps names to values; strings are parsed like YAML scalars, as on the command line. Errors in a
-    ``Map`` are reported at positions in its file. ``tell`` is called with a warning before a xacro file executes code; without
-    it, warnings are returned with the diagnostics. ``robots`` reads included robots in other formats; without it, they
-    are skipped. ``packages`` maps names of ROS packages to folders. ``cache`` keeps parsed files between calls.
+    ``Map`` are reported at positions in its file. ``tell`` is called with a warning before a xacro file executes code;
+    without it, warnings are returned. ``robots`` reads included robots in other formats; without it, they are skipped.
+    ``packages`` maps names of ROS packages to folders. ``cache`` keeps parsed files between calls.
     """
     reader = Reader(path, robots, packages, cache)
     root = reader.read(path)

@@ -2,7 +2,7 @@
 
 If a part has ``mass: ${m}``, the number was written under ``with`` or ``let``. So an error in an argument, or in a
 value calculated from it, is reported where the argument is. If the error is about the kind of value (unit or type),
-and the argument has the declared kind, it is reported in the part. All functions are called only for errors.
+and the argument has the declared kind, it is reported in the part. This module runs only if there are errors.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def mistake_place(
 ) -> tuple[Place, tuple[Related, ...]]:
     """Return where to report an error at a path, and related places: where the value is used.
 
-    If ``root``, the scope of the description, is None, arguments are not searched. ``key``, ``within``: see ``tree``.
+    If ``root``, the scope of the description, is None, arguments are not searched. ``key``, ``within``: see ``written_place``.
     """
     place, use = written_place(tree, path, key, within)
     origin = None
@@ -94,7 +94,7 @@ def problem_at(
     related: Iterable[Related] = (),
     key: bool = False,
 ) -> Diagnostic:
-    """Return an error at a path of the tree or, if it does not exist, at its longest prefix; with ``key``, at a key."""
+    """Return an error at the value at a path (with ``key``, at its key), or at the longest existing prefix of it."""
     path = tuple(path)
     if exists(tree, path) and (rule in _OF_NAMES or not key):
         place, uses = mistake_place(root, tree, path, rule, key)

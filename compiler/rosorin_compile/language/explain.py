@@ -167,7 +167,7 @@ def _is_called(number: str, word: str) -> bool:
 
 
 def _selected(answer: Explanation | Answer, words: Sequence[str], added: tuple[str, ...]) -> Answer:
-    """Select numbers by words; a word that is a full name selects only that number and numbers of sections ``added``."""
+    """Select numbers by words; a word that is a full name selects only that number, and numbers in ``added``."""
     selected: dict[Number, None] = {}
     for word in words:
         called = [number for number in answer.numbers if _is_called(number.name, word)]

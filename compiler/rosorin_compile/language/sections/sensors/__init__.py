@@ -123,7 +123,7 @@ def _pose_in(frame: str, link: str, above: Mapping[str, Joint]) -> Pose | None:
 class Frames(NamedTuple):
     """The frames of a sensor's elements: the sensor frame, its optical frame, and the parent link.
 
-    ``turned`` is True if there is no optical frame: camera elements are put on the sensor frame and rotated.
+    ``turned`` is True if there is no optical frame: elements for that frame are rotated on the sensor frame.
     """
 
     sensor: str

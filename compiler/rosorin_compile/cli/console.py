@@ -27,7 +27,7 @@ FINE, PROBLEMS, USAGE = 0, 1, 2  # exit codes
 PROGRESS = "ROSORIN_COMPILE_PROGRESS"  # environment variable; "off" hides the progress
 
 _STAND_IN = "stand-in"
-_LISTED = ("not-in-format", "engine-missing", "drives-assumed")  # notes that are never only counted
+_LISTED = ("not-in-format", "engine-missing", "drives-assumed")  # notes to print, not only count
 _MAX_SHOWN = 200  # maximum number of diagnostics in text output; JSON and SARIF have all
 _LAYOUT = "\n\t"
 _COLOUR = "(\x1b\\[[0-9]{1,2}m)"  # the escape sequences for colours, the only ones that this tool prints

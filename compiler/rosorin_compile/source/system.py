@@ -41,7 +41,7 @@ def take_missing() -> list[str]:
 
 
 def lock(handle: int, shared: bool = False, wait: bool = True) -> None:
-    """Lock an open file until it is closed. Raises BlockingIOError if ``wait`` is False, OSError if not supported."""
+    """Lock an open file until it is closed. Raises OSError: BlockingIOError if it is locked and not ``wait``."""
     try:
         import fcntl
     except ImportError:

@@ -70,7 +70,7 @@ def mistake_place(
 ) -> tuple[Place, tuple[Related, ...]]:
     """Return where to report an error at a path, and related places: where the value is used.
 
-    If ``root``, the scope of the description, is None, arguments are ignored. ``key``, ``within``: see ``written_place``.
+    ``root`` is the scope of the description; without it, arguments are ignored. See ``written_place`` for the others.
     """
     place, use = written_place(tree, path, key, within)
     origin = None

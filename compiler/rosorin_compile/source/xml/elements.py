@@ -56,7 +56,7 @@ _NAMES = ("name", "class", "link", "joint", "body", "site")
 
 
 def values_of(text: str) -> list[tuple[str, str | float]]:
-    """Return (label, value) for each attribute and text of an XML document; labels are names. Raises MarkupError."""
+    """Return (label, value) of each attribute and text in XML; labels have names of elements. Raises MarkupError."""
     times: Counter[str] = Counter()
     values: list[tuple[str, str | float]] = []
     for element in [*parse(Source("", text)).root.iter()][1:]:

@@ -1,1 +1,1 @@
-"""The command line: commands, with ``command`` (options), ``run`` and ``console`` (output) as their base."""
+"""The command line: modules of commands, which use ``command`` (options), ``run`` (input) and ``console`` (output)."""

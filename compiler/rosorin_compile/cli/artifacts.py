@@ -45,7 +45,7 @@ def _write(run: Run, description: Description) -> int:
     compiled = result.compiled
     inputs = request.inputs(compiled)
     console.print_read(inputs)
-    for is_kept in (False, True):  # ``check`` fails for files that are not artifacts
+    for is_kept in (False, True):  # always print notes about files that are not artifacts: ``check`` fails for them
         console.show([d for d in result.diagnostics if (d.rule == "not-an-artifact") == is_kept], listed=is_kept)
     if not compiled.artifacts:
         unknown = any(one.rule == UNKNOWN for one in compiled.diagnostics)
@@ -62,7 +62,7 @@ def _write(run: Run, description: Description) -> int:
     done = "; ".join(f"{word}: {', '.join(names)}" for word, names in changes.items() if names) or "unchanged"
     console.say(f"{description.name}: {count(files, meshes)} in {result.folder}, {done}")
     if run.depfile is not None:
-        # A mesh in the folder of the artifacts is also an input if it was read: do not touch it.
+        # Do not touch a mesh that was also read as an input: it would always be newer than the artifacts.
         read = {os.path.realpath(file) for file in inputs}
         made = [description.outputs / file for file in (*files, *meshes)]
         newer = [file for file in made if os.path.realpath(file) not in read]
@@ -115,7 +115,7 @@ def run_print(run: Run) -> int:
     (artifact,) = compiled.artifacts
     data = encode(artifact.file, artifact.text)
     if run.output is not None:
-        # Replace a file without the mark of this tool only if this tool wrote it.
+        # Replace an existing file only if this tool has written it, including files that cannot contain its mark.
         path, robot_of = Path(run.output), FORMATS[artifact.backend].robot_of
         known = is_remembered(path)
         write_file(path, data, inputs, lambda old: known or may_replace(old) or bool(robot_of and robot_of(old)))

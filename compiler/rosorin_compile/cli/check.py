@@ -29,7 +29,7 @@ from .main import commands
 from .run import Run, count, for_each, take_stdin, write_depfile
 
 MAX_COMBINATIONS = 256
-_WRITTEN = ("html", "summary", "depfile")  # options that name a file to write
+_WRITTEN = ("html", "summary", "depfile")  # options whose value is a file to write
 _SUBMODULE = "160000"  # the file mode of a submodule in the Git index
 
 
@@ -55,7 +55,7 @@ def run_check(run: Run) -> int:
     here = Path.cwd()
     vars(run).update({name: str(here / file) for name, file in vars(run).items() if name in _WRITTEN and file})
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-staged-") as temporary:
-        os.chdir(_check_out_index(here, Path(os.path.realpath(temporary))))  # keeps paths in messages relative
+        os.chdir(_check_out_index(here, Path(os.path.realpath(temporary))))  # so that paths in messages are relative
         try:
             return _check(run)
         finally:
@@ -63,10 +63,10 @@ def run_check(run: Run) -> int:
 
 
 def _check_out_index(here: Path, copy: Path) -> Path:
-    """Check out the Git index of the repository around ``here`` to ``copy``; return the path of ``here`` in the copy.
+    """Check out the Git index of the repository that contains ``here`` to ``copy``; return the path of ``here`` there.
 
-    The copy has links to the submodules. In a hook, Git sets the index of the commit in progress. Raises RequestError
-    without Git or a repository, and for an index with conflicts.
+    Submodules are symbolic links. In a hook, Git selects the index of the commit in progress. Raises RequestError if
+    Git or a repository is missing, or if the index has conflicts.
     """
 
     def git(folder: Path, *arguments: str) -> str:
@@ -105,7 +105,7 @@ def _check(run: Run) -> int:
 
 
 def check_robot(run: Run, description: Description, page: Pictures | None = None) -> int:
-    """Compile one robot and compare it with its outputs folder; the changes are added to ``page``."""
+    """Compile one robot and compare it with its outputs folder; add the changes to the HTML page, if there is one."""
     console, name, request = run.console, description.name, run.request(description)
     on_stdin = description.path == Description.ON_STDIN
     checked = api.Checked(request.compile(), description.outputs) if on_stdin else api.check(request)
@@ -170,7 +170,7 @@ def _check_every(run: Run, description: Description) -> int:
 
 
 def _causes(varied: Sequence[Choice], tried: Sequence[Combination], where: Sequence[Combination]) -> str:
-    """Return the arguments that cause a problem, as the end of a sentence; empty if all combinations do."""
+    """Return the arguments that cause a problem, such as " (with arm=true)", or "" if every combination has it."""
     if len(where) == len(tried):
         return ""
     used = [dict.fromkeys(column) for column in zip(*where, strict=True)]
@@ -229,7 +229,7 @@ def run_diff(run: Run) -> int:
 
 
 def as_json(difference: Difference) -> dict[str, Any]:
-    """Return a comparison as JSON data; its schema is ``robot_diff``."""
+    """Convert a comparison to JSON data that conforms to the schema ``robot_diff``."""
     found: dict[str, Any] = {}
     for letter, side in zip("ab", difference.sides, strict=True):
         counts = {"links": len(side.robot.links), "joints": len(side.robot.joints)}

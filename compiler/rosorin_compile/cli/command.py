@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 CHECK = "check"  # the command whose subcommands are checks
-# Headings of the help, each with its commands: the module that defines a command, and its help.
+# For each heading of the help: the commands, with the module that defines the command and a line of help.
 COMMANDS = {
     "describe and compile": {
         "init": ("import_robot", "create a new robot description"),
@@ -93,7 +93,7 @@ for group, entries in COMMANDS.items():
 
 
 def names(group: str) -> dict[str, str]:
-    """Return the names of all "commands" or "checks" with their help; plug-ins are named, but not imported."""
+    """Map the names of all "commands" or "checks" to a line of help, without importing plug-ins."""
     plugins = {p.name: f"of {p.distribution} {p.version}" for p in installed_plugins() if p.group == group}
     return plugins | {entry.name: entry.help for entry in BUILT_IN[group].values() if not entry.hidden}
 
@@ -125,7 +125,7 @@ class Option(click.Option):
 
 
 class Argument(click.Argument):
-    """An argument with a line of help, which not all versions of click support."""
+    """An argument with a line of help, for which ``click.Argument`` has no parameter."""
 
     def __init__(self, *words: Any, help: str = "", **settings: Any) -> None:
         super().__init__(*words, **settings)
@@ -133,10 +133,10 @@ class Argument(click.Argument):
 
 
 class Command(click.Command):
-    """A command: ``rosorin-compile NAME``, or ``check NAME`` if it is ``within`` check.
+    """A command: ``rosorin-compile NAME``, or ``rosorin-compile check NAME`` if ``within`` is "check".
 
-    ``group`` is the heading of the help that lists it. ``exits`` describes the exit codes 0 and 1. ``sections`` returns
-    lists to add to the help.
+    The help lists the command under the heading ``group``. ``exits`` describes the exit codes 0 and 1. ``sections``
+    returns further lists for the help of the command, by heading.
     """
 
     def __init__(
@@ -163,7 +163,7 @@ class Command(click.Command):
     def make_context(
         self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: Any
     ) -> click.Context:
-        if parent is not None and isinstance(parent.obj, Console):  # errors from here on name this command
+        if parent is not None and isinstance(parent.obj, Console):  # so that error messages name this command
             parent.obj.command, parent.obj.plugin = self.called, self.plugin
         return super().make_context(info_name, args, parent, **extra)
 
@@ -181,7 +181,7 @@ class Command(click.Command):
         run = self.start(ctx)
         console.counts_notes = not getattr(run, "notes", True) and not run.verbose
         console.keeps_sections = run.format == "markdown" or getattr(run, "summary", None) is not None
-        if getattr(run, "xacro_seconds", None) is not None:  # child processes read it, too
+        if getattr(run, "xacro_seconds", None) is not None:  # an environment variable also applies in child processes
             os.environ["ROSORIN_COMPILE_XACRO_SECONDS"] = str(run.xacro_seconds)
         if run.format in ("text", "github", "markdown") and not run.quiet:
             show_progress()
@@ -216,7 +216,7 @@ class Command(click.Command):
 
 
 def command(name: str, within: str = "", **settings: Any) -> Callable[[Work], Command]:
-    """Return a decorator that turns a function of a ``Run`` into a command; the help of built-in ones is in a table."""
+    """Return a decorator that makes a command of a function with a ``Run``; ``help`` defaults to that in COMMANDS."""
     if "help" not in settings:
         entry = BUILT_IN["checks" if within == CHECK else "commands"][name]
         settings |= {"group": entry.group, "help": entry.help, "hidden": entry.hidden}
@@ -262,13 +262,13 @@ def _modes(_: click.Context, __: click.Parameter, values: Sequence[str]) -> dict
     return modes
 
 
-# The kinds of completed names that depend on a robot, each with its kinds of symbols.
+# For each kind of names in a robot that a shell completes: the kinds of symbols in the description.
 _OF_ROBOT: dict[str, tuple[str, ...]] = {kind: (kind,) for kind in ("argument", "joint", "pose", "mode", "output")}
 _OF_ROBOT |= {"frame": ("link",), "thing": ("link", "joint", "sensor")}
 
 
 def complete(*kinds: str) -> Callable[[click.Context, click.Parameter, str], list[CompletionItem]]:
-    """Return a shell completion for names of these kinds; "joint=" completes joints, each with an equals sign."""
+    """Return a function for shell completion of names; the kind "joint=" completes names of joints followed by "="."""
 
     def offered(ctx: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
         found: dict[str, str] = {}
@@ -284,7 +284,7 @@ def complete(*kinds: str) -> Callable[[click.Context, click.Parameter, str], lis
 
 
 def _names(kind: str, ctx: click.Context) -> dict[str, str]:
-    """Return the names of a kind, each with its help in the list of completions."""
+    """Map the names of a kind to the help that a shell lists with each completion."""
     from rosorin_compile.formats import FORMATS, schema_names
     from rosorin_compile.source.project import Description, all_here, nearest_descriptions
     from rosorin_compile.source.rule_registry import find
@@ -306,7 +306,7 @@ def _names(kind: str, ctx: click.Context) -> dict[str, str]:
 
 
 def _names_of_robot(kind: str, description: "Description", ctx: click.Context) -> Iterable[str]:
-    """Return the names of a kind in a robot, which is read without running its code."""
+    """Return the names of a kind that a robot defines; do not run code of the robot."""
     from rosorin_compile.language.arguments import declared_arguments
     from rosorin_compile.language.symbols import SymbolTable
     from rosorin_compile.request import Request
@@ -316,7 +316,7 @@ def _names_of_robot(kind: str, description: "Description", ctx: click.Context) -
 
     if kind == "argument":
         return [argument.name for argument in declared_arguments(description.path, {})[0]]
-    request = Request(description, ctx.params.get("arg") or {}, warn=stop)  # a xacro file can run code
+    request = Request(description, ctx.params.get("arg") or {}, warn=stop)  # stop before a xacro file runs code
     tree = request.understand().expanded.tree
     symbols = SymbolTable(tree).definitions(implied=True) if tree is not None else ()
     found = dict.fromkeys(symbol.name for symbol in symbols if symbol.kind in _OF_ROBOT[kind])
@@ -324,10 +324,10 @@ def _names_of_robot(kind: str, description: "Description", ctx: click.Context) -
 
 
 def option(*names: str, offers: str = "", **settings: Any) -> Decorator:
-    """Return a decorator that adds an ``Option``; it can be used several times, also with click 8.0.
+    """Return a decorator that adds an ``Option``; unlike one of click 8.0, it can decorate several functions.
 
     A name may be followed by its metavar, as in ``--name NAME``. FILE and FOLDER are paths, ``a|b`` are choices, and
-    NAME=VALUE is a pair. ``offers`` is the kind of names that a shell completes; the other settings are those of click.
+    NAME=VALUE is a pair. ``offers`` is the kind of names that a shell completes; ``settings`` are passed to click.
     """
     metavar = "".join(name.partition(" ")[2] for name in names)
     if "|" in metavar:
@@ -396,18 +396,18 @@ fail_on_option = option("--fail-on error|warning|never", default="error", help=_
 
 
 def robots_argument(metavar: str = "[ROBOT ...]", help: str = ROBOTS_HELP, **settings: Any) -> Decorator:
-    """Return the arguments of a command that handles several robots, with the options for each of them."""
+    """Return the parameters of a command for several robots: their names, and the options that apply to each robot."""
     return combine(words_argument(metavar, help, **settings), robot_options)
 
 
 def check_options(metavar: str = "[ROBOT ...]", help: str = ROBOTS_HELP, **settings: Any) -> Decorator:
-    """Return the parameters of every check: robots, the folder of the artifacts, a summary and the failing severity."""
+    """Return the parameters that all checks have: robots, the folder of artifacts, ``--summary`` and ``--fail-on``."""
     summary_option = option("--summary FILE", help="also append the messages to a file, as Markdown")
     return combine(robots_argument(metavar, help, **settings), output_folder_option, summary_option, fail_on_option)
 
 
 def page_options(what: str) -> Decorator:
-    """Return the options of an HTML page; ``what`` describes it."""
+    """Return the options of commands that write an HTML page; ``what`` describes the page in the help."""
     limit = "with --html: size limit for all meshes together, in MB; default: 40"
     return combine(
         option("--html FILE", help=what, excludes="every_argument"),
@@ -417,7 +417,7 @@ def page_options(what: str) -> Decorator:
 
 
 def depfile_options(target: str) -> Decorator:
-    """Return the options for depfiles; ``target`` describes the default target."""
+    """Return the options for depfiles; ``target`` describes the default target in the help."""
     help = "write the files that were read as a Make and Ninja depfile"
     return combine(
         option("--depfile FILE", help=help, excludes="hook dry_run every_argument"),
@@ -426,7 +426,7 @@ def depfile_options(target: str) -> Decorator:
 
 
 def mode_option(unnamed: str) -> Decorator:
-    """Return the option that switches modes; ``unnamed`` describes the state of the other modes."""
+    """Return the option ``--mode``; ``unnamed`` describes, in the help, the state of modes that it does not set."""
     help = f'switch a mode on or off: slam, "not slam" or slam=off; other modes: {unnamed}'
     return repeatable("--mode MODE", "modes", callback=_modes, help=help, offers="mode")
 

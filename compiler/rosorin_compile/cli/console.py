@@ -27,10 +27,10 @@ FINE, PROBLEMS, USAGE = 0, 1, 2  # exit codes
 PROGRESS = "ROSORIN_COMPILE_PROGRESS"  # environment variable; "off" hides the progress
 
 _STAND_IN = "stand-in"
-_LISTED = ("not-in-format", "engine-missing", "drives-assumed")  # notes that are always printed in full
-_MAX_SHOWN = 200  # diagnostics in text; the other formats have all of them
+_LISTED = ("not-in-format", "engine-missing", "drives-assumed")  # notes to print, not only count
+_MAX_SHOWN = 200  # maximum number of diagnostics in text output; JSON and SARIF have all
 _LAYOUT = "\n\t"
-_COLOUR = "(\x1b\\[[0-9]{1,2}m)"  # the only escape sequences that this tool prints
+_COLOUR = "(\x1b\\[[0-9]{1,2}m)"  # the escape sequences for colours, the only ones that this tool prints
 
 
 class _Guard:
@@ -56,8 +56,8 @@ class _Guard:
 def guard() -> Iterator[None]:
     """Make control characters visible in all output of the block, except that of ``paint`` and ``give``."""
     for name in ("stdout", "stderr"):
-        if getattr(sys, name) is None:  # the caller has closed it
-            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - as long as we run
+        if getattr(sys, name) is None:  # Python sets a stream to None if it is closed when the process starts
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - open until exit
     guards: tuple[Any, Any] = _Guard(sys.stdout), _Guard(sys.stderr)
     with redirect_stdout(guards[0]), redirect_stderr(guards[1]):
         yield
@@ -75,7 +75,7 @@ def show_progress() -> None:
 
 
 def paint(text: str, stream: TextIO) -> None:
-    """Print a text that this tool has coloured."""
+    """Write a text with colours to a stream; escape all control characters except those of colours."""
     pieces = re.split(_COLOUR, text)
     pieces[::2] = [printable(piece, _LAYOUT) for piece in pieces[::2]]
     Progress.wipe()
@@ -83,7 +83,7 @@ def paint(text: str, stream: TextIO) -> None:
 
 
 def give(text: str) -> None:
-    """Print an artifact, byte by byte and in UTF-8 for any locale, except on a terminal. Raises OSError."""
+    """Print an artifact: unchanged and in UTF-8, or escaped like other output on a terminal. Raises OSError."""
     if getattr(sys.stdout, "name", "") == os.devnull:
         raise OSError(errno.EBADF, "it is closed")
     Progress.wipe()
@@ -94,15 +94,15 @@ def give(text: str) -> None:
         return
     stream.flush()
     rest = memoryview(text.encode())
-    while rest:  # with PYTHONUNBUFFERED a write may be partial
+    while rest:  # with PYTHONUNBUFFERED, a call of ``write`` may write only some of the bytes
         rest = rest[raw.write(rest) or 0 :]
 
 
 class Console:
-    """Prints the output of a run, in the format ``form``.
+    """Print the output of a run in the format ``form``.
 
-    ``quiet``: only errors; ``verbose``: also which files were read. ``counts_notes``: text output counts notes and
-    does not list them. ``keeps_sections``: sections of Markdown are collected. ``command`` and ``plugin`` are running.
+    ``quiet``: print only errors. ``verbose``: also print which files were read. ``counts_notes``: in text, only count
+    notes. ``keeps_sections``: collect a Markdown report. ``command`` (and its ``plugin``) is the running command.
     """
 
     def __init__(self, form: str = "text", quiet: bool = False) -> None:
@@ -112,9 +112,9 @@ class Console:
         self.command = ""
         self.plugin: Plugin | None = None
         self.sections: list[Section] = []
-        self.diagnostics: list[Diagnostic] = []  # for the document at the end
+        self.diagnostics: list[Diagnostic] = []  # to print at the end in formats such as JSON
         self.severities: Counter[str] = Counter()
-        self.unlisted: Counter[str] = Counter()  # notes that were not printed, stand-ins and others
+        self.unlisted: Counter[str] = Counter()  # number of notes that were not printed: "stand-in" and "note"
         self.robots: list[dict[str, object]] = []  # the results of a command for several robots
         self.result: object = None
 
@@ -136,12 +136,12 @@ class Console:
             self.sections.append(Section(name))
 
     def end(self, failed: bool) -> None:
-        """End the section of one robot; a failure without a message refers to the log."""
+        """End the section of one robot; if it failed without an error, add a reference to the log."""
         if self.keeps_sections and failed and not self.section.failed:
             self.section.wrong.append("failed: see the log of the run")
 
     def differ(self, what: str, lines: Sequence[str], diagnostic: Diagnostic) -> None:
-        """Report a difference: as lines of text, as a diagnostic in JSON and SARIF, in Markdown under ``what``."""
+        """Report differences: ``lines`` in text, ``diagnostic`` in JSON and SARIF, in Markdown under ``what``."""
         self.severities[diagnostic.severity] += 1
         self.robots[-1]["differences"] = lines
         if self.for_people:
@@ -154,7 +154,7 @@ class Console:
             self.section.lines += [diagnostic.help] if diagnostic.help else []
 
     def show(self, diagnostics: Sequence[Diagnostic], listed: bool = False) -> None:
-        """Print or collect diagnostics; in text output, notes may only be counted unless ``listed``."""
+        """Print diagnostics, or collect them for JSON and the like; ``listed`` prints notes that would be counted."""
         self.severities.update(one.severity for one in diagnostics)
         if self.quiet:
             diagnostics = [one for one in diagnostics if one.severity == ERROR or one.rule == _STAND_IN]
@@ -170,7 +170,7 @@ class Console:
             self.unlisted.update(_STAND_IN if one.rule == _STAND_IN else NOTE for one in notes)
             diagnostics = [one for one in diagnostics if one.severity != NOTE or one.rule in _LISTED]
         diagnostics = gather(diagnostics, [WARNING, NOTE])
-        # NO_COLOR and FORCE_COLOR take precedence over the kind of stream.
+        # The environment variables NO_COLOR and FORCE_COLOR override the test for a terminal.
         is_coloured = "NO_COLOR" not in os.environ and ("FORCE_COLOR" in os.environ or sys.stderr.isatty())
         text = report_text(add_suggestions(diagnostics[:_MAX_SHOWN]), is_coloured)
         if len(diagnostics) > _MAX_SHOWN:
@@ -196,7 +196,7 @@ class Console:
         sys.stderr.write(f"{self._inert(line)}\n")
 
     def _inert(self, line: str) -> str:
-        """Escape GitHub workflow commands in a line, which may contain any name of a robot."""
+        """Escape GitHub workflow commands in a line, because names from a robot could contain them."""
         return line.replace("::", ": :").replace("##[", "## [") if self.form == "github" else line
 
     def print_read(self, files: Iterable[object]) -> None:
@@ -212,7 +212,7 @@ class Console:
         return code
 
     def print_end(self) -> None:
-        """Print the number of notes that were not listed, or the document of a format other than text."""
+        """Print the number of notes that were not printed, or everything in a format such as JSON."""
         if self.for_people and self.unlisted.total():
             stand_ins, notes = self.unlisted[_STAND_IN], self.unlisted[NOTE]
             counts = [f"{count_of(stand_ins, _STAND_IN)}: values that are not measured"] if stand_ins else []
@@ -231,7 +231,7 @@ class Console:
 
 
 def envelope(console: Console) -> dict[str, object]:
-    """Return the JSON envelope of a run as plain data; its schema is ``envelope``."""
+    """Return the result and the diagnostics of a run as JSON data that conforms to the schema ``envelope``."""
     from rosorin_compile.source.version import __version__
 
     diagnostics = [plain(one.as_object()) for one in console.diagnostics]

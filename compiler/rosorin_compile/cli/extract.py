@@ -19,7 +19,7 @@ from .run import Run, refuse_stdin
 
 
 class _Numbers(click.ParamType):  # type: ignore[type-arg] # not generic before click 8.4
-    """Numbers separated by commas, with or without units, converted to SI; a single number is not made a tuple.
+    """Parse ``count`` numbers separated by commas, with or without units, to SI units; a single number to a float.
 
     With ``repeats``, for scale factors of a mesh, one number applies to all axes, and zero is invalid.
     """
@@ -143,7 +143,7 @@ run = click.Group("extract", commands={"boxes": boxes, "heightmap": heightmap, "
 
 
 def _print(run: Run, result: Any, value: object) -> int:
-    """Print the text, unless it was written to a file, and the report; return the exit code."""
+    """Print the extracted text, unless it was written to a file, and the report; return the exit code."""
     if run.show(result):
         return PROBLEMS
     if run.format == "json":

@@ -51,20 +51,20 @@ def run_frames(run: Run) -> int:
 
 def _text(robot: Robot, found: Frames, run: Run) -> str:
     on_terminal, is_ascii = sys.stdout.isatty(), True
-    with suppress(UnicodeEncodeError, LookupError):  # a stream in memory has no encoding
+    with suppress(UnicodeEncodeError, LookupError):  # use ASCII if the stream cannot encode the lines of the tree
         is_ascii = run.ascii or not "└├│─╌".encode(sys.stdout.encoding or "utf-8")
     colours = publishers(rows(robot)) if on_terminal and not os.environ.get("NO_COLOR") else ()
     style = Look(is_ascii, colours, shutil.get_terminal_size().columns if on_terminal else 0)
     if run.publisher is not None:
         edges = dict.fromkeys(row for one in found.trees for row in one.edges if row.publisher == run.publisher)
         return "\n".join(table([*edges], style)) if edges else f"{run.publisher} publishes nothing here"
-    labels: dict[str, list[str]] = {}  # of the combinations of modes that share a tree
+    labels: dict[str, list[str]] = {}  # for each printed tree, the combinations of modes that have it
     for situation in found.trees:
         shown = lines(situation.edges, robot.frames)
         shown = shown if run.frame is None else way(shown, run.frame)
         drawn = "\n".join(tree(shown, style)) if shown else f"{run.frame} is not there"
         labels.setdefault(drawn, []).append(situation.label)
-    if len(labels) == 1 < len(found.trees):  # the same tree in all modes needs no heading
+    if len(labels) == 1 < len(found.trees):  # all combinations of modes have the same tree: print it without a heading
         return next(iter(labels))
     headed = ((style.paint(", or ".join(names), BOLD), drawn) for drawn, names in labels.items())
     return "\n\n".join(f"{head}\n{drawn}" if head else drawn for head, drawn in headed)
@@ -76,7 +76,7 @@ def _text(robot: Robot, found: Frames, run: Run) -> str:
 @cli.force_option
 @cli.robot_options
 def run_graph(run: Run) -> int:
-    """Show the nodes of a robot, the topics between them, and topics that no node publishes."""
+    """Show the ROS nodes of a robot, the topics between them, and topics that no node publishes."""
     from rosorin_compile.ros.graph import graph
 
     found = graph(run.request(run.only_robot()))
@@ -99,7 +99,7 @@ def run_graph(run: Run) -> int:
 @cli.option("--pose POSE", default="", help="also print the frames in a named pose", offers="pose")
 @cli.robot_options
 def run_explain(run: Run) -> int:
-    """Explain frames of one robot; the first of several words is the robot if there is one of that name."""
+    """Explain frames of one robot; the first of several words may be the name of the robot."""
     take_stdin(run.words)
     description, names = None, run.words
     if len(names) > 1:
@@ -183,7 +183,7 @@ def run_tf(run: Run) -> int:
 
 
 def _transforms(found: Transforms, run: Run) -> str:
-    """Format transforms as tf2_echo does, or as CSV: the positions of swept joints, then the pose."""
+    """Format transforms as tf2_echo does, or as CSV with the positions of swept joints before each pose."""
     if run.csv:
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
@@ -254,7 +254,7 @@ def _pulses(joints: Sequence[JointPulse]) -> list[str]:
 
 
 def _calibration(robot: Robot) -> list[str]:
-    """Return the servo groups: the formula of each, and the valid pulses of each joint."""
+    """Return lines about each servo group: its formula, and the valid pulses of its joints."""
     lines = []
     rows = [("joint", "servos", "pulses", "positions", "degrees", "limits", "pulses within limits")]
     for group in robot.servos:

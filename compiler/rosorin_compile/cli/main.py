@@ -28,12 +28,12 @@ PROGRAM = "rosorin-compile"
 COMPLETE = "_ROSORIN_COMPILE_COMPLETE"  # the environment variable that completion scripts set
 INTERRUPTED = 130
 
-_REQUIRED = {"jinja2": "jinja2", "jsonschema": "jsonschema", "yaml": "pyyaml"}  # packages by module
+_REQUIRED = {"jinja2": "jinja2", "jsonschema": "jsonschema", "yaml": "pyyaml"}  # maps modules to names for pip
 _STREAM_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF)
 
 
 def commands(group: str = "commands") -> dict[str, Entry]:
-    """Return all commands or checks by name, as the help lists them: group by group."""
+    """Return all commands or checks by name, in the order of the help, which has groups."""
     found = {**BUILT_IN[group]}
     if any(plugin.group == group for plugin in installed_plugins()):
         more, wrong = _load_plugins(group, {*found, *ALIASES})
@@ -61,7 +61,7 @@ def find_command(name: str, group: str = "commands") -> click.Command | None:
 
 
 def _load_plugins(group: str, taken: set[str], called: str | None = None) -> tuple[list[Command], list[Diagnostic]]:
-    """Load the plug-in command ``called``, or all; return commands, and diagnostics about invalid plug-ins."""
+    """Load the plug-in command ``called``, or all; return the commands, and errors about invalid plug-ins."""
     found, diagnostics = load(group, Command, lambda one: (one.name or "",), taken.__contains__, called)
     for plugin, one in found:
         one.plugin = plugin
@@ -71,12 +71,12 @@ def _load_plugins(group: str, taken: set[str], called: str | None = None) -> tup
 
 
 def _warn(diagnostics: Iterable[Diagnostic]) -> None:
-    """Print errors of plug-ins as warnings, because this run does not need the plug-ins."""
+    """Print errors about plug-ins as warnings, because this run does not use these plug-ins."""
     Console().show([replace(one, severity=WARNING) for one in diagnostics])
 
 
 class Program(click.Group):
-    """The commands, in groups; a module of a command is imported when it is called."""
+    """The click group of all commands; the module of a command is imported when the command is called."""
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -114,7 +114,7 @@ def _version(ctx: click.Context, _: click.Parameter, requested: bool) -> None:
 
 
 def program() -> Program:
-    """Return the command line."""
+    """Create the click group ``rosorin-compile``."""
     help = "Show the versions of the tool and its plug-ins, and exit."
     version = click.Option(["--version"], is_flag=True, is_eager=True, expose_value=False, callback=_version, help=help)
     return Program(
@@ -132,9 +132,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run a command line, by default that of the process; return the exit code."""
     words = sys.argv[1:] if argv is None else list(argv)
     if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")  # like standard error: every character can be printed
+        sys.stdout.reconfigure(errors="backslashreplace")  # escape characters that the encoding lacks, as stderr does
     with guard():
-        if COMPLETE in os.environ:  # for a completion script: print nothing else, not even errors
+        if COMPLETE in os.environ:  # a completion script is the caller: print only completions, not even errors
             with suppress(Exception, SystemExit, KeyboardInterrupt), redirect_stderr(io.StringIO()):
                 shell_complete(program(), {}, PROGRAM, COMPLETE, os.environ[COMPLETE])
             return FINE
@@ -143,7 +143,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             sys.stderr.write(top.get_help(click.Context(top, info_name=PROGRAM)) + "\n")
             return USAGE
         try:
-            formats = re.findall(r"(?<=^--format[=\n])\w+$", "\n".join(words), re.MULTILINE)  # used if parsing fails
+            formats = re.findall(r"(?<=^--format[=\n])\w+$", "\n".join(words), re.MULTILINE)  # if click fails
             console = Console("json" if formats[-1:] == ["json"] else "text")
             code = _run(words, console)
             console.print_end()
@@ -152,11 +152,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         except (KeyboardInterrupt, click.Abort):
             return INTERRUPTED
         except OSError as problem:
-            # Standard output cannot be written; that is no error if its reader has exited, as in "| head".
+            # Writing to standard output failed. This needs no message if the reader has exited, as in "| head".
             is_closed = isinstance(problem, BrokenPipeError)
             if not is_closed and (problem.filename is not None or problem.errno not in _STREAM_ERRORS):
                 raise
-            # Redirect standard output to the null device, because Python flushes the rest of it at exit.
+            # Redirect standard output to the null device: Python flushes the buffer at exit, which would fail again.
             with Path(os.devnull).open("wb") as nowhere:
                 os.dup2(nowhere.fileno(), sys.stdout.fileno())
             if not is_closed:
@@ -172,7 +172,7 @@ def _run(words: list[str], console: Console) -> int:
         with program().make_context(PROGRAM, words, obj=console) as context:
             return int(context.command.invoke(context) or FINE)
     except click.exceptions.Exit as ended:
-        console.form = "text"  # the help or the version was printed
+        console.form = "text"  # click has printed the help or the version: do not print JSON as well
         return ended.exit_code
     except click.UsageError as problem:
         return console.fail(_usage_message(problem), USAGE)
@@ -196,7 +196,7 @@ def _run(words: list[str], console: Console) -> int:
 
 
 def _reason(problem: BaseException) -> str:
-    """Return the message for an unexpected error that a user can cause. Raises any other error."""
+    """Return the message for an exception that a user can cause, such as OSError. Raises any other exception."""
     from rosorin_compile.model.servos import NoPulse
 
     if isinstance(problem, NoPulse):

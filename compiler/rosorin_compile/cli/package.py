@@ -99,7 +99,7 @@ def run_check_deployed(run: Run) -> int:
 
 _USAGE = "ROBOT FILE ..."
 _DESCRIPTION = re.compile(r"""^["']?robot["']?[ \t]*:[ \t]*[^\s#{]""", re.MULTILINE)
-_MAX_BYTES = 1_000_000  # the part of a file that is searched
+_MAX_BYTES = 1_000_000  # number of bytes at the beginning of a file that are searched
 
 
 @cli.check("parameters", exits="0 no errors, 1 errors")

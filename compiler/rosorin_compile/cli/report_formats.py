@@ -1,7 +1,7 @@
 """Write diagnostics for programs and for pull requests: GitHub annotations, SARIF and GitHub Flavored Markdown.
 
-Anybody who opens a pull request can change a description, so Markdown has its text only as code. The document has a
-maximum size, because a comment holds 65,536 characters.
+Anybody can change a description in a pull request, so names and messages are put in Markdown only as code. The size of
+the Markdown is limited, because a comment on GitHub has at most 65,536 characters.
 """
 
 import json
@@ -20,13 +20,13 @@ from rosorin_compile.source.version import HOME, __version__
 from rosorin_compile.source.wording import count_of, phrase, printable
 
 HEAD = "## Robots: "  # the beginning of each Markdown document
-MAX_BYTES = 60_000  # of UTF-8; leaves room for text around the document
+MAX_BYTES = 60_000  # limit of the Markdown in UTF-8, which leaves room for text of the user in the same comment
 _MAX_NAME, _MAX_TEXT = 200, 1000  # characters
-_MOST_LINES = (500, 50, 10)  # of a block: the first number that fits is used
+_MOST_LINES = (500, 50, 10)  # lines per block; the first number with which the document is below MAX_BYTES is used
 
 
 def from_workspace(path: str) -> str:
-    """Return a path relative to the top of the checkout, if a GitHub job runs in a subfolder."""
+    """Convert a path to one relative to the top of the checkout, for a GitHub job that runs in a subfolder."""
     top = os.environ.get("GITHUB_WORKSPACE", "")
     try:
         relative = os.path.relpath(files.resolve(path), files.resolve(top)) if top else os.pardir
@@ -50,7 +50,7 @@ def _in_workspace(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
 def github(diagnostics: Sequence[Diagnostic]) -> str:
     """Return diagnostics as GitHub workflow commands, which mark the lines of a pull request.
 
-    An annotation has one position, so the includes and parts that led there are listed below its message.
+    An annotation has only one position, so the message lists the includes and parts that lead there.
     https://docs.github.com/actions/reference/workflow-commands-for-github-actions
     """
 
@@ -94,7 +94,7 @@ def sarif(diagnostics: Sequence[Diagnostic]) -> str:
         result |= {"level": diagnostic.severity, "message": {"text": "\n".join(message)}}
         if diagnostic.span:
             result["locations"] = [_location(diagnostic.span)]
-        unique = dict.fromkeys(diagnostic.related)  # as the standard requires
+        unique = dict.fromkeys(diagnostic.related)  # SARIF requires unique related locations
         if related := [{**_location(r.span), "message": {"text": r.message}} for r in unique if r.span]:
             result["relatedLocations"] = related
         results.append(result)
@@ -116,7 +116,7 @@ FORMATS: dict[str, Callable[[Sequence[Diagnostic]], str]] = {"text": text, "gith
 
 @dataclass
 class Section:
-    """The result for one robot: its lines and differences as in text, what is wrong, and its diagnostics."""
+    """The section of one robot in a Markdown report: printed lines, failures (``wrong``), differences, diagnostics."""
 
     name: str
     lines: list[str] = field(default_factory=list)
@@ -125,7 +125,7 @@ class Section:
     diagnostics: list[Diagnostic] = field(default_factory=list)
 
     def counts(self, *severities: str) -> list[str]:
-        """Return the number of diagnostics of each severity in words, without zeros."""
+        """Return the number of diagnostics of each severity as in "2 errors", without zeros."""
         found = [one.severity for one in self.diagnostics]
         return [count_of(found.count(severity), severity) for severity in severities if severity in found]
 
@@ -189,7 +189,7 @@ def _cut(value: str, limit: int) -> str:
 
 
 def code(value: str, limit: int = _MAX_NAME) -> str:
-    r"""Return a text as inline code, also for a cell of a table, which a bar would end.
+    r"""Format a text as inline code that is safe in a table, where "|" would end the cell.
 
     >>> code("base_link"), code("a|b"), code("a`b")
     ('`base_link`', '<code>a&#124;b</code>', '<code>a&#96;b</code>')
@@ -198,4 +198,4 @@ def code(value: str, limit: int = _MAX_NAME) -> str:
     if not re.search(r"[`|]|\\$|^\s|\s$|^$", shown):
         return f"`{shown}`"
     escaped = "".join(c if c.isalnum() or c == " " else f"&#{ord(c)};" for c in shown)
-    return f"<code>{escaped.replace('&#64;', '&#64;<!-- -->')}</code>"  # else GitHub makes a link of an e-mail address
+    return f"<code>{escaped.replace('&#64;', '&#64;<!-- -->')}</code>"  # keep GitHub from linking e-mail addresses

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from rosorin_compile.viewer.changes_page import Pictures
 
 
-_MARK = ":="  # between name and value of an argument, as in xacro
-_MAX_STDIN = 100_000_001  # bytes; above the limit of every reader
+_MARK = ":="  # separates name and value of an argument, as in xacro
+_MAX_STDIN = 100_000_001  # bytes; more than the limit of every reader, so that readers report input that is too large
 _DEPFILE = re.compile(rb"\S[^\n]*:(?: \\\n  \S[^\n]*)*\n")
 _stdin_read: list[Any] = []  # the contents of standard input, after it was read
 
@@ -40,9 +40,9 @@ _stdin_read: list[Any] = []  # the contents of standard input, after it was read
 class Run(SimpleNamespace):
     """One run of a command: its options by name, and methods that find and load the requested robots.
 
-    Repeatable options are lists, options NAME=VALUE a dict. ``words`` are the words of the command line that set no
-    argument, and ``changed`` the files of --hook. ``request`` makes the request for a robot with the arguments and the
-    packages of the command line.
+    Repeatable options are lists; repeatable options NAME=VALUE are dicts. ``words`` are the words of the command line
+    except NAME:=VALUE, ``changed`` the files that follow --hook. ``request`` creates the request for a robot with the
+    arguments and packages of the command line.
     """
 
     console: Console
@@ -67,11 +67,11 @@ class Run(SimpleNamespace):
                 raise RequestError(f'there is no folder "{path}" for the package {name}')
 
     def pick(self, names: str) -> dict[str, Any]:
-        """Return some options, whose names are separated by spaces, as keyword arguments of the API."""
+        """Return the options ``names``, separated by spaces, as keyword arguments for the API."""
         return {name: getattr(self, name) for name in names.split()}
 
     def only_robot(self, stdin: bool = True) -> Description:
-        """Return the robot of a command that takes one; ``stdin`` allows standard input. Raises RequestError."""
+        """Return the robot of a command that takes only one; ``stdin`` allows standard input. Raises RequestError."""
         if not stdin:
             refuse_stdin(self.words)
         if len(self.words) > 1:
@@ -81,7 +81,7 @@ class Run(SimpleNamespace):
         return found
 
     def find_robot(self, name: str = "", usage: str = "ROBOT") -> Description:
-        """Find a robot by name, or the only one here. Raises RequestError, which shows ``usage``, or NoDescription."""
+        """Find a robot by name, or the only robot here. Raises RequestError (with ``usage``), NoDescription."""
         take_stdin([name])
         found = Description.find([name]) if name else project.nearest_descriptions()
         if len(found) > 1:
@@ -91,13 +91,13 @@ class Run(SimpleNamespace):
         return found[0]
 
     def robot_before(self, count: int, usage: str) -> tuple[Description, list[str]]:
-        """Return the robot and the last ``count`` words; a word before them names it, else it is the only one here."""
+        """Return the robot (the word before the last ``count`` words, or the only robot here) and these words."""
         if not count <= len(self.words) <= count + 1:
             raise RequestError(f"write rosorin-compile {self.called} {usage}")
         return self.find_robot("".join(self.words[:-count]), usage), self.words[-count:]
 
     def request(self, description: Description) -> Request:
-        """Return the request for a robot; warnings before code is executed are printed."""
+        """Create the request for a robot, which prints a warning before it executes code of the robot."""
         warn = self.console.warn_ahead
         return Request(description, self.arguments, self.argument_files, self.packages, self.trust, warn)
 
@@ -110,14 +110,14 @@ class Run(SimpleNamespace):
         return {"arguments": texts, "packages": self.packages, "trust": self.trust, "warn": self.console.warn_ahead}
 
     def understood(self, description: Description) -> Case | None:
-        """Load a robot in any format with its positions in files, for plug-ins; if it has errors, print them."""
+        """Load a robot in any format, with positions in files, for plug-ins; print errors and return None."""
         case, diagnostics = self.request(description).load_case()
         if case is None:
             self.console.show(diagnostics)
         return case
 
     def nothing_written(self, description: Description, diagnostics: Sequence[Diagnostic]) -> int:
-        """Print why nothing was written: the number of errors, or no outputs; return the exit code."""
+        """Print that nothing was written because of errors, or because there are no outputs; return the exit code."""
         if errors := sum(diagnostic.severity == ERROR for diagnostic in diagnostics):
             self.console.warn(f"{description.name}: {count_of(errors, 'error')}, nothing written")
             return PROBLEMS
@@ -131,14 +131,14 @@ class Run(SimpleNamespace):
         return has_errors(result.diagnostics)
 
     def give(self, result: object, text: Callable[[], str] = str, show: Callable[[str], object] = print) -> int:
-        """Set the result of the command; in text and GitHub formats, print it as ``text``. Return ``FINE``."""
+        """Set the result of the command for JSON; in text and GitHub formats, print ``text()``. Return ``FINE``."""
         self.console.result = result
         if self.console.form in ("text", "github") and (shown := text()):
             show(shown)
         return FINE
 
     def write_page(self, page: Pictures) -> None:
-        """Write a page of changes. Raises RequestError."""
+        """Write an HTML page that shows changes of robots. Raises RequestError."""
         try:
             done = page.write()
         except OutputError as problem:
@@ -154,7 +154,7 @@ class Run(SimpleNamespace):
 def pair(text: str, form: str) -> tuple[str, str]:
     """Split a text such as NAME=VALUE or NAME:=VALUE into name and value. Raises RequestError.
 
-    ``form`` is the syntax that the error shows; only the value of an argument, NAME=VALUE, may be empty.
+    ``form`` is the syntax in the error message. Only if it is NAME=VALUE, the value may be empty.
     """
     name, equals, value = text.partition("=")
     name = name.strip().removesuffix(":")
@@ -166,9 +166,9 @@ def pair(text: str, form: str) -> tuple[str, str]:
 def for_each(
     run: Run, work: Callable[[Run, Description], int], usage: str = "", robots: Sequence[str] | None = None
 ) -> int:
-    """Call a function with each requested robot, those of the command line or ``robots``; return the worst exit code.
+    """Call ``work`` with each robot of the command line, or of ``robots``; return the highest exit code.
 
-    Without names these are all robots or, with ``usage`` (how to name one), the only robot. Raises RequestError.
+    Without names, call it with all robots or, if ``usage`` names a required ROBOT, the only one. Raises RequestError.
     """
     if (summary := getattr(run, "summary", None)) is not None:
         from .report_formats import HEAD, markdown
@@ -198,7 +198,7 @@ def for_each(
         console.begin(description.name)
         Progress.set_topic(f"{description.name}:" if len(found) > 1 else "")
         console.robots.append({"robot": description.name, "file": str(description.path), "fine": False})
-        # In JSON and the like, standard output has one document, so the output of a plug-in is diverted.
+        # In formats such as JSON, standard output is a single document: redirect output of plug-ins to standard error.
         with nullcontext() if console.plugin is None or console.for_people else divert_stdout():
             code = work(run, description)
         console.robots[-1]["fine"] = code == FINE
@@ -216,9 +216,9 @@ def for_each(
 
 
 def find_robots(run: Run, names: list[str]) -> list[Description]:
-    """Find robots by name, by default all of the project. Raises RequestError, NoDescription.
+    """Find robots by name, or all robots of the project without names. Raises RequestError, NoDescription.
 
-    With -o, the artifacts of one robot go to that folder; those of several, or with --hook, to a subfolder each.
+    With -o FOLDER, artifacts of a single robot go to FOLDER; with several robots or --hook, each has a subfolder.
     """
     take_stdin(names)
     output = getattr(run, "output", None)
@@ -242,7 +242,7 @@ def take_stdin(names: Sequence[str]) -> None:
         print("reading a robot from this terminal; Ctrl-D ends it", file=sys.stderr, flush=True)
     project.give_stdin(sys.stdin.buffer.read(_MAX_STDIN))
     _stdin_read[:] = [sys.stdin]
-    Progress.begin()  # exclude the time of typing
+    Progress.begin()  # the delay before progress is printed must not include the time in which the user types
 
 
 def refuse_stdin(words: Sequence[str], help: str = "name a file") -> None:
@@ -258,18 +258,18 @@ def warn_of_no_robots(console: Console) -> None:
 
 
 def count(artifacts: Sized, meshes: Collection[str] = ()) -> str:
-    """Return the numbers of artifacts, and of meshes and textures with them, in words."""
+    """Return the numbers of artifacts, meshes and textures as in "3 artifacts and 1 mesh"."""
     return phrase([count_of(len(artifacts), "artifact"), *counted_files(meshes)])
 
 
 def counted_files(names: Collection[str]) -> list[str]:
-    """Return the numbers of meshes and of textures in words; zero is left out."""
+    """Return the numbers of meshes and textures as in ["2 meshes", "1 texture"], without zeros."""
     textures = sum(name.lower().endswith(".png") for name in names)
     return [count_of(n, word) for word, n in (("mesh file", len(names) - textures), ("texture", textures)) if n]
 
 
 def severities(diagnostics: Sequence[Diagnostic]) -> str:
-    """Return the number of diagnostics of each severity in words."""
+    """Return the number of diagnostics of each severity as in "1 error and 2 warnings"."""
     counts = Counter(one.severity for one in diagnostics)
     return phrase(count_of(counts[one], one) for one in (ERROR, WARNING, NOTE) if counts[one]) or "nothing to say"
 
@@ -279,7 +279,7 @@ def write_depfile(
 ) -> None:
     """Write the requested depfile, then touch the files ``newer``, which must be newer than it. Raises OutputError.
 
-    ``inputs`` are the files that the target is made of, ``made`` the artifacts, which must not be the depfile.
+    ``inputs`` are the files that the target depends on, ``made`` the artifacts, none of which may be the depfile.
     """
 
     def is_depfile(old: Path) -> bool:
@@ -287,8 +287,8 @@ def write_depfile(
         return not data.strip() or _DEPFILE.fullmatch(data) is not None
 
     path = Path(run.depfile)
-    # List the folder of a missing file instead of the file, which a build tool would try to make; but not a folder
-    # outside of the project, or one that this run writes to, because these change for other reasons.
+    # A build tool would try to make a missing file, so list its folder instead. Do not list a folder outside of the
+    # project or with files that this run writes, because the folder would also change for other reasons.
     projects = Description.from_path(compiled.inputs[0]).projects if compiled.missing else ()
     written = {file.absolute().parent for file in (*made, path)}
     sources = [*inputs]

@@ -29,7 +29,7 @@ _LIMITS = ", ".join(f"{name} {one.value:g}{f' {one.unit}' if one.unit else ''}" 
 @cli.robot_options
 def run_simulate(run: Run) -> int:
     """Simulate a robot and print its behaviour."""
-    limits = dict.fromkeys(run.limits, -1.0)  # reported like any other invalid number
+    limits = dict.fromkeys(run.limits, -1.0)  # a negative number is reported as invalid
     for name, value in run.limits.items():
         with suppress(ValueError):
             limits[name] = float(value)

@@ -27,7 +27,7 @@ _IMPORTED = {"always": "import writes that entry by itself.", "lenient": "import
 @command("rule", exits="0 printed, 1 a plug-in is broken")
 @words_argument("[ID ...]", "id of a message, such as axis-zero; default: list all rules", offers=("rule",))
 def run_rule(run: Run) -> int:
-    """Print the entries of rules."""
+    """Print the reference entries of rules."""
     found = api.explain_rules(run.words)
     entries = ["\n".join(entry(rule)) for rule in found.rules]
     run.give(found.rules, lambda: "\n\n".join(entries) if run.words else _list(found.rules))
@@ -93,7 +93,7 @@ def run_completion(run: Run) -> int:
     from .main import COMPLETE, PROGRAM, program
 
     shell = get_completion_class(run.shell)
-    assert shell is not None  # noqa: S101 - click has the three
+    assert shell is not None  # noqa: S101 - click supports all shells that the argument allows
     try:
         script = shell(program(), {}, PROGRAM, COMPLETE).source()
     except RuntimeError as problem:

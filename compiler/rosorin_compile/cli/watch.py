@@ -20,7 +20,7 @@ from .command import PATH, command, flag, option, output_folder_option, robot_ar
 from .console import FINE, PROBLEMS
 from .run import Run, count, find_robots, refuse_stdin
 
-MAX_SHOWN = 20  # changes of one run, one line each
+MAX_SHOWN = 20  # maximum number of changes that are printed for one compilation
 _say = partial(print, flush=True)
 
 
@@ -59,7 +59,7 @@ def run_watch(run: Run) -> int:
 
 
 class WatchedRobot:
-    """One robot that is watched."""
+    """A robot that ``watch`` compiles again when a file changes."""
 
     def __init__(self, description: Description, run: Run) -> None:
         self.description = description
@@ -69,7 +69,7 @@ class WatchedRobot:
         self.compile()
 
     def compile(self) -> None:
-        """Compile the robot and write its artifacts; after an error nothing is written."""
+        """Compile the robot, and write its artifacts if there are no errors."""
         Progress.begin()
         self.inputs.read(self._write)
 
@@ -79,7 +79,7 @@ class WatchedRobot:
         errors = sum(diagnostic.severity == ERROR for diagnostic in compiled.diagnostics)
         keys = {(one.severity, one.rule, one.message): one for one in compiled.diagnostics}
         console.show([diagnostic for key, diagnostic in keys.items() if key not in self.reported])
-        # While there are errors, not all rules are checked: their warnings and notes are not reported again afterwards.
+        # With errors, some rules are not checked: remember their earlier warnings, so that they are not printed again.
         self.reported = {*keys, *(key for key in self.reported if errors and key[0] != ERROR)}
         name, folder = self.description.name, self.description.outputs
         if errors or compiled.robot is None:

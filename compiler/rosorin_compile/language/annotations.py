@@ -34,7 +34,7 @@ def own_schema(name: str = "description") -> dict[str, Any]:
 
 
 def describe_path(path: Steps, whole: Mapping[str, Any]) -> str:
-    """Return a path for messages: ``"limit.lower" of joint "joint1"``; ``whole`` is the schema of descriptions."""
+    """Format a path for messages: ``"limit.lower" of joint "joint1"``; ``whole`` is the schema of descriptions."""
     if not path:
         return "the description"
     called = whole["properties"].get(path[0], {}).get("x-called") if len(path) > 1 else ""
@@ -47,8 +47,8 @@ def describe_path(path: Steps, whole: Mapping[str, Any]) -> str:
 # unnamed actuators and cameras get the name of their joint or sensor, and shapes are named LINK_collision_1.
 ALSO: dict[str, tuple[str, ...]] = {"site": ("link",), "actuator": ("joint",), "camera": ("sensor",)}
 ALSO |= {"shape": ("link",), "sensor": ("hardware sensor",), "link or joint": ("link", "joint")}
-# For each way to mirror a mapping (x-mirror), the keys that it changes; the schema must define at least one of them.
-# The built-in way "sides" is not listed: it renames keys (left to right) instead of changing values.
+# For each value of x-mirror, the keys that mirroring changes; the schema must define at least one of them.
+# The value "sides" is not listed: it renames keys (left to right) instead of changing values.
 MIRRORED_KEYS: dict[str, tuple[str, ...]] = {"pose": ("xyz", "rpy"), "grid": ("origin", "heights", "bottom")}
 MIRRORED_KEYS |= {"inertia": ("ixy", "ixz", "iyz"), "bounds": ("min", "max")}
 MIRRORED_KEYS |= {key: (key,) for key in ("axis", "direction", "dir", "at", "scale", "gear")}
@@ -59,7 +59,7 @@ ENTRIES, ITEMS, WITHIN = "entries", "items", "within"
 
 
 class Node(NamedTuple):
-    """The annotations of a schema location, and those of the locations below it."""
+    """The annotations (``x-...``) of a schema fragment, and of the schema fragments in it."""
 
     names: str = ""
     gives: str = ""
@@ -96,7 +96,7 @@ class Node(NamedTuple):
         """Yield each missing key whose default is derived from other keys, with the kind and value of the default."""
         for key, below in self.properties.items():
             if below is not None and below.otherwise and key not in entry:
-                with suppress(KeyError):  # the key needed for the default is missing, too
+                with suppress(KeyError):  # the key from which the default is derived is also missing
                     yield key, below.gives, below.otherwise.format_map(texts(entry))
 
 
@@ -114,7 +114,7 @@ def texts(entry: Mapping[str, Any]) -> dict[str, str]:
 
 
 def annotated_sections(whole: Mapping[str, Any]) -> dict[str, Node]:
-    """Return the annotations of each section of a description schema that has any."""
+    """Return the annotations of each section of a description schema; omit sections without annotations."""
     definitions: dict[str, Node | None] = {}
 
     def node_of(fragment: Any) -> Node | None:
@@ -184,9 +184,9 @@ def _annotations(piece: Any) -> Iterator[tuple[str, Any]]:
 
 
 class Misfit(NamedTuple):
-    """A validation error: the path of the value; the keyword that failed, its value, and the schema that has it.
+    """A validation error: the ``value`` at ``path`` violates ``keyword: wanted`` of the JSON Schema fragment ``part``.
 
-    For ``propertyNames``, ``value`` is the name and ``path`` that of its mapping; ``key`` is a missing key.
+    For ``propertyNames``, ``value`` is the invalid key, and ``path`` leads to its mapping. ``key`` is a missing key.
     """
 
     path: Steps
@@ -230,7 +230,7 @@ def inline_references(whole: Mapping[str, Any]) -> dict[str, Any]:
             return part
         if not isinstance(name := part.get("$ref"), str):
             made = {key: of(one) for key, one in part.items() if key != "$defs"}
-            if isinstance(pattern := made.get("pattern"), str):  # as JavaScript interprets it
+            if isinstance(pattern := made.get("pattern"), str):  # JSON Schema patterns have the syntax of JavaScript
                 pattern = pattern.replace("\\d", "[0-9]").replace("\\s", r"\s\ufeff")
                 made["pattern"] = pattern[:-1] + r"(?!\n)$" if pattern.endswith("$") else pattern
             return made
@@ -254,7 +254,7 @@ def misfits_of(validator: Any, value: Any) -> list[Misfit]:
         misfit = Misfit(path, error.validator, error.validator_value, error.instance, error.schema, schema_path)
         if error.validator not in _NAMING:
             found.append(misfit)
-        elif (where := repr((path, schema_path))) not in reported:  # or one error for all keys
+        elif (where := repr((path, schema_path))) not in reported:  # jsonschema may yield one error per missing key
             reported.add(where)
             keys = error.validator_value
             if error.validator == "dependencies":
@@ -262,7 +262,7 @@ def misfits_of(validator: Any, value: Any) -> list[Misfit]:
             found += [misfit._replace(key=key) for key in dict.fromkeys(keys) if key not in error.instance]
 
     def place(misfit: Misfit) -> list[int]:
-        """Return the position of a misfit as the index of each step of its path."""
+        """Return the path of a misfit with each key replaced by its index in the mapping, as a sort key."""
         node, steps = value, []
         for step in misfit.path:
             steps.append(step if isinstance(step, int) else list(node).index(step))
@@ -293,7 +293,7 @@ def _json(value: Any) -> str:
 def check_schema(part: Mapping[str, Any], whole: Mapping[str, Any]) -> None:
     """Raise ValueError if a schema fragment is invalid in draft 7, or has a reference without a target.
 
-    Keywords that draft 7 ignores are errors, too: unknown ones (except ``x-...``), and those next to ``$ref``.
+    Keywords that draft 7 ignores are also errors: unknown keywords (except ``x-...``), and keywords next to ``$ref``.
     """
     from jsonschema import Draft7Validator, FormatChecker
 

@@ -30,14 +30,14 @@ Choice = tuple[str, tuple[str, ...]]  # an argument and its possible values, the
 Combination = tuple[str, ...]  # a value for each argument
 
 NO_ARGUMENTS = "leave the arguments out"
-# Rules about the values of arguments; other errors of the description are not reported here.
+# The rules about values of arguments; ``declared_arguments`` reports no other errors of the description.
 _OF_ARGUMENTS = ("unknown-argument", "bad-argument")
 
 
 class Argument(NamedTuple):
     """A declared argument; text fields are as written in the file, or "" if absent.
 
-    ``value`` is the value of this run, "" for the default; ``set_at`` is where it is set, None for the command line.
+    ``value`` is the value in this run, or "" for the default; ``set_at`` is where a file sets it (else None).
     """
 
     name: str
@@ -92,7 +92,7 @@ def choices(arguments: Sequence[Argument], values: Mapping[str, Any]) -> list[Ch
 
 
 def combinations(varied: Sequence[Choice]) -> Iterator[Combination]:
-    """Yield all combinations of values: the defaults, then those that differ in one argument, then all others."""
+    """Yield all combinations of values: the defaults, then combinations that differ in one argument, then the rest."""
     defaults = tuple(values[0] for _, values in varied)
     near = [defaults]
     for index, (_, values) in enumerate(varied):
@@ -190,7 +190,7 @@ def as_texts(values: Mapping[str, Any]) -> tuple[dict[str, str], list[Diagnostic
 
 
 def with_wanted(tree: Map, wanted: Sequence[str], formats: "Mapping[str, Format]") -> tuple[Map, list[Diagnostic]]:
-    """Return a tree with an entry for each requested output, and an error for each unknown name."""
+    """Add an entry to ``outputs`` of a tree for each name in ``wanted``; also return an error for each unknown name."""
     listed = Map(tree.span, tree.via) if tree.get("outputs") is None else tree["outputs"]
     new = [name for name in dict.fromkeys(wanted) if name not in listed] if isinstance(listed, Map) else []
     if not new:  # validation reports outputs of an invalid type
@@ -221,5 +221,5 @@ def with_wanted(tree: Map, wanted: Sequence[str], formats: "Mapping[str, Format]
 
 
 def is_listed(entry: object) -> bool:
-    """Return True if an entry of outputs is in the description, not added by ``with_wanted``."""
+    """Return True if an entry of ``outputs`` is in the description, and was not added by ``with_wanted``."""
     return not (isinstance(entry, Map) and entry.via is not None and entry.via.message == _ADDED)

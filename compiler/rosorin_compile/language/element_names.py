@@ -20,7 +20,7 @@ REFERRING = (
     *("chain", "disable_collisions", "disable_collision", "disable_default_collisions", "enable_collisions"),
     *("end_effector", "group", "group_state", "passive_joint", "ros2_control", "transmission"),
 )
-# Attributes that refer to a link or a joint in any element.
+# Attributes that refer to a link or a joint, whatever the element.
 _ATTRIBUTES = dict.fromkeys(("link", "link1", "link2", "base_link", "tip_link", "parent_link", "child_link"), LINK)
 _ATTRIBUTES |= dict.fromkeys(("joint", "joint1", "joint2"), JOINT)
 # Tags of plug-in elements whose text probably refers to a name of the robot, with the kind of the name.
@@ -32,9 +32,9 @@ _TEXTS = (
 
 
 class Reference(NamedTuple):
-    """A reference in the value of an attribute, or in the text of an element if ``attribute`` is empty.
+    """A name in the value of an XML attribute, or in the text of an element if ``attribute`` is empty.
 
-    ``where`` describes the position. If ``sure`` is False, the text may be something other than a name.
+    ``where`` describes the position. If ``sure`` is False, the value or text may be something other than a name.
     """
 
     name: str
@@ -69,7 +69,7 @@ Finder = Callable[[tuple[str, ...], Mapping[str, str], str], Iterator[Reference]
 
 
 def named_in(text: str) -> Iterator[Reference]:
-    """Yield the references in a text of URDF or SRDF elements, or nothing if it is not XML."""
+    """Yield the references in a string of URDF or SRDF elements, or nothing if it is not XML."""
     for element in found_in(text):
         yield from references(element.tags, element.attributes, element.text)
 
@@ -85,7 +85,7 @@ def _is_name(text: str) -> bool:
 
 
 def rename_references(text: str, rename: Callable[[str], str], references: Finder = references) -> str:
-    """Replace each name that ``references`` yields in a text of elements by ``rename(name)``."""
+    """Replace each name that ``references`` yields in a string of XML elements by ``rename(name)``."""
     before, after = "<robot>", "</robot>"
     try:
         document = parse(Source("", f"{before}{text}{after}"))
@@ -118,7 +118,7 @@ SECTIONS = (
 )
 """The MJCF sections that a description may contain; not ``<compiler>``, which would apply to the entire file."""
 
-# MJCF attributes that refer to objects in any element, and the kind of object.
+# MJCF attributes that refer to an object, whatever the element, and the kind of that object.
 _OF_MJCF: Mapping[str, str] = {
     **dict.fromkeys(("joint", "joint1", "joint2", "jointinparent"), JOINT),
     **dict.fromkeys(("body", "body1", "body2", "target", "subtree1", "subtree2", "node"), BODY),
@@ -128,11 +128,11 @@ _OF_MJCF: Mapping[str, str] = {
     **dict.fromkeys(("class", "childclass"), CLASS),
     **{kind: kind for kind in (CAMERA, ACTUATOR, MATERIAL, TEXTURE, MESH, HEIGHTS, "flex", "instance")},
 }
-# Sections with numbers only: an attribute that is a reference elsewhere is a number there, as in <scale camera="0.1">.
+# Sections that refer to no objects: "camera" in <scale camera="0.1"> is a number, elsewhere it names a camera.
 _OF_SETTINGS = ("option", "size", "statistic", "visual")
 _OF_MANY = ("flex", "flexcomp")  # elements whose attributes contain lists of names, separated by spaces
 _KINDS = {"xbody": BODY, "mesh": MESH, "hfield": HEIGHTS, "numeric": "numeric", "text": "text", "tuple": "tuple"}
-# The kind of object that elements of a section define, whatever their tag.
+# The kind of object that every element of these MJCF sections defines, whatever its tag.
 _OF_SECTION = {"actuator": ACTUATOR, "sensor": SENSOR, "equality": EQUALITY, "tendon": TENDON}
 
 
@@ -187,12 +187,12 @@ _FILE = re.compile(r"""(\sfile\w*\s*=\s*)("[^"<]*"|'[^'<]*')""")
 
 
 def files_in(text: str) -> list[str]:
-    """Return the files that a text of elements refers to: meshes, textures, height fields, skins."""
+    """Return the files that a string of XML elements refers to: meshes, textures, height fields, skins."""
     return [quoted[1:-1] for _, quoted in _FILE.findall(text) if quoted[1:-1].strip()]
 
 
 def with_files(text: str, rename: Callable[[str], str]) -> str:
-    """Replace each file name in a text of elements by ``rename(name)``."""
+    """Replace each file name in a string of XML elements by ``rename(name)``."""
 
     def one(found: re.Match[str]) -> str:
         name, quote = found[2][1:-1], found[2][0]
@@ -202,7 +202,7 @@ def with_files(text: str, rename: Callable[[str], str]) -> str:
 
 
 def with_names(text: str, top: bool, rename: Callable[[str], str]) -> str:
-    """Replace each name in a text of MJCF elements, defined or referred to, by ``rename(name)``."""
+    """Replace each name that a string of MJCF elements defines or refers to by ``rename(name)``."""
 
     def all_names(tags: tuple[str, ...], attributes: Mapping[str, str], _: str) -> Iterator[Reference]:
         found = Found(tags, dict(attributes), "", 0)

@@ -27,7 +27,7 @@ _OPTICAL = "not written: an optical frame is turned like this (REP 103)"
 
 
 class Number(NamedTuple):
-    """A number in SI units; if ``origin`` is None, the number is not written, and ``note`` explains it."""
+    """A number in SI units; if ``origin`` is None, no file contains the number, and ``note`` explains it."""
 
     name: str
     value: float
@@ -53,11 +53,11 @@ class Transform(NamedTuple):
 
 
 class Edge(NamedTuple):
-    """An edge of the frame tree, with joints at zero; ``transform`` is None if only an external node knows it."""
+    """A transform parent -> child with joints at zero; ``transform`` is None if only an external ROS node knows it."""
 
     parent: str
     child: str
-    joint: str  # "" for an edge that an external node publishes
+    joint: str  # "" if an external ROS node publishes the transform
     type: str
     publisher: str
     topic: str
@@ -69,7 +69,7 @@ class Edge(NamedTuple):
 
 
 class FramePose(NamedTuple):
-    """The pose of a frame relative to the root of its tree, in a named joint pose; "" is all joints at zero."""
+    """The pose of a frame relative to the root of its tree; ``pose`` names the joint pose ("": all joints at zero)."""
 
     pose: str
     root: str
@@ -85,7 +85,7 @@ class Shape(NamedTuple):
 
 
 class Explanation(NamedTuple):
-    """A frame: its link, the chain from the root, other edges to it, and the numbers of its joint, mass and shapes."""
+    """A frame: the transforms from the root (``chain``), further transforms to it (``others``), poses and numbers."""
 
     name: str
     roles: tuple[str, ...]
@@ -101,7 +101,7 @@ class Explanation(NamedTuple):
 
     @property
     def numbers(self) -> list[Number]:
-        """The numbers that define the frame: of its parent edges, joint, mass and shapes."""
+        """The numbers that define the frame: of the transforms to it, and of its joint, mass and shapes."""
         edges = [edge for edge in (*self.chain[-1:], *self.others) if edge.child == self.name]
         groups = [*(edge.numbers for edge in edges), self.joint, self.inertial, *(one.numbers for one in self.shapes)]
         return [number for group in groups for number in group]
@@ -162,12 +162,12 @@ def explain(
 
 
 def _is_called(number: str, word: str) -> bool:
-    """Return True if a word selects a number: by its name, a word of it ("ixx"), or the vector that contains it."""
+    """Return True if a word selects a number: its name, a word of its name ("ixx"), or the name of its vector."""
     return word in (number, number.partition("[")[0]) or word in number.split() or number in _AXES.get(word, ())
 
 
 def _selected(answer: Explanation | Answer, words: Sequence[str], added: tuple[str, ...]) -> Answer:
-    """Select numbers by words; an exact match excludes all others except those with a prefix in ``added``."""
+    """Select numbers by words; a word that is a full name selects only that number, and numbers in ``added``."""
     selected: dict[Number, None] = {}
     for word in words:
         called = [number for number in answer.numbers if _is_called(number.name, word)]
@@ -178,7 +178,7 @@ def _selected(answer: Explanation | Answer, words: Sequence[str], added: tuple[s
 
 
 class _Frames:
-    """The frame tree of a robot: its joints, and the edges that external nodes publish."""
+    """The frame tree of a robot: its joints, and the transforms that external ROS nodes publish."""
 
     def __init__(self, robot: Robot, places: Mapping[tuple[str, str], Path], origins: Origins) -> None:
         self.robot, self.places, self.origins = robot, places, origins
@@ -186,21 +186,21 @@ class _Frames:
         self.names = list(dict.fromkeys([*(link.name for link in robot.links), *ends]))
 
     def uses(self, frame: str) -> list[str]:
-        """Return the uses of parts that created a frame, the outermost first: arm, arm_hand."""
+        """Return the names of the ``use`` entries that created a frame, the outermost first: arm, arm_hand."""
         place = self.places.get(("link", frame))
         stack = self.origins.place_of(place)[1] if place is not None else ()
         names = [use[1] for step in reversed(stack) if (use := _USE.match(step.message))]
         return ["_".join(names[: count + 1]) for count in range(len(names))]
 
     def meant_by(self, name: str) -> list[str]:
-        """Return the frames that the name of a frame, sensor, joint or use of a part refers to."""
+        """Return the frames that belong to a name of a frame, sensor, joint or ``use`` entry."""
         found = [name] if name in self.names else []
         found += [sensor.frame for sensor in self.robot.sensors if sensor.name == name]
         found += [joint.child for joint in self.robot.joints if joint.name == name]
         return list(dict.fromkeys(found or [frame for frame in self.names if name in self.uses(frame)]))
 
     def explanation(self, name: str, pose: str) -> Explanation:
-        """Explain a frame; also return its pose for the joint pose ``pose``, unless that is ""."""
+        """Explain a frame; include its pose with the joints in the named pose ``pose``, unless that is ""."""
         robot, chain, roles = self.robot, self._chain(name), tuple(self._roles(name))
         placed = tuple(self._placed(name, chain, pose) for pose in dict.fromkeys(("", pose)))
         joints = [joint.child for joint in robot.joints_from.get(name, ())]
@@ -257,7 +257,7 @@ class _Frames:
     def _edge_of_joint(self, joint: Joint) -> Edge:
         path = self.places["joint", joint.name]
         numbers = list(self._pose(path, joint.origin))
-        if path[0] in self.robot.sections.said:  # from a plug-in section, which may calculate them
+        if path[0] in self.robot.sections.said:  # a plug-in section, which may calculate numbers of a joint
             numbers = [number._replace(origin=None, note=f"of {path[0]}") for number in numbers]
         if joint.moves or joint.type == "planar":
             numbers += self._vector((*path, "axis"), joint.axis, "")
@@ -294,7 +294,7 @@ class _Frames:
 
         def below(here: Path, value: object) -> Iterator[Number]:
             if isinstance(value, list) and any(isinstance(item, list) for item in value):
-                return  # a height map has too many cells to list
+                return  # a height map has too many numbers to list
             if isinstance(value, (dict, list)):
                 for key, item in value.items() if isinstance(value, dict) else enumerate(value):
                     yield from below((*here, key), item)
@@ -434,7 +434,7 @@ def _edge(edge: Edge) -> Iterator[str]:
 
 
 def _numbers(numbers: Sequence[Number], known: Sequence[Step]) -> Iterator[str]:
-    """Yield a line for each number and its source; details that consecutive numbers share follow the last of them."""
+    """Yield a line for each number and its source; if consecutive numbers have equal details, print them only once."""
     rows = []
     for number in _merge_zeros(numbers):
         degrees = f" ({to_fixed(math.degrees(number.value), 6)} deg)" if number.unit == "rad" and number.value else ""

@@ -34,7 +34,7 @@ T = TypeVar("T")
 Convert = Callable[[Any], Any]
 Report = Callable[[Diagnostic, str], None]
 Place = Callable[[str, str, Path], None]
-Problem = Callable[..., None]  # reports a problem as ``Lowering`` does: its rule, message, path and help
+Problem = Callable[..., None]  # a function that reports a problem; parameters: rule, message, path, help
 _ACCEPTABLE = {"shape-size": find_declared("shape-size")}
 
 
@@ -52,7 +52,7 @@ class Lowering:
     def __init__(self, tree: Map, scope: Scope | None) -> None:
         self.tree, self.scope = tree, scope
         self.places: dict[tuple[str, str], Path] = {}
-        self.frames: dict[str, tuple[str, Path]] = {}  # for each joint: its child frame, and the path that names it
+        self.frames: dict[str, tuple[str, Path]] = {}  # by joint name: the child frame, and the path of its name
         self.diagnostics: list[Diagnostic] = []
         self.nodes: dict[str, Publisher] = {}
         self.edges: list[Edge] = []
@@ -87,7 +87,7 @@ class Lowering:
             self(problem.rule, problem.message + where, problem.path, problem.help)
 
     def accepts(self, problem: LoweringError) -> bool:
-        """Report a problem and return True if the description accepts it, else return False."""
+        """If ``accept`` of the description suppresses a problem, report it and return True, else return False."""
         diagnostic = replace(error(problem.rule, "", None), of=names_at(self.tree, problem.path))
         if not is_accepted(self.tree, diagnostic, _ACCEPTABLE):
             return False
@@ -95,7 +95,7 @@ class Lowering:
         return True
 
     def place(self, kind: str, name: str, path: Path) -> None:
-        """Record where a name is defined; report a duplicate."""
+        """Record the path at which a name is defined; report a duplicate name."""
         first = self.places.get((kind, name))
         if first is None:
             self.places[kind, name] = path
@@ -104,7 +104,7 @@ class Lowering:
             self("duplicate-name", f'the {kind} "{name}" is defined twice', path, "rename one", related)
 
     def place_joint(self, name: str, path: Path, frame: str, frame_path: Path) -> None:
-        """Record where a joint and its child frame are defined; report a frame with a second joint."""
+        """Record the paths at which a joint and its child frame are defined; report a frame with two parent joints."""
         child, first = self.frames.setdefault(name, (frame, frame_path))
         if child != frame or first == frame_path:
             self.place("joint", name, path)
@@ -118,16 +118,16 @@ class Lowering:
 
 
 def owner_of_frame(path: Path) -> str:
-    """Return the joint or sensor that defines a frame for messages, given the path of the frame's name."""
+    """Format, for messages, the joint or sensor that defines a frame; ``path`` is the path of the frame's name."""
     what = "joint" if path[0] == "joints" else "sensor"
     return f'{"the optical frame of " if "optical" in path[2:] else ""}{what} "{path[1]}"'
 
 
 class Lowered(NamedTuple):
-    """The robot (None after an error), where each joint, link and pose is defined, and the diagnostics.
+    """The robot (None after an error), the places where its joints, links and poses are defined, and the diagnostics.
 
-    ``places`` maps kind and name to a path: ("joint", "lidar_joint") -> ("sensors", "lidar"). An edge of a joint with
-    several publishers has the kind "edge" and its index in ``Robot.edges`` as name.
+    ``places`` maps kind and name to a path in the YAML: ("joint", "lidar_joint") -> ("sensors", "lidar"). If several
+    nodes publish a joint, the entry of each is at ("edge", "0"), where 0 is the index in ``Robot.edges``.
     """
 
     robot: Robot | None
@@ -150,7 +150,7 @@ def lower(tree: Map, scope: Scope | None = None) -> Lowered:
     for plugin, section in plugin_sections().sections:
         if tree.get(section.name) is not None:
             contents[section.name] = _contents(section, tree)
-            with _guarded(plugin, section.name, report):  # after a problem, the section has no value
+            with _guarded(plugin, section.name, report):  # if the plug-in fails, the section is left out
                 added[section.name] = _value(section, tree, lowering)
     sections = Sections(added, contents)
     values |= {"name": tree["robot"], "sections": sections, "root_in_world": values.pop("root", None)}
@@ -322,12 +322,12 @@ def plain(value: Any) -> Any:
 
 
 def values_of(entry: Mapping[str, Any] | None, known: Collection[str] = ()) -> dict[str, Attribute]:
-    """Return the keys of an entry that are MJCF attributes, all except ``known``, sorted by name."""
+    """Return all keys of an entry except ``known``, with their values, as MJCF attributes sorted by name."""
     return {key: _attribute_of(value) for key, value in sorted((entry or {}).items()) if key not in known}
 
 
 def renamed_values(entry: Mapping[str, Any], words: Mapping[str, str]) -> dict[str, Attribute]:
-    """Return MJCF attributes; ``words`` maps the name of each attribute's key to its MJCF name."""
+    """Return the keys of an entry as MJCF attributes; ``words`` maps each key to the MJCF name of the attribute."""
     return {word: _attribute_of(entry[key]) for key, word in words.items() if key in entry}
 
 

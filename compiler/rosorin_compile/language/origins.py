@@ -1,4 +1,4 @@
-"""Find where a value of the expanded tree was written, and the values of the names in its expression."""
+"""Find where a value of the expanded tree was written, and explain the names in its expression."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -21,7 +21,7 @@ from .symbols import MOUNT
 MAX_LEVELS = 6
 MAX_NAMES = 40
 _POSE = ("xyz", "rpy")
-_OF_USE = ("name", "frame")  # names that every use of a part or sensor type defines
+_OF_USE = ("name", "frame")  # names that are defined in every part or sensor type
 MAX_TEXT = 80
 # A name with keys, such as rows[0].mass; quoted text is skipped.
 _NAME = re.compile(r"""'[^']*'|"[^"]*"|(?<![\w.])([^\W\d]\w*)((?:\.[^\W\d]\w*|\[[^][]*\])*)""")
@@ -31,7 +31,7 @@ _Places = dict[tuple[int, int], "Piece"]
 
 
 class Piece(NamedTuple):
-    """A value in a file: its path from the root, the value, its position, and that of its key (None in a list)."""
+    """A value in a YAML file: its path, the value, the span of the value, and the span of its key (None in a list)."""
 
     path: Path
     value: Any
@@ -54,7 +54,7 @@ class Written:
         return self._read(span.source)[1].get((span.line, span.column))
 
     def text(self, span: Span) -> str:
-        """Return the source text of the value at a position or of the key there, on one line and shortened."""
+        """Return the source text of the value that begins, or whose key begins, at a position, as one short line."""
         if _is_markup(span.source):
             text = span.source.line(span.line)[span.column - 1 :][: span.length]
         else:
@@ -66,7 +66,7 @@ class Written:
         if source.path not in self._files:
             values, keys = self._files.setdefault(source.path, ({}, {}))
             waiting: list[tuple[Path, Any]] = []
-            with suppress(LoadError):  # e.g. a file of another tool; descriptions with errors are not explained
+            with suppress(LoadError):  # not a file of a description, for example one that ``load`` reads
                 waiting = [((), None if _is_markup(source) else parse_yaml(source))]
             while waiting:
                 path, value = waiting.pop()
@@ -100,7 +100,7 @@ def _text(value: Any, span: Span) -> str:
 
 
 class Where(NamedTuple):
-    """A position (line and column count from 1) and the source text there."""
+    """A position in a file (line and column count from 1), and the source text at that position."""
 
     file: str
     line: int
@@ -109,7 +109,7 @@ class Where(NamedTuple):
 
 
 class Meaning(NamedTuple):
-    """The value of a name in an expression, in SI units, and what defines it."""
+    """A name in an expression: its value in SI units, the kind of its definition, and the names in that definition."""
 
     name: str
     value: str
@@ -126,11 +126,11 @@ class Step(NamedTuple):
 
 
 class Origin(NamedTuple):
-    """The position where a value was written.
+    """The position where a value was written, with the names in its expression.
 
-    ``names`` are those in its expression; ``expressions`` are others that refer to the value, outermost first;
-    ``stack`` has the includes, parts and loops that led to it, innermost first; ``parts`` the poses of a part and its
-    mounts from which a pose was calculated.
+    ``expressions`` are the expressions that passed the value on, outermost first. ``stack`` has the includes, parts and
+    loops that led to the value, innermost first. ``parts`` has the poses, in a part and in its ``use`` entries, from
+    which a pose was calculated.
     """
 
     where: Where
@@ -167,7 +167,7 @@ class Origins:
         return Origin(self.where(span), names, tuple(expressions), self._stack(place))
 
     def where(self, span: Span) -> Where:
-        """Return a position with the source text there."""
+        """Convert a span to a position with its source text."""
         return Where(span.source.path, span.line, span.column, self.written.text(span))
 
     def place_of(self, path: Path) -> tuple[Where, tuple[Step, ...]]:
@@ -207,7 +207,7 @@ class Origins:
             yield Origin(where._replace(text=f"{key}: {where.text}"), self._meanings_of(piece, via, via))
 
     def _meanings_of(self, piece: Piece | None, holder: Instance | None, via: Instance | None) -> tuple[Meaning, ...]:
-        """Return the meanings of the names in the expression of a value."""
+        """Explain the names in the expression of a value; ``holder`` and ``via`` determine its scope."""
         if piece is None:
             return ()
         scope = scope_of(self.root, holder)
@@ -223,7 +223,7 @@ class Origins:
                 yield self.meaning(name, keys, owner, scope, level)
 
     def meaning(self, name: str, keys: str, owner: Scope, scope: Scope, level: int = 0) -> Meaning:
-        """Return the meaning of a name that ``owner`` defines, with the keys after it, for an expression in a scope."""
+        """Explain a name that the scope ``owner`` defines, and the keys after it, in an expression of another scope."""
         entry, at = _entry(name, keys, scope)
         place, value = at or owner.places[name], _shown(entry)
         piece = self.written.entry(place.span) or self.written.value(place.span)
@@ -270,7 +270,7 @@ def _chains(text: str) -> Iterator[tuple[str, str]]:
 
 
 def _entry(name: str, keys: str, scope: Scope) -> tuple[Any, Place | None]:
-    """Return the value of a name or of an entry of its value, and where that entry was written, or None."""
+    """Return the value of a name, or of the entry ``keys`` of its value with its place (None for the name itself)."""
     place: Place | None = None
     with suppress(Failed, KeyError, ExpressionError):
         value = scope.lookup(name)

@@ -25,13 +25,13 @@ from .annotations import Steps as Steps
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format
 
-TEMPLATE = "template"  # an output with this key uses the template format, whatever its name
-LAST = ("accept", "outputs")  # sections that follow those of plug-ins
+TEMPLATE = "template"  # an output that has this key uses the template format, whatever the name of the output
+LAST = ("accept", "outputs")  # sections that are placed after the sections of plug-ins
 _RESERVED = ("parts", "use", "sensor_types", "help")  # sections that only exist before expansion
 
 
 class Plugged(NamedTuple):
-    """The sections of plug-ins, each with its plug-in, and errors about these plug-ins."""
+    """The sections that plug-ins define, each with its plug-in, and errors about plug-ins with invalid sections."""
 
     sections: tuple[tuple[Plugin, Section[Any]], ...]
     diagnostics: tuple[Diagnostic, ...]
@@ -39,7 +39,7 @@ class Plugged(NamedTuple):
 
 @cache
 def plugin_sections() -> Plugged:
-    """Return the sections of plug-ins; exclude those with references to a kind that no section defines."""
+    """Load the sections of plug-ins; report and exclude sections that refer to a kind of name that none defines."""
 
     def is_taken(name: str) -> bool:
         own = own_schema()
@@ -75,7 +75,7 @@ def piece(section: Section[Any]) -> dict[str, Any]:
     made: dict[str, Any] = _looked_up({**defaults, **section.schema})
     key = {ENTRIES: "additionalProperties", ITEMS: "items"}.get(section.form)
     entry = made if key is None else made[key]
-    # An error in an entry may be accepted under its name, and under the links and joints that it refers to.
+    # ``accept`` may suppress an error in an entry by the name of the entry, or of a link or joint in it.
     keys = made.get("$defs", {}).get(entry.get("$ref", "").rpartition("/")[2], entry).get("properties", {})
     kinds = ((name, inner.get("x-names", inner.get("x-gives"))) for name, inner in keys.items())
     named = [f"{{{name}}}" for name, kind in kinds if kind in ("link", "joint")]
@@ -89,7 +89,7 @@ def _looked_up(fragment: Any) -> Any:
     if not isinstance(fragment, Mapping):
         return fragment
     made = {key: _looked_up(item) for key, item in fragment.items()}
-    is_usual = fragment.get("x-names", "link") in ("link", "joint")  # x-among is the default for these
+    is_usual = fragment.get("x-names", "link") in ("link", "joint")  # names of links and joints need no x-among
     return made if is_usual else {"x-among": schema_words.DESCRIPTION, **made}
 
 
@@ -134,13 +134,13 @@ def keys_of_xml() -> frozenset[str]:
 
 @cache
 def sections() -> Mapping[str, Node]:
-    """Return the annotations of each section of a description, for sections with annotations."""
+    """Return the annotations of each section of a description; omit sections without annotations."""
     return schema_words.annotated_sections(schema())
 
 
 @cache
 def merged_sections(*how: str, in_parts: bool = False) -> tuple[str, ...]:
-    """Return the sections that are merged in one of the ways ``how``; with ``in_parts``, only those of parts."""
+    """Return the sections whose ``x-merge`` is in ``how``; with ``in_parts``, only sections that parts may have."""
     return tuple(key for key, node in sections().items() if node.merge in how and (node.in_parts or not in_parts))
 
 
@@ -151,7 +151,7 @@ def named_as(kind: str) -> tuple[str, ...]:
 
 
 def of_topic(topic: str) -> list[str]:
-    """Return the sections of a topic."""
+    """Return the sections whose ``x-topic`` is the topic; a format lists topics that it cannot express."""
     return [key for key, node in sections().items() if node.topic == topic]
 
 
@@ -327,7 +327,7 @@ def as_written(fragment: Schema, plain: Schema, entry: bool = True) -> Schema:
     if types:
         made |= _types(types, fragment)
     if entry and "object" in types:
-        if fragment.get("minProperties") == 1 and "properties" in fragment:  # do not count loops and conditions
+        if fragment.get("minProperties") == 1 and "properties" in fragment:  # "for" and "if" must not count as keys
             required = [{"required": [name]} for name in fragment["properties"]]
             exactly = fragment.get("maxProperties") == 1
             made["if"], made["then"] = {"type": "object"}, {"oneOf" if exactly else "anyOf": required}

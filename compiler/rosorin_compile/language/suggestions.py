@@ -33,7 +33,7 @@ from .symbols import MOUNT
 Names = Collection[str]
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 MAX_SHOWN = 60
-SPELLED_OUT = 5  # a word with so many letters may be a misspelled name of a unit, not a symbol
+SPELLED_OUT = 5  # a word with at least this many letters may be a misspelled name of a unit; symbols are shorter
 _SIGNS = {"\u00b2": "^2", "\u00b3": "^3", "**": "^", "\u00b7": "*", "\u22c5": "*", "\u00d7": "*", " per ": "/"}
 _TO_ASCII = {0x2212: "-", 0x2013: "-", 0x2014: "-", 0xA0: " "}  # characters that look like a minus or a space
 _UNMEASURED = ("todo", "tbd", "tba", "fixme", "unknown", "?", "??", "???", "n/a", "na", "none", "xxx", "-", "x")
@@ -51,14 +51,14 @@ def _data() -> Any:
 
 @cache
 def synonyms(table: str, kind: str = "") -> Mapping[str, str]:
-    """Return the replacement for each synonym in a table of ``synonyms.json``, for a kind of entry or value."""
+    """Map each synonym in a table of ``synonyms.json``, for a kind of entry or value, to its replacement."""
     meanings = _data()[table] if table == "units" else _data()[table].get(kind, {})
     return {word: meaning for meaning, words in meanings.items() for word in words.split()}
 
 
 @cache
 def words_for(kind: str) -> Mapping[str, str]:
-    """Return the replacement for each synonym of a key in a kind of entry: the key, or the help."""
+    """Map each synonym of a key in a kind of entry to the key to write, or to a help text."""
     root, definitions = schema()["properties"], schema()["$defs"]
     if kind in ("top", "part"):
         known = root if kind == "top" else {section: root[section] for section in of_parts()}
@@ -66,7 +66,7 @@ def words_for(kind: str) -> Mapping[str, str]:
         parts = [definitions[kind]] if kind in definitions else mappings_in(root.get(kind, {}))
         known = dict(entry for part in parts for entry in part.get("properties", {}).items())
     instead = definitions.get(kind, {}).get("x-instead", {})
-    if isinstance(instead, str):  # same as for another kind
+    if isinstance(instead, str):  # the name of another kind, whose ``x-instead`` also applies to this kind
         instead = definitions[instead].get("x-instead", {})
     found = {**synonyms("keys", kind), **{word: way for words, way in instead.items() for word in words.split()}}
     for key, fragment in known.items():
@@ -76,7 +76,7 @@ def words_for(kind: str) -> Mapping[str, str]:
 
 
 def _meaning(word: str, table: Mapping[str, str]) -> str:
-    """Return the replacement for a word; ignore case, and characters except letters and digits."""
+    """Return the replacement for a word or ""; ignore case, and characters that are neither letters nor digits."""
     return table.get(re.sub(r"[^a-z0-9]", "", word.casefold()), "")
 
 
@@ -87,13 +87,13 @@ def way_out(word: str, table: Mapping[str, str]) -> str:
 
 
 def unit_meant(text: str, wanted: Sequence[str]) -> str:
-    """Return the unit that a text probably means, preferably of the dimension of ``wanted``, or ""."""
+    """Return the unit that a text probably stands for, preferably of a dimension of the valid units, or ""."""
     unit = text.strip()
     for sign, written in _SIGNS.items():
         unit = unit.replace(sign, written)
     unit = re.sub(r"[-. ]", "*", unit.strip().strip(".()[]"))
     unit = re.sub(r"\**/\**", "/", re.sub(r"\*+", "*", unit))
-    split = re.sub(r"^(kg|g)(mm|cm|m)(?![a-z])", r"\1*\2", unit)  # kgm2 is kg*m2
+    split = re.sub(r"^(kg|g)(mm|cm|m)(?![a-z])", r"\1*\2", unit)  # "kgm2" becomes "kg*m2"
     guesses = [_factors(unit, {}), _factors(unit, {"nm": "Nm", "kg": "kgf"}), _factors(split, {})]
     known = [guess for guess in guesses if guess and parse_unit(guess)] or [""]
     return next((guess for guess in known if {*_dimensions([guess])} & {*_dimensions(wanted)}), known[0])
@@ -104,7 +104,7 @@ def _dimensions(units: Sequence[str]) -> list[Dimension]:
 
 
 def _factors(unit: str, others: Mapping[str, str]) -> str:
-    """Return a unit with the symbol for each factor; ``others`` overrides the symbols of ambiguous factors."""
+    """Replace each factor of a unit by its symbol; ``others`` has different symbols for ambiguous factors."""
     pieces: list[str] = []
     spellings = synonyms("units")
     for sign, word, power in re.findall(r"([*/]?)([^*/^\d\s]+)\^?(-?\d)?", unit):
@@ -292,7 +292,7 @@ def _key_and_value(key: str) -> tuple[str, str] | None:
 
 
 def _texts_with_commas(entry: Map) -> list[list[str]]:
-    """Return the keys of each text that was split at commas: in ``{note: a, b}``, YAML reads "b" as a key."""
+    """Return, for each unquoted text with commas, the keys that YAML reads: in ``{note: a, b}``, note and b."""
     runs: list[list[str]] = []
     for before, key in pairwise(entry):
         value, span = entry[before], entry.key_spans[key]
@@ -320,7 +320,7 @@ def text_meant_by(key: str, entry: Map) -> str:
 
 
 def text_tails(entry: Map, unknown: Collection[str]) -> set[str]:
-    """Return the keys that are the rest of a text after a comma, if the key of the text is unknown."""
+    """Return the keys that are really the text after a comma, in a text whose key is in ``unknown``."""
     return {key for run in _texts_with_commas(entry) for before, key in pairwise(run) if before in unknown}
 
 
@@ -342,13 +342,13 @@ def word_meant(word: str, known: Iterable[str], kind: str = "") -> str:
 def suggest_name(
     tree: Map, path: Path, word: str, known: Names, otherwise: str = "", more: Names = (), none: str = ""
 ) -> Suggestion:
-    """Return the suggestion for an unknown name at a path.
+    """Return the suggestion for an unknown name at a path; ``known`` are the valid names.
 
     In a part, names of the same part are suggested first, without the prefix; ``more`` are further names in the part.
     """
     span = tree.locate(path).span
     text = span.source.line(span.line)[span.column - 1 :][: span.length]
-    is_mount = text.strip("\"'") == MOUNT  # the mount is in the scope of the use, outside of the part
+    is_mount = text.strip("\"'") == MOUNT  # "mount" stands for a frame outside of the part
     prefix = prefix_at(tree, path, outside=is_mount)
     own = [name.removeprefix(prefix) for name in known if prefix and name.startswith(prefix)]
     others = [name for name in known if not name.startswith(prefix)]
@@ -360,9 +360,9 @@ def suggest_name(
 
 
 def fallen_out(tree: Map, path: Sequence[str | int], fragment: Mapping[str, Any]) -> tuple[str, bool] | None:
-    """Return the name of the entry above that the key at a path belongs to, if the key is not indented enough, or None.
+    """Detect a key that is not indented enough, so that YAML reads it as the next entry after its own entry.
 
-    Also return True if it is the first such key. ``fragment`` is the schema of the entries.
+    Return (name of its own entry, whether it is the first such key) or None. ``fragment`` is the schema of the entries.
     """
     section = tree[str(path[0])] if len(path) == 2 else None
     legal = fragment.get("properties", {})
@@ -376,7 +376,7 @@ def fallen_out(tree: Map, path: Sequence[str | int], fragment: Mapping[str, Any]
 
 
 def key_of_entry_meant(key: str, entry: Map, known: Sequence[str], kind: str) -> str:
-    """Return the help for an unknown key of an entry that is not evaluated yet."""
+    """Return the help for an unknown key of an entry before expansion, such as an entry of ``use``."""
     help = text_meant_by(key, entry) or word_meant(key, known, kind)
     if kind == "use" and help.startswith("known"):
         return f'to pass it to the part, write "with: {{{key}: VALUE}}"; known keys{help[5:]}'

@@ -15,24 +15,24 @@ from .schema import sections
 from .symbols import THINGS, SymbolTable
 from .validate import not_allowed
 
-# Rules that cannot be accepted, with the reason.
+# Rules that ``accept`` cannot suppress, with the reason.
 STAYS = {"stand-in": "a stand-in is reported until its value is measured", "accept-unused": "it is about accept itself"}
 
-Entry = tuple[int, str]  # the index of an entry of ``accept``, and a name in its ``of``, or EVERYTHING
+Entry = tuple[int, str]  # index of an entry in the list ``accept``, and a name in its key ``of``, or EVERYTHING
 Rules = Mapping[str, Rule]  # the rules that descriptions may accept, by id
-_Entries = dict[tuple[str, str], list[Entry]]  # by rule and name
+_Entries = dict[tuple[str, str], list[Entry]]  # entries by rule id and name
 EVERYTHING = ""  # the name in an entry without ``of``: it applies to the entire robot
 
 
 class AcceptResult(NamedTuple):
-    """The remaining diagnostics, and the entries of ``accept`` that applied to the removed ones."""
+    """The remaining diagnostics, and the entries of ``accept`` that suppressed a diagnostic."""
 
     diagnostics: list[Diagnostic]
     used: frozenset[Entry]
 
 
 def names_at(tree: Map, path: Path) -> tuple[str, ...]:
-    """Return the names under which an error at a path may be accepted, such as a link, or a joint and its child."""
+    """Return the names by which ``of`` in ``accept`` may refer to an error at a path, such as a joint and its child."""
     found: tuple[str, ...] = ()
     node, is_final = Node(properties=sections()), False
     value: Any = tree
@@ -53,12 +53,12 @@ def names_at(tree: Map, path: Path) -> tuple[str, ...]:
 
 
 def is_accepted(tree: Map, diagnostic: Diagnostic, acceptable: Rules) -> bool:
-    """Return True if the description accepts a diagnostic."""
+    """Return True if an entry of ``accept`` in the description suppresses the diagnostic."""
     return bool(_covering(_entries(tree), diagnostic, acceptable))
 
 
 def unknown_rules(tree: Map, acceptable: Rules) -> list[Diagnostic]:
-    """Return errors for invalid rule ids in ``accept``; the tree need not be valid."""
+    """Return an error for each unknown rule id in ``accept``, also if the tree is invalid."""
     diagnostics, entries = [], tree.get("accept")
     for index, entry in enumerate(entries if isinstance(entries, Seq) else ()):
         rule = entry.get("rule") if isinstance(entry, Map) else None
@@ -75,7 +75,7 @@ def unknown_rules(tree: Map, acceptable: Rules) -> list[Diagnostic]:
 
 
 def apply(tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Rules) -> AcceptResult:
-    """Remove accepted warnings and notes, and merge accepted errors into a note per rule."""
+    """Remove the warnings and notes that ``accept`` suppresses, and merge suppressed errors into one note per rule."""
     entries = _entries(tree)
     left: list[Diagnostic] = []
     groups: dict[str, list[Diagnostic]] = {}

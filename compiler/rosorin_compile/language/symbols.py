@@ -33,7 +33,7 @@ THINGS = (
 _ELEMENT = "element"  # pseudo kind of all named MJCF elements
 IN_MJCF = (*THINGS, "material", _ELEMENT)
 KINDS = {BODY: "link", GEOM: "shape", EQUALITY: "constraint"}  # kinds for MuJoCo's element names
-# Names that the MJCF derives from a link, and suffixes of names that it derives from a joint of some types.
+# Names of MJCF elements that are derived from a link; suffixes of names that are derived from joints of some types.
 _DERIVED = re.compile(r"(.+)_(?:collision|visual)_\d+")
 ENDS = {"planar": ("_TX", "_TY", "_RZ"), "floating": ("_TX", "_TY", "_TZ", "_R")}
 # Sections whose entries have local names: the kind of entry, and the local names that are always defined.
@@ -75,9 +75,9 @@ def _walk(node: Node, value: Any, path: Path, wanted: Collection[str], rules: bo
 
 @dataclass(frozen=True)
 class Symbol:
-    """A definition of a name or a reference to it; ``key`` is True if the name is a key of the description.
+    """A definition of a name, or a reference to a name; ``key`` is True if the name is a key, not a value.
 
-    ``what`` describes a reference; ``among`` restricts where its name is looked up ("": everywhere in the description).
+    ``what`` describes a reference; ``among`` restricts where the name is looked up ("": everywhere in the description).
     Names that only exist before expansion have a ``place``, and an ``owner`` if local to a part or sensor type.
     """
 
@@ -94,8 +94,8 @@ class Symbol:
 class SymbolTable:
     """The names that a tree defines and refers to.
 
-    The tree is expanded, or consists of the joined files as written. Then ``lets`` are their sections of named values,
-    ``offered`` arguments of includes and included robots; ``is_constant`` returns True for values without expressions.
+    The tree is expanded, or consists of the joined files as written. For files as written, ``lets`` are their sections
+    ``let``, ``offered`` the arguments of includes; ``is_constant`` returns True for values without expressions.
     """
 
     def __init__(
@@ -105,7 +105,7 @@ class SymbolTable:
         self.of_files, self.is_constant = is_constant is not None, is_constant or (lambda _: True)
 
     def _fragments(self) -> Iterator[tuple[Path, Map]]:
-        """Yield each mapping with sections, and its path: the tree; before expansion, also parts and use contents."""
+        """Yield (path, mapping) of each mapping with sections: the tree, and each part and ``content`` of ``use``."""
         waiting: list[tuple[Path, Map]] = [((), self.tree)]
         waiting += [(("parts", name), body) for name, body in _entries(self.tree, "parts")]
         for path, fragment in waiting:
@@ -205,7 +205,7 @@ class SymbolTable:
                     yield from self._in_expressions(item, at, inner)
 
     def spelt(self) -> Iterator[tuple[str, str, Path, bool]]:
-        """Yield the words to check for spelling (``x-spelt``): what each is, the word, its path, and True for a key."""
+        """Yield the words to check for spelling as (description of the word, word, path, whether it is a key)."""
         for node, name, path, key in self._occurrences((SPELT,)):
             if node.spelt and isinstance(name, str):
                 yield node.spelt, name, path, key
@@ -236,7 +236,7 @@ class SymbolTable:
 
     @property
     def of(self) -> Mapping[str, Collection[str]]:
-        """The names that the tree defines by kind, including those in MJCF elements."""
+        """For each kind, the names that the tree defines, including names in MJCF elements."""
         return self._contents[0]
 
     @property
@@ -254,13 +254,13 @@ class SymbolTable:
         return frozenset().union(*(self.of.get(kind, ()) for kind in kinds))
 
     def gives(self, kind: str, name: str) -> bool:
-        """Return True if the tree defines a name of a kind, or if the MJCF derives it, such as LINK_collision_1."""
+        """Return True if the tree defines a name of a kind, or the MJCF will, such as LINK_collision_1."""
         if any(name in self.of.get(one, ()) for one in (kind, *ALSO.get(kind, ()))):
             return True
         return kind == "shape" and self.makes(name)
 
     def makes(self, name: str) -> bool:
-        """Return True if the MJCF derives the name from a link of the tree."""
+        """Return True if the MJCF will have a shape of that name, such as LINK_visual_1 for the link LINK."""
         found = _DERIVED.fullmatch(name)
         return found is not None and found[1] in self.of.get("link", ())
 

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from .expand.scope import Scope
 
 
-_validators: dict[tuple[Any, ...], tuple[dict[str, Any], Any]] = {}  # cache by the options of the outputs
+_validators: dict[tuple[Any, ...], tuple[dict[str, Any], Any]] = {}  # schema and validator by options of the outputs
 _MOST_VALIDATORS = 100
-MOST = 1e150  # the volume or moment of inertia of a larger size may overflow
+MOST = 1e150  # the volume or moment of inertia of a body with larger sizes may overflow
 
 
 def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = None) -> list[Diagnostic]:
@@ -69,7 +69,7 @@ _Dimensions = tuple[Dimension, ...]
 
 
 class _Walk:
-    """Find errors that JSON Schema cannot express: wrong dimensions, NaN, infinity. Shared values are visited once."""
+    """Find errors that JSON Schema cannot express: wrong dimensions, NaN, infinity. Visit shared values only once."""
 
     def __init__(self, tree: Map, formats: Mapping[str, Format]) -> None:
         self.tree, self.formats = tree, formats
@@ -100,12 +100,12 @@ class _Walk:
                 dimensions = allowed[step]
                 if dimensions is not None and item.dimension not in dimensions:
                     self.misfits.append((steps, item, dimensions))
-            # A limit may be 1.8e308, and rules check masses.
+            # Imported limits may be as large as 1.8e308, and a rule reports masses that are too large.
             is_free = "limit" in steps or key == "mass"
             if isinstance(item, float) and not -MOST <= item <= MOST and not (math.isfinite(item) and is_free):
                 self.not_finite.append((steps, float(item)))
         sound = before == len(self.not_finite) + len(self.misfits)
-        if sound or value.via is None or not value.via.made:  # report an error in a part for each use
+        if sound or value.via is None or not value.via.made:  # an error in a part is reported for each use of the part
             self.done.add(id(value))
 
     def _allowed(self, path: tuple[str | int, ...]) -> _Dimensions | None:
@@ -120,12 +120,12 @@ class _Walk:
         return None if units is None else tuple(unit[1] for unit in parsed if unit is not None)
 
 
-# Sections that are removed by expansion, so they are not in the schema of the expanded tree.
+# Sections that expansion removes, so that they are not in the schema of the expanded tree.
 _EXPANDED = ("parts", "sensor_types", "use")
 _SIGNS = {"&": "an anchor", "#": "a comment", "!": "a tag"}
 _TYPES = {"string": "text", "number": "a number", "integer": "a whole number", "boolean": "true or false"}
 _TYPES |= {"object": "a mapping", "array": "a list"}
-# The rule and message for keywords that need no further information.
+# The rule and message for an error of each JSON Schema keyword that needs no help text.
 _SIMPLE = {
     "minimum": ("wrong-value", "{where} is {value}, but must be at least {wanted}"),
     "maximum": ("wrong-value", "{where} is {value}, but must be at most {wanted}"),
@@ -143,7 +143,7 @@ _SIMPLE = {
 
 
 class _Report:
-    """Convert a misfit to diagnostics."""
+    """Convert a schema validation error to diagnostics."""
 
     def __init__(self, tree: Map, misfit: Misfit, schema: Mapping[str, Any], scope: Scope | None) -> None:
         self.tree, self.misfit, self.scope = tree, misfit, scope
@@ -153,7 +153,7 @@ class _Report:
         self.value = value_at(tree, tuple(self.path))
 
     def diagnostics(self) -> list[Diagnostic]:
-        """Return the diagnostics, or none if the misfit results from another error."""
+        """Return the diagnostics, or an empty list if another error causes this one."""
         wanted, where, value, keyword = self.misfit.wanted, self.where, self.value, self.misfit.keyword
         meaning = _sentence(str(self.part.get("description", "")))
         if "propertyNames" in self.misfit.schema_path[-2:-1]:

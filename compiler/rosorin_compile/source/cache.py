@@ -17,7 +17,7 @@ _refused: list[tuple[str, str]] = []
 
 
 def of_robot(work: Function) -> Function:
-    """Cache the results of a function whose first argument is a robot, in that robot."""
+    """Decorate a function whose first argument is a robot: cache its results in the robot object."""
 
     @wraps(work)
     def cached(robot: Any, *arguments: Any, **named: Any) -> Any:
@@ -30,10 +30,10 @@ def of_robot(work: Function) -> Function:
 
 
 def cache_folder(name: str) -> Path | None:
-    """Return a subfolder of the user's cache, or None if it is disabled, or writable by others, who could add code."""
+    """Return a subfolder of the user's cache, or None if the cache is disabled, or writable by other users."""
     chosen = os.environ.get("ROSORIN_COMPILE_CACHE", "")
     base = Path(os.environ.get("XDG_CACHE_HOME", ""))
-    if not base.is_absolute():  # with HOME="", ~ would be the root folder
+    if not base.is_absolute():  # the XDG specification ignores relative paths; with HOME="", "~" would be "/"
         base = Path("~/.cache").expanduser() if os.environ.get("HOME", "~") else Path()
     top = Path(os.path.abspath(chosen)) if chosen else base / "rosorin-compile"
     if chosen == "off" or not system.HAS_OWNERS or not top.is_absolute():
@@ -56,14 +56,14 @@ def cache_refused() -> tuple[str, str] | None:
 
 
 def _open_to_others(folder: Path) -> tuple[str, str] | None:
-    """Return which other user could change a cache folder, and the fix, or None. Raises OSError."""
+    """Return why other users could change a cache folder, and the fix, or None if they cannot. Raises OSError."""
     real = folder.resolve(strict=True)
     links = [place for place in (folder, *folder.parents) if place.is_symlink()]
     for place in (*links, *reversed((real, *real.parents))):
         status = place.lstat()
         if status.st_uid not in (0, os.geteuid()):
             return f"{label(place)} belongs to another user", _ELSEWHERE
-        is_sticky = status.st_mode & stat.S_ISVTX and place not in (real, real.parent)  # e.g. /tmp
+        is_sticky = status.st_mode & stat.S_ISVTX and place not in (real, real.parent)  # such as /tmp, which is safe
         if place not in links and status.st_mode & 0o022 and not is_sticky:
             return f"{label(place)} can be written by others", f"chmod go-w {label(place)}; or {_ELSEWHERE}"
     return None

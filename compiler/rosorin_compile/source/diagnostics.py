@@ -6,10 +6,10 @@ from typing import Any, NamedTuple
 
 from .wording import and_more, count_of, did_you_mean, first_of, nearest, phrase, printable, quote, split_lines
 
-__all__ = ["and_more", "count_of", "did_you_mean", "first_of", "nearest", "phrase", "printable", "quote"]  # of wording
+__all__ = ["and_more", "count_of", "did_you_mean", "first_of", "nearest", "phrase", "printable", "quote"]
 
 ERROR, WARNING, NOTE = "error", "warning", "note"
-TRUSTED = (("trusted", True),)  # ``numbers`` of a warning that trusted code will run: it is counted, but not printed
+TRUSTED = (("trusted", True),)  # ``numbers`` of a warning that trusted code will run, which is not printed
 _COLOURS = {ERROR: "\033[31m", WARNING: "\033[33m", NOTE: "\033[34m"}
 _BOLD, _PLAIN = "\033[1m", "\033[0m"
 MAX_SHOWN = 160  # characters of a source line
@@ -56,7 +56,7 @@ class Related:
 
 
 class Use(Related):
-    """A second position at which the same mistake takes effect: the use of a part, or an iteration of a loop."""
+    """A second position that the mistake affects: an entry of ``use`` with the part, or an iteration of the loop."""
 
     __slots__ = ()
 
@@ -73,16 +73,16 @@ class MadeSpan(Span):
 
 @dataclass(frozen=True)
 class Suggestion:
-    """The help for the unknown name ``word``; called only for diagnostics that are shown, because it is slow."""
+    """A callable that returns the help for the unknown name ``word``; slow, so only called for printed diagnostics."""
 
     word: str
     candidates: Collection[str]  # valid names; a similar one is suggested
-    otherwise: str = ""  # text before the list of candidates, if none is similar
-    instead: str = ""  # replaces the list of candidates
-    details: str = ""  # like ``instead``, but also added after a similar name
+    otherwise: str = ""  # if no candidate is similar, the text before the list of candidates
+    instead: str = ""  # if no candidate is similar, the text in place of the list of candidates
+    details: str = ""  # like ``instead``, but also added after a suggested name
     none: str = ""  # the help if there are no candidates
     places: Mapping[str, Span] = field(default_factory=dict)  # where the candidates are defined
-    others: Collection[str] = ()  # names to compare if no candidate is similar
+    others: Collection[str] = ()  # further valid names, compared only if no candidate is similar
 
     def __call__(self) -> str:
         is_other = self.others and nearest(self.word, self.candidates) is None and nearest(self.word, self.others)
@@ -202,7 +202,7 @@ class MissingPackages(RequestError, ImportError):
 
 
 class UnknownName(RequestError, KeyError):
-    """An argument names something that does not exist: ``owner`` has no ``kind`` of that ``name``."""
+    """An argument names something that does not exist, as in: the robot (``owner``) has no joint (``kind``) "arm"."""
 
     def __init__(self, kind: str, name: str, candidates: Iterable[str] = (), owner: str = "", none: str = "") -> None:
         super().__init__(kind, name, tuple(candidates), owner, none)

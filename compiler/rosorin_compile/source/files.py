@@ -19,7 +19,7 @@ _recorders: ContextVar[tuple[dict[Path, Version], ...]] = ContextVar("recorders"
 
 @contextmanager
 def recording() -> Iterator[dict[Path, Version]]:
-    """Collect the paths that are read in the block, or looked up and missing, each with its version."""
+    """Collect the version of each path that is read, or looked up and missing, in the block."""
     paths: dict[Path, Version] = {}
     token = _recorders.set((*_recorders.get(), paths))
     try:
@@ -108,7 +108,7 @@ def _mode(path: AnyPath) -> int:
 
 
 def resolve(path: AnyPath) -> Path:
-    """Return an absolute path with all links resolved, as far as it exists."""
+    """Return an absolute path with all links in its existing part resolved."""
     try:
         return Path(os.path.realpath(path))
     except ValueError:  # a NUL character in the name

@@ -48,7 +48,7 @@ LoadError = SourceError
 
 
 def read_input(path: Path, shown: str, asked: Span | None, most: int, help: str) -> bytes:
-    """Read at most ``most`` bytes of a file or standard input; ``asked`` is where it is named. Raises SourceError."""
+    """Read a file or standard input up to ``most`` bytes; ``asked`` is where a file names it. Raises SourceError."""
     data = stdin_of(path)
     try:
         data = files.read_bytes(path, most + 1) if data is None else data
@@ -61,12 +61,12 @@ def read_input(path: Path, shown: str, asked: Span | None, most: int, help: str)
 
 
 def read_utf8(path: Path, shown: str, asked: Span | None = None) -> Source:
-    """Read a UTF-8 file; ``asked`` is where it is named. Raises LoadError."""
+    """Read a UTF-8 file; errors are reported at ``asked``, such as an include, if not None. Raises LoadError."""
     return decoded(read_input(path, shown, asked, MAX_BYTES, "check the file name and the permissions"), shown)
 
 
 def decoded(data: bytes, shown: str, encoding: str = "utf-8", help: str = "save the file as UTF-8") -> Source:
-    """Decode the text of a file. Raises LoadError at the first byte that is invalid in the encoding."""
+    """Decode the content of a file. Raises LoadError with the position of the first invalid byte."""
     try:
         return Source(shown, data.decode(encoding).removeprefix("\ufeff"))
     except UnicodeDecodeError as problem:
@@ -137,7 +137,7 @@ class _Composer:
         self.source, self.via = source, via
         self.anchors: dict[str, tuple[Any, int, Span]] = {}
         self.nodes, self.max_nodes = 0, max_nodes
-        # libyaml counts columns in code points; NUL and other control characters raise ReaderError.
+        # libyaml counts columns in code points, as spans do, and raises ReaderError for control characters.
         self.events: Iterator[Any] = iter(getattr(yaml, "CLoader", yaml.Loader)(source.text).get_event, None)
 
     def document(self) -> Any:
@@ -169,7 +169,7 @@ class _Composer:
             raise self.fail("yaml-too-large", message, event, "split the file, or use a loop")
         if depth > MAX_DEPTH:
             raise self.fail("yaml-too-deep", f"nested deeper than {MAX_DEPTH} levels", event, "use fewer nested levels")
-        if type(event) is ScalarEvent and event.tag is None and not event.anchor:  # the common case
+        if type(event) is ScalarEvent and event.tag is None and not event.anchor:  # fast path for the most common case
             return Text(event.value) if event.style else plain_scalar(event.value)
         if is_alias:
             if alias is not None:

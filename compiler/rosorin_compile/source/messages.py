@@ -11,7 +11,7 @@ from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, MadeSpan, Related, Sp
 from .wording import and_more, count_of, swaps
 
 MAX_WORDED = 200  # suggestions are slow to compute, and 200 are enough for a reader
-_PLACES = 6  # further positions listed for one diagnostic
+_PLACES = 6  # maximum number of further positions that one diagnostic lists
 _ORDER = {ERROR: 0, WARNING: 1, NOTE: 2}
 # Rules about a value alone: if several entries share the value, it is reported once.
 _OF_VALUES = {"unknown-key", "missing-key", "wrong-type", "wrong-value", "wrong-length", "wrong-unit", "not-finite"}
@@ -26,7 +26,7 @@ def arrange(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     causes: dict[object, list[Diagnostic]] = {}
     for diagnostic in map(with_calls, diagnostics):
         span, rule, message = diagnostic.span, diagnostic.rule, diagnostic.message
-        if span is not None:  # ignore the names of the entries that share the value
+        if span is not None:  # group by position, since messages name different entries that share the value
             message = _NAME.sub(lambda found: found[0] if found[1] else "", message)
             message = _SUBJECT.sub("", message) if rule in _OF_VALUES else message
         causes.setdefault((rule, message, span and (span.source.path, *span[1:3])), []).append(diagnostic)
@@ -35,7 +35,7 @@ def arrange(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
 
 def add_suggestions(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     """Compute the suggestions of diagnostics, for the first 200 of them."""
-    left = count(-MAX_WORDED)  # below 0 for the first ones
+    left = count(-MAX_WORDED)  # yields a negative number for each of the first MAX_WORDED diagnostics
     return [d.with_help() if d.suggest is None or next(left) < 0 else replace(d, suggest=None) for d in diagnostics]
 
 
@@ -53,7 +53,7 @@ def with_calls(diagnostic: Diagnostic) -> Diagnostic:
 
 
 def _merged(same: list[Diagnostic]) -> Diagnostic:
-    """Merge diagnostics of one mistake into the first, with the other uses or the number of other entries."""
+    """Return the first of several diagnostics of one mistake, extended by the other entries that have the mistake."""
     first = same[0]
     uses: dict[Related, None] = {}
     for other in same[1:]:
@@ -66,7 +66,7 @@ def _merged(same: list[Diagnostic]) -> Diagnostic:
 
 
 def and_here(spans: Sequence[Span]) -> tuple[Related, ...]:
-    """Return related positions for the first six spans, and the number of the remaining ones."""
+    """Return "and here" for each of the first six spans, and a count of the remaining spans."""
     left = len(spans) - _PLACES
     more = [Related(f"and in {count_of(left, 'more place')}", None)] if left > 0 else []
     return (*(Related("and here", span) for span in spans[:_PLACES]), *more)
@@ -91,7 +91,7 @@ def gather(diagnostics: Sequence[Diagnostic], severities: Iterable[str]) -> list
 UNNAMED = "is defined here and may be the misspelt name"  # a related place: an unused definition with a similar name
 USED = "used here"
 _MEANT = re.compile(r'did you mean "([^"]+)"\?')
-_OF_SHAPE = ("unknown-key", "wrong-value", "wrong-type", "wrong-unit", "unknown-option")  # not merged by name
+_OF_SHAPE = ("unknown-key", "wrong-value", "wrong-type", "wrong-unit", "unknown-option")  # not about unknown names
 
 
 class Offer(NamedTuple):
@@ -125,7 +125,7 @@ def merge_by_name(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
             keys = [offered.name, tuple(sorted(offered)), *((home.source.path, *home[1:3]) for home in homes if home)]
             steps = [*zip(offered.name.split("."), offered.meant.split("."), strict=False)]
             differing = [step for step in steps if step[0] != step[1]]
-            keys += differing if len(steps) > 1 and len(differing) == 1 else []  # for a.b and a.c, compare only b and c
+            keys += differing if len(steps) > 1 and len(differing) == 1 else []  # of a.b and a.c, compare b with c
         same = next((known[key] for key in keys if key in known), None)
         if same is None:
             groups.append(same := [])
@@ -133,7 +133,7 @@ def merge_by_name(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
         for key in keys:
             known.setdefault(key, same)
     result: list[Diagnostic] = []
-    for first, *rest in groups:  # list the positions of the others; errors at the same position stay separate
+    for first, *rest in groups:  # errors of one rule at the same position are different mistakes: keep all of them
         separate = [other for other in rest if other.span == first.span and other.rule == first.rule]
         others = [other for other in rest if other not in separate]
         shown = [first.span, *(related.span for related in first.related)]
@@ -160,7 +160,7 @@ def place_of_word(spans: Iterable[Span | None], name: str, other: str) -> Span |
     for span in filter(None, spans):
         text = span.source.line(span.line)[span.column - 1 :]
         depths = accumulate((letter in "[{") - (letter in "]}") for letter in text)
-        # Of a list or table, use only the part on this line.
+        # The text of a list or table ends at its closing bracket, or is cut at the end of the line.
         end = next((at for at, depth in enumerate(depths) if depth == 0), len(text))
         words = re.findall(r"[\w-]+", text[: end or span.length])
         if any(word in name and word not in other for word in words):

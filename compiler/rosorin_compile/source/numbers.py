@@ -35,7 +35,7 @@ def round_to_shortest(value: float, largest: float = 0.0) -> float:
         return value + 0.0
     if abs(value) <= bound:
         return 0.0
-    # With this many decimals, at most one number is within the bound; with two more, there is always one.
+    # With this number of decimals, at most one number is within the bound; with two more decimals, at least one is.
     decimals = -math.floor(math.log10(bound)) - 2
     candidates = (round(value, decimals + more) for more in range(3))
     return next((near + 0.0 for near in candidates if abs(near - value) <= bound), value)
@@ -45,7 +45,7 @@ def round_to_shortest(value: float, largest: float = 0.0) -> float:
 def short(value: float) -> str:
     """Return the shortest decimal within a relative error of 1e-12; integers have no decimal point."""
     text = exact(value)
-    return text if len(text) <= 12 else exact(round_to_shortest(value))  # a number this short cannot be shortened
+    return text if len(text) <= 12 else exact(round_to_shortest(value))  # 12 characters cannot be shortened further
 
 
 @lru_cache(maxsize=20_000)
@@ -74,13 +74,13 @@ def _without_zeros(text: str) -> str:
 
 
 def off_by_short(value: float, largest: float = 0.0) -> float:
-    """Return the largest error of a number that ``short`` printed: 0 if it has more digits than a rounded one."""
+    """Return the largest rounding error of a value printed by ``short``; 0 if it has too many digits to be rounded."""
     is_short = float(f"{value:.13g}") == value
-    return (1 + 1e-9) * SHORT * max(abs(value), largest) if is_short else 0.0  # the bound was computed before rounding
+    return (1 + 1e-9) * SHORT * max(abs(value), largest) if is_short else 0.0  # rounding may have reduced ``value``
 
 
 def off_by_six(value: float, largest: float = 0.0) -> float:
-    """Return the largest error of a number printed by ``six`` or ``short``, in a vector of values up to ``largest``."""
+    """Return the largest rounding error of a value printed by ``six`` or ``short``; ``largest`` is as in ``vector``."""
     digit = 0.5 * 10.0 ** (math.floor(math.log10(abs(value))) - 5) if value else 0.0
     return max(min(0.5e-6, digit), off_by_short(value, largest))
 
@@ -94,12 +94,12 @@ def number_format(options: Mapping[str, object]) -> NumberFormat:
 
 
 def numbers(values: Iterable[float], number: NumberFormat) -> str:
-    """Return unrelated numbers, separated by single spaces."""
+    """Format numbers one by one, separated by single spaces."""
     return " ".join(map(number, values))
 
 
 def vector(values: Iterable[float], number: NumberFormat = short) -> str:
-    """Return the entries of a vector, separated by single spaces: urdfdom accepts no other separator."""
+    """Format the entries of a vector, separated by single spaces, because urdfdom accepts no other separator."""
     if number is not short:
         return numbers(values, number)
     entries = list(values)

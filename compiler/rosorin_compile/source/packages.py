@@ -12,7 +12,7 @@ from .xml.markup import MarkupError, parse, read_source
 
 PACKAGE_XML = "package.xml"
 OF_GAZEBO = ("SDF_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "GAZEBO_MODEL_PATH")
-_DEPTH, _FOLDERS = 4, 5_000  # limits of a search for packages: enough for a ROS installation, not for an entire disk
+_DEPTH, _FOLDERS = 4, 5_000  # limits of a search for packages, which may start at the root of a large disk
 _SKIPPED = {"build", "install", "log", "node_modules", "__pycache__"}
 
 
@@ -81,7 +81,7 @@ class Packages:
         places = [prefix / "share" / name for prefix in self._entries("AMENT_PREFIX_PATH")]
         places += [folder / name for variable in OF_GAZEBO for folder in self._entries(variable)]
         yield from filter(files.is_folder, places)
-        # Packages that contain the source file, and siblings of the innermost one.
+        # The packages that contain the source file, and the packages next to the innermost of these.
         above = list(self.source.parents)
         own = None
         for folder in above:
@@ -104,7 +104,7 @@ class Packages:
             found, visited = self._listed.setdefault(top, {}), set()
             for path, inner, _ in islice(os.walk(top, followlinks=True), _FOLDERS):
                 folder, name = Path(path), ""
-                is_new = (real := files.resolve(folder)) not in visited  # False in a loop of links
+                is_new = (real := files.resolve(folder)) not in visited  # symbolic links may form a loop
                 visited.add(real)
                 with suppress(OSError):  # the folder may be unreadable
                     name = package_name(folder) if is_new else ""

@@ -36,7 +36,7 @@ class Plugin(NamedTuple):
 
 
 class PluginFailed(DiagnosticError):
-    """A plug-in raised an exception, and the run needs its result."""
+    """A plug-in raised an exception, and the run cannot continue without the result of the plug-in."""
 
 
 def load(
@@ -82,7 +82,7 @@ def broken_plugin(plugin: Plugin, what: str, rule: str = "plugin-broken") -> Dia
 def failed_plugin(plugin: Plugin, problem: BaseException, what: str = "fails") -> Diagnostic:
     """Return the error for a plug-in that raised an exception."""
     reason = type(problem).__name__
-    with suppress(Exception):  # str() of the exception is code of the plug-in, too
+    with suppress(Exception):  # str() of the exception runs code of the plug-in, which may also fail
         reason = f"{reason}: {problem}".rstrip(": ")
     return broken_plugin(plugin, f"{what}: {reason}")
 

@@ -17,7 +17,7 @@ class Progress:
 
     _stream: ClassVar[TextIO | None] = None
     _topic = _kind = ""
-    _due = _next = 0.0  # monotonic times (s): of the first output, and of the next update of the same kind
+    _due = _next = 0.0  # monotonic times (s): of the first output, and of the next update for the same activity
     _is_shown = False
 
     @classmethod
@@ -33,7 +33,7 @@ class Progress:
 
     @classmethod
     def begin(cls) -> None:
-        """Restart the delay; ``watch`` calls this for each change of a file."""
+        """Restart the delay before the first output, as ``watch`` does for each change of a file."""
         cls.wipe()
         cls._due, cls._next, cls._kind = time.monotonic() + _DELAY, 0.0, ""
 
@@ -44,7 +44,7 @@ class Progress:
 
     @classmethod
     def step(cls, what: str, done: int = 0, total: int = 0, counted: bool = True) -> None:
-        """Print that ``done`` of ``total`` steps (0 if unknown) are done; if not ``counted``, print only the bar."""
+        """Print that ``done`` of ``total`` steps (0 if unknown) are done, or only the bar if ``counted`` is False."""
         if cls._stream is None:
             return
         now, is_new, cls._kind = time.monotonic(), what != cls._kind, what
@@ -60,7 +60,7 @@ class Progress:
         columns = 80
         with suppress(OSError, ValueError, AttributeError):
             columns = os.get_terminal_size(cls._stream.fileno()).columns or columns
-        while len(text) + sum(not letter.isascii() for letter in text) >= columns:  # may be two columns wide
+        while len(text) + sum(not letter.isascii() for letter in text) >= columns:  # non-ASCII letters may be wide
             text = text[:-1]
         cls._write(f"\r{text}\x1b[K", True)
 

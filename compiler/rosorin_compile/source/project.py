@@ -23,7 +23,7 @@ _on_stdin: list[bytes] = []
 
 
 class NoDescription(Exception):
-    """No description has the requested name; the message lists those that exist."""
+    """No description has the requested name; the message lists the descriptions that exist."""
 
 
 @dataclass(frozen=True)
@@ -35,13 +35,13 @@ class Description:
     outputs: Path
 
     STDIN: ClassVar[str] = "-"  # the name of a description on standard input
-    ON_STDIN: ClassVar[Path] = Path("<stdin>")  # its path in messages; includes are relative to the current folder
+    ON_STDIN: ClassVar[Path] = Path("<stdin>")  # path of "-" in messages; includes are relative to the current folder
     ENDINGS, ROOT_FILE, FOLDER, OUTPUTS = ENDINGS, ROOT_FILE, DESCRIPTIONS, "outputs"
-    SCHEMA: ClassVar[Path] = Path(".schema", "rosorin-compile.schema.json")  # in FOLDER
+    SCHEMA: ClassVar[Path] = Path(".schema", "rosorin-compile.schema.json")  # relative to the folder descriptions/
 
     @classmethod
     def find(cls, names: list[str], outputs: str | None = None) -> "list[Description]":
-        """Return descriptions by name, folder or file, or all of the current project. Raises NoDescription."""
+        """Return the descriptions of the names, folders or files; without any, all here. Raises NoDescription."""
         if paths := [first_file(name) for name in names] or all_here():
             return [cls.from_path(path, outputs) for path in paths]
         why = (
@@ -59,7 +59,7 @@ class Description:
         base = Path(cls.OUTPUTS if outputs is None else outputs)
         if outputs is None and folder.parent.name == DESCRIPTIONS:
             base = folder.parent.parent / cls.OUTPUTS
-            relative = os.path.relpath(base)  # shorter in messages
+            relative = os.path.relpath(base)  # a relative path is shorter in messages
             base = base if path.is_absolute() and relative.startswith("..") else Path(relative)
         return cls(name, path, base / name)
 
@@ -71,7 +71,7 @@ class Description:
     @staticmethod
     def nearest_file(path: Path) -> Path | None:
         """Return the file in the same folder with a similar name, whatever its extension, or None."""
-        with suppress(OSError, ValueError):  # no such folder, or an invalid name
+        with suppress(OSError, ValueError):  # the folder does not exist, or the path has invalid characters
             stems = {file.stem: file for file in sorted(path.parent.iterdir()) if files.is_file(file)}
             return stems.get(nearest(path.stem, stems) or "")
         return None
@@ -122,8 +122,8 @@ def nearest_descriptions() -> list[Description]:
 
 
 def without_first_file(project: Path) -> list[tuple[str, str]]:
-    """Return why folders of ``descriptions/`` have no main file, each with a fix. Raises OSError."""
-    # A folder that files of other folders refer to is not reported: it has files shared by several descriptions.
+    """Return a message and a fix for each folder in ``descriptions/`` without a main file. Raises OSError."""
+    # Do not report a folder of shared files: files of other folders contain its name.
     folders = [folder for folder in _description_folders(project) if folder.is_dir() and folder.name[0] != "."]
     lacking = [folder for folder in folders if not _has_first_file(folder)]
     text = b"".join(_beginning(file) for folder in folders for file in folder.rglob("*.y*ml")) if lacking else b""
@@ -139,7 +139,7 @@ def _has_first_file(folder: Path) -> bool:
     """Return True if a folder has a main file, even if it is a dangling link or unreadable."""
     try:
         return bool((folder / ROOT_FILE).lstat())
-    except PermissionError:  # reported when the description is read
+    except PermissionError:  # reading the description will report this
         return not folder.name.startswith(".")
     except OSError:
         return False
@@ -187,7 +187,7 @@ def first_file(name: str) -> Path:
     """Return the main file of a description, requested by file, folder or name. Raises NoDescription."""
     if name == Description.STDIN and _on_stdin:
         return Description.ON_STDIN
-    if Path(name).suffix in ENDINGS and _may_be_file(Path(name)):  # do not search the parent folders
+    if Path(name).suffix in ENDINGS and _may_be_file(Path(name)):  # a file: do not search parent folders
         return Path(name)
     places = (Path(name), Path(DESCRIPTIONS, name), Path(Description.project_folder(), DESCRIPTIONS, name))
     for path in (*(place / ROOT_FILE for place in places), Path(name)):
@@ -210,7 +210,7 @@ def _may_be_file(path: Path) -> bool:
 
 
 def no_file(path: Path, of: str = "") -> str:
-    """Return a message why a path is not a readable file; ``of`` names its contents, such as "arguments"."""
+    """Return the message for a path that is not a readable file; ``of`` is the content, such as "arguments"."""
     what = f" of {of}" if of else ""
     if not files.exists(path):
         return f'there is no file "{str(path)[:200]}"{what}'
@@ -222,7 +222,7 @@ ROS_PACKAGE, PYTHON_PACKAGE = "ROS package", "Python package"
 
 
 class Resolved(NamedTuple):
-    """A package found by name: its kind (``ROS_PACKAGE`` or ``PYTHON_PACKAGE``), its name, its absolute folder."""
+    """A package that was looked up by name; ``kind`` is ``ROS_PACKAGE`` or ``PYTHON_PACKAGE``; the path is absolute."""
 
     kind: str
     name: str
@@ -236,7 +236,7 @@ def python_folder(package: str) -> Path | None:
 
 
 _DATA = {name: name for name in ("bazel", "cmake", "schemas", "templates")}
-_DATA |= {"parts_library": "parts", "viewer": "viewer/built"}  # data packages, and their folders in a checkout
+_DATA |= {"parts_library": "parts", "viewer": "viewer/built"}  # maps each data package to its folder in a checkout
 _CHECKOUT = Path(__file__).parents[3]
 
 
@@ -250,5 +250,5 @@ def data_folder(name: str) -> Path:
 
 @cache
 def tool_folders() -> dict[str, Path]:
-    """Return the folders of the tool by name: the folder of its code, then those of its data."""
+    """Return the folders of the tool by name: the folder of the code, then the folders of data packages."""
     return {"rosorin_compile": Path(__file__).parents[1], **{name: data_folder(name) for name in _DATA}}

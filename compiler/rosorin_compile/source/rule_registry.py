@@ -1,4 +1,4 @@
-"""The registry of rules: ``@rule`` declares those that check a robot; ``schemas/rules.json`` has all others."""
+"""The registry of rules: ``@rule`` declares rules that check a robot; ``schemas/rules.json`` has all other rules."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Heading:
-    """Headings of the reference page of rules; ``schemas/rules.json`` has more."""
+    """Headings of the reference page of rules; ``schemas/rules.json`` has further headings."""
 
     FILES, ARGUMENTS = "Files and YAML", "Arguments, named values, expressions, parts"
     SHAPE, JOINTS, NUMBERS, POSES = "Shape", "Links and joints", "Numbers", "Servos and poses"
@@ -32,7 +32,7 @@ class Heading:
     CONTROL, PLUGINS = "Hardware and controllers of ros2_control", "Plug-ins"
 
 
-# Aliases for modules of the core.
+# Short names for modules of this package.
 ARGUMENTS, JOINTS, NUMBERS, POSES = Heading.ARGUMENTS, Heading.JOINTS, Heading.NUMBERS, Heading.POSES
 FRAMES, OUTPUTS, SIMULATED, PHYSICS = Heading.FRAMES, Heading.OUTPUTS, Heading.SIMULATED, Heading.PHYSICS
 SIMULATION, PLUGINS = Heading.SIMULATION, Heading.PLUGINS
@@ -48,8 +48,8 @@ class Rule:
     what: str = ""  # Markdown
     help: str = ""  # Markdown
     topic: str = ""  # heading on the page
-    accept: str = ""  # kind of names under which a description may accept the rule: "link", "joint", "link or joint"
-    imported: str = ""  # when an imported robot accepts the rule: "always", "lenient"
+    accept: str = ""  # what ``of`` in ``accept`` may name to suppress the rule: "link", "joint", "link or joint"
+    imported: str = ""  # when an imported description suppresses the rule: "always", or "lenient" (with --lenient)
     asked: str = ""  # what must be requested for the rule to be checked: "meshes", "physics", "simulation"
 
     @property
@@ -64,7 +64,7 @@ class Rule:
 
     @property
     def hint(self) -> str:
-        """The fix as a help line that begins in lower case."""
+        """The text ``help`` as a help line of a diagnostic, which begins in lower case."""
         text = self.help.replace("`", '"').removesuffix(".")
         return text[:1].lower() + text[1:] if text[1:2].islower() else text
 
@@ -79,7 +79,7 @@ class Check(NamedTuple):
         return self.function(case)
 
     def ids(self) -> list[str]:
-        """Return the ids of the rules. Raises ValueError if a rule is invalid, or without rules."""
+        """Return the ids of the rules. Raises ValueError if a rule is invalid, or if there are none."""
         for rule in self.rules:
             if not _ID.fullmatch(rule.id) or rule.accept not in _ACCEPT or rule.imported not in _IMPORTED:
                 what = f"its id has small letters and single hyphens, accept is in {_ACCEPT}, imported in {_IMPORTED}"
@@ -127,7 +127,7 @@ def find_declared(id: str) -> Rule:
 
 
 def find(ids: Collection[str] | None = None) -> dict[str, Rule]:
-    """Return the built-in rules by id, all or those of ``ids``; import only the modules that declare them."""
+    """Return all built-in rules, or the rules ``ids``, by id; import only the modules that declare these rules."""
     package = Path(__file__).parents[1]
     found = dict(of_stages())
     quoted = [f'"{id}"'.encode() for id in ids or () if id not in found]

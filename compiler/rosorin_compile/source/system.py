@@ -7,9 +7,9 @@ import shlex
 from contextlib import suppress
 
 AS_FOLDER, NO_WAIT = getattr(os, "O_DIRECTORY", 0), getattr(os, "O_NONBLOCK", 0)
-AS_BYTES = getattr(os, "O_BINARY", 0)  # without it, Windows converts line ends
+AS_BYTES = getattr(os, "O_BINARY", 0)  # without this flag, Windows converts line ends
 HAS_FORK, HAS_OWNERS = hasattr(os, "fork"), hasattr(os, "geteuid")
-HAS_FOLDER_HANDLES = AS_FOLDER != 0  # if True, open files can be renamed, too; False on Windows
+HAS_FOLDER_HANDLES = AS_FOLDER != 0  # False on Windows, where open files also cannot be renamed
 
 NO_LIMITS = "this system sets no limits to a process (resource): a file that asks for too much memory is not stopped"
 _missed: dict[str, None] = {}
@@ -41,7 +41,7 @@ def take_missing() -> list[str]:
 
 
 def lock(handle: int, shared: bool = False, wait: bool = True) -> None:
-    """Lock an open file until it is closed. Raises BlockingIOError if locked, OSError (ENOLCK) without support."""
+    """Lock an open file until it is closed. Raises OSError: BlockingIOError if it is locked and not ``wait``."""
     try:
         import fcntl
     except ImportError:
@@ -50,7 +50,7 @@ def lock(handle: int, shared: bool = False, wait: bool = True) -> None:
 
 
 def link(source: str | os.PathLike[str], target: str | os.PathLike[str]) -> None:
-    """Create a hard link; a symlink is linked itself, not its target. Raises OSError (ENOTSUP) without support."""
+    """Create a hard link, also to a symlink itself. Raises OSError (ENOTSUP) if the system has no hard links."""
     try:
         os.link(source, target, follow_symlinks=False)
     except (AttributeError, NotImplementedError):
@@ -58,7 +58,7 @@ def link(source: str | os.PathLike[str], target: str | os.PathLike[str]) -> None
 
 
 def pip_install(extra: str) -> str:
-    """Return the command that installs the requirements of an extra: the tool itself is not on PyPI."""
+    """Return the pip command that installs the packages of an extra; ``rosorin-compile[EXTRA]`` is not on PyPI."""
     from importlib.metadata import PackageNotFoundError, requires
 
     of_extra = re.compile(rf"""\s*(?:;|\band)\s*extra\s*==\s*["']{extra}["']\s*$""")

@@ -12,7 +12,7 @@ Path = tuple[str | int, ...]
 
 
 class Instance(NamedTuple):
-    """How a value got into the tree: included, or created by a part or a loop at ``span``."""
+    """How a value got into the tree: by an include, a part or a loop iteration, whose position is ``span``."""
 
     message: str
     span: Span
@@ -44,7 +44,7 @@ def _including(via: Instance | None, span: Span) -> Instance | None:
 
 
 class Map(dict[str, "Any"]):
-    """A mapping with the spans of its keys and values; ``via`` is how it got into the tree, None for the root file."""
+    """A mapping with the spans of its keys and values; ``via`` is how it got into the tree (None: in the root file)."""
 
     __slots__ = ("key_spans", "span", "value_spans", "via")
 
@@ -117,7 +117,7 @@ class Seq(list["Any"]):
 
 
 class Text(str):
-    """A quoted string; unquoted strings are plain ``str``. Equal to the same string without quotes."""
+    """A string with quotes in YAML, equal to the same string without quotes, which is a plain ``str``."""
 
     __slots__ = ()
 
@@ -151,7 +151,7 @@ class Place(NamedTuple):
 
 
 def nearer(outer: Instance | None, own: Instance | None) -> Instance | None:
-    """Return the instance of a value: its own, or ``outer``, that of its parent, if several parts share the value."""
+    """Return how a value got into the tree: ``own``, or ``outer`` of its parent if several parts share the value."""
     is_shared = own is not None and outer is not None and outer.made and not _is_within(own, outer)
     return outer if is_shared else own or outer
 
@@ -166,7 +166,7 @@ def maker(tree: Map, path: Path) -> Instance | None:
     """Return the instance of the mapping or list at ``path[:-1]``, which determines the scope of its expressions."""
     own: Instance | None = value_at(tree, path[:-1]).via
     near = tree.locate(path[:-1]).via if own is not None and own.made else own
-    return own if near is not None and _is_within(near, own) else near  # a shared value knows only one of its instances
+    return own if near is not None and _is_within(near, own) else near  # ``own`` may be another use of the same part
 
 
 def prefix_at(tree: Map, path: Path, outside: bool = False) -> str:
@@ -181,7 +181,7 @@ def prefix_at(tree: Map, path: Path, outside: bool = False) -> str:
 def written_place(tree: Map, path: Path, key: bool = False, within: bool = False) -> tuple[Place, Span | None]:
     """Return where the value (or key) at a path was written, and the span where it is used if that is elsewhere."""
     reached = follow(tree, path)
-    missing, path = reached < len(path), path[:reached]  # if missing, the place is the key of the entry without it
+    missing, path = reached < len(path), path[:reached]  # for a missing key, the place is the key of its entry
     place = tree.locate(path, key=key or missing or within)
     use: Span | None = None
     node: Any = tree

@@ -38,7 +38,7 @@ UNITS = {unit: (value, dimension) for _, dimension, units in _TABLE for unit, va
 _NAMES = {dimension: f"a{'n' if words[0] == 'a' else ''} {words}" for words, dimension, _ in _TABLE if words}
 _NAMES[NUMBER] = "a plain number"
 _SI_UNITS = {dimension: words[words.index("(") + 1 : -1] for words, dimension, _ in _TABLE if words}
-# The dimensions that a parameter can be declared to have, by name.
+# The names of dimensions that are valid as "type" of a parameter, such as "length".
 _WORDS = (words.partition(" (")[0].removeprefix("moment of ").replace(" ", "_") for words, _, _ in _TABLE[:11])
 DIMENSIONS: dict[str, Dimension] = {word: row[1] for word, row in zip(_WORDS, _TABLE, strict=False)}
 
@@ -71,7 +71,7 @@ class Quantity(float):
             return None
         factor, exponent = unit[0], round(math.log10(unit[0]))
         mantissa, _, power = match[1].lower().partition("e")
-        if factor == float(f"1e{exponent}"):  # exact for powers of ten: 46.62 mm is the double 0.04662
+        if factor == float(f"1e{exponent}"):  # avoid a rounding error for powers of ten: 46.62 mm is exactly 0.04662
             return Quantity(float(f"{mantissa}e{int(power or 0) + exponent}"), unit[1], text)
         return Quantity(float(match[1]) * factor, unit[1], text)
 
@@ -126,7 +126,7 @@ def parse_unit(text: str) -> tuple[float, Dimension] | None:
 
 @lru_cache(maxsize=1_000)
 def add(first: Dimension, second: Dimension, times: int = 1) -> Dimension:
-    """Return the dimension of a product: the exponents of ``first`` plus ``times`` those of ``second``."""
+    """Return the dimension of ``first * second ** times``, by adding exponents."""
     a, b, c, d = (x + times * y for x, y in zip(first, second, strict=True))
     return (a, b, c, d)
 

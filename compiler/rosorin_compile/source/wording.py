@@ -15,17 +15,17 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
 
 
 def _similar(word: str, names: list[str]) -> list[str]:
-    """Return the most similar name, or several that are equally likely."""
+    """Return the most similar name, several names if they are equally similar, or an empty list."""
     if not word.isascii() and (same := [name for name in names if look(name) == look(word)]):
         return same[:1]
     if (known := set(names)) and (slips := [made for made in swaps(word) if made in known]):
         return slips[:1]
     own = _parts(word)
     if len(names) > MAX_COMPARED:  # comparing is slow, and many names may be misspelled
-        first = "".join(own)[:1] or word[:1]  # for /laser, compare with l
+        first = "".join(own)[:1] or word[:1]  # the first letter without signs: l for /laser
         names = [name for name in names if name[:1].casefold() == first and abs(len(name) - len(word)) < 3]
         names = [name for name in names if name.casefold() == word.casefold()][:1] or names[:MAX_COMPARED]
-    parts = {name: _parts(name) for name in names} if len(word) > 1 else {}  # one letter is similar to everything
+    parts = {name: _parts(name) for name in names} if len(word) > 1 else {}  # a single letter resembles every name
     equal = [name for name, of in parts.items() if "".join(of) == ("".join(own) or word)]
     if equal or (equal := [name for name, of in parts.items() if sorted(of) == sorted(own)]):
         return equal[:1]
@@ -73,8 +73,8 @@ def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:
     return f"{otherwise} ({known})" if known and otherwise else known or otherwise
 
 
-# Pairs of a Cyrillic, Greek or Armenian letter and the Latin letter that it looks like; and dashes. From Unicode's
-# list of confusables (https://www.unicode.org/reports/tr39/), those that are on keyboards of other scripts.
+# Pairs of a Cyrillic, Greek or Armenian letter, or a dash, and the ASCII character that it looks like: the entries of
+# Unicode's list of confusables (https://www.unicode.org/reports/tr39/) that other keyboards have.
 _ALIKE = (
     "аaсcеeоoрpхxуyіiјjѕsԁdһhԛqԝwѵvӏlАAВBЕEІIЈJКKМMНHОOРPСCТTУYХXЅSԌGҮY"
     "οoνvρpιiκkυuχxΑAΒBΕEΖZΗHΙIΚKΜMΝNΟOΡPΤTΥYΧXϲcϳj"
@@ -99,7 +99,7 @@ def hidden_letter(name: str) -> str:
 
 
 def foreign(name: str) -> str:
-    """Return the first letter that looks like a Latin one, but is of another script, in a word with Latin letters."""
+    """Return the first letter of another script that looks Latin, in a word that has Latin letters, or ''."""
     mixed = (word for word in _WORD.findall(name) if not word.isascii() and any(map(str.isascii, word)))
     return next((letter for word in mixed for letter in word if ord(letter) in LATIN), "")
 
@@ -112,7 +112,7 @@ def in_words(letter: str) -> str:
 
 
 def look(name: str, case: bool = True) -> str:
-    """Return a key that is equal for names that look alike; if ``case``, also for those that differ only in case."""
+    """Return a key that is equal for names that look alike and, if ``case``, for names that differ only in case."""
     if not name.isascii():
         from unicodedata import normalize
 
@@ -166,7 +166,7 @@ def count_of(count: int, noun: str) -> str:
 
 
 def first_of(names: Sequence[str], most: int) -> str:
-    """Return a list of names; after the first ``most`` names, only the number of the others."""
+    """Join names with commas; list at most ``most`` names, and then the number of further names."""
     return f"{', '.join(names[:most])}{and_more(len(names) - most)}"
 
 
@@ -176,7 +176,7 @@ def and_more(count: int, of: str = "") -> str:
 
 
 def phrase(words: Iterable[str], most: int | None = None) -> str:
-    """Join words with commas and "and"; after the first ``most`` words, only the number of the others."""
+    """Join words with commas and "and"; list at most ``most`` words, and then the number of further words."""
     *others, last = list(words) or [""]
     if most is not None and len(others) >= most:
         return first_of([*others, last], most)

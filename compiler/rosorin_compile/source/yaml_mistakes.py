@@ -20,7 +20,7 @@ _FOREIGN_COMMENT = re.compile(r" *(//|/\*|<!--|--)")
 _CONFLICT = re.compile(r"^(<{7}|\|{7}|>{7})(?= |$)", re.MULTILINE)
 _IN_BRACKETS = re.compile(r"""(?<!\w)"(?:\\.|[^"\\])*"|(?<!\w)'[^']*'|(?<!\S)#.*|[\[\]{}]""")
 _BEGINNINGS = {"*": "an alias", "&": "an anchor", "!": "a tag", ">": "a multi-line text", "|": "a multi-line text"}
-# The message of libyaml, ours, the fix, and True if the mistake is where the enclosing context begins. {letter} is the
+# (message of libyaml, message to report, fix, True to report it where the enclosing context begins); {letter} is the
 # character at which the parser stopped.
 _REPORTS = (
     ("cannot start any token", 'text without quotes cannot begin with "{letter}"', _QUOTE, False),
@@ -58,13 +58,13 @@ class _Failure:
         self.opened = source.line(self.begun[0])[self.begun[1] - 1 :][:1]
 
     def report(self, message: str, help: str, place: Sequence[int] = (), length: int = 1, here: str = "") -> Diagnostic:
-        """Return an error at a line and column, by default where the parser stopped, which ``here`` describes."""
+        """Return an error at a line and column; if not where the parser stopped, ``here`` describes that position."""
         line, column = place or self.at
         related = [Related(here, Span(self.source, *self.at))] if here else []
         return error("yaml-syntax", message, Span(self.source, line, column, max(1, length)), help, related)
 
     def mark(self) -> Diagnostic | None:
-        """Report characters of other tools: of git conflicts, tabs, comments of other languages."""
+        """Report characters that do not belong in YAML: markers of git conflicts, tabs, comments of other languages."""
         if mark := _CONFLICT.search(self.source.text):
             place = self.source.span(mark.start())[1:3]
             return self.report("unresolved merge conflict", "choose a version, and remove the markers", place, 7)
@@ -217,7 +217,7 @@ def _keys() -> set[str]:
 
 
 def _is_bare(line: str) -> bool:
-    """Return True if a line or list item has no key, and is not in brackets or quotes."""
+    """Return True if a line or list item has no key, and does not begin with a bracket or quote."""
     text = line[_key_indent(line) :].strip()
     return bool(text) and not _COLON.search(text) and not text.startswith(("[", "{", "---", "'", '"'))
 

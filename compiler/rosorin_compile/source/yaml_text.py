@@ -49,7 +49,7 @@ class Scalar(str):
 
     @property
     def is_raw(self) -> bool:
-        """Whether no character needs an escape; a line end does."""
+        """Whether no character needs an escape; a line end needs one."""
         return _RAW.fullmatch(self) is not None
 
     @property

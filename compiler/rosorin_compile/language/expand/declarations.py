@@ -21,7 +21,7 @@ from .placing import AXES, is_number, is_vector
 from .provenance import argument_at
 from .scope import Failed, Scope, key_place, value_place
 
-Given = Mapping[str, tuple[Any, Place]]  # values of arguments, and where each was written
+Given = Mapping[str, tuple[Any, Place]]  # for each argument name, the value and where it was written
 
 KEYS = ("type", "default", "one_of", "help")
 TYPES: dict[str, tuple[type, ...]] = {"any": (object,), "text": (str,), "boolean": (bool,), "integer": (int,)}
@@ -39,7 +39,7 @@ _USE_KEYS = ("part", "with", "prefix", "parent", "xyz", "rpy", "mirror", "conten
 
 
 class Parameter(NamedTuple):
-    """A declared parameter; ``place`` is where its default or its name is. ``sound``: its declaration has no errors."""
+    """A declared parameter; ``place`` is where its default or name was written; ``sound``: its declaration is valid."""
 
     name: str
     place: Place
@@ -53,7 +53,7 @@ class Parameter(NamedTuple):
     sound: bool = True
 
     def accepts(self, value: Any) -> bool:
-        """Return True if a value has the declared type or, without a type, the type of the default."""
+        """Return True if a value has the declared type or, if no type is declared, the type of the default."""
         if isinstance(value, (list, dict)):
             return False
         if self.type not in ("", "any"):
@@ -63,11 +63,11 @@ class Parameter(NamedTuple):
 
 
 def declare(scope: Scope, declared: Any, given: Given, owner: str, user: Place | None = None, lets: Any = None) -> None:
-    """Bind each declared parameter in a scope to its argument, or to its default, which is evaluated in that scope.
+    """Define each declared parameter as a name in a scope: its value is the argument, or else the default.
 
-    ``owner`` is the declaring part or description, in words. ``user`` is where to pass arguments, None for the command
-    line. Defaults may use the named values ``lets``. Wrong types, unknown names and missing values are reported;
-    a parameter without a value is marked as broken, so that expressions with it are not reported, too.
+    ``given`` has the arguments; wrong types, unknown names and missing arguments are reported. Messages call the part
+    or description ``owner`` and point to ``user``, the entry that lacks an argument (None: the command line). Defaults
+    may use the named values ``lets``. Expressions with a missing argument cause no further errors.
     """
     known = scope.declared = _parameters(scope, declared)
     unknown, spans = [name for name in given if name not in known], {key: one.place.span for key, one in known.items()}
@@ -76,7 +76,7 @@ def declare(scope: Scope, declared: Any, given: Given, owner: str, user: Place |
         scope.report("unknown-argument", f'{owner} has no argument "{name}"', given[name][1], help)
     missing = [one for name, one in known.items() if name not in given and not one.has_default]
     scope.broken.update(one.name for one in missing)
-    # The default or argument may have a misspelled key, which is reported already.
+    # Do not report an argument as missing if an unknown argument is probably its misspelled name.
     suggested = [nearest(name, known) for name in unknown]
     missing = [one for one in missing if one.sound and one.name not in suggested]
     for first, *others in [missing] if user and missing else [[one] for one in missing]:
@@ -103,7 +103,7 @@ def declare(scope: Scope, declared: Any, given: Given, owner: str, user: Place |
 def _parameters(scope: Scope, declared: Any) -> dict[str, Parameter]:
     known: dict[str, Parameter] = scope.expansion.parameters.setdefault(id(declared), {})
     for name, entry in declared.items() if isinstance(declared, Map) and not known else ():
-        if not isinstance(entry, Map):  # short form, NAME: DEFAULT
+        if not isinstance(entry, Map):  # the short form "NAME: DEFAULT"
             place = key_place(declared, name) if entry is None else value_place(declared, name)
             known[name] = Parameter(name, place, has_default=entry is not None, default=entry)
             continue
@@ -132,7 +132,7 @@ def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None
         allowed = scope.resolve(parameter.one_of, place)
     except Failed:
         return
-    if value is None and parameter.has_default:  # an optional argument that a part passes on with the value none
+    if value is None and parameter.has_default:  # "none" is valid for an optional argument, whatever its type
         return
     limited = isinstance(allowed, list)
     if wanted and not _fits(value, wanted):
@@ -203,7 +203,7 @@ def check_use(name: str, entry: Map, scope: Scope) -> None:
 
 
 def hides_letters(key: str, entry: Map, scope: Scope) -> bool:
-    """Report an invisible letter in the ``prefix`` of a part or robot; return True if there is one."""
+    """Report an invisible letter in the ``prefix`` of a part or robot; return True if an error was reported."""
     value = entry.get(key)
     if letter := hidden_letter(value) if isinstance(value, str) else "":
         message = f'{key} "{value}" contains an invisible character: {in_words(letter)}'
@@ -212,13 +212,13 @@ def hides_letters(key: str, entry: Map, scope: Scope) -> bool:
 
 
 def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope) -> bool:
-    """Report a loop or condition next to the entries of a section instead of in one; return True if all are valid."""
+    """Report each ``for`` or ``if`` next to the entries of a section, not in an entry; return True if there is none."""
     good = True
     tables = [(section, tree[section]) for section in sections if isinstance(tree.get(section), Map)]
     for section, entries, control in [(*one, control) for one in tables for control in _CONTROLS if control in one[1]]:
         value = entries[control]
         is_control = isinstance(value, (str, bool))
-        if control == "for":  # also valid for an entry named "for"; a file may add "source" to it
+        if control == "for":  # could also be an entry named "for", to which a file may add "source"
             entry: Any = schema()["properties"].get(section, {}).get("additionalProperties", {})
             legal = _USE_KEYS if section == "use" else resolve(entry).get("properties", ())
             is_control = isinstance(value, Map) and bool(value) and ({*value} - {"source"}).isdisjoint(legal)
@@ -231,7 +231,7 @@ def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope)
 
 
 def check_sections(owner: str, tree: Map, scope: Scope, evaluated: bool = True) -> bool:
-    """Report sections of a wrong type; return True if all are valid. Unless ``evaluated``, allow expressions."""
+    """Report sections of a wrong type; return True if all are valid. Allow expressions if ``evaluated`` is False."""
     lists = merged_sections(ITEMS, in_parts=True)
     texts = () if evaluated else [key for key, value in tree.items() if isinstance(value, str) and "$" in value]
     kinds = {key: Seq if key in lists else Map for key in of_parts() if key not in texts}
@@ -243,7 +243,7 @@ def check_entry(
 ) -> bool:
     """Report keys not in ``keys``, and values that are not of the types in ``kinds``; return True if all are valid.
 
-    ``word`` is the kind of entry, for suggestions.
+    ``word`` is the kind of entry, such as "arg", which selects the synonyms in suggestions.
     """
     unknown = [key for key in tree if keys is not None and key not in keys]
     tails = text_tails(tree, unknown) if unknown else ()
@@ -280,7 +280,7 @@ def _check_vector(owner: str, tree: Map, key: str, dimension: Dimension, scope: 
 
 
 def place_of(entry: Map, key: str, scope: Scope) -> Place:
-    """Return where the value of a key was written; if the key is missing, where the entry is."""
+    """Return where the value of a key was written, or where the entry was written if it lacks the key."""
     return Place(entry.value_spans.get(key, entry.span), scope.via or entry.via)
 
 

@@ -1,8 +1,8 @@
 """Expand a description to a plain tree; warn of names that are unused or look alike; explain missing names.
 
 Scopes are lexical: there is one for the description (all its files), one for each use of a part, and one for each
-iteration of a loop. Sections of the same name are joined in this order: those of included robots; those of included
-files; those of the including file; those from parts, in the order of ``use``.
+iteration of a loop. Sections of the same name are joined in this order: sections of included robots, of included files,
+of the including file, and of parts in the order of ``use``.
 """
 
 import re
@@ -53,11 +53,11 @@ MAX_RELATED = 6
 
 
 class Expanded(NamedTuple):
-    """The plain tree (None after an error), the diagnostics, and the files that were read.
+    """The result of ``expand``: the plain tree (None after an error), the diagnostics, and the files that were read.
 
     ``scope`` has the arguments and named values of the description (None if its main file cannot be read), ``resolved``
-    the packages that were found. ``unused`` are warnings about unused names, for a description without errors.
-    ``symbols`` has the names in the files as written.
+    the packages that were found. ``unused`` has warnings about unused names, to print if there are no errors.
+    ``symbols`` has the names in the files before expansion.
     """
 
     tree: Map | None
@@ -79,10 +79,10 @@ def expand(
 ) -> Expanded:
     """Expand the description with the main file ``path``.
 
-    ``arguments`` are values by name; strings are parsed like YAML scalars, as on the command line. If it is a ``Map``,
-    errors are reported at its positions. ``tell`` receives warnings before code is executed (``xacro-runs-code``);
-    without it, they are returned with the diagnostics. ``robots`` reads included robots in other formats; without it,
-    they are skipped. ``packages`` are folders of ROS packages by name. ``cache`` keeps parsed files between calls.
+    ``arguments`` maps names to values; strings are parsed like YAML scalars, as on the command line. Errors in a
+    ``Map`` are reported at positions in its file. ``tell`` is called with a warning before a xacro file executes code;
+    without it, warnings are returned. ``robots`` reads included robots in other formats; without it, they are skipped.
+    ``packages`` maps names of ROS packages to folders. ``cache`` keeps parsed files between calls.
     """
     reader = Reader(path, robots, packages, cache)
     root = reader.read(path)
@@ -102,7 +102,7 @@ def expand(
     offered = [*reader.offered, *(robot.item for robot in reader.robots)]
     symbols = SymbolTable(root, reader.lets, offered, expansion.is_constant)
     check_letters(symbols, scope)
-    for file in reader.sourced:  # check the source of the file here: it has no effect if the file has no entries
+    for file in reader.sourced:  # validate "source" here, because in a file without entries no entry gets it
         if isinstance(file["source"], Map) and expansion.is_constant(file["source"]):
             top = Map(root.span)
             top.put("robot", "robot", root.span, root.span)
@@ -110,7 +110,7 @@ def expand(
             expansion.diagnostics += validate(top, {})
     warnings = unused_names(symbols, reader.files) if tree is not None else []
     diagnostics = expansion.diagnostics if tree is not None else _without_misnamed(root, expansion.diagnostics)
-    if reader.unread:  # the names may be defined in the file that could not be read
+    if reader.unread:  # an included file that could not be read may define the missing names
         diagnostics = [one for one in diagnostics if not _is_missing(one)]
     if any(one.severity == ERROR for one in diagnostics):  # report each missing name once, where it was written
         diagnostics = merge_by_name(move_to_name(one, offer(one)) for one in diagnostics)
@@ -120,7 +120,7 @@ def expand(
 
 
 def _without_misnamed(root: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
-    """Remove errors about missing names that result from a misspelled section or ``for``, and report that key."""
+    """Replace errors about missing names that a misspelled section or ``for`` causes by an error about that key."""
     sections = root.copy()
     for key in sections.keys() & {*schema("description")["properties"], *_FORMS}:
         del sections[key]
@@ -167,7 +167,7 @@ def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None])
     uses = root.get("use")
     if isinstance(uses, Map):
         good &= check_controls("", root, ("use",), scope) and parts.use(tree, uses, scope)
-    for name, body in parts.own.items():  # check unused parts, too
+    for name, body in parts.own.items():  # parts without a use have not been checked yet
         if id(body) not in parts.sound:
             check_part(name, parts.own, scope)
     if not good:
@@ -177,7 +177,7 @@ def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None])
 
 
 def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, scope: Scope) -> None:
-    """Bind the arguments of the description to values from the caller, or from an include, or to their defaults."""
+    """Define the arguments of the description: values come from the caller, else from an include, else the default."""
     declared = root.get("args")
     declared = declared if isinstance(declared, Map) else Map(root.span)
     given: dict[str, tuple[Any, Place]] = {}
@@ -194,9 +194,9 @@ def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, 
         declaration = declared[name]
         kind = declaration.get("type") if isinstance(declaration, Map) else None
         if value == "" and type(value) is str and kind != "text":
-            continue  # as in xacro: launch files cannot omit an argument, and pass name:= instead
+            continue  # use the default, as xacro does: launch files cannot omit an argument, and pass "name:=" instead
         span = spans.get(name)
-        if span is None:  # from the command line or Python: report errors at the declaration
+        if span is None:  # the value is from the command line or Python: report errors at the declaration
             span = MadeSpan(*declared.key_spans[name])
             span.via = (Related(f"passed as an argument: {name}={str(value)[:MAX_SHOWN]}", None),)
         given[name] = _given(value, kind, span), Place(span, None)
@@ -223,12 +223,12 @@ def _given(value: Any, kind: Any, span: "Span") -> Any:
 
 
 def check_letters(symbols: SymbolTable, scope: Scope) -> None:
-    """Report invisible letters in the names of parts, values, etc.; warn of names that look alike."""
+    """Report invisible letters in the names that a description defines; warn of names that look alike."""
     first: dict[tuple[str, ...], Symbol] = {}
     for one in symbols.definitions():
         if one.place is None:
             continue
-        ignore_case = one.kind in ("part", "sensor type")  # expressions distinguish r and R
+        ignore_case = one.kind in ("part", "sensor type")  # for values, r and R are usual names for different things
         if letter := hidden_letter(one.name):
             message = f'{one.kind} "{one.name}" contains an invisible character: {in_words(letter)}'
             scope.report("invisible-letter", message, one.place, "retype the name without this character")
@@ -248,7 +248,7 @@ def unused_names(symbols: SymbolTable, read: Iterable[Path]) -> list[Diagnostic]
     used = {(one.kind, one.name, one.owner) for one in uses if (one.kind, *one.path[:2]) != ("part", "parts", one.name)}
     hidden = {one.kind for one in uses if "$" in one.name}
     outputs = tree.get("outputs")
-    if isinstance(outputs, Map):  # templates may print publishers and modes; options name modes
+    if isinstance(outputs, Map):  # templates may use any publisher or mode; options of outputs name modes
         templates = any(isinstance(entry, Map) and "template" in entry for entry in outputs.values())
         hidden |= {"publisher", "mode"} if templates else set()
         used |= {("mode", word, "") for word in WORD.findall(str(outputs))}
@@ -271,7 +271,7 @@ def unused_names(symbols: SymbolTable, read: Iterable[Path]) -> list[Diagnostic]
 
 
 def _is_shared(file: Path, read: Iterable[Path]) -> bool:
-    """Return True if another description in a nearby folder names a file, so that it is probably shared."""
+    """Return True if a YAML file of another description in a nearby folder contains the name of the file."""
     own, siblings = {files.resolve(path) for path in read}, chain(file.parent.glob("*"), file.parent.parent.glob("*/*"))
     others = (path for path in islice(siblings, _MAX_FILES) if path.suffix in ENDINGS)
     with suppress(OSError):
@@ -280,7 +280,7 @@ def _is_shared(file: Path, read: Iterable[Path]) -> bool:
 
 
 def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
-    """Merge errors about names whose entry was removed by an ``if`` or an empty ``for`` into one about that entry."""
+    """Replace errors about names that an entry removed by ``if`` or ``for`` would define by one about that entry."""
     symbols = SymbolTable(tree)
     existing = {name for kind, some in symbols.of.items() if kind != "robot" for name in some}
     existing.update(one.name for one in symbols.definitions(implied=True) if one.kind != "robot")
@@ -327,12 +327,12 @@ def _pattern(entry: Disabled) -> str:
         with expansion.without_limits(), suppress(Failed):
             patterns.append(re.escape(scope.name(text, item.span, scope.via)))
         del expansion.diagnostics[reported:]
-    # Within the same part, names are written without the prefix.
+    # In the same part, names are written without the prefix of the part.
     return f"(?:{re.escape(scope.prefix)})?(?:{'|'.join(patterns) or '(?!)'})"
 
 
 def _explained(entry: Disabled, group: list[Diagnostic]) -> Diagnostic:
-    """Return the first error that a removed entry causes, with the others as related places."""
+    """Return the first error that a removed entry causes, with the positions of the other errors."""
     (first, *others), item, key = group, entry.item, entry.key
     span, why = item.value_spans["for" if entry.is_empty else "if"], "its loop is empty"
     if not entry.is_empty:

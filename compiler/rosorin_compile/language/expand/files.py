@@ -38,7 +38,7 @@ INCLUDE_KINDS: dict[str, type] = {"args": Map, "file": str, "package": str, "pac
 
 
 class RobotInclude(NamedTuple):
-    """An include of a robot in another format: the entry, its place, and the file that contains it."""
+    """An include of a robot in another format: the entry ``item``, its place, and the file ``by`` that contains it."""
 
     item: Map
     place: Place
@@ -57,11 +57,11 @@ class Reader:
         self.packages, self.cache = dict(packages or {}), {} if cache is None else cache
         self.files: list[Path] = []
         self.resolved: list[Resolved] = []
-        self.scope = Scope(Expansion())  # the scope of the description
+        self.scope = Scope(Expansion())  # the names that the description defines
         self.diagnostics = self.scope.expansion.diagnostics
-        self.lets: list[Map] = []  # the sections "let"
-        self.given: dict[str, tuple[Any, Place]] = {}  # arguments that includes pass
-        self.offered: list[Map] = []  # args of includes, as written
+        self.lets: list[Map] = []  # the "let" section of each file
+        self.given: dict[str, tuple[Any, Place]] = {}  # for each argument that includes set: its value and place
+        self.offered: list[Map] = []  # the "args" of each include, as written
         self.robots: list[RobotInclude] = []
         self.unread = False  # True if a file could not be read
         self.sourced: list[Map] = []  # included files with the key "source"
@@ -69,7 +69,7 @@ class Reader:
         self._includes: dict[str, Include] = {}
 
     def read(self, path: Path, via: Instance | None = None, within: tuple[Path, ...] = ()) -> Map | None:
-        """Read a file and those that it includes, and join their sections; return None if it cannot be read."""
+        """Read a file and the files that it includes, and join their sections; return None if it cannot be read."""
         name, include = label(path), via.span if via else None
         self.files.append(path)
         Progress.step("reading files", len(self.files))
@@ -78,7 +78,7 @@ class Reader:
         except LoadError as problem:
             diagnostic = problem.diagnostic
             stack = tuple(via.stack()) if via else ()
-            # If the file cannot be read, the error is at the include already.
+            # An unreadable file is reported at its include: do not list that include as a related position as well.
             stack = stack[1:] if diagnostic.span == include else stack
             self.diagnostics.append(replace(diagnostic, related=diagnostic.related + stack))
             self.unread = True
@@ -92,7 +92,7 @@ class Reader:
             here = (*within, resolve(path))
             for item, span in zip(items, items.value_spans, strict=True):
                 entry, place = item, Place(span, via)
-                if not isinstance(item, Map):  # short form, only the file name
+                if not isinstance(item, Map):  # the short form of an include: only the file name
                     entry = Map(span, via)
                     entry.put("file", item, span, span)
                 name = entry.get("file") if isinstance(entry.get("file"), str) else ""
@@ -180,7 +180,7 @@ class Reader:
         return Path(label(folder / inner))
 
     def packages_of(self, item: Map, by: Path) -> dict[str, Path]:
-        """Return the package folders for an include; those of the caller override those of the entry."""
+        """Return the package folders for an include: those of its entry, overridden by the arguments of the caller."""
         named = item.get("packages")
         folders = named.items() if isinstance(named, Map) else ()
         return {**{name: by.parent / str(folder) for name, folder in folders}, **self.packages}
@@ -193,7 +193,7 @@ class Reader:
         return folder
 
     def inside(self, target: Path) -> bool:
-        """Return True if a file, with links resolved, is in the project of the description, or in a package it uses."""
+        """Return True if a file (links resolved) is in the project of the description or in a package that it uses."""
         with suppress(OSError, RuntimeError, ValueError):
             return any(map(resolve(target).is_relative_to, self.projects)) or bool(self._package_of(target))
         return False
@@ -206,7 +206,7 @@ class Reader:
         made = Map(file.span, file.via)
         self.sourced += [file] if not is_root and "source" in file else []
         for key, value in file.items():
-            is_help = key == "help" and isinstance(value, str)  # files with parts may have a help text
+            is_help = key == "help" and isinstance(value, str)  # a file with parts may have a help text: ignore it
             if key in ("include", "let") or (not is_root and (is_help or key in ("source", "rosorin_compile"))):
                 continue
             if key == "robot" and not is_root:
@@ -271,7 +271,7 @@ class Reader:
 
 
 def check_include(entry: Map, scope: Scope, kinds: Mapping[str, type], keys: Sequence[str] = ()) -> bool:
-    """Report invalid keys and values of an include; return True if all are valid. ``keys`` are also allowed."""
+    """Report invalid keys and values of an include; return True if all are valid. ``keys`` are further valid keys."""
     good = check_entry('the entry of "include"', entry, scope, (*kinds, *keys), kinds)
     packages = entry.get("packages")
     if isinstance(packages, Map):

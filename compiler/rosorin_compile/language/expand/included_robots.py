@@ -42,7 +42,7 @@ Tell = Callable[[Diagnostic], None]
 _KINDS: dict[str, type] = {**INCLUDE_KINDS, "lenient": bool, "trust": bool, "with": Map}
 _KINDS |= dict.fromkeys(("macro", "prefix", "meshes", "parent", "joint"), str)
 _KEYS = ("xyz", "rpy", "publisher", "source", "for", "if")
-_PREFIX = re.compile(r"([^\s<>&\"']+( +[^\s<>&\"']+)* *)?")  # what a name may begin with
+_PREFIX = re.compile(r"([^\s<>&\"']+( +[^\s<>&\"']+)* *)?")  # valid prefixes of names
 # Command line options in suggestions of the readers, and the keys of an include to suggest instead.
 _WORDS = (
     (re.compile(r"--package (\S+)=PATH"), r"packages: {\1: FOLDER}"),
@@ -55,17 +55,17 @@ _DEFAULT = ("integrator", "Euler")  # MuJoCo's default integrator
 # URDF elements, as (parent, element), whose names must be unique: they always get the prefix.
 _UNIQUE = {("robot", "ros2_control"), ("robot", "transmission"), ("transmission", "actuator")}
 _UNIQUE |= {("ros2_control", "gpio"), ("ros2_control", "sensor")}
-# Elements whose name belongs to another program, and attributes that never name a link or joint.
+# Elements whose name has a meaning in another program, and attributes that never name a link or joint.
 _WORDS_OF_OTHERS = {"command_interface", "state_interface", "param", "plugin", "property"}
 _NO_NAMES = re.compile("topic|service|namespace|remapping|uri|filename|material", re.IGNORECASE)
 
 # A URL, an absolute path, or a path with a Windows drive letter.
 _ABSOLUTE = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:|/|\\\\")
-OF_MJCF = ("mjcf", "mjcf_elements")  # keys with lists of XML texts: of the robot, of a link
+OF_MJCF = ("mjcf", "mjcf_elements")  # keys whose values are lists of MJCF elements: of the robot, of a link
 
 
 class Included(NamedTuple):
-    """An evaluated include of a robot: its entry, scope, place and file; ``via`` is recorded in the included tree."""
+    """An evaluated include of a robot: entry, scope, place and file; ``via`` is set in the values that it adds."""
 
     entry: Map
     scope: Scope
@@ -75,7 +75,7 @@ class Included(NamedTuple):
 
 
 class IncludedRobots:
-    """Read the robots that a description includes; each file once for each set of arguments."""
+    """Read the robots that a description includes; read a file again only for other arguments."""
 
     def __init__(self, reader: Reader, robots: RobotReader, tell: Tell | None) -> None:
         self.reader, self.robots, self.tell = reader, robots, tell
@@ -178,12 +178,12 @@ class IncludedRobots:
         self._report(Diagnostic(rule, WARNING, message, span, (), help), include.via.parent)
 
     def _report(self, diagnostic: Diagnostic, via: Instance | None, ahead: bool = False) -> None:
-        """Report a diagnostic of an included file, adapted to includes; ``ahead``: before the file is read."""
+        """Report a diagnostic of an included file in terms of includes; ``ahead`` is True before the file is read."""
         message, help = diagnostic.message, diagnostic.help
         for pattern, replacement in _WORDS:
             message, help = pattern.sub(replacement, message), pattern.sub(replacement, help)
         stack = tuple(via.stack()) if via else ()
-        # If the file cannot be read, the error is at the include already.
+        # An unreadable file is reported at its include: do not list that include as a related position as well.
         stack = stack[1:] if stack and diagnostic.span == stack[0].span else stack
         reported = replace(diagnostic, message=message, help=help, related=(*diagnostic.related, *stack))
         if ahead and self.tell is not None:
@@ -204,12 +204,12 @@ class IncludedRobots:
             return move_files(made, folder)
         base = Path(os.path.abspath(made.span.source.path)).parent
         places = {name: os.path.normpath(base / name) for name in names}
-        # The innermost folder, that of the robot or a parent, that contains all meshes: artifacts search there.
+        # The innermost folder that contains the robot and all meshes, where artifacts search.
         top = Path(os.path.commonpath([base, *places.values()]))
         above = [folder for folder in (base, *base.parents) if folder.is_relative_to(top)]
         new = {name: Path(os.path.relpath(path, top)).as_posix() for name, path in places.items()}
         homes = {name: [folder for folder in above if files.is_file(folder / found)] for name, found in new.items()}
-        if missed := [name for name in names if homes[name] != [top]]:  # missing, or ambiguous
+        if missed := [name for name in names if homes[name] != [top]]:  # not in that folder, or in several folders
             message = f"paths of meshes or textures are relative to {file}, not to the artifacts: {first_of(missed, 1)}"
             help = 'write "meshes: FOLDER", relative to the artifacts, or "meshes: package://NAME"'
             self._warn("include-mesh-path", message, entry.value_spans["file"], help, include)
@@ -233,7 +233,7 @@ class IncludedRobots:
                 help = f'remove "{keys[0]}"' if foreign.mount else 'write "parent: FRAME"'
                 message = f'"{keys[0]}" of the entry of "include" has no effect: {attached}'
                 self._warn("ignored-key", message, entry.key_spans[keys[0]], help, include)
-            if is_on_parent:  # report errors in values that the include sets at the include
+            if is_on_parent:  # the include sets these values, so report errors in them there
                 made["joints"] = joints = copy(have)
                 for name, joint in have.items():
                     if joint["parent"] == entry["parent"]:

@@ -31,11 +31,11 @@ from .placing import Use, copy, join, place_fragment, with_source
 from .scope import Failed, Scope, key_place, value_place
 
 MAX_NESTED = 40
-INSTANCE = 20  # the number of values that each use of a part counts as, at least
+INSTANCE = 20  # number of values that an instance of a part counts as, in addition to those in its sections
 
 
 class Part(NamedTuple):
-    """A part as written, and the scope of the file that defines it."""
+    """A part as written in YAML, and the scope of the file that defines it."""
 
     name: str
     body: Map
@@ -53,7 +53,7 @@ class Parts:
         self.found: dict[str, Part] = {}
 
     def use(self, tree: Map, entries: Map, scope: Scope, depth: int = 0) -> bool:
-        """Instantiate the part of each ``use`` entry and add it to the tree; return True if all of them are valid."""
+        """Instantiate the part of each ``use`` entry and add its sections to the tree; return True if all are valid."""
         good = True
         via = scope.via or entries.via
         for key, item in entries.items():
@@ -94,7 +94,7 @@ class Parts:
         if depth > MAX_NESTED:
             message = f'parts are nested more than {MAX_NESTED} levels deep, at part "{part.name}"'
             scope.report("part-cycle", message, place, 'a part that uses itself needs an "if" to end')
-            self.expansion.nodes, self.expansion.is_full = sys.maxsize, True  # report this once, not for each branch
+            self.expansion.nodes, self.expansion.is_full = sys.maxsize, True  # stop here, to report this only once
             raise Failed
         prefix = str(entry.get("prefix", f"{name}_") or "")
         message = f'part "{part.name}" used here as "{name}"'
@@ -203,7 +203,7 @@ class Parts:
 
 
 def _bind(scope: Scope, owner: str, body: Map, entry: Map, user: Place) -> None:
-    """Bind the parameters and named values of a part or sensor type to the arguments of an entry. Raises Failed."""
+    """Define the parameters (from the arguments of ``entry``) and ``let`` of a part or sensor type. Raises Failed."""
     before, params = len(scope.expansion.diagnostics), body.get("params")
     given = Map(entry.span, entry.via) if entry.get("with") is None else entry["with"]
     if not isinstance(given, Map):
@@ -215,10 +215,10 @@ def _bind(scope: Scope, owner: str, body: Map, entry: Map, user: Place) -> None:
 
 
 class ChangedSensor(Seq):
-    """A sensor type's Gazebo sensor with the changes of a sensor; ``brought`` is the unchanged one of the type.
+    """The Gazebo sensor of a sensor type with the changes of a sensor; ``brought`` is the unchanged Gazebo sensor.
 
     When the changes move the Gazebo sensor, MuJoCo elements of the type move with it. ``brought`` is None if the sensor
-    has its own MuJoCo elements.
+    defines its own MuJoCo elements.
     """
 
     __slots__ = ("brought",)
@@ -226,7 +226,7 @@ class ChangedSensor(Seq):
 
 
 def apply_types(tree: Map, own: Any, scope: Scope, library: Path) -> None:
-    """Merge the values of its sensor type into each sensor of a tree."""
+    """Add to each sensor of a tree the values that its sensor type defines."""
     sensors: Any = tree.get("sensors")
     types = own if isinstance(own, Map) else {}
     shared: Any = None

@@ -33,7 +33,7 @@ _SIDES: tuple[dict[str, str], ...] = ({"front": "rear", "rear": "front"}, {"left
 
 
 class Use(NamedTuple):
-    """How to place a fragment in a robot: its prefix, the parent of ``mount`` and the pose in it, and a mirror axis.
+    """How to place a part in a robot: a prefix, the frame that replaces ``mount``, the pose in it, and a mirror axis.
 
     ``xyz`` is in metres, ``rpy`` in radians; ``mirror`` is "x", "y" or "z", the coordinate of the mount to negate.
     """
@@ -48,8 +48,8 @@ class Use(NamedTuple):
 def place_fragment(fragment: Map, use: Use, names: SymbolTable | None = None, elements: Rename | None = None) -> Map:
     """Return a fragment renamed, mirrored and attached as ``use`` specifies.
 
-    ``names`` is the symbol table of the fragment, if there is one. ``elements`` renames in URDF elements; by default,
-    references to links and joints of the fragment are renamed.
+    ``names`` is the symbol table of the fragment; by default, it is computed. ``elements`` is the function that renames
+    in URDF elements; by default, it renames references to links and joints of the fragment.
     """
     placer = _Placer(names or SymbolTable(fragment), use, elements)
     made = fragment.copy()
@@ -77,7 +77,7 @@ def _tagged(section: str, value: Any, via: Instance | None) -> Any:
     if holds_many(section) and isinstance(value, Map):
         nodes = {key: sections()[section].value_of(key) for key, item in value.items() if isinstance(item, Map)}
         tables = [key for key, node in nodes.items() if node is not None and node.keys is not None]
-        # Also the entries in its tables and lists.
+        # Several parts may add to the tables and lists of the section: set ``via`` of their entries as well.
         entries = {key: map_items(item, tag) for key, item in value.items() if key in tables or isinstance(item, Seq)}
         return tag(value.like(entries))
     return tag(value) if is_one_entry(section) else map_items(value, tag) if isinstance(value, (Map, Seq)) else value
@@ -129,7 +129,7 @@ class _Placer:
         self.active |= {MIRROR} if self.mirror is not None else set()
 
     def value(self, node: Node, value: Any) -> Any:
-        """Return the value for a location of the schema, changed by the use."""
+        """Return a value renamed, mirrored and attached; ``node`` has the annotations of its schema."""
         if self.active.isdisjoint(node.of):
             return value
         if node.inside:
@@ -167,13 +167,13 @@ class _Placer:
         return changed if keys is None else map_table(changed, lambda name: self._text(keys, name))
 
     def rename(self, kind: str, name: str) -> str:
-        """Return the global name for a name in the part."""
+        """Return the name in the robot for a name in the part, with the prefix of the use."""
         if name == MOUNT and kind in ("link", "site") and MOUNT not in self.names.of.get("link", ()):
             return name if self.use.parent is None else self.use.parent
         return self.use.prefix + name if self.names.gives(kind, name) else name
 
     def _mounted(self, entry: Map, changes: dict[str, Any], keys: Sequence[str]) -> dict[str, Any]:
-        """Transform a pose on the mount, and directions in it, to the frame that the part is attached to."""
+        """Transform a pose and directions relative to ``mount`` to the frame that the part is attached to."""
         own = {key: changes.get(key, entry.get(key)) for key in ("xyz", "rpy", *keys)}
         xyz, rpy = self.use.xyz, self.use.rpy
         directions = [key for key in keys if key not in ("xyz", "rpy") and own[key] is not None]
@@ -221,7 +221,7 @@ def _vector(value: Any) -> tuple[float, float, float]:
     return (float(x), float(y), float(z))
 
 
-# Functions that mirror a mapping: they take it and the index of the axis, and return the changed values.
+# Functions that mirror a mapping: they take the mapping and the index of the axis, and return the changed values.
 
 
 def _vectors(polar: tuple[str, ...], axial: tuple[str, ...] = ()) -> Callable[[Map, int], dict[str, Any]]:
@@ -287,7 +287,7 @@ def _gear(actuator: Map, axis: int) -> dict[str, Any]:
     return {"gear": sequence_like([*_reflected(gear[:-3], axis, False), *_reflected(gear[-3:], axis, True)], gear)}
 
 
-# The functions by the value of ``x-mirror`` (see ``annotations.MIRRORED_KEYS``).
+# The function that mirrors a mapping for each value of ``x-mirror`` (see ``annotations.MIRRORED_KEYS``).
 MIRRORED: dict[str, Callable[[Map, int], dict[str, Any]]] = {"pose": _vectors(("xyz",), ("rpy",)), "axis": _axis}
 MIRRORED |= {"grid": _grid, "inertia": _inertia, "bounds": _bounds, "scale": _scale, "gear": _gear}
 MIRRORED |= {key: _vectors((key,)) for key in ("direction", "dir", "at")}
@@ -300,21 +300,21 @@ def side(role: str, axis: int | None) -> str:
 
 
 def is_number(value: Any, dimension: Dimension | None = None) -> bool:
-    """Return True for a number with the given dimension, if not None; a bare number has any dimension."""
+    """Return True for a number without a unit, or of the dimension; if that is None, for every number."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return False
     return dimension is None or not isinstance(value, Quantity) or value.dimension == dimension
 
 
 def is_vector(value: Any, dimension: Dimension | None = None) -> bool:
-    """Return True for None, or three finite numbers with the given dimension, if not None."""
+    """Return True for None, or a list of three finite numbers of the dimension (see ``is_number``)."""
     if not isinstance(value, list) or len(value) != 3:
         return value is None
     return all(is_number(v, dimension) and math.isfinite(v) for v in value)
 
 
 def sequence_like(values: Iterable[Any], like: Any) -> Seq:
-    """Return a sequence of values with the spans of a sequence ``like``, or with the span of a mapping."""
+    """Return a sequence of values; each has the span of the same item of a sequence ``like``, or that of a mapping."""
     made = Seq(like.span, like.via)
     spans = getattr(like, "value_spans", None)
     for index, value in enumerate(values):
@@ -332,13 +332,13 @@ def _negative(value: float) -> float:
     return -value if value else value  # avoid -0.0
 
 
-OF_PARTS = ("parts", "sensor_types", "use")  # joined by name, although the schema of expanded descriptions lacks them
+OF_PARTS = ("parts", "sensor_types", "use")  # sections to join that the schema of expanded descriptions does not have
 
 
 def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
     """Add the sections of a fragment to a tree; report conflicts; return True if all sections could be added.
 
-    ``parts``: the fragment comes from a part, and its entries know the use that created them.
+    ``parts`` is True for the fragment of a part, whose entries record in ``via`` the use that created them.
     """
     good, joined = True, (*merged_sections(ENTRIES, ITEMS, WITHIN), *OF_PARTS)
     for section, value in more.items():
@@ -366,21 +366,21 @@ def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
         elif isinstance(have, Map) and isinstance(value, Map):
             if holds_many(section):
                 good &= _join_within(section, have, value, scope)
-            else:  # two uses of a xacro macro share the materials of its file
+            else:  # accept equal materials, because each include of a xacro macro defines the materials of its file
                 good &= _join_entries(section, have, value, scope, equal=section == "materials")
         elif value is not None and isinstance(have, Seq if is_list else Map):
             message = f'"{section}" must be {"a list" if is_list else "a mapping"} in every file'
             good = _report("wrong-type", message, "use the same type in both files", section, tree, more, scope)
             continue
         result = tree.get(section)
-        # The entries come from several parts, so the section itself belongs to the tree.
+        # Several parts may add entries to a section, so the section itself must not record one of them as its origin.
         if parts and isinstance(result, (Map, Seq)) and (have is not None or not is_one_entry(section)):
             result.via = result.via if isinstance(result.via, Include) else tree.via
     return good
 
 
 def _report(rule: str, message: str, help: str, name: str, first: Map, second: Map, scope: Scope) -> bool:
-    """Report a name that two mappings define, at the argument that contains it if there is one; return False."""
+    """Report a name that two mappings define, at the argument that the name was made from, if any; return False."""
     place = Place(second.key_spans[name], getattr(second[name], "via", None) or second.via)
     earlier = Place(first.key_spans[name], getattr(first[name], "via", None) if rule == "duplicate-key" else None)
     related = [Related("first defined here", earlier.span), *earlier.stack()]
@@ -434,7 +434,7 @@ def _is_table_of_entries(value: Any) -> bool:
 
 
 def copy(value: Any) -> Any:
-    """Return a copy of a mapping or list to which entries may be added."""
+    """Return a copy of a mapping or list, to which entries may be added."""
     if isinstance(value, Map):
         return value.copy()
     return map_items(value, lambda item: item) if isinstance(value, Seq) else value

@@ -2,7 +2,7 @@
 
 If a part has ``mass: ${m}``, the number was written under ``with`` or ``let``. So an error in an argument, or in a
 value calculated from it, is reported where the argument is. If the error is about the kind of value (unit or type),
-and the argument has the declared kind, it is reported in the part. This is computed only if there are errors.
+and the argument has the declared kind, it is reported in the part. This module runs only if there are errors.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from ..symbols import MOUNT
 if TYPE_CHECKING:
     from .scope import Scope
 
-# A single name, or an entry of a table or list: ${m}, ${wheel.mass}, ${sizes[0]}.
+# An expression that is only a name, or an entry of a table or list: ${m}, ${wheel.mass}, ${sizes[0]}.
 _LONE_NAME = re.compile(r"([^\W\d]\w*)((?:\.[^\W\d]\w*|\[\d+\])*)\Z")
 _STEP = re.compile(r"\.([^\W\d]\w*)|\[(\d+)\]")
 _MOUNT = f"={MOUNT}"  # pseudo name of the frame that a part is attached to
-_OF_USE = ("name", "mirrored", "prefix")  # names that each use of a part defines, without an argument
+_OF_USE = ("name", "mirrored", "prefix")  # names that are defined in every part, but not by an argument
 MAX_STEPS = 20  # limit of chains such as a: ${b}, b: ${c}
 MAX_DEPTH = 100  # limit of nested expressions
 
@@ -44,24 +44,24 @@ class Origin(NamedTuple):
     others: tuple[Span, ...] = ()
 
     def related_places(self, used: Span) -> tuple[Related, ...]:
-        """Return where the value is used, and where the other arguments were written."""
+        """Return related positions for messages: where the value is used, and where the other arguments are."""
         return (Related(USED, used), *(Related("the value also depends on this", span) for span in self.others))
 
 
 def argument_of(scope: Scope, names: Iterable[str], of_kinds: bool = False) -> Origin | None:
-    """Return the origin of the arguments that an expression with these names in a scope depends on, or None."""
+    """Return the arguments that an expression with these names in a scope depends on, as an origin, or None."""
     with suppress(RecursionError):  # a very long chain of names: the error is reported where it occurs
         return _first(_Search(scope.expansion.root, of_kinds).arguments(scope, names))
     return None
 
 
 def argument_at(scope: Scope, span: Span, of_kinds: bool = False) -> Origin | None:
-    """Return the origin of the arguments that the expression at ``span`` in a scope depends on, or None."""
+    """Return the arguments that the expression at ``span`` in a scope depends on, as an origin, or None."""
     return argument_of(scope, _names_at(span), of_kinds)
 
 
 def argument_behind(root: Scope, place: Place) -> Origin | None:
-    """Return the origin of the arguments that the value or key at a place depends on, or None."""
+    """Return the arguments that the value or key at a place depends on, as an origin, or None."""
     return argument_at(scope_of(root, place.via), place.span)
 
 
@@ -70,7 +70,7 @@ def mistake_place(
 ) -> tuple[Place, tuple[Related, ...]]:
     """Return where to report an error at a path, and related places: where the value is used.
 
-    ``root`` is the scope of the description, or None; ``key`` and ``within`` as in ``tree.written_place``.
+    ``root`` is the scope of the description; without it, arguments are ignored. See ``written_place`` for the others.
     """
     place, use = written_place(tree, path, key, within)
     origin = None
@@ -94,7 +94,7 @@ def problem_at(
     related: Iterable[Related] = (),
     key: bool = False,
 ) -> Diagnostic:
-    """Return an error at a path of the tree, or its longest existing prefix; with ``key``, at the last key."""
+    """Return an error at the value at a path (with ``key``, at its key), or at the longest existing prefix of it."""
     path = tuple(path)
     if exists(tree, path) and (rule in _OF_NAMES or not key):
         place, uses = mistake_place(root, tree, path, rule, key)
@@ -112,10 +112,10 @@ def scope_of(root: Scope, via: Instance | None) -> Scope:
 
 
 class _Definition(NamedTuple):
-    """The definition of a name: where its value was written, and in which scope.
+    """The definition of a name: its value, where the value was written, and the scope of expressions there.
 
-    ``argument``: the value was passed as an argument. ``keeps_kind``: it has the declared kind, if one is declared, so
-    an error about kinds is in the expression that uses it.
+    ``argument`` is True if the value was passed as an argument. ``keeps_kind`` is True if the value has the declared
+    kind, so that an error about kinds is due to the expression that uses the name.
     """
 
     span: Span
@@ -130,19 +130,19 @@ class _Search:
         self.root, self.of_kinds, self.visited = root, of_kinds, set[Span]()
 
     def origin(self, scope: Scope, span: Span) -> Origin | None:
-        """Return where the value at ``span``, evaluated in a scope, was written, or None if it was written there."""
+        """Return where the value of the expression at ``span`` was written, or None if that is ``span`` itself."""
         place, inside = self.follow_names(scope, span, MAX_STEPS)
         outside = _first(self.arguments(inside, _names_at(place)))
         return outside or (None if place == span else Origin(place))
 
     def follow_names(self, scope: Scope, span: Span, steps: int) -> tuple[Span, Scope]:
-        """Follow expressions that are a single name to the span and scope where a value was written."""
+        """Follow expressions that are only a name; return the span where the value was written, and its scope."""
         text = _text_at(span)
         found = pieces(text) if steps else ()
         match = _LONE_NAME.match(found[0].text.strip()) if len(found) == 1 and found[0].is_whole else None
         name, keys = (match[1], match[2]) if match else (_MOUNT if steps and text == MOUNT else "", "")
         definition = self.definition(scope, name, keys) if name else None
-        # A default in another file's part is not a value of the description.
+        # Do not follow names into a part of the library or of a package, because users cannot edit its defaults.
         if definition is None or self.is_foreign(definition.scope) or (self.of_kinds and definition.keeps_kind):
             return span, scope
         return self.follow_names(definition.scope, definition.span, steps - 1)
@@ -160,7 +160,7 @@ class _Search:
             yield from outer
 
     def definition(self, scope: Scope, name: str, keys: str = "") -> _Definition | None:
-        """Return the definition of a name, or of an entry of its value, or None if it is not written in a file."""
+        """Return the definition of a name, or of the entry ``keys`` of its value; return None if no file defines it."""
         if name == _MOUNT:
             users = ((user.mount, user) for user in scope.ancestors() if user.mount is not None)
             return next((_Definition(mount.span, self.outside(user), None, True, False) for mount, user in users), None)

@@ -26,11 +26,11 @@ from ..suggestions import flag_meant, number_meant, unit_meant
 from .provenance import OF_KINDS, Origin, argument_at, argument_of, is_like_a_number
 
 MAX_NODES = 1_500_000
-MAX_CALLED = 30  # nested calls of a function that is defined under let
+MAX_CALLED = 30  # limit of nested calls of functions that are defined under "let"
 # Limit of the steps of all expressions (about ten seconds); a single expression may take a seventh of it.
 MAX_WORK = 20_000_000
 _OF_XACRO = re.compile(r"\$\((find|arg|env|optenv|eval|dirname|anon)\b([^)]*)\)")
-# Errors about an entry, not its name, although they are reported at the name.
+# Rules about an entry that are reported at its name; arguments in the name are not the cause.
 _OF_ENTRIES = ("missing-key", "unknown-key", "ignored-key", "part-cycle")
 
 
@@ -41,7 +41,8 @@ class Failed(Exception):
 class Disabled(NamedTuple):
     """An entry removed by a false ``if``, or by a ``for`` without iterations (``is_empty``).
 
-    ``key`` is its name as written, "" for a list item; ``scope`` can evaluate it; ``is_use`` is True for a ``use``.
+    ``key`` is the name as written ("" for a list item), ``scope`` has the names for expressions in the entry, and
+    ``is_use`` is True for an entry of ``use``.
     """
 
     key: str
@@ -60,7 +61,7 @@ class Expansion:
         self.parts = 0
         self.is_full = False  # True after a limit was reported
         self.blamed: set[Any] = set()  # arguments for which an expression error was reported
-        self.root: Any = None  # the first scope, that of the description
+        self.root: Any = None  # the scope of the description, which is created first
         self.scopes: dict[int, Any] = {}  # scopes of parts and loop iterations by id() of their Instance
         self.disabled: list[Disabled] = []
         self.parameters: dict[int, Any] = {}
@@ -81,7 +82,7 @@ class Expansion:
 
     @contextmanager
     def without_limits(self) -> Iterator[None]:
-        """Suspend the limits while something is evaluated only to report its errors."""
+        """Suspend the limits in the block, whose values are evaluated only to report errors in them."""
         nodes, work, is_full = self.nodes, self.work, self.is_full
         reported, disabled = len(self.diagnostics), len(self.disabled)
         self.nodes = 0
@@ -117,9 +118,9 @@ class Expansion:
 class Scope:
     """The names that a description, part, loop or function defines; ``via`` is the instance that created the scope.
 
-    ``parent`` is the enclosing scope, ``prefix`` that of all names that a part creates here. ``places`` is where each
-    name got its value; ``local`` has the names whose value was written here (named values, defaults), not passed as an
-    argument; ``looped`` is where the names of a loop are.
+    ``parent`` is the enclosing scope, ``prefix`` the prefix of the names that parts define in this scope. ``places``
+    maps each name to the position of its value. ``local`` does so only for named values and defaults, which, unlike
+    arguments, are evaluated in this scope. ``looped`` maps the names of a loop to their positions.
     """
 
     def __init__(self, expansion: Expansion, parent: Scope | None = None, via: Instance | None = None) -> None:
@@ -131,7 +132,7 @@ class Scope:
         self.local: dict[str, Place] = {}
         self.looped: Mapping[str, Span] = {}
         self.declared: Mapping[str, Any] = {}  # parameters by name
-        self.mount: Place | None = None  # where the use of a part names its parent frame
+        self.mount: Place | None = None  # position of the parent frame in the entry of ``use``
         self.pending: dict[str, tuple[Any, Place]] = {}
         self.broken: set[str] = set()
         self.running: list[str] = parent.running if parent else []
@@ -186,7 +187,7 @@ class Scope:
             self.define(name, value, key_place(lets, name), value_place(lets, name))
 
     def bind(self, name: str, value: Any, place: Place) -> None:
-        """Define a name with an evaluated value."""
+        """Define a name whose value is already evaluated."""
         self.places[name] = place
         self.values[name] = value
 
@@ -250,7 +251,7 @@ class Scope:
     # Errors
 
     def report(self, rule: str, message: str, place: Place, help: Help = "", related: Sequence[Related] = ()) -> None:
-        """Report an error at a place, or at the argument that caused it, with the includes and parts that led there."""
+        """Report an error at a place, or at the argument that caused it; list the includes and parts on the way."""
         origin = None if rule in _OF_ENTRIES else argument_at(self, place.span, rule in OF_KINDS)
         self.report_origin(rule, message, place, help, related, origin)
 
@@ -262,7 +263,7 @@ class Scope:
     def report_origin(
         self, rule: str, message: str, place: Place, help: Help, related: Iterable[Related], origin: Origin | None
     ) -> None:
-        """Report an error at an origin, or at ``place`` without one; at an origin, only the first expression error."""
+        """Report an error at an origin, or at ``place`` without one; report only one expression error per origin."""
         stack = tuple(self.via.stack()) if self.via else place.stack()
         uses = origin.related_places(place.span) if origin else ()
         span = origin.span if origin else place.span
@@ -288,7 +289,7 @@ class Scope:
     # Evaluation
 
     def resolve(self, value: Any, place: Place, xml: bool = False) -> Any:
-        """Evaluate all expressions, loops and conditions in a value (with ``xml``, in XML elements). Raises Failed."""
+        """Evaluate all expressions, loops and conditions in a value (``xml``: in XML elements). Raises Failed."""
         if self.expansion.is_constant(value):
             return value
         if isinstance(value, Map):
@@ -296,7 +297,7 @@ class Scope:
         return self._sequence(value, xml) if isinstance(value, Seq) else self.text(value, place.span, place.via, xml)
 
     def _mapping(self, value: Map) -> Map:
-        """Evaluate a mapping; a value ``none``, which an optional argument may have, is omitted with its key."""
+        """Evaluate a mapping; omit keys whose value is ``none``, such as an optional argument that is not set."""
         via = self.via or value.via
         made = Map(value.span, via)
         self.count(len(value) + 1, value.span, via)
@@ -305,7 +306,6 @@ class Scope:
             key_span, span = value.key_spans[key], value.value_spans[key]
             try:
                 if "$" not in key and not _is_controlled(item):
-                    # In XML elements, values are escaped.
                     resolved = self.resolve(item, Place(span, via), key in keys_of_xml())
                     if resolved is not None or item is None:
                         made.put(key, resolved, key_span, span)
@@ -319,7 +319,7 @@ class Scope:
                         raise self.fail("duplicate-key", message, Place(key_span, via), help, related)
                     entry = scope.resolve(entry, Place(span, via))
                     if "$" in key and isinstance(entry, Map) and scope is not self:
-                        entry = entry.made_by(scope.via)  # record the iteration
+                        entry = entry.made_by(scope.via)  # so that errors in the entry name the iteration of the loop
                     made.put(name, entry, key_span, span)
             except Failed:
                 failed = True
@@ -421,7 +421,7 @@ class Scope:
         help = self._expression_help(problem)
         if not help:
             number = next((name for name, value in values.items() if is_like_a_number(value)), "")
-            if number:  # report this only once, where the string was written
+            if number:  # report the string where it was written, only once for all expressions that use it
                 written = argument_of(self, [number]) or Origin(names[number])
                 message = f'"{number}" is the text "{values[number]}", but is used as a number'
                 self.report_origin("expression", message, where, number_meant(values[number], []), (), written)
@@ -477,14 +477,14 @@ def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
             if not isinstance(items, (list, Mapping)):
                 help = 'write a list, or an expression such as "${range(4)}"'
                 raise scope.fail("wrong-type", '"for" needs a list or a table to loop over', where, help)
-            if len(items) > counted:  # assume that all iterations have as many, to refuse a huge product at once
+            if len(items) > counted:  # assume equally many items for all outer iterations, to refuse a huge loop early
                 outer.count((len(items) - counted) * len(outer_scopes), where.span, where.via)
                 counted = len(items)
             keys = items.key_spans if isinstance(items, Map) else {}
             spans = items.value_spans if isinstance(items, Seq) else [keys.get(key, where.span) for key in items]
             for value, span in zip(items, spans, strict=True):
                 outer_via, at = scope.via or via, span if isinstance(values, Seq) else where.span
-                if at != span:  # the values were written elsewhere
+                if at != span:  # the loop gets its values from an expression: also refer to the list
                     outer_via = Instance("which is written here", span, outer_via)
                 inner = Scope(outer.expansion, scope, Instance(f"{names} = {_short(value)}", at, outer_via, made=True))
                 row = value if len(split) > 1 else [value]
@@ -515,7 +515,7 @@ def _as_tree(value: list[Any], span: Span, via: Instance | None) -> Seq:
 
 
 def _within(place: Place, text: str, offset: int) -> Place:
-    """Return the place of a character in a scalar, or the place of the scalar if it spans several lines."""
+    """Return the place of the character at an offset in a scalar, or the scalar's place if it spans several lines."""
     span = place.span
     if span.length < len(text):
         return place

@@ -111,7 +111,7 @@ def all_names(text: str) -> tuple[str, ...]:
 
 
 def names_in(text: str) -> list[str]:
-    """Return the names in an expression except those of functions."""
+    """Return the names in an expression, except the names of functions."""
     return [name for name in all_names(text) if name not in functions()]
 
 

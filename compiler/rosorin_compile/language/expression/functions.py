@@ -280,7 +280,7 @@ def _names(one: Function) -> list[str]:
 
 @cache
 def functions() -> Mapping[str, Callable[..., Any]]:
-    """Return all functions by name, including those of plug-ins, except those that need the description."""
+    """Return built-in functions and functions of plug-ins by name, except functions that need the description."""
     more = plugin_functions()[0]
     return {**FUNCTIONS, **{one.name: _guarded(plugin, one) for plugin, one in more}} if more else FUNCTIONS
 

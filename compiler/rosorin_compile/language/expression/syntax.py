@@ -22,7 +22,7 @@ MAX_INTEGER = 10**18
 MAX_WORK = 3_000_000
 
 NUMERIC = frozenset((int, float, Quantity))
-CHOICES = " in"  # suffix of an argument name in lookups: return its allowed values (one_of)
+CHOICES = " in"  # a lookup of "NAME in" returns the allowed values (one_of) of the argument NAME
 Lookup = Callable[[str], "Any"]
 
 _BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {ast.Add: operator.add, ast.Sub: operator.sub}
@@ -124,7 +124,7 @@ def mistake(text: str, problem: SyntaxError) -> ExpressionError:
 
 
 class Effort:
-    """Count evaluation steps: ``done`` in the current expression and those nested in it, ``total`` in all."""
+    """Count evaluation steps: ``done`` in the current expression with nested expressions, ``total`` in all so far."""
 
     def __init__(self) -> None:
         self.done = 0
@@ -423,7 +423,7 @@ def _call(node: ast.Call, lookup: Lookup) -> Any:
     function = functions().get(name)
     if function is None:
         try:
-            function = lookup(f"{name}()")  # a function of the description, such as load, or of let
+            function = lookup(f"{name}()")  # needs the description, such as load, or is defined in "let"
         except KeyError:
             raise ExpressionError(f'there is no function "{name}"', node.col_offset, unknown=f"{name}()") from None
     values = [value_of(item, lookup) for item in node.args]

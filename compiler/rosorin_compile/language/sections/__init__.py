@@ -71,7 +71,7 @@ def _drive(tree: Mapping[str, Any], problem: Problem) -> Drive | None:
 
 
 def _poses(tree: Mapping[str, Any], lowering: Lowering) -> tuple[JointPose, ...]:
-    # Imported poses keep their order, because simulators start in the first one; others are sorted by name.
+    # Poses of an imported robot keep their order, because simulators start in the first pose.
     imported = record_of(Source, tree.get("source")).status == "imported"
     poses, joints = list[JointPose](), tree.get("joints") or {}
     group_of = {joint: group for group in reversed(lowering.servos) for joint in group.joints}
@@ -88,7 +88,7 @@ def _poses(tree: Mapping[str, Any], lowering: Lowering) -> tuple[JointPose, ...]
                 if joint in positions:
                     lowering("duplicate-name", f'joint "{joint}" has both a position and a pulse', path, "remove one")
                 positions[joint] = group_of[joint].radians(pulse)
-            elif joint not in joints or joints.keys() >= group_of.keys():  # else a servo group misspells it
+            elif joint not in joints or joints.keys() >= group_of.keys():  # else a servo group misspells the joint
                 help = suggest_name(lowering.tree, path, joint, list(group_of))
                 lowering("unknown-servo", f'no servo group has the joint "{joint}"', path, help, key=True)
         base = pose_of_entry(entry["base"]) if "base" in entry else None
@@ -112,7 +112,7 @@ def _root(tree: Mapping[str, Any], _: Problem) -> Root:
     return record_of(Root, entry, values=values, placed="xyz" in entry or "rpy" in entry)
 
 
-# Each section is after those that it refers to. Rules about the whole robot are in ``rules.check``.
+# A section comes after the sections that it refers to. Rules about several sections are in ``rules.check``.
 _RULES = "rosorin_compile.rules"
 SECTIONS: tuple[Section[Any], ...] = (
     Section("publishers", Publisher, lower=_publishers, checks=(f"{_RULES}.publishers",)),

@@ -56,7 +56,7 @@ _NAMES = ("name", "class", "link", "joint", "body", "site")
 
 
 def values_of(text: str) -> list[tuple[str, str | float]]:
-    """Return the attributes and texts of an XML document, labelled by up to three nearby names. Raises MarkupError."""
+    """Return (label, value) of each attribute and text in XML; labels have names of elements. Raises MarkupError."""
     times: Counter[str] = Counter()
     values: list[tuple[str, str | float]] = []
     for element in [*parse(Source("", text)).root.iter()][1:]:
@@ -73,7 +73,7 @@ def values_of(text: str) -> list[tuple[str, str | float]]:
 
 
 class Found(NamedTuple):
-    """An element of an XML text: its tags from the outermost to its own, its attributes, text, and line (from 1)."""
+    """An XML element: the tags from the outermost element to this one, its attributes, its text, its line (from 1)."""
 
     tags: tuple[str, ...]
     attributes: dict[str, str]
@@ -109,7 +109,7 @@ def found_in(text: str) -> list[Found]:
 
 
 def kept_text(element: Element, text: str = "") -> Text:
-    """Return the text of an element (or ``text``, a changed copy), with the namespace declarations it needs."""
+    """Return the XML of an element, or ``text`` in its place, with the namespace declarations that it needs."""
     text = re.sub("\r\n|\r", "\n", text or element.verbatim)
     names = [name for inner in element.iter() for name in (inner.tag, *inner.attributes) if ":" in name]
     declarations = ""
@@ -122,9 +122,9 @@ def kept_text(element: Element, text: str = "") -> Text:
 
 
 def indent_lines(text: str, indent: str) -> str:
-    """Return elements with ``indent`` before each line, or unchanged if a line end is part of their content."""
+    """Put ``indent`` before each line of XML elements, but only the first if their content has line ends."""
     text = text.replace("\r\n", "\n").strip()
-    first, *rest = text.split("\n")  # unlike splitlines(), which also splits at other characters
+    first, *rest = text.split("\n")  # splitlines() would also split at other characters
     has_lines = "<![CDATA[" in text or any("\n" in value for value in re.findall(r"=\s*(\"[^\"]*\"|'[^']*')", text))
     pieces = (piece for element in _fragment(text).iter() for piece in element.texts) if rest else ()
     if not rest or has_lines or any("\n" in piece.text for piece in pieces):
@@ -148,7 +148,7 @@ def attribute_value(text: str) -> str:
 
 
 def escape_for(before: str, value: str) -> str:
-    """Return a value escaped for its position after the text ``before``; between tags, complete elements are kept."""
+    """Escape a value for its position in XML after the text ``before``; complete elements between tags stay as is."""
     last = next(iter([*_MARKUP.finditer(before)][-1:]), None)
     if last is not None and last.end() == len(before):
         if last["comment"] is not None and not before.endswith("-->"):
@@ -171,7 +171,7 @@ def number_of(text: str) -> float:
 
 
 def numbers_of(text: str, count: int | None = None) -> tuple[float, ...]:
-    """Parse numbers separated by spaces. Raises ValueError for other words, or if there are not ``count`` numbers."""
+    """Parse numbers separated by spaces. Raises ValueError for other words, or for more or fewer than ``count``."""
     found = tuple(map(number_of, text.split()))
     if count not in (None, len(found)):
         raise ValueError(f'"{text}": {count} numbers are needed')

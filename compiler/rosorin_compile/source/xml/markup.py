@@ -36,12 +36,12 @@ _NO_SPACE = re.compile(r"""(=\s*(?:"[^"]*"|'[^']*'))(?=[A-Za-z_])""")
 
 
 def read_source(path: Path, asked: Span | None = None) -> Source:
-    """Read a file in the encoding that it declares; ``asked`` is where the file is named. Raises MarkupError."""
+    """Read a file in its declared encoding; errors are reported at ``asked``, if not None. Raises MarkupError."""
     name = label(path)
     data = read_input(path, name, asked, MAX_BYTES, "check the name and the permissions")
     if not data.strip():
         raise MarkupError(error("file-empty", f"{name} is empty", asked, "is this the right file?"))
-    encoding: str = json.detect_encoding(data) if b"<" in data[:8] else "utf-8"  # from a byte order mark or zero bytes
+    encoding: str = json.detect_encoding(data) if b"<" in data[:8] else "utf-8"  # looks for byte order mark, zero bytes
     beginning = Source(name, data[:10_000].decode("ascii", "replace"))
     declaration = _DECLARATION.match(beginning.text) if encoding == "utf-8" else None
     if declaration and (declared := _DECLARED.search(beginning.text, declaration.start(1), declaration.end())):
@@ -60,7 +60,7 @@ def read_source(path: Path, asked: Span | None = None) -> Source:
 
 
 def without_late_declaration(source: Source) -> Source:
-    """Replace a declaration ``<?xml ...?>`` after spaces or comments by spaces, since tinyxml2 accepts it there."""
+    """Blank a declaration ``<?xml ...?>`` that follows spaces or comments, where tinyxml2 accepts it."""
     match, text = _DECLARATION.match(source.text), source.text
     if match is None or match.start(1) == 0:
         return source
@@ -196,11 +196,11 @@ class Document:
         self.before: list[Remark] = []
         self.after: list[Remark] = []
         self.root = Element(self, "", None, 0)
-        self.origin: Callable[[int, int], Span] | None = None  # span of generated XML, by offset and length
-        self.whole: Span | None = None  # if set, the span of all elements: artifacts need no positions
+        self.origin: Callable[[int, int], Span] | None = None  # for generated XML: maps offset and length to a span
+        self.whole: Span | None = None  # for artifacts, which need no positions: the span of all elements
 
     def span(self, start: int, length: int = 1) -> Span:
-        """Return the span of the characters at an offset; it ends at the end of the line at the latest."""
+        """Return the span of ``length`` characters at an offset, cut at the end of the line."""
         if self.whole is not None:
             return self.whole
         if self.origin is not None:
@@ -212,14 +212,14 @@ class Document:
         return Span(self.source, line, column + 1, max(1, length))
 
     def words(self, raw: str, text: str, start: int, whole: Span) -> list[Word]:
-        """Split a text, which is ``raw`` at an offset, into words; those of references or CDATA are at ``whole``."""
-        if self.whole is not None or "&" in raw or "<" in raw:  # entity references, CDATA
+        """Split a text, ``raw`` at the offset ``start``, into words; with references, each has the span ``whole``."""
+        if self.whole is not None or "&" in raw or "<" in raw:  # offsets differ with entity references and CDATA
             return [Word(word, whole) for word in text.split()]
         return [Word(found[0], self.span(start + found.start(), len(found[0]))) for found in _WORD.finditer(raw)]
 
 
 def name_of(element: Element) -> str:
-    """Return an element for a message: its tag with its name, or with the nearest named element around it."""
+    """Format an element for a message: its tag with its name, or with the nearest enclosing element with a name."""
     if name := element.get("name"):
         return f'<{element.tag} name="{name}">'
     above = next((outer for outer in element.ancestors() if outer.get("name")), None)
@@ -240,7 +240,7 @@ def place(element: Element) -> Span:
 
 
 def correction(word: str, known: Iterable[str]) -> str | None:
-    """Return the valid word that ``word`` misspells, or None, also for words with a prefix (``drake:mass``)."""
+    """Return the valid word that ``word`` misspells, or None; words with a prefix (``drake:mass``) are extensions."""
     if ":" in word or len(word) < 2:
         return None
     lower = {name.lower(): name for name in known if len(name) > 2}
@@ -317,7 +317,7 @@ class _Reader:
         position = start
         for name, value in zip(pairs[::2], pairs[1::2], strict=True):
             made.attributes[name] = attribute = Attribute(made, name, value)
-            if ">" in value:  # may be unescaped, and would be mistaken for the end of the tag
+            if ">" in value:  # search for the end of the tag after this value, where ">" may be unescaped
                 position = attribute.start + len(attribute.raw)
         made.opened = self.text.index(">", position) + 1
         if self.open:
@@ -342,7 +342,7 @@ class _Reader:
     def characters(self, text: str) -> None:
         if self.open is None or text.isspace():
             return
-        # With buffer_text, expat is already behind the text: it begins at the end of the previous item.
+        # With buffer_text, expat is already past the text, so search for its start from the end of the previous item.
         start = self.open.content[-1].end if self.open.content else self.open.opened
         while start < len(self.text) - 1 and self.text[start].isspace():
             start += 1
@@ -358,7 +358,7 @@ _ENDS = {"<!--": "comment", "<![CDATA[": "CDATA section", "<?": "instruction", "
 _ESCAPES = 'write &lt; for <, &amp; for &, &quot; for "'
 _ERRORS = expat.errors
 _UNCLOSED = (_ERRORS.XML_ERROR_UNCLOSED_TOKEN, _ERRORS.XML_ERROR_PARTIAL_CHAR)
-# For some expat errors: a pattern of the text that the error is about, and the help.
+# Maps some expat errors to a pattern of the invalid text and a help.
 _PATTERNS = {
     _ERRORS.XML_ERROR_DUPLICATE_ATTRIBUTE: (r"[^\s=/>]+", "remove one"),
     _ERRORS.XML_ERROR_UNDEFINED_ENTITY: (r"&(?!(?:lt|gt|amp|quot|apos);|#)[^;\s<\"']*;?", _ESCAPES),

@@ -19,7 +19,7 @@ _NOT_FLOATING = Publisher(UNPUBLISHED, about="robot_state_publisher publishes no
 
 
 class Turn(NamedTuple):
-    """A publisher of a joint in some modes only: the node, the condition, and the path of the entry in the tree."""
+    """A node that publishes a joint only in some modes; ``when`` is the condition, ``path`` the path of the entry."""
 
     publisher: Publisher
     when: str
@@ -27,7 +27,7 @@ class Turn(NamedTuple):
 
 
 class Publishing(NamedTuple):
-    """The publishers of a joint: one that always publishes it, and those that publish it in some modes.
+    """The publishers of a joint: one that publishes it in every mode, and nodes that publish it in some modes.
 
     robot_state_publisher publishes the entire URDF in every mode, so it is never in ``turns``.
     """
@@ -36,7 +36,7 @@ class Publishing(NamedTuple):
     turns: tuple[Turn, ...] = ()
 
     def of_optical(self) -> "Publishing":
-        """Return the default publishers of an optical frame: the same nodes, but a new one for a static transform."""
+        """Return the default publishers of the optical frame: the same, but a static one is named NAME_optical."""
 
         def second(node: Publisher) -> Publisher:
             is_static = node.kind == STATIC_TRANSFORM_PUBLISHER
@@ -56,7 +56,7 @@ def _joints(tree: Mapping[str, Any], lowering: Lowering) -> None:
 
 
 def add_joint(lowering: Lowering, joint: Joint, publishing: Publishing) -> None:
-    """Add a joint, and an edge for each publisher in ``turns``."""
+    """Add a joint to the robot, and a frame tree edge for each publisher in ``publishing.turns``."""
     lowering.joints.append(joint)
     for turn in publishing.turns:
         lowering.places["edge", str(len(lowering.edges))] = turn.path
@@ -66,7 +66,7 @@ def add_joint(lowering: Lowering, joint: Joint, publishing: Publishing) -> None:
 
 
 def node(lowering: Lowering, name: str, path: Path) -> Publisher:
-    """Return the node that a description calls ``name``; report an unknown name."""
+    """Look up the ROS node ``name`` among the publishers of the description; report an unknown name at ``path``."""
     if name in lowering.nodes:
         return lowering.nodes[name]
     help: Help = Suggestion(name, [*lowering.nodes, ROBOT_STATE_PUBLISHER])
@@ -77,7 +77,7 @@ def node(lowering: Lowering, name: str, path: Path) -> Publisher:
 
 
 def publishing(lowering: Lowering, entry: Mapping[str, Any], path: Path) -> Publishing:
-    """Return the publishers of the joint that the entry at a path defines."""
+    """Return the publishers of a joint: the key ``publisher`` of its entry, by default robot_state_publisher."""
     requested, here = entry.get("publisher", ROBOT_STATE_PUBLISHER), (*path, "publisher")
 
     def publisher(value: Any, at: Path) -> Publisher:

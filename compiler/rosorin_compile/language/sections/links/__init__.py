@@ -61,9 +61,9 @@ def _shapes(lowering: Lowering, link: Mapping[str, Any], path: Path, source: Sou
 def lower_shape(
     entry: Mapping[str, Any], path: Path = (), accepts: Accepts = lambda _: False, stand_in: str = ""
 ) -> Shape:
-    """Convert a shape; ``path`` is that of its entry, ``stand_in`` a note about dimensions that are not measured.
+    """Convert the entry of a shape at ``path``; ``stand_in`` is a note about dimensions that are not measured.
 
-    ``accepts`` returns True if the description accepts a problem with the size. Raises LoweringError.
+    ``accepts`` returns True for problems with the size that the description suppresses. Raises LoweringError.
     """
     kinds = [kind for kind in _GEOMETRIES if kind in entry]
     if len(kinds) != 1:
@@ -131,7 +131,7 @@ def _check_heights(heights: Sequence[Sequence[float]], bottom: Any, path: Path) 
 
 
 def _inertial(lowering: Lowering, entry: Mapping[str, Any], path: Path, own: Mapping[str, Sequence[Shape]]) -> Inertial:
-    """Return the inertial that an entry defines; ``own`` are the shapes of the link by purpose."""
+    """Return the inertial that an entry defines; ``own`` has the "visual" and "collision" shapes of the link."""
     if "of" not in entry:
         if "density" in entry:
             at = (*path, "density")
@@ -174,7 +174,7 @@ def _solid(lowering: Lowering, shape: Shape, path: Path) -> Inertial:
     mesh = shape.geometry
     if not isinstance(mesh, Mesh):
         return inertial_of([shape], density=1.0)
-    # Search relative to the file of the link, the main file, and the folder of the source.
+    # Search the folders of the file that defines the link, of the main file, and of the imported robot ("source").
     here, first = (FilePath(span.source.path) for span in (lowering.tree.locate(path[:2]).span, lowering.tree.span))
     folders, packages = [here.parent, first.parent], Packages({}, os.environ, here)
     folders.append(first.parent / (lowering.tree.get("source") or {}).get("folder", ""))

@@ -1,7 +1,7 @@
 """The section ``sensors``: sensors with their frames, and their elements in MuJoCo and Gazebo.
 
-A sensor with a ``parent`` defines its frame and a fixed joint to it. A sensor without is on an existing link, or on the
-frame of another sensor. Its optical frame is created unless it exists already, attached by fixed joints.
+A sensor with a ``parent`` defines a frame and a fixed joint from the parent to that frame. A sensor without ``parent``
+is on an existing link, or on the frame of another sensor. An optical frame is created, with a fixed joint, if needed.
 """
 
 import math
@@ -28,10 +28,10 @@ from ..joints import OF_THE_URDF, Publishing, add_joint, publishing
 
 _OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)  # REP 103, "Suffix Frames": rotation from body frame to optical frame
 MAX_DEPTH = 12
-MAX_COPIES = 100_000  # of an element; MuJoCo can still simulate so many
+MAX_COPIES = 100_000  # maximum number of copies of an element, which MuJoCo can still simulate
 _KINDS = (simulation.SENSOR_ELEMENT, simulation.BODY_ELEMENT, TEMPLATE_ELEMENT)
-_ZERO = 1e-12  # m or rad: rounding errors of a rotation and its inverse
-_MARGIN = 1e-3  # m: contact points are on the surface or slightly below
+_ZERO = 1e-12  # m or rad: limit of rounding errors of a rotation followed by its inverse
+_MARGIN = 1e-3  # m: margin around shapes, because contact points are on the surface or slightly below
 _MESH_ZONE = 2.0  # m: half size of the zone around a link with a mesh, whose bounds are unknown
 _NAME = re.compile(r"[A-Za-z_][\w.-]*")
 
@@ -61,7 +61,7 @@ def _mount(entry: Mapping[str, Any]) -> Joint:
 
 
 def _sensor(lowering: Lowering, name: str, entry: Mapping[str, Any], above: Mapping[str, Joint]) -> Sensor:
-    """Convert a sensor; add its frames and joints unless they exist. ``above`` has the joint above each link."""
+    """Convert a sensor; add missing frames and joints to the robot. ``above`` maps each link to its parent joint."""
     path: Path = ("sensors", name)
     frame, source = entry["frame"], record_of(Source, entry.get("source"))
     optical = entry.get("optical") or {}
@@ -123,7 +123,7 @@ def _pose_in(frame: str, link: str, above: Mapping[str, Joint]) -> Pose | None:
 class Frames(NamedTuple):
     """The frames of a sensor's elements: the sensor frame, its optical frame, and the parent link.
 
-    ``turned``: there is no optical frame; elements for it are rotated instead.
+    ``turned`` is True if there is no optical frame: elements for that frame are rotated on the sensor frame.
     """
 
     sensor: str
@@ -255,7 +255,7 @@ def _sdf_value(value: Any, path: Path) -> float | str | bool:
 
 
 def _moved(element: Simulated, sensor: Mapping[str, Any], frames: Frames) -> Simulated:
-    """Move a MuJoCo element of a sensor type by as much as the sensor moved the type's Gazebo sensor."""
+    """If a sensor moves the Gazebo sensor of its sensor type, move a MuJoCo element of that type with it."""
     changed, is_on_parent = sensor.get("gazebo"), element.link == frames.parent != frames.sensor
     if not isinstance(changed, ChangedSensor) or changed.brought is None or is_on_parent:
         return element

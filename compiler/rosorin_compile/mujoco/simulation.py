@@ -26,7 +26,7 @@ from .mjcf.engine import quiet, reason
 from .scenarios import FIXED, FREE, DriveTrial, EnergyTrial, PoseTrial, RangeTrial, Result, World, run_scenarios
 
 _TIPPED = 0.2  # rad
-_SHOWN = 3  # names
+_SHOWN = 3  # maximum number of names in a message
 _LEAST = 5e-3  # m/s or rad/s: smaller velocity components are not printed
 
 

@@ -277,7 +277,7 @@ class Scene(Bodies):
         return self.joint_between.get(frozenset((self.top[pair[0]], self.top[pair[1]])))
 
     def share(self, small: str, large: str, positions: Positions, exact: bool = False) -> float:
-        """Return the share (0 to 1) of the volume of ``small`` in the hulls of ``large``, or its meshes if ``exact``."""
+        """Return the share (0 to 1) of ``small`` by volume in the hulls of ``large``, or in its meshes if ``exact``."""
         import numpy as np
 
         inner, outer = self.solids_of[small], self.solids_of[large]

@@ -67,7 +67,7 @@ class Markup:
         return document.root
 
     def _follow(self, root: Element, main: Path, folder: Path, known: set[str], above: tuple[str, ...]) -> None:
-        """Read the files that ``root`` includes; ``known`` are all files of the model, ``above`` the files that include it."""
+        """Read the files that ``root`` includes; ``known`` are all files of the model, ``above`` the including ones."""
         for element in root.iter():
             file = element.attributes.get("file")
             if file is None or not file.value or element.tag not in ("include", "model"):
@@ -171,7 +171,7 @@ class Places:
 
 
 def check_source(markup: Markup) -> Iterator[Diagnostic]:
-    """Yield an error for input that MuJoCo must not load: infinite or NaN numbers, and files that are pipes or devices."""
+    """Yield an error for input that MuJoCo must not load: infinite or NaN numbers, pipes and devices."""
     inner = [e.get(word) for e in markup.sections("compiler") for word in ("meshdir", "texturedir", "assetdir")]
     folders = dict.fromkeys(file.parent for file in markup.files)
     places = [folder / name.replace("\\", "/") for folder in folders for name in ("", *filter(None, inner))]

@@ -310,7 +310,7 @@ _ACTUATOR_READ = ("name", "ctrlrange", "ctrllimited", "forcerange", "forcelimite
 
 
 class Drive(NamedTuple):
-    """The actuator of a joint: maximum effort (N*m or N), entry in the description, and velocity limit (rad/s or m/s)."""
+    """The actuator of a joint: maximum effort (N*m or N), description entry, and velocity limit (rad/s or m/s)."""
 
     effort: float | None = None
     entry: Map | None = None
@@ -409,7 +409,7 @@ def _kind(attributes: Mapping[str, str]) -> tuple[str, Mapping[str, float], Mapp
     """Return the type of an actuator according to its attributes, its gains, and the remaining attributes."""
     (kp, *gain), bias = convert.floats(attributes, "gainprm", [1, 0, 0]), convert.floats(attributes, "biasprm", [0] * 3)
     gains, dynamics = attributes.get("gaintype", "fixed"), attributes.get("dyntype", "none")
-    attributes = {key: text for key, text in attributes.items() if key != "inheritrange" or float(text)}  # inheritrange 0 is off
+    attributes = {key: text for key, text in attributes.items() if key != "inheritrange" or float(text)}  # 0: off
     if gains != "fixed" or dynamics not in ("none", "filterexact") or any(gain) or any(bias[3:]):
         return "general", {}, attributes
     plain = {key: text for key, text in attributes.items() if key not in _OF_KIND}

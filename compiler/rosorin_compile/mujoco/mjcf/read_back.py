@@ -133,7 +133,7 @@ class _Reader:
                 if kind == "constraint" and element.tag == "joint" and named:
                     offset, factor = numbers_of(element.get("polycoef", "0 1 0 0 0"))[:2]
                     own, leads = (_reference(self.elements.get(element.get(end, ""))) for end in ("joint1", "joint2"))
-                    # Without a leader, the constraint holds a constant position.
+                    # A constraint without joint2 holds joint1 at a constant position.
                     mimic = Mimic(element.get("joint2", ""), factor, offset + own - factor * leads)
                     self._replace(_text(element, "joint1"), mimic=mimic)
                 elif kind == "actuator" and element.tag == "position" and "joint" in element.attrib:

@@ -418,7 +418,7 @@ def _filtered(state: ImportState, excluded: set[frozenset[str]]) -> Iterator[tup
 
 
 def add_kept(state: ImportState) -> None:
-    """Add the elements kept as XML to links or to the top level, with all objects that they refer to, and report them."""
+    """Add the elements kept as XML to links or to the top level, with all objects that they refer to; report them."""
     for node in state.facts["elements"]["whole"]:
         state.keep(node, node["tag"], state.markup.first(node["tag"]).span)
     by_link: dict[str, list[convert.Node]] = {}

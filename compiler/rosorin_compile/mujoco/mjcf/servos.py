@@ -21,7 +21,7 @@ _INPUTS = {"pid": "pos vel", "dcmotor": "voltage"}
 
 
 class Drive(NamedTuple):
-    """An actuator, its name, and the joint that it drives or None; ``in_joint`` if the entry of the joint defines it."""
+    """An actuator, its name, and the driven joint or None; ``in_joint`` if the entry of the joint defines it."""
 
     name: str
     actuator: Actuator

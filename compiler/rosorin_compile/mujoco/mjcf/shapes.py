@@ -135,7 +135,7 @@ def _is_carried(state: ImportState, geom: Thing) -> bool:
     mesh = state.facts["meshes"][geom["dataid"]] if geom["type"] == _MESH else None
     if mesh and (not _mesh_file(mesh) or _asset(state, "mesh", mesh["name"])["inner"]):
         return False
-    return geom["type"] in _CARRIED and geom["bodyid"] in state.link_of and not geom["element"]["inner"]  # inner: plugins
+    return geom["type"] in _CARRIED and geom["bodyid"] in state.link_of and not geom["element"]["inner"]  # plugins
 
 
 def is_scene(geom: Thing) -> bool:
@@ -183,7 +183,7 @@ def _shape(state: ImportState, geom: Thing, element: Element) -> Map:
 
 
 def _mesh_file(mesh: Thing) -> str:
-    """Return the file of a mesh, or "" without a file or with a rotation that cannot be applied after the nonuniform scale."""
+    """Return the file of a mesh, or "" without a file, or if rotation and nonuniform scale do not commute."""
     is_stretched = any(mesh["reference"]["quat"][1:]) and len(set(mesh["scale"])) > 1
     return posixpath.normpath(mesh["file"]) if mesh["file"] and not is_stretched else ""
 

@@ -68,7 +68,7 @@ def is_textured(robot: Robot, texture: str) -> bool:
 
 
 def check_names(text: str, left_out: Mapping[str, str]) -> Iterator[Diagnostic]:
-    """Yield an error for each reference to a geom in ``left_out``, which maps geoms that were not written to their links."""
+    """Yield an error for each reference to a geom that was not written; ``left_out`` has the link of each one."""
     from html import unescape  # xml.sax.saxutils would import http
 
     for name in dict.fromkeys(_GEOM.findall(text)) if left_out else ():

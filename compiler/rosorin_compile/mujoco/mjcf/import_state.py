@@ -67,7 +67,7 @@ class Markup:
         return document.root
 
     def _follow(self, root: Element, main: Path, folder: Path, known: set[str], above: tuple[str, ...]) -> None:
-        """Read the files that ``root`` includes; ``known`` are all files of the model, ``above`` the including ones."""
+        """Read the files that ``root`` includes; ``known``: files of the model, ``above``: files that include it."""
         for element in root.iter():
             file = element.attributes.get("file")
             if file is None or not file.value or element.tag not in ("include", "model"):

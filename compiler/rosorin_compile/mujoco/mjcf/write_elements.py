@@ -122,7 +122,7 @@ class Classes:
         return Class(self.outer, (), made)
 
     def _groups(self) -> Iterator[_Shared]:
-        """Yield groups that can share a class; split them by axis and range if names differ or the file gets shorter."""
+        """Yield groups that can share a class; split by axis and range if names differ or the file gets shorter."""
         for members in self._alike(range(len(self._elements)), ("axis", "range", "ctrlrange", "forcerange")):
             whole, cut = self._shared(members), self._alike(members, ())
             parts = [self._shared(inner) for inner in cut] if len(cut) > 1 else [whole]

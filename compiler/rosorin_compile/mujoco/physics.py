@@ -31,7 +31,7 @@ from rosorin_compile.source.wording import count_of, phrase
 from .mjcf.bodies import nearest_to_zero, range_of, weld_groups
 from .solids import Meshes, MeshShape, Overlap, Pair, Positions, Scene, Solid, read_meshes, solids_of
 
-# Names of required modules, and the arguments of pip that install them.
+# Required modules by name, with the argument of pip that installs each of them.
 _NEEDED = {"mujoco": "'mujoco>=3.12'", "numpy": "numpy", "scipy": "scipy", "trimesh": "trimesh", "collada": "pycollada"}
 _LONGEST, _SHORTEST = 20.0, 1e-3  # m: plausible lengths of a link
 _TIMES = 200.0  # largest plausible length relative to the other links; a mesh in millimetres is 1,000 times too long

@@ -68,7 +68,7 @@ class World:
     def __init__(
         self, mujoco: Any, robot: Robot, text: str, base: str, folder: Path, meshes: Mapping[str, bytes] | None = None
     ) -> None:
-        """Compile an MJCF. ``folder`` is where its relative paths start, ``meshes`` are file contents by name.
+        """Compile an MJCF. Relative paths start in ``folder``; ``meshes`` are file contents by name.
 
         Raises ValueError with MuJoCo's message.
         """
@@ -383,7 +383,7 @@ def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
 
 
 def undriven_joints(world: World) -> tuple[str, ...]:
-    """Return joints without an actuator, except casters and rollers; () if an actuator drives something else."""
+    """Return joints without an actuator, except casters and rollers; () if an actuator does not drive a joint."""
     drive, driven = world.robot.drive, {one.joint for one in world.actuators}
     driven |= {name for names in drive.joints.values() for name in names} | {*drive.steering} if drive else set()
     idle = [joint for joint in world.joints if joint.mimic is None and not (drive and joint.type == "continuous")]

@@ -171,7 +171,7 @@ class Bodies:
         self.names, self.solids = list(shapes), list[Solid]()
         self.solids_of = {name: solids_of(shapes[name], name, meshes) for name in shapes}
         spec: Any = mujoco.MjSpec()
-        spec.memory = 2**28  # bytes for contacts: links inside each other have many
+        spec.memory = 2**28  # bytes for contacts, because overlapping links have many
         for name, solids in self.solids_of.items():  # names need a prefix, because MuJoCo reserves "world"
             body = spec.worldbody.add_body(name=f"link {name}", explicitinertial=True, mass=1, inertia=[1, 1, 1])
             body.add_freejoint()

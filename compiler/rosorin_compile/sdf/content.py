@@ -76,7 +76,7 @@ class Content(NamedTuple):
 
     inertials: Mapping[str, Inertial]
     attached: Mapping[str, str]
-    carrier: Mapping[str, str]  # by link of the robot: the SDF link that moves with it (itself unless it is a frame)
+    carrier: Mapping[str, str]  # SDF link that each link of the robot moves with (itself, unless it becomes a frame)
     canonical: str  # the canonical link of the model
     weightless: tuple[str, ...]  # moving links without mass, which get ``LEAST``
 
@@ -216,7 +216,7 @@ def keep(entry: dict[str, Any], element: Element, text: str) -> int:
 
 
 class KeptElements(NamedTuple):
-    """Elements kept as XML by link or joint, values for all collisions of a link by tag, and tags that are not written."""
+    """Elements kept as XML, by link or joint; values for all collisions of a link, by tag; tags that are left out."""
 
     model: list[str]
     links: dict[str, list[str]]
@@ -268,7 +268,7 @@ def collision_elements(numbers: Mapping[str, str], present: Collection[str]) -> 
 
 
 def own_elements(texts: Sequence[str], *within: str) -> tuple[list[Element], Mapping[str, list[str]]]:
-    """Return the elements in the <sdf> blocks of an entry, and the XML of children by path, for paths ``within``."""
+    """Return (elements in the <sdf> blocks of an entry, XML of children of the paths ``within`` by path)."""
     found, inner = list[Element](), dict[str, list[str]]()
     waiting = [("", block) for block in _elements(texts, "sdf")]
     for above, block in waiting:  # the loop appends to the list

@@ -75,7 +75,7 @@ def name_span(element: Element) -> Span:
 
 @dataclass(eq=False)
 class Node:
-    """A link, a frame, a joint or a model."""
+    """A named element of an SDF with a pose: a link, frame, joint or model."""
 
     kind: str
     name: str
@@ -358,7 +358,7 @@ class SdfReader(XmlReader):
         return node
 
     def base(self, node: Node) -> tuple[str, Span]:
-        """Return the name of the frame that the pose of a node is relative to, and the source position of that name."""
+        """Return (frame that the pose of a link, frame, joint or model is relative to, source position of its name)."""
         if (attribute := relative_to(node.written.element)) is None and node.kind == FRAME:
             attribute = node.element.attributes.get("attached_to")
         if attribute is not None and attribute.value:
@@ -379,7 +379,7 @@ class SdfReader(XmlReader):
         return self._poses[node]
 
     def base_pose(self, node: Node, visited: tuple[Node, ...] = ()) -> Transform:
-        """Return the pose of a node's reference frame (the frame in ``base``) in the outermost model."""
+        """Return the pose, in the outermost model, of the frame that a pose is relative to (see ``base``)."""
         name, span = self.base(node)
         if name in (OWN, ""):
             return self.model_pose(node.scope, visited or (node,))
@@ -387,7 +387,7 @@ class SdfReader(XmlReader):
         return Transform() if found is None else self.node_pose(found, visited or (node,))
 
     def link_of(self, node: Node, visited: tuple[Node, ...] = ()) -> Node | None:
-        """Return the link that a node moves with, or None if there is none; report errors."""
+        """Return the link that a link, frame, joint or model moves with, or None if there is none; report errors."""
         if node.kind == LINK:
             return node
         if node in visited or len(visited) > 1000:
@@ -445,7 +445,7 @@ def _with_unit(one: Placed, unit: str) -> Placed:
 
 
 def _model_in(folder: Path) -> Path | None:
-    """Return the SDF with the highest version in the model.config of a folder, or its model.sdf."""
+    """Return the SDF file of a model folder: the highest version in model.config, else model.sdf, or None."""
     listed: list[Element] = []
     if is_file(config := folder / "model.config"):
         with suppress(MarkupError):

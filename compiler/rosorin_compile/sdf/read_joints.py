@@ -85,11 +85,11 @@ class Bodies:
             self._tops.setdefault(link, path[-1])
 
     def pose(self, node: Node | None) -> Transform:
-        """Return the pose of a node in the model; None represents the world."""
+        """Return the pose of a link, frame or joint in the model; None represents the world."""
         return self.world.inverse() if node is None else self.reading.node_pose(node)
 
     def body_of(self, node: Node | None) -> Node | None:
-        """Return the link that a node moves with, or None for the world or after an error."""
+        """Return the link that a link, frame or joint moves with, or None for the world or after an error."""
         return None if node is None else self._body.get(node)
 
     def _join(self, node: Node) -> None:
@@ -142,7 +142,7 @@ class Bodies:
         return found if is_member else None
 
     def parent_of(self, node: Node) -> Node | None:
-        """Return the parent of a node within its body, or None for the topmost member."""
+        """Return the parent of a link or frame within its body, or None for the topmost member."""
         body = self.body_of(node)
         top = self._tops.get(body) if body is not None else None
         return None if top is node else self._base_in_body(node) or top
@@ -152,7 +152,7 @@ class Bodies:
         return [self._tops[link] for link in self.links if link not in held]
 
     def local_pose(self, node: Node, parent: Node | None) -> WrittenPose:
-        """Return the pose of a node in its parent, with the numbers in the file if those are relative to the parent."""
+        """Return the pose of a link, frame or joint in ``parent``, with the numbers in the file if not converted."""
         above = self.pose(parent)
         if self.reading.base_pose(node) == above:
             return node.written

@@ -65,7 +65,7 @@ class _Writer:
         carrier = self.content.carrier
         self.shapes = {purpose: self._named(purpose) for purpose in ("visual", "collision")}
         self.joints = {joint.name: self.names[joint.name] for joint in robot.joints if self.content.has_joint(joint)}
-        others = [text for text in robot.urdf_elements if "<ros2_control" not in text]  # SDF does not support it
+        others = [text for text in robot.urdf_elements if "<ros2_control" not in text]  # SDF lacks ros2_control
         gazebo = distribution(self.gazebo)
         drives, self.idle = drive_blocks(robot, self.joints, "sdf-cannot-say", gazebo, self.number, others)
         driven = replace(robot, urdf_elements=(*robot.urdf_elements, *drives))

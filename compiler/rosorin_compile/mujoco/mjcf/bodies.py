@@ -25,7 +25,7 @@ from rosorin_compile.model.shape import MERGED
 from rosorin_compile.source.cache import of_robot
 
 WORLD = "world"  # the root body of MuJoCo
-# Attributes of a <pair> without friction or other contact parameters, apart from its two geoms.
+# Attributes that a <pair> has besides its geoms if it only enables a contact (condim 1: without friction).
 TOUCHES: tuple[dict[str, str], ...] = ({}, {"condim": "1"})
 
 # Suffixes of the MuJoCo joints that represent one planar or floating joint, as in MuJoCo's URDF importer.

@@ -35,7 +35,7 @@ def legal(name: str) -> str:
 
 
 def put(entry: Map, key: str, value: Any, span: Span | None = None) -> None:
-    """Set a key of an entry; its source position is ``span``, or by default that of the value or the entry."""
+    """Set a key of an entry, with the source position ``span``, by default the position of the value or the entry."""
     place = span or getattr(value, "span", None) or entry.span
     entry.put(key, value, place, place)
 
@@ -162,7 +162,7 @@ def _numbers(text: str) -> list[float]:
 
 
 def number_or_text(text: str) -> float | int | str:
-    """Convert a string to a number, or return it unchanged if it is not one."""
+    """Convert a string to a number, or return the string if it is not numeric."""
     try:
         return plain(float(text))
     except (ValueError, OverflowError):

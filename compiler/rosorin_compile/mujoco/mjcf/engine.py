@@ -189,7 +189,7 @@ def _facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
     has_digits = hasattr(spec.compiler, "savecompiled")
     if has_digits:  # MuJoCo 3.12 and older lack this option and write only six digits
         spec.compiler.savecompiled = False
-    elements = _elements(ElementTree.fromstring(spec.to_xml()))  # noqa: S314 - MuJoCo's own text
+    elements = _elements(ElementTree.fromstring(spec.to_xml()))  # noqa: S314 - written by MuJoCo
     made: dict[str, Any] = {"name": spec.modelname, "elements": elements}
     made["rounded_by"] = "" if has_digits else mujoco.__version__
     for word, (kind, prefix, fields) in _TABLES.items():

@@ -31,7 +31,7 @@ from . import convert
 from .import_state import BALL, FREE, HINGE, SLIDE, ImportState
 from .unsupported import LEAST, LEAST_EIGENVALUE
 
-NO_MASS = 1e-12  # kg: a smaller mass is imported as zero; it only makes MuJoCo accept a massless body
+NO_MASS = 1e-12  # kg: a smaller mass is imported as zero, because files use it to make MuJoCo accept massless bodies
 _EFFORT, _VELOCITY, _TRAVEL = 1000.0, 10.0, 1000.0  # values for missing limits: N*m or N, rad/s or m/s, m
 _SAME = 1e-9  # relative error of an inertia that MuJoCo has diagonalized
 _UNFELT = 1e6  # a massless link with an inertia smaller by this factor has no effect

@@ -196,7 +196,7 @@ class _Reader:
             self.elements[called] = free[0]
             self.joints[name] = model.Joint(called, "floating", parent, name, pose_of(place))
         waiting = [part for part in body if part.tag not in ("body", "joint", "freejoint", "inertial", "geom")]
-        while waiting:  # sites of links and sensor elements can be nested
+        while waiting:  # sites, sensors and other elements, also nested
             part = waiting.pop(0)
             if part.tag == "site" and part.get("name") == name:
                 self.sections.setdefault("link", {}).setdefault(name, {})["site"] = name

@@ -41,7 +41,7 @@ _FILTERED = "MuJoCo keeps neighbours apart; here links without mass are between 
 
 
 def read_mjcf(path: Path, options: ReadOptions) -> Imported:
-    """Import the robot of an MJCF. Problems are returned as diagnostics and never raised."""
+    """Import the robot of an MJCF. Return problems as diagnostics instead of raising."""
     try:
         markup = Markup(path, options)
     except MarkupError as problem:
@@ -182,7 +182,7 @@ def _add_poses(state: ImportState) -> None:
 
 
 def _is_beyond(state: ImportState, qpos: list[float], at: Mapping[str, float]) -> bool:
-    """Return True if a pose cannot express a keyframe: a mimic joint off its leader, or a moved free or ball joint."""
+    """Return True if a pose cannot express a keyframe: a mimic joint deviates, or a free or ball joint moved."""
     zero, floating = state.facts["qpos0"], (BALL,) if state.free_base else (BALL, FREE)
     loose = [(one["qposadr"], _SIZES[one["type"]]) for one in state.facts["joints"] if one["type"] in floating]
     if any(abs(qpos[i] - zero[i]) > _NEAR for start, size in loose for i in range(start, start + size)):

@@ -40,7 +40,7 @@ def drives(robot: Robot, joints: Sequence[Joint], output: Output | None = None) 
 
 
 def stand_ins(robot: Robot, joints: Sequence[Joint], output: Output | None) -> list[Drive]:
-    """Return the servos that the option ``drives`` adds, one for each joint without an actuator or a leader.
+    """Return the servos that the option ``drives`` adds, one per joint without an actuator that is not a mimic joint.
 
     Their gain is computed from the mass (kg) or inertia (kg*m^2) that a joint moves, with joints at zero. The natural
     frequency of servo and load is ``_STIFF`` (rad/s). Gravity then deflects a pendulum of 0.3 m by
@@ -87,7 +87,7 @@ def aims(drive: Drive) -> tuple[float, float] | None:
 
 
 def is_clamped(robot: Robot, joint: Joint, effort: float) -> bool:
-    """Return True if the actuators of a joint already clamp it to its effort, so that the joint needs no clamp."""
+    """Return True if the actuators of a joint cannot exceed its effort limit, so that the joint needs no clamp."""
     own = [joint.actuator] if joint.actuator else []
     others, total = robot.actuators if own and own[0].targets == {} else (), 0.0
     for actuator in (*own, *(one for one in others if one.targets.get("joint") == joint.name)):

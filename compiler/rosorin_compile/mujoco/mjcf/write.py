@@ -79,7 +79,7 @@ def _motion(kind: str, axis: model.Vector, number: NumberFormat) -> dict[str, st
 
 def _inner(joint: model.Joint, printer: ElementPrinter) -> dict[str, str]:
     number, dynamics = printer.number, joint.dynamics or Dynamics()
-    # Joint damping includes that of the actuator, because MJX ignores the latter and force limits must not clamp it.
+    # Actuator damping is written on the joint, because MJX ignores it on actuators and force limits would clamp it.
     words = {"damping": joint.braking, "frictionloss": dynamics.friction, "armature": dynamics.armature}
     words |= {"stiffness": dynamics.stiffness, "springref": dynamics.spring_reference}
     values = {word: number(value) for word, value in words.items() if value}

@@ -99,7 +99,7 @@ class Classes:
         return attributes(name=element.name) + attributes(**({"class": name} if name else {}), **own)
 
     def tree(self, used: Collection[str], rolls: bool, groups: Mapping[str, int]) -> Class:
-        """Return the root class, with classes for the ``used`` purposes in ``groups``; ``rolls`` if it has wheels."""
+        """Return the root class, with subclasses for ``used`` purposes in ``groups``; ``rolls`` if there are wheels."""
 
         def named(purpose: str, tag: str, values: Texts, classes: Sequence[Class] = ()) -> Class:
             return Class(self.class_name(purpose), [Part(tag, attributes(**values))], classes)
@@ -207,7 +207,7 @@ class ElementPrinter:
         self.looks = {**robot.material, **{one.name: one for one in colours}}
         # Names of geoms by default name (LINK_PURPOSE_NUMBER), for geoms with a different name.
         self.own_names: dict[str, str] = {}
-        # Names of textures by file in the description, and names of added materials with only a texture by texture.
+        # Names of textures by file in the description, and names of materials added for a texture, by texture.
         self.textures: dict[str, str] = {}
         self.plain: dict[str, str] = {}
 

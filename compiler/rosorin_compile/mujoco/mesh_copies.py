@@ -21,9 +21,9 @@ from rosorin_compile.source.files import read_bytes
 from rosorin_compile.source.progress import Progress
 
 MAX_BYTES = 500_000_000
-MAX_STL_TRIANGLES = 200_000  # a limit of MuJoCo
-MAX_COORDINATE = 2.0**30  # in the unit of the file; MuJoCo computes no convex hull above it
-MIN_VERTICES = 4  # distinct vertices; a limit of MuJoCo
+MAX_STL_TRIANGLES = 200_000  # in a file, a limit of MuJoCo
+MAX_COORDINATE = 2.0**30  # in the unit of the file; MuJoCo computes no convex hull of larger coordinates
+MIN_VERTICES = 4  # distinct vertices in a file, a limit of MuJoCo
 FLAT = 1e-9  # thickness relative to the length, below which MuJoCo computes no convex hull
 _MARK = "made by rosorin-compile of SHA-256 "
 _PNG_START, _PNG_END = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"

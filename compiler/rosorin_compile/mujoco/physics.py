@@ -44,7 +44,7 @@ _MOST_INSIDE = 0.9  # share of the volume of a link that must be inside another 
 _CORNER = 0.2  # share of the volume of a link; adjacent links with a smaller overlap are normal
 _SHOWN = 5  # maximum number of names in a note
 _STEP, _MOST_STEPS, _SLIDE_STEPS = math.radians(5), 72, 24  # revolute: step (rad), maximum steps; prismatic: steps
-_MOST_STATES = 20_000  # maximum for all joints together; above it, steps become larger
+_MOST_STATES = 20_000  # maximum number of states for all joints; above it, steps become larger
 _GROWTH = 0.3  # share of the volume of the moved link that must enter the adjacent link for a warning
 _BLOCKED = 0.25  # share of the joint range; if less of it is in collision, only a limit is too wide
 

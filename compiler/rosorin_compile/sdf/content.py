@@ -58,7 +58,7 @@ OF_COLLISIONS: Mapping[str, tuple[str, str, int]] = {
     "maxVel": ("max_vel", "contact", 1),
     "minDepth": ("min_depth", "contact", 1),
 }
-_FOR_CONVERSION = ("preserveFixedJoint", "disableFixedJointLumping", "disableJointLumping")  # settings of URDF to SDF
+_FOR_CONVERSION = ("preserveFixedJoint", "disableFixedJointLumping", "disableJointLumping")  # only for URDF to SDF
 _POSED = ("sensor", "light", "particle_emitter", "projector", "audio_source", "visual", "collision")
 # Size elements of each geometry, with the number of values in the element.
 SOLIDS = {

@@ -80,7 +80,7 @@ class _Robot:
         self.holder: dict[str, Any] = {"urdf_elements": []}  # elements kept as XML for the robot
         self.constraints: dict[str, Placed] = {}
         static = [top.element.get("static"), *(one.text for one in top.element.children if one.tag == "static")]
-        self.of_pieces = "fixed" if any(map(models.is_true, static)) else "floating"  # joints to unconnected parts
+        self.of_pieces = "fixed" if any(map(models.is_true, static)) else "floating"  # joint type for separate parts
 
     def read(self) -> dict[str, Any] | None:
         top, reading, bodies, links = self.top, self.reading, self.bodies, self.entries.links

@@ -164,7 +164,7 @@ class Joints:
 
     def __init__(self, bodies: Bodies, entries: Entries) -> None:
         self.bodies, self.entries, self.reading = bodies, entries, bodies.reading
-        self.stand_ins: dict[str, dict[str, Span]] = {}  # source positions by key of the limit and by joint
+        self.stand_ins: dict[str, dict[str, Span]] = {}  # source positions by limit key and by joint
 
     def read(self, world: str) -> None:
         """Add the entries of all joints; ``world`` is the name of the link that represents the world."""

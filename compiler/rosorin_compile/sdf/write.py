@@ -73,7 +73,7 @@ class _Writer:
         self.loops = [one for one in robot.constraints if one.tag in _LOOPS and one.values.get("active") is not False]
         self.open: list[str] = []  # names of kinematic loops that are not written
         self.unseen: dict[str, list[str]] = {}  # names of sensors that are not written, by reason
-        self.sensors: dict[str, list[str]] = {}  # XML by link or "joint NAME"
+        self.sensors: dict[str, list[str]] = {}  # XML of sensors by link or by "joint NAME"
         for sensor in robot.sensors if self.gazebo is not False else ():
             for one in sensor.gazebo:
                 self._sensor(sensor, one)

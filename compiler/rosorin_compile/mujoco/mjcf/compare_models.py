@@ -55,7 +55,7 @@ DERIVED = re.compile(
     r"|.*_rownnz|.*(?<!ctrl|.out|.act)num|.*adr"
 )
 APPEARANCE = re.compile(r"(mat|tex|light|skin)_.*|.*_(rgba|matid|group|texcoord)|tendon_width")
-_BY_METHODS = re.compile(  # fields that methods of ``Comparison`` compare
+_BY_METHODS = re.compile(  # fields that ``Comparison`` compares in separate methods
     r"body_(parentid|pos|quat|mass|ipos|iquat|inertia|mocapid)|jnt_(bodyid|pos|axis)|(geom|site|cam)_bodyid"
     r"|(geom|site|cam|mesh)_(pos|quat)|geom_dataid|key_(q|c|a|m).*"
 )
@@ -68,7 +68,7 @@ _SIZES = {2: 1, 3: 2, 5: 2, 1: 0, 7: 0, 8: 0}  # number of sizes that MuJoCo use
 _WELD = 1  # mjEQ_WELD
 _FILTER_PARENT = 1 << 10  # mjDSBL_FILTERPARENT
 _NO_MASS = 1e-12  # kg: the export gives it to massless bodies, because MuJoCo requires a mass
-_NUMBER, _RELATIVE = 1e-12, 1e-9  # tolerances: MuJoCo converts degrees, quaternions and axes
+_NUMBER, _RELATIVE = 1e-12, 1e-9  # tolerances, because MuJoCo converts angles, quaternions and axes
 _POSE, _SINGLE, _SIMULATED = 1e-8, 1e-6, 1e-6
 _VERTEX = 1e-5  # tolerance relative to the size of a mesh
 _SHOWN = 20  # maximum number of values in a message
@@ -122,7 +122,7 @@ class Model:
         for number in np.resize(self.value(by, extent, index), len(numbers)).tolist():
             word = getattr(self.mujoco, enumerations[0])(number).name.rpartition("_")[2].lower()
             kinds.append(_KIND_OF_TYPE.get(word, word if word in KINDS else ""))
-        if by == "eq_type" and not kinds[0]:  # bodies or sites, by eq_objtype
+        if by == "eq_type" and not kinds[0]:  # eq_objtype has the kind of both objects
             kinds = [self.mujoco.mjtObj(int(self.mj.eq_objtype[index])).name.rpartition("_")[2].lower()]
         if field == "wrap_prm":  # a wrapping geom stores the id of its side site here
             kinds = ["site" if kind == "geom" else "" for kind in kinds]

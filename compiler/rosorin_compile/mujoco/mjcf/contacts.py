@@ -67,7 +67,7 @@ class Solid:
         return [solid for solid in map(solid_of, self.shape.solids(MERGED)) if solid is not None]
 
     def support(self, place: Transform, direction: Vector) -> Vector:
-        """Return the support point in a direction, without the margin; ``place`` is the pose of the shape."""
+        """Return the farthest point of a shape with the pose ``place`` in a direction, without the margin."""
         (a, b, c), (d, e, f), (g, h, i) = place.rows
         x, y, z = direction
         u, v, w = a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z

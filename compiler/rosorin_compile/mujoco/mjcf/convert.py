@@ -72,7 +72,7 @@ def put_pose(entry: Map, place: Transform, element: Element) -> None:
 
 
 def put_source(entry: Map, status: str, note: str) -> None:
-    """Set the source of the values of an entry."""
+    """Set the key "source" of an entry, which documents where the values come from."""
     source = Map(entry.span)
     put(source, "status", status)
     put(source, "note", note)

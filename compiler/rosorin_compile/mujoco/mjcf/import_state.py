@@ -235,7 +235,7 @@ class ImportState:
         self.material_of, self.actuator_of, self.servos = dict[int, str](), dict[int, str](), dict[int, int]()
         self.in_order = True  # whether the export would write the actuators in the same order
         self.sensor_order: list[str] = []  # sensor names in order, if the export would reorder them
-        self.stand_ins: dict[str, list[tuple[str, float, Span]]] = {}  # by limit: joint, value, source position
+        self.stand_ins: dict[str, list[tuple[str, float, Span]]] = {}  # (joint, value, source position) by limit
         self.scene: list[tuple[str, Span]] = []  # objects of the world, which are not parts of the robot
         self.reported: set[Element] = set()
         self.groups: dict[str, int] = {}

@@ -302,7 +302,7 @@ def _put_dynamics(entry: Map, attributes: Mapping[str, str], element: Element) -
 
 _FIXED_GAIN, _NO_BIAS = 0, 0  # mjtGain, mjtBias
 _TARGETS = tuple(TARGETS.values())
-_KINDS = {"joint": "joint", "jointinparent": "joint", "tendon": "tendon", "body": "body"}  # default: site
+_KINDS = {"joint": "joint", "jointinparent": "joint", "tendon": "tendon", "body": "body"}  # any other target: site
 _ACTUATOR_WORDS = {word: key for key, word in TARGETS.items()} | {"forcerange": "force"}
 # Attributes that determine the type of an actuator, and attributes read from the compiled model instead of the XML.
 _OF_KIND = ("gaintype", "gainprm", "biastype", "biasprm", "dyntype", "dynprm", "input")

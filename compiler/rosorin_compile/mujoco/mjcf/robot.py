@@ -30,7 +30,7 @@ from .process import ask
 from .shapes import ASSETS, is_scene, keep_asset, whole_geom
 
 _SIZES = {FREE: 7, BALL: 4}  # number of qpos values by joint type
-_NEAR = 1e-12  # rad or m: rounding error
+_NEAR = 1e-12  # rad or m: tolerance for rounding errors
 _OF_CONSTRAINT = {"torquescale": "torque_scale", "polycoef": "polynomial", "anchor": "at"}
 # Sensor types of the description by MuJoCo element, for sensors that other formats also support.
 _TYPES = {"gyro": "imu", "accelerometer": "imu", "force": "force_torque", "torque": "force_torque"}
@@ -163,7 +163,7 @@ def _add_poses(state: ImportState) -> None:
             base = convert.mapping({"xyz": convert.numbers([convert.tidy(one) for one in qpos[:3]], element)}, element)
             convert.put_pose(base, convert.transform(qpos[:3], qpos[3:7]), element)
             convert.put(pose, "base", base)
-        for which, name in sorted(state.actuator_of.items()):  # by default, the control of a servo is the position
+        for which, name in sorted(state.actuator_of.items()):  # the default control of a servo is the position
             fact, held = state.facts["actuators"][which], state.servos.get(which)
             control = key["ctrl"][fact["ctrladr"]]
             usual = 0.0 if held is None else fact["gear"][0] * qpos[state.facts["joints"][held]["qposadr"]]
@@ -189,7 +189,7 @@ def _is_beyond(state: ImportState, qpos: list[float], at: Mapping[str, float]) -
         return True
     mimics = ((state.joints[name]["mimic"], value) for name, value in at.items() if "mimic" in state.joints[name])
     led = ((one.get("multiplier", 1) * at.get(one["joint"], 0.0) + one.get("offset", 0), to) for one, to in mimics)
-    return any(abs(position - value) > 1e-9 for position, value in led)  # above rounding error
+    return any(abs(position - value) > 1e-9 for position, value in led)  # tolerance for rounding errors
 
 
 def _comments(state: ImportState) -> list[Comment]:

@@ -135,7 +135,7 @@ def _is_carried(state: ImportState, geom: Thing) -> bool:
     mesh = state.facts["meshes"][geom["dataid"]] if geom["type"] == _MESH else None
     if mesh and (not _mesh_file(mesh) or _asset(state, "mesh", mesh["name"])["inner"]):
         return False
-    return geom["type"] in _CARRIED and geom["bodyid"] in state.link_of and not geom["element"]["inner"]  # plugins
+    return geom["type"] in _CARRIED and geom["bodyid"] in state.link_of and not geom["element"]["inner"]  # no plugins
 
 
 def is_scene(geom: Thing) -> bool:

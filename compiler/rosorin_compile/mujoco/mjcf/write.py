@@ -60,7 +60,7 @@ def _several(joint: model.Joint, printer: ElementPrinter) -> list[Markup]:
 
 
 def base_name(joint: model.Joint, robot: model.Robot) -> str:
-    """Return the prefix for the MuJoCo joints of a joint, with underscores appended to avoid existing joint names."""
+    """Return the name prefix of the MuJoCo joints for a joint, with underscores appended if it is taken."""
     base = joint.name
     while any(base + end in robot.joint for end in {*bodies.PLANAR, *bodies.FLOATING}):
         base += "_"
@@ -146,7 +146,7 @@ OPTION = {"integrator": "implicitfast"}  # default simulation options
 # Options for a robot on wheels or feet, which would otherwise creep down a slope: a robot with four mecanum wheels
 # creeps 30 mm in 5 s at 10 degrees, and 7 mm with these options.
 STANDING = {"cone": "elliptic", "impratio": 100}
-# Options for wheels without rollers: their friction slows down turning by 3 % (TurtleBot3), else by 24 %.
+# Options for wheels without rollers: with them, friction slows down turning by 3 % instead of 24 % (TurtleBot3).
 PLAIN_WHEELS = {"cone": "elliptic"}
 
 # A geom for massless bodies: without it, MuJoCo would compute their fluid forces for a box of several metres.

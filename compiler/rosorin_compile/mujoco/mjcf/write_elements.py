@@ -347,7 +347,7 @@ def sensor_parts(robot: Robot, templates: Templates, printer: ElementPrinter, or
             of_body.append(Part(part.element, attributes(**{"name": part.name, **place, **more}), around))
         elif part.kind == simulation.SENSOR_ELEMENT:
             at = {"objtype": "site", "objname": part.site} if part.element.startswith("frame") else {"site": part.site}
-            without = [name for name, value in part.attributes.items() if value is None]  # removed by null
+            without = [name for name, value in part.attributes.items() if value is None]  # null removes an attribute
             values = {name: value for name, value in {"name": part.name, **at}.items() if name not in without}
             made.sensors.append(Part(part.element, attributes(**{**values, **more})))
             of_body += [Part("site", attributes(name=part.site, **place), around)] if part.pose is not None else []

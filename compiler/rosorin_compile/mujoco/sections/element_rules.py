@@ -194,13 +194,13 @@ def mjcf_elements(case: Case) -> Iterator[Diagnostic]:
     if not texts:
         return
     names, own = _Names(case), f"{case.robot.name}_"
-    # <replicate> and <flexcomp> generate names: the names of their elements with a suffix.
+    # <replicate> and <flexcomp> append suffixes to the names of their elements.
     generated: list[tuple[str, str]] = []
     for _, elements, top in texts:
         if {"replicate", "flexcomp"} & {tag for found in elements for tag in found.tags}:
             generated += [(one.kind, one.name) for found in elements for one in mujoco.defined_names(found, top)]
     has_flexcomp = any("flexcomp" in found.tags for _, elements, _ in texts for found in elements)
-    materials = {f"{own}{name}" for name in case.robot.material}  # the MJCF prefixes materials
+    materials = {f"{own}{name}" for name in case.robot.material}  # the MJCF prefixes materials with the robot name
     names.by_kind[MATERIAL] = materials | {named.name for named in names.all if named.kind == MATERIAL}
     seen: set[tuple[str, str]] = set()
     for path, elements, top in texts:

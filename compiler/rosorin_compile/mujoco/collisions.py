@@ -140,8 +140,8 @@ class Search(Bodies):
     4. Never: in collision in no random state. A descent from the nearest states must not bring the links closer than
        the clearance, and all joints between them must have limits. Links that no joint moves are measured only once.
 
-    The random states depend only on the seed. ``found`` has the pairs that need no check, ``hit`` those that touched in
-    a state, ``only_hulls`` those whose hulls touch but whose meshes do not. ``same`` has the results of an earlier
+    The random states depend only on the seed. ``found`` has the pairs that need no check, ``hit`` pairs that touched in
+    a state, ``only_hulls`` pairs whose hulls touch but whose meshes do not. ``same`` has the results of an earlier
     matrix that are still valid; None means that the pair must be checked. The names in a pair are sorted.
     """
 

@@ -27,7 +27,7 @@ from .scenarios import FIXED, FREE, DriveTrial, EnergyTrial, PoseTrial, RangeTri
 
 _TIPPED = 0.2  # rad: a base that leans more has tipped over
 _SHOWN = 3  # maximum number of names in a message
-_LEAST = 5e-3  # m/s or rad/s: smaller velocity components are not printed
+_LEAST = 5e-3  # m/s or rad/s: smaller velocity components are omitted
 
 
 class Limit(NamedTuple):

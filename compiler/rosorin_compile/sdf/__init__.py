@@ -1,6 +1,6 @@
 """SDF, the format of Gazebo and Drake.
 
-``content`` determines which links become links or frames, ``write`` prints the file. ``read`` imports an SDF, with
+``content`` determines which links become links or frames, ``write`` formats the file. ``read`` imports an SDF, with
 ``models`` for numbers, poses, includes, nested models and names, and ``read_joints`` for joints.
 """
 

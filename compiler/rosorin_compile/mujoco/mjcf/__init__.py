@@ -1,6 +1,6 @@
 """MJCF, the format of MuJoCo.
 
-Writing: ``write`` and ``write_elements`` print the file. ``servos`` has the actuators, ``bodies`` names and groups,
+Writing: ``write`` and ``write_elements`` format the file. ``servos`` has the actuators, ``bodies`` names and groups,
 ``contacts`` the pairs and excludes, ``unsupported`` the checks. ``read_back`` reads a generated file for comparison.
 
 Importing: MuJoCo loads the file in a child process (``process``, ``engine``), which also compares the result with the

@@ -1,6 +1,6 @@
 """The program that runs in a child process, loads a file with MuJoCo, and writes the result as JSON.
 
-MuJoCo's writer expands includes, replicas and attached models and prints angles in radians, but an element has only the
+MuJoCo's writer expands includes, replicas and attached models and writes angles in radians, but an element has only the
 attributes that differ from its default class. ``apply_classes`` adds the attributes of the class.
 """
 

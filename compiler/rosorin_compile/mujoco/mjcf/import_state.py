@@ -32,9 +32,9 @@ _WORDS = ("name", "class", "childclass", "file", "model", "prefix", "material", 
 
 
 class Markup:
-    """The main file and all included files as one document; ``files`` are in the order of reading.
+    """The main file and all included files as one document; ``files`` are in reading order.
 
-    As in MuJoCo 4.0.0, an include is resolved in the folder of the main file, else in that of the including file. An
+    As in MuJoCo 4.0.0, an include is resolved in the folder of the main file, else of the including file. An
     attached model counts as a main file. ``models`` are the folders of the main file and of attached models.
     """
 

@@ -406,7 +406,7 @@ def _fill(
 
 
 def _kind(attributes: Mapping[str, str]) -> tuple[str, Mapping[str, float], Mapping[str, str]]:
-    """Return the type of an actuator according to its attributes, its gains, and the remaining attributes."""
+    """Return (type of an actuator according to the attributes, gains, remaining attributes)."""
     (kp, *gain), bias = convert.floats(attributes, "gainprm", [1, 0, 0]), convert.floats(attributes, "biasprm", [0] * 3)
     gains, dynamics = attributes.get("gaintype", "fixed"), attributes.get("dyntype", "none")
     attributes = {key: text for key, text in attributes.items() if key != "inheritrange" or float(text)}  # 0: off

@@ -108,7 +108,7 @@ def refusal(text: str, folder: Path, seconds: int = SECONDS) -> Refusal:
 
 
 def prove(imported: Imported, text: str, meshes: Mapping[str, str], seconds: int = SECONDS) -> Proof:
-    """Compare the MJCF ``text`` generated from an import with its source; ``meshes`` are paths by name in ``text``."""
+    """Compare the MJCF ``text`` generated from an import to the source; ``meshes`` maps its files to paths."""
     request = {"path": str(files.resolve(imported.files[0])), "text": text, "files": {**meshes}}
     answer = _in_child("prove", {**request, "names": imported.names}, seconds)
     if isinstance(answer, Answer):

@@ -161,7 +161,7 @@ def _moves(robot: Robot, names: Sequence[str]) -> bool:
 
 @of_robot
 def weightless(robot: Robot, free: bool) -> list[str]:
-    """Return the massless links that are moved by a joint, and that are connected to a mass by further joints.
+    """Return the massless links that a joint moves and that further joints connect to a link with mass.
 
     The import creates them for a body with two joints. MuJoCo rejects moving bodies without mass, so they get the
     smallest mass that it accepts, which does not change the motion of links that are some 10^12 times heavier.

@@ -274,9 +274,9 @@ def _inertial(inertial: model.Inertial, number: NumberFormat) -> Markup:
 
 
 class _Geoms:
-    """Prints the geoms of links, named LINK_PURPOSE_NUMBER.
+    """Formats the geoms of links, named LINK_PURPOSE_NUMBER.
 
-    ``used`` has the purposes of the written geoms, ``left_out`` the link of each geom that is not written. ``rolls``
+    ``used`` has the purposes of the written geoms, ``left_out`` the link of each omitted geom by name. ``rolls``
     are the links that only collide with the floor, ``shown`` the colours of links whose collision shapes are visible.
     """
 

@@ -1,4 +1,4 @@
-"""Print MJCF elements: actuators, equalities, materials, sites, cameras, lights, sensors and default classes.
+"""Format MJCF elements: actuators, equalities, materials, sites, cameras, lights, sensors and default classes.
 
 A sensor element measures at the site of its frame, or at a separate site NAME_site if it has a pose.
 
@@ -38,7 +38,7 @@ Texts = Mapping[str, str]
 
 
 class Part(NamedTuple):
-    """An element to print; ``replicate`` are the attributes of a surrounding ``<replicate>``, ``text`` is raw XML."""
+    """An element to write; ``replicate`` are the attributes of a surrounding ``<replicate>``, ``text`` is raw XML."""
 
     tag: str
     attributes: Markup | str = ""
@@ -146,7 +146,7 @@ class Classes:
         return _Shared(elements[0].tag, dict(common), members, _words_of([one.joint for one in elements]))
 
     def _with_joints(self, shared: _Shared) -> str:
-        """Return the class of the joints of these actuators, to which the actuators can be added, or ""."""
+        """Return the name of a class with all joints of the actuators in ``shared``, to add them to it, or ""."""
         joints = {self._elements[place].joint for place in shared.members}
         for name, (first, *more) in self.shared.items() if shared.tag != "joint" else ():
             if first.tag == "joint" and not more and joints <= {self._elements[place].joint for place in first.members}:
@@ -199,7 +199,7 @@ def place_of(xyz: Vector, rpy: Vector, number: NumberFormat) -> Mapping[str, str
 
 
 class ElementPrinter:
-    """Prints elements other than bodies; ``colours`` are materials for links whose collision shapes are visible."""
+    """Formats elements other than bodies; ``colours`` are materials for links whose collision shapes are visible."""
 
     def __init__(self, robot: Robot, number: NumberFormat, colours: Iterable[Material] = ()) -> None:
         self.robot = robot

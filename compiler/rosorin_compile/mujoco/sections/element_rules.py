@@ -1,7 +1,7 @@
 """Rules about names and elements that only MuJoCo reads: unknown and repeated names, misplaced elements.
 
-Names are unique by kind in MuJoCo: sites of links and frames are both sites, actuators of joints and of the section
-``actuators`` are both actuators. Names in raw MJCF elements count as well.
+Names of one kind are unique in MuJoCo: links and frames both become sites, and actuators of joints and of the section
+``actuators`` are both actuators. Names in raw MJCF elements are checked as well.
 """
 
 from collections.abc import Iterator, Mapping
